@@ -12,22 +12,12 @@ from vibopt.answer.answer import Conflict, Least, Nearest
 from vibopt.answer.entry import Checked, Entry, at_most
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import fitting_of, greatest_readings, put_back
+from vibopt.balancing.impasses import Step, clash
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plan_values import todo
 from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.question import Question, Solved, first_greatest
-from vibopt.balancing.question_prices import (
-    ACTIVE,
-    Best,
-    Bound,
-    OpenError,
-    Priced,
-    Prices,
-    Step,
-    allowance,
-    clash,
-    solve_question,
-)
+from vibopt.balancing.question_prices import ACTIVE, Best, Bound, OpenError, Priced, Prices, allowance, solve_question
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import Posed, caps, row_limits, rows_of
 from vibopt.units import show

@@ -12,12 +12,13 @@ from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, begun, nothing, plan_of
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.fitting import amplitude, fitting_of, put_back
+from vibopt.balancing.impasses import left_words
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.limit_prices import AGREES, nearest_plan
 from vibopt.balancing.phaseless import solve_without_phase
 from vibopt.balancing.plan_values import quality_values, trial_advice
 from vibopt.balancing.question import Solved
-from vibopt.balancing.question_prices import Solver, left_words, solve_question
+from vibopt.balancing.question_prices import Solver, solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import Posed, pose
 from vibopt.balancing.trust import Noise

@@ -15,8 +15,9 @@ from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
+from vibopt.balancing.impasses import Step, clash
 from vibopt.balancing.lengths import Box, Least, Lengths, least
-from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices, Step, clash
+from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices
 from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.units import show

@@ -26,8 +26,9 @@ from vibopt.balancing.engine.shaking import (
     of_order,
     peak,
 )
+from vibopt.balancing.impasses import left_words, nearest_of
 from vibopt.balancing.lengths import least
-from vibopt.balancing.question_prices import Priced, allowance, left_words, nearest_of
+from vibopt.balancing.question_prices import Priced, allowance
 from vibopt.units import show
 from vibopt.work import metered
 

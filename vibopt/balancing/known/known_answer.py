@@ -10,6 +10,7 @@ from vibopt.answer.answer import Answer, Conflict
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.answer.plan import DeferredMapping, Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
+from vibopt.balancing.impasses import Step, clash, left_words, narrowest, nearest_of
 from vibopt.balancing.known.correct import Correction, correct
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
@@ -23,20 +24,7 @@ from vibopt.balancing.known.shaft_statics import (
 )
 from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.planes import MASS, Plane
-from vibopt.balancing.question_prices import (
-    ACTIVE,
-    Best,
-    Bound,
-    Priced,
-    Prices,
-    Solver,
-    Step,
-    allowance,
-    clash,
-    left_words,
-    narrowest,
-    nearest_of,
-)
+from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices, Solver, allowance
 from vibopt.units import show
 from vibopt.work import Budget, metered
 
