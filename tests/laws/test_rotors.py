@@ -15,6 +15,7 @@ from vibopt.jobs import from_text as job_from_text
 from vibopt.mechanics.model import INERTIA, STIFFNESS
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.shaft_waves import MODES, Section, WhirlingShaft
+from vibopt.mechanics.whirl import whirl_rates
 from vibopt.report.campbell import campbell_of
 from vibopt.report.figures.campbell_diagram import campbell_figure
 from vibopt.report.modelled_balancing import balancing_document
@@ -282,6 +283,41 @@ def test_a_slender_shaft_alone_whirls_as_a_beam(modes: int) -> None:
     assert found == pytest.approx(math.sqrt(min(one for one in squares.real if one > 0.0)), rel=1e-7)
 
 
+# The threshold beyond which a whirl grows
+
+
+def shrunk(**over: str) -> dict[str, Any]:
+    """A disc that feels a damper at rest and one that turns with the shaft."""
+    document = light()
+    fits = {"between": ["disc", "ground"], "damping": "60 N s/m", "rotating_damping": "40 N s/m", **over}
+    return {**document, "links": {**document["links"], "fit": fits}}
+
+
+def test_the_threshold_of_one_disc_is_the_closed_form() -> None:
+    """w_n (1 + c_e / c_i), whatever the shaft is made of."""
+    found = asked(shrunk(), threshold={"response": "stability_threshold"}, critical={"response": "critical_speed"})
+    assert found["threshold"] == pytest.approx(found["critical"] * (1.0 + 60.0 / 40.0), rel=1e-7)
+
+
+@pytest.mark.parametrize("damping", [3e2, 3e3])
+def test_the_threshold_of_a_heavy_rotor_is_where_its_whirl_neither_grows_nor_fades(damping: float) -> None:
+    """Both routes agree, and the rates of all its pieces say so on either side; polar inertia counts."""
+    document = {**friswell(), "links": held(2e6, damping)}
+    document["links"]["fit"] = {"between": ["second", "ground"], "damping": "1 N s/m", "rotating_damping": "200 N s/m"}
+    document["excitations"]["imbalance"]["speed"] = "500 rpm"
+    spin = asked(document, threshold={"response": "stability_threshold"})["threshold"]
+    machine = machine_of(from_dict(document), {})
+    mass, fixed, stiffness, _, polar = machine.slow
+    at = machine.shafts["rotor"].place("second")
+    turning = np.zeros_like(mass)
+    turning[at, at] = 200.0
+    growth = []
+    for part in (1.0 - 1e-3, 1.0 + 1e-3):
+        rates = whirl_rates(mass, fixed, turning, stiffness, part * spin, polar)
+        growth.append(rates.real.max())
+    assert growth[0] < 0.0 < growth[1]
+
+
 # Laws of the model
 
 
@@ -452,11 +488,6 @@ REFUSED = {
         "t line 21: bodies.wheel turns or moves in space, beside rotors.r, whose whirl is a displacement alike in both "
         "planes. Give it a mass that moves along a line.",
     ),
-    "a damper that turns": (
-        HEAD + SHAFT + TAIL.replace("[links.b]\n", '[links.b]\ndamping = "2 N s/m"\nrotating_damping = "1 N s/m"\n'),
-        "t line 12: links.b.rotating_damping turns with a shaft, beside rotors.r: the threshold of a rotor with "
-        "gyroscopic moments is not answered yet. Leave it out; it does nothing in a steady whirl.",
-    ),
     "a thread between bars": (
         HEAD
         + SHAFT.replace('diameter = "50 mm" }', 'diameter = "50 mm" }, { length = "1 m", diameter = "1e-9 mm" }')
@@ -464,10 +495,10 @@ REFUSED = {
         "t line 2: rotors.r has sections of 1e-12 m and of 0.05 m: where diameters differ by more than a factor of "
         "1000, rounding decides how the shaft bends. Write diameters nearer to each other.",
     ),
-    "a threshold": (
+    "a threshold without a cause": (
         HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"stability_threshold"'),
-        "t line 18: measures.m asks for the stability_threshold, which is not answered yet of a rotor with gyroscopic "
-        "moments. Ask for something else.",
+        "t line 18: measures.m asks for the stability_threshold, but no damper turns with a shaft: nothing makes its "
+        'whirl grow. Write rotating_damping = "40 N s/m" on a link, or ask for something else.',
     ),
     "a disc that cannot be": (
         HEAD

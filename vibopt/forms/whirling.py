@@ -8,7 +8,7 @@ from vibopt.arrays import FloatArray
 from vibopt.forms.form import Form
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices
-from vibopt.mechanics.whirl import threshold
+from vibopt.mechanics.whirl import rotor_threshold, threshold
 from vibopt.records import dataclass
 
 
@@ -26,5 +26,10 @@ class WhirlThreshold(Form):
         return np.vstack([own, *rows])
 
     def value(self, model: Model, x: FloatArray) -> float:
-        mass, damping, stiffness, _ = free_matrices(model, model.values(x))
+        p = model.values(x)
+        mass, damping, stiffness, _ = free_matrices(model, p)
+        if model.spins:
+            turns = np.array([term.polar for term in model.terms])
+            polar = -model.matrix(INERTIA, np.where(turns, p, 0.0))[: model.n_free, : model.n_free]
+            return rotor_threshold(mass + polar, polar, damping, model.turning(x), stiffness)
         return threshold(mass, damping, model.turning(x), stiffness)

@@ -344,6 +344,14 @@ class Machine:
         """
         return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
 
+    def threshold(self) -> float:
+        """Least spin [rad/s] beyond which a whirl grows under dampers that turn with a shaft; infinite of none."""
+        from vibopt.mechanics.two_planes import threshold_in_planes
+
+        mass, damping, stiffness, _ = self.matrices()
+        rotating = self.rotating()
+        return threshold_in_planes(mass, damping + rotating, rotating, stiffness)
+
     @property
     def spinning(self) -> float:
         """Mass of shafts and of what sits on them [kg]."""

@@ -249,6 +249,41 @@ class RotatingMachine(Machine):
         sizes, ways = np.linalg.eigh(mass)
         return root @ (ways * np.sqrt(np.maximum(sizes, 0.0))), root @ polar @ root.T
 
+    def threshold(self) -> float:
+        """Least spin [rad/s] beyond which a whirl grows, infinite where none does: by the waves, begun at the pieces.
+
+        Where a complex value of the dynamic stiffness of whirl w at spin W is nothing at once in both its parts.
+        """
+        mass, damping, stiffness, _, polar = self.slow
+        turning = np.zeros_like(mass)
+        for joint, ends in self._joined(self._slow_places):
+            for i, a in ends:
+                for j, b in ends:
+                    turning[i, j] += a * b * joint.rotating
+        begun = _neutral(mass, damping + turning, turning, stiffness, polar)
+        if begun is None:
+            return float("inf")
+        at, cut = np.array(begun), self._cut(1.5 * begun[0])
+
+        def least(whirl: float, spin: float) -> complex:
+            stiff = cut._dynamic(np.array([whirl]), np.array([spin]))[0].astype(complex)
+            for joint, ends in cut._joined(cut._exact_places):
+                for i, a in ends:
+                    for j, b in ends:
+                        stiff[i, j] += a * b * 1j * joint.rotating * (whirl - spin)
+            values = np.linalg.eigvals(stiff / np.outer(cut._size, cut._size))
+            return complex(values[np.abs(values).argmin()])
+
+        for _ in range(_NEWTON):
+            here, steps = least(*at), 1e-6 * at
+            slopes = [(least(*(at + move)) - least(*(at - move))) / (2.0 * move.sum()) for move in np.diag(steps)]
+            table = [[one.real for one in slopes], [one.imag for one in slopes]]
+            step = np.linalg.solve(table, [-here.real, -here.imag])
+            at = at + step
+            if np.all(np.abs(step) <= 1e-13 * np.abs(at)):
+                break
+        return float(at[1])
+
     def natural_frequencies(self) -> FloatArray:
         """Critical speeds of the whirl with the spin, which an unbalance drives [rad/s]."""
         return self.critical_speeds()
@@ -281,6 +316,37 @@ class RotatingMachine(Machine):
             found |= {point: start + one.place(point) for point in one.points}
             start += len(one.slow[0])
         return found
+
+
+def _neutral(
+    mass: FloatArray, damping: FloatArray, turning: FloatArray, stiffness: FloatArray, polar: FloatArray
+) -> tuple[float, float] | None:
+    """Whirl and least spin [rad/s] at which one of the lowest free motions neither grows nor fades; None of none."""
+    from scipy.optimize import brentq
+
+    if not turning.any():
+        return None
+    root = np.linalg.inv(np.linalg.cholesky(stiffness))
+    periods, vectors = np.linalg.eigh(root @ mass @ root.T)
+    lowest = periods[: -2 * MODES - 1 : -1]
+    lowest = lowest[lowest > _ROUNDED * lowest[0]]
+    shapes, squares = root.T @ vectors[:, : -len(lowest) - 1 : -1] / np.sqrt(lowest), 1.0 / lowest
+    drag, cross, turned = (shapes.T @ one @ shapes for one in (damping, turning, polar))
+    spring, n = np.diag(squares), len(squares)
+
+    def growth(spin: float) -> tuple[float, float]:
+        state = np.block([[-drag + 1j * spin * turned, -spring + 1j * spin * cross], [np.eye(n), np.zeros((n, n))]])
+        rates = np.linalg.eigvals(state)
+        one = rates[rates.real.argmax()]
+        return float(one.real), float(one.imag)
+
+    low, slow = 0.0, float(np.sqrt(squares[0]))
+    for high in slow * np.geomspace(0.4, 1e4, 48):
+        if growth(high)[0] > _REAL * slow:
+            spin = float(brentq(lambda at: growth(at)[0] - _REAL * slow, low, high, rtol=1e-12))
+            return growth(spin)[1], spin
+        low = float(high)
+    return None
 
 
 def inverse_squares(mass: FloatArray, stiffness: FloatArray) -> FloatArray:

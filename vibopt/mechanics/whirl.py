@@ -20,6 +20,9 @@ MOST = 8
 _AXIS, _NOTHING, _SAME = 1e-5, 1e-10, 1e-14
 """Part of its size by which a root may be off its axis before it is polished; of the greatest, what is rounding."""
 
+_FOLLOWED, _STEP, _HIGHEST = 16, 1.25, 1e4
+"""Free motions of a rotor that are followed, factor from spin to spin, and the highest over its lowest frequency."""
+
 
 class TooManyError(Exception):
     """Several rotating dampers among more coordinates than are answered."""
@@ -63,6 +66,58 @@ def threshold(
         way = size * ways[:, strong][:, 0] * np.sqrt(strengths[strong][0])
         return min(_of_one(mass, fixed + rotating, stiffness, way), default=float("inf"))
     return _of_several(mass, fixed, rotating, stiffness, gyroscopic if turns else None)
+
+
+def rotor_threshold(
+    mass: FloatArray, polar: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray
+) -> float:
+    """As `threshold`, of a rotor with gyroscopic moments W P and any number of coordinates that springs hold.
+
+    Followed over spins in its lowest free motions at rest; the first that is neutral is solved in all coordinates: a
+    quadratic form u^T D(w, W) u of the motion u that is neutral, which is good to the square of what u is off.
+    """
+    from scipy.linalg import eigh
+
+    if not rotating.any():
+        return float("inf")
+    n = len(mass)
+    periods, shapes = eigh(mass, stiffness, subset_by_index=[max(n - _FOLLOWED, 0), n - 1])
+    told = periods[::-1] > _SAME * periods[-1]
+    periods, shapes = periods[::-1][told], shapes[:, ::-1][:, told]
+    squares, shapes = 1.0 / periods, shapes / np.sqrt(periods)
+    few = [shapes.T @ one @ shapes for one in (fixed + rotating, rotating, polar)]
+    unit = float(np.sqrt(squares[0]))
+    first, slope = _states(few[0] / unit, few[1] / unit, np.diag(squares) / unit**2, few[2])
+
+    def fastest(spin: float) -> complex:
+        rates = np.linalg.eigvals(first + spin * slope)
+        return complex(rates[rates.real.argmax()])
+
+    low, high = 0.0, 0.5
+    while (rate := fastest(high)).real <= _NOTHING * abs(rate):
+        low, high = high, high * _STEP
+        if high > _HIGHEST:
+            return float("inf")
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        grows = (rate := fastest(middle)).real > _NOTHING * abs(rate)
+        low, high = (low, middle) if grows else (middle, high)
+    whirl, spin = fastest(high).imag * unit, high * unit
+    moved = np.ones(n, dtype=complex)
+    for turn in range(40):
+        dynamic = stiffness - whirl**2 * mass + 1j * whirl * (fixed + rotating) - 1j * spin * rotating
+        dynamic = dynamic + whirl * spin * polar
+        for _ in range(1 if turn else 4):
+            moved = np.linalg.solve(dynamic, moved)
+            moved /= np.abs(moved).max()
+        along = -2.0 * whirl * mass + 1j * (fixed + rotating) + spin * polar
+        value, by_whirl, by_spin = (moved @ one @ moved for one in (dynamic, along, whirl * polar - 1j * rotating))
+        table = [[by_whirl.real, by_spin.real], [by_whirl.imag, by_spin.imag]]
+        step = np.linalg.solve(table, [-value.real, -value.imag])
+        whirl, spin = whirl + step[0], spin + step[1]
+        if abs(step[0]) <= _SAME * abs(whirl) and abs(step[1]) <= _SAME * spin:
+            break
+    return float(spin)
 
 
 def _unheld(stiffness: FloatArray, rotating: FloatArray) -> bool:
@@ -198,4 +253,4 @@ def _damped(damping: FloatArray, stiffness: FloatArray, turn: FloatArray) -> Flo
     return found
 
 
-__all__ = ["MOST", "TooManyError", "threshold", "whirl_rates"]
+__all__ = ["MOST", "TooManyError", "rotor_threshold", "threshold", "whirl_rates"]

@@ -27,11 +27,7 @@ class StabilityThreshold(Response):
         return WhirlThreshold()
 
     def measure_static(self, machine: Machine) -> float:
-        from vibopt.mechanics.two_planes import threshold_in_planes
-
-        mass, damping, stiffness, _ = machine.matrices()
-        rotating = machine.rotating()
-        return threshold_in_planes(mass, damping + rotating, rotating, stiffness)
+        return machine.threshold()
 
 
 __all__ = ["StabilityThreshold"]

@@ -49,12 +49,6 @@ def check_rotors(scene: Scene, mistakes: Mistakes) -> None:
                 f"links.{other} has a beam with a mass, beside rotors.{name}. Write the shaft as sections of a rotor, "
                 "or leave the mass of the beam out.",
             )
-        if link.turns_with_shaft:
-            mistakes.add(
-                ("links", other, link.turns_with_shaft),
-                f"links.{other}.{link.turns_with_shaft} turns with a shaft, beside rotors.{name}: the threshold of a "
-                "rotor with gyroscopic moments is not answered yet. Leave it out; it does nothing in a steady whirl.",
-            )
     _driven(scene, name, mistakes)
     if not mistakes.found and places.is_whole(scene):
         _held(scene, mistakes)

@@ -52,6 +52,8 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
                 f"excitations.{one} {what}, but {where} turns with a shaft: it brakes what whirls slower than it spins "
                 "in another way forward than backward. Shake with unbalances at steady speeds, or leave it out.",
             )
+    if scene.rotors:
+        return
     empty = [body for body, one in scene.bodies.items() if one.massless]
     if len(turns) > 1 and empty:
         mistakes.add(
@@ -71,13 +73,6 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
     """Whether a response has no meaning with, or without, dampers that turn with a shaft; adds the mistake."""
     turns = turning(scene)
     if response.response == _THRESHOLD:
-        if scene.rotors:
-            mistakes.add(
-                path,
-                f"{dotted(path)} asks for the stability_threshold, which is not answered yet of a rotor with "
-                "gyroscopic moments. Ask for something else.",
-            )
-            return True
         if not turns and set(places.raw(scene, "links")) <= set(scene.links):
             mistakes.add(
                 path,
