@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 OPTIONS = [
     {"frozen": frozen, "eq": eq, "slots": slots, "kw_only": kw_only}
@@ -141,3 +141,24 @@ def test_records_and_those_of_the_library_inherit_from_each_other(parent: Any, c
             made()
     else:
         assert dataclasses.asdict(made()) == {"mass": 2.0, "name": "press"}
+
+
+def test_a_property_is_worked_out_once_for_each_object_and_a_copy_with_other_fields_begins_anew() -> None:
+    @dataclass(frozen=True)
+    class Sample:
+        mass: float
+        asked: list[float] = field(default_factory=list, compare=False)
+
+        @cached_property
+        def weight(self) -> float:
+            self.asked.append(self.mass)
+            return 9.80665 * self.mass
+
+    one = Sample(2.0)
+    assert one.weight == one.weight == 2.0 * 9.80665
+    assert one.asked == [2.0]
+    other = dataclasses.replace(one, mass=3.0)
+    assert other.weight == 3.0 * 9.80665
+    assert one.asked == [2.0, 3.0]
+    assert one == Sample(2.0)
+    assert isinstance(vars(Sample)["weight"], type(Sample.weight))  # of the class it is the property itself
