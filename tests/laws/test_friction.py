@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from vibopt.errors import InputError
-from vibopt.mechanics.dry_friction import Rub
+from vibopt.mechanics.dry_friction import Piece, Rub
 from vibopt.report.curves import panels
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=40)
@@ -338,3 +338,13 @@ def test_both_routes_agree_at_the_edge_of_holding_and_where_it_slips_slowly(fric
         },
     }
     assert vo.solve(vo.from_dict(document)).status == "met"
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.3, 1.0, 1.0000001, 5.0])
+@pytest.mark.parametrize("r", [0.05, 1.0, 30.0])
+def test_one_time_alone_has_the_place_and_speed_of_many(r: float, ratio: float) -> None:
+    """Next to critical damping by a series, far from it by a quotient: the same in both roads."""
+    rub, taus = Rub(r, ratio, 0.3), np.array([1e-9, 1e-3, 0.4, 2.0, np.pi])
+    for piece in (Piece(0.7, np.pi, 1.3, -0.4, -1), Piece(2.0, np.pi, 0.2, 0.0, 0)):
+        for found, tau in zip(np.transpose(rub.at(piece, taus)), taus, strict=True):
+            assert rub.now(piece, float(tau)) == pytest.approx(found, rel=1e-11, abs=1e-12 / r**2)

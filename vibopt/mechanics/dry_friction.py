@@ -108,11 +108,33 @@ class Rub:
         a = (np.cos(piece.begin + tau) + rest - z) / square - 2.0 * self.ratio / self.r * v
         return z, v, a
 
+    def _answer_at(self, tau: float) -> tuple[float, float, complex]:
+        """As `_answer`, at one time."""
+        near, far = self._poles
+        one = cmath.exp(near * tau)
+        other = one.conjugate() if near.imag else cmath.exp(far * tau)
+        own = _divided_at(near, far, tau, one - other)
+        forced = _divided_at(near, 1j, tau, one - cmath.exp(1j * tau))
+        rate = 0.5 * ((near + far) * own + one + other)
+        return own.real, rate.real, (forced - own) / (1j - far)
+
+    def now(self, piece: Piece, tau: float) -> tuple[float, float, float]:
+        """As `at`, at one time."""
+        if piece.side == 0:
+            return piece.z, 0.0, 0.0
+        blow, rate, pushed = self._answer_at(tau)
+        square, rest, turn = self.r**2, -piece.side * self.friction, cmath.exp(1j * piece.begin)
+        z = rest + (piece.z - rest) * (rate + 2.0 * self.ratio / self.r * blow) + piece.v * blow
+        z += (turn * pushed).real / square
+        v = -(piece.z - rest) * blow / square + piece.v * rate + (turn * (1j * pushed + blow)).real / square
+        return z, v, (cos(piece.begin + tau) + rest - z) / square - 2.0 * self.ratio / self.r * v
+
     def _edges(self, length: float) -> FloatArray:
         """Ends of panels on which every part of a motion is smooth, from 0 to a length [rad]."""
         if self._poles[0].imag:
             fastest = max(1.0, abs(self._poles[0]))
-            return np.asarray(np.linspace(0.0, length, int(length * fastest / _PANEL) + 2))
+            count = int(length * fastest / _PANEL) + 1
+            return np.asarray(np.arange(count + 1) * (length / count))
         found = [np.linspace(0.0, length, int(length / _PANEL) + 2)]
         for pole in self._poles:
             reach = min(length, _GONE / -pole.real if pole.real else length)
@@ -142,16 +164,11 @@ class Rub:
                     return found
         return None
 
-    def _speed(self, piece: Piece, tau: float) -> tuple[float, float]:
-        """Speed and acceleration at one time."""
-        _, v, a = self.at(piece, np.array([tau]))
-        return float(v[0]), float(a[0])
-
     def _between(self, piece: Piece, low: float, high: float) -> float:
         """The root of the speed between times at which its signs differ: Newton's steps, halves where they leave."""
         tau = 0.5 * (low + high)
         for _ in range(60):
-            v, a = self._speed(piece, tau)
+            _, v, a = self.now(piece, tau)
             low, high = (tau, high) if piece.side * v > 0.0 else (low, tau)
             step = tau - v / a if a else low
             last, tau = tau, step if low < step < high else 0.5 * (low + high)
@@ -168,9 +185,9 @@ class Rub:
         for root in roots:
             tau = low + width * float(root)
             for _ in range(2):
-                v, a = self._speed(piece, tau)
+                _, v, a = self.now(piece, tau)
                 tau -= v / a if a and abs(v / a) < 1e-3 else 0.0
-            if piece.side * self._speed(piece, tau)[1] <= 0.0:
+            if piece.side * self.now(piece, tau)[2] <= 0.0:
                 return tau
         return None
 
@@ -252,9 +269,9 @@ class Rub:
             whole = Piece(theta, pi - theta, z, v, side)
             rests = self._rests(whole)
             length = pi - theta if rests is None else min(rests, pi - theta)
-            (z,), (v,), (before,) = (one.tolist() for one in self.at(whole, np.array([length])))
+            z, v, before = self.now(whole, length)
             pieces.append(Piece(theta, length, whole.z, whole.v, side))
-            blow, rate, _ = (float(one[0].real) for one in self._answer(np.array([length])))
+            blow, rate, _ = self._answer_at(length)
             own = rate + 2.0 * self.ratio / self.r * blow
             slope = np.array([[own, blow], [-blow / self.r**2, rate]]) @ slope
             theta = theta + length if rests is not None and length == rests else pi
@@ -334,6 +351,16 @@ def _divided(a: complex, b: complex, tau: FloatArray, apart: ComplexArray) -> Co
     series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
     near = np.exp(0.5 * (a + b) * tau) * tau * series
     return np.where(close, near, apart / (a - b)) if a != b else near
+
+
+def _divided_at(a: complex, b: complex, tau: float, apart: complex) -> complex:
+    """As `_divided`, at one time."""
+    half = 0.5 * (a - b) * tau
+    if abs(a - b) > _ALIKE or abs(half) >= 0.5:
+        return apart / (a - b)
+    square = half * half
+    series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
+    return cmath.exp(0.5 * (a + b) * tau) * tau * series
 
 
 def _real_roots(coefficients: FloatArray, begin: float) -> FloatArray:
