@@ -128,7 +128,7 @@ def test_of_an_absorber_mass_spring_and_damper_are_rounded() -> None:
     assert set(found.values) == {f"absorbers.absorber.{key}" for key in ("mass", "stiffness", "damping")}
     for key in ("mass", "stiffness", "damping"):
         assert len(Decimal(table[key].split()[0]).normalize().as_tuple().digits) <= 2
-    again = solve(found.kept)
+    again = solve(found.kept, explain=False)
     assert all(one.met for one in again.limits.values())
     for key, row in again.limits.items():
         assert found.design.limits[key].value.value == row.value.value
