@@ -12,7 +12,7 @@ from vibopt.manual.topic import Section, Topic
 
 _LINK = re.compile(r"\[([^\]]+)\]\(([\w-]*)(?:\.md)?(#[\w-]+)?\)")
 _PICTURE = re.compile(r"!\[([^\]]+)\]\([^)]+\)")
-_CODE = re.compile(r"(?<!`)`([^`\n]+)`(?!`)")
+_CODE = re.compile(r"(?<!`)`((?:[^`\n]|\n(?!\n))+)`(?!`)")
 _LONG = 20
 """Topics of a group from which on the contents give names alone."""
 
