@@ -29,7 +29,8 @@ def test_every_topic_is_shown_in_eighty_columns(name: str) -> None:
     lines = rendered(BOOK.topics[name].shown, 80).splitlines()
     assert lines[0] == BOOK.topics[name].title[:80] or lines[0] in BOOK.topics[name].title
     assert max(map(len, lines)) <= 80
-    assert "<!--" not in "".join(lines) and not re.search(r"(?<!`)``(?!`)", "\n".join(lines))
+    assert "<!--" not in "".join(lines)
+    assert not re.search(r"(?<!`)``(?!`)", "\n".join(lines))
 
 
 def test_the_list_of_topics_names_all_and_fits(capsys: pytest.CaptureFixture[str]) -> None:

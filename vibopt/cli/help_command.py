@@ -10,6 +10,7 @@ from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, force
 from vibopt.cli.output import colour, say, say_json, width
 from vibopt.manual.book import Book, the_book
+from vibopt.manual.markdown_rows import rows_of
 from vibopt.manual.topic import Section, Topic
 
 COMMANDS = "Commands"
@@ -84,8 +85,7 @@ def _page(verb: str, group: click.Group, above: click.Context) -> str:
     context = click.Context(command, info_name=verb, parent=above)
     usage = " ".join(command.collect_usage_pieces(context))
     options = [one.get_help_record(context) for one in command.get_params(context)]
-    rows = [f"| `{names}` | {text} |" for names, text in filter(None, options)]
-    table = "\n".join(["| option | |", "| --- | --- |", *rows])
+    table = rows_of(("option", ""), [(f"`{names}`", text) for names, text in filter(None, options)])
     text = "\n\n".join(" ".join(part.split()) for part in (command.help or "").split("\n\n"))
     return "\n\n".join([f"# {verb}", text, f"```text\nvibopt {verb} {usage}\n```", table])
 
