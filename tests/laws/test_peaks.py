@@ -173,3 +173,19 @@ def test_two_undamped_masses_stand_still_at_the_own_frequency_of_the_second(band
     found = least(response, (Band(*band),), np.concatenate([own, -own]) + 0j, NONE)
     assert found.value < 1e-11
     assert found.speed == pytest.approx(1.0, abs=1e-11)
+
+
+@pytest.mark.parametrize("rounding", [1e-9, 1e-7, 1e-5])
+@pytest.mark.parametrize("modes", [[(3.0, 0.02, 1.0)], [(2.0, 0.3, 1.0), (5.0, 1e-3, 1e-2)]])
+def test_rounding_is_not_taken_for_structure(modes: list[tuple[float, float, float]], rounding: float) -> None:
+    """Beside links a billion times too stiff a response has few digits: it is measured no oftener, and as well."""
+    clean, seen = Modes(modes), 0
+
+    def rough(speed: np.ndarray) -> np.ndarray:
+        nonlocal seen
+        seen += np.size(speed)
+        return clean(speed) * (1.0 + rounding * np.sin(1e12 * np.asarray(speed)))
+
+    found, true = (greatest(one, (Band(1.0, 9.0),), clean.poles, NONE) for one in (rough, clean))
+    assert found.value == pytest.approx(true.value, rel=3.0 * rounding)
+    assert seen <= 10_000

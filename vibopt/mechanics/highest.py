@@ -25,7 +25,7 @@ _SETTLED = 3e-3
 _NEWTON = 40
 _EDGE = 1.0 + 1e-5
 _SAME = 1e-5
-_LEAST = 1e-300
+_LEAST, _SQUARED = 1e-300, 1e150
 _HIGHEST = 0.999
 _PROBES = 4
 _LEIBNIZ = np.zeros((3, 3, 3))
@@ -66,7 +66,7 @@ def local_maxima(
         return None
     search = _Search(h, weight, ends, within)
     w, value = search.begin(made)
-    if not 0.0 < search.best < np.inf or not search.run():
+    if not 0.0 < search.best < _SQUARED or not search.run():
         return None
     count, last = len(ends), len(w) - 1
     probes = [i * last // _PROBES for i in range(_PROBES + 1)]

@@ -32,7 +32,8 @@ def _chebyshev(t: FloatArray) -> FloatArray:
     return np.stack(columns, axis=1)
 
 
-_TO_COEFFICIENTS = np.linalg.inv(_chebyshev(_NODES))
+_TO_NODES = _chebyshev(_NODES)
+_TO_COEFFICIENTS = np.linalg.inv(_TO_NODES)
 _FINE = np.linspace(-1.0, 1.0, 41)
 _ENDS = np.array([[-((-1.0) ** n) * n**2, float(n**2)] for n in range(_DEGREE + 1)]).T @ _TO_COEFFICIENTS
 """Slopes at both ends of an interval from the values at its nodes."""
@@ -41,6 +42,8 @@ _REACH = 0.35
 _FINEST = 1e-9
 _REAL = 4e-16
 _CLOSE = 1e-3
+_EVEN, _TWICE, _NOISE = 0.2, 2, 10.0
+"""Part of the last coefficients that both halves keep of rounding, how often in turn, and what of others it covers."""
 _NO_SCALE = 1e-300
 _LEVEL = 1e-6
 _STEP = float(_FINE[1] - _FINE[0])
@@ -156,34 +159,44 @@ def _resolved(
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Halve intervals until the interpolant of each is good, and its squared values; drop those that end on a pole.
 
-    `scale` is the squared value that matters; 0 takes the greatest one met, `_NO_SCALE` counts each by its own.
+    `scale` is the squared value that matters; 0 takes the greatest one met, `_NO_SCALE` counts each by its own.  Where
+    twice in turn both halves are as rough as the whole it is rounding, and the interpolant is left without it.
     """
-    squares = np.zeros((0, len(_NODES)))
+    kept, top = list[tuple[FloatArray, FloatArray, FloatArray]](), 0.0
+    before, evenly = np.full(len(low), np.inf), np.zeros(len(low), dtype=int)
     for rounds in range(13):
         centre, half = 0.5 * (low + high), 0.5 * (high - low)
         squares = response(centre[:, None] + half[:, None] * _NODES) ** 2
-        if rounds == 12:
-            break
-        sound = np.isfinite(squares).all(axis=1)
-        low, high, centre, squares = low[sound], high[sound], centre[sound], squares[sound]
-        rough = _unresolved(squares, scale or float(squares.max(initial=0.0)))
-        rough &= high - low > _FINEST * high
+        rough = np.zeros(len(low), dtype=bool)
+        if rounds < 12:
+            sound: BoolArray = np.asarray(np.isfinite(squares).all(axis=1))
+            top = max(top, float(squares[sound].max(initial=0.0)))
+            coefficients = np.where(sound[:, None], squares, 0.0) @ _TO_COEFFICIENTS.T
+            rough, tail = _unresolved(coefficients, scale or top)
+            if rounds:  # the halves of each interval stand in two rows
+                even = (tail.reshape(2, -1).min(axis=0) > _EVEN * before) & sound.reshape(2, -1).all(axis=0)
+                evenly = np.tile(np.where(even, evenly + 1, 0), 2)
+            noisy = rough & (evenly >= _TWICE)
+            plain = np.where(np.abs(coefficients) > _NOISE * tail[:, None], coefficients, 0.0)
+            squares[noisy] = plain[noisy] @ _TO_NODES.T
+            rough &= sound & ~noisy & (high - low > _FINEST * high)
+            kept.append((low[sound & ~rough], high[sound & ~rough], squares[sound & ~rough]))
+        else:
+            kept.append((low, high, squares))
         if not rough.any():
             break
-        middle = centre[rough]
-        low, high = (
-            np.concatenate([low[~rough], low[rough], middle]),
-            np.concatenate([high[~rough], middle, high[rough]]),
-        )
-    return low, high, squares
+        before, evenly = tail[rough], evenly[rough]
+        low, high = np.concatenate([low[rough], centre[rough]]), np.concatenate([centre[rough], high[rough]])
+    found: list[FloatArray] = [np.concatenate(each) for each in zip(*kept, strict=True)]
+    return found[0], found[1], found[2]
 
 
-def _unresolved(squares: FloatArray, scale: float) -> BoolArray:
-    """Intervals whose last Chebyshev coefficients have not died away."""
-    coefficients = np.abs(squares @ _TO_COEFFICIENTS.T)
-    tail = coefficients[:, -2:].max(axis=1)
-    rough: BoolArray = (tail > 1e-7 * coefficients.max(axis=1)) & (tail > 1e-9 * scale)
-    return rough
+def _unresolved(coefficients: FloatArray, scale: float) -> tuple[BoolArray, FloatArray]:
+    """Intervals whose last Chebyshev coefficients have not died away, and how great these are."""
+    sizes = np.abs(coefficients)
+    tail = sizes[:, -2:].max(axis=1)
+    rough: BoolArray = (tail > 1e-7 * sizes.max(axis=1)) & (tail > 1e-9 * scale)
+    return rough, tail
 
 
 def _polish_all(
