@@ -516,6 +516,17 @@ REFUSED = {
 }
 
 
+def test_a_rotor_that_cannot_be_read_is_not_taken_for_a_chain_of_bodies() -> None:
+    """Several dampers may turn beside a rotor, and its own mistake stands alone."""
+    fits = "".join(
+        f'[links.{one}]\nbetween = ["{end}", "ground"]\ndamping = "1 N s/m"\nrotating_damping = "2 N s/m"\n'
+        for one, end in (("c", "left"), ("d", "right"))
+    )
+    with pytest.raises(InputError) as caught:
+        from_text(HEAD + SHAFT.replace("50 mm", "-50 mm") + TAIL + fits, name="t")
+    assert len(caught.value.messages) == 1
+
+
 @pytest.mark.parametrize(("text", "said"), REFUSED.values(), ids=REFUSED)
 def test_what_is_refused(text: str, said: str) -> None:
     with pytest.raises(InputError) as caught:

@@ -52,7 +52,7 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
                 f"excitations.{one} {what}, but {where} turns with a shaft: it brakes what whirls slower than it spins "
                 "in another way forward than backward. Shake with unbalances at steady speeds, or leave it out.",
             )
-    if scene.rotors:
+    if places.raw(scene, "rotors"):
         return
     empty = [body for body, one in scene.bodies.items() if one.massless]
     if len(turns) > 1 and empty:
