@@ -78,8 +78,8 @@ class Undamped:
     def amplitudes(self, load: ComplexArray, omega: ComplexArray | FloatArray) -> ComplexArray:
         """As those of `Modal`, of loads (n, n_modes) at frequencies (n,)."""
         many = len(self.viscous)
-        none = np.zeros((len(omega), many, many))
-        return self._coupled(np.ones(len(self.squares), dtype=bool), load, omega, none[:, 0], none)[0]
+        felt, passed = np.zeros((len(omega), many)), np.zeros((len(omega), many, many))
+        return self._coupled(np.ones(len(self.squares), dtype=bool), load, omega, felt, passed)[0]
 
     def _coupled(
         self, low: BoolArray, load: ComplexArray, omega: Any, felt: Any, passed: Any
