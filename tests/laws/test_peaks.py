@@ -12,6 +12,7 @@ from vibopt.mechanics.peaks import crossings, greatest, least
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.signals import Band
+from vibopt.verify.over_bands import Search
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
 NONE = np.zeros(0)
@@ -189,3 +190,16 @@ def test_rounding_is_not_taken_for_structure(modes: list[tuple[float, float, flo
     found, true = (greatest(one, (Band(1.0, 9.0),), clean.poles, NONE) for one in (rough, clean))
     assert found.value == pytest.approx(true.value, rel=3.0 * rounding)
     assert seen <= 10_000
+
+
+@pytest.mark.parametrize("share", [1.0, 1e-3, 1e-6, 1e-8, 1e-9, 0.0])
+def test_an_undamped_resonance_that_is_hardly_coupled_has_no_end_either(share: float) -> None:
+    """Of two modes one is hardly seen, however near; where it is not seen at all it counts for nothing."""
+    modes = Modes([(10.0, 0.0, share), (300.0, 0.0, 3e4)])
+    bands = (Band(1.0, 20.0),)
+    for found in (
+        greatest(modes, bands, modes.poles, NONE),
+        Search(modes, modes.poles, NONE, least=False).over(bands),
+    ):
+        assert found.value == (np.inf if share else pytest.approx(3e4 / (300.0**2 - 20.0**2), rel=1e-12))
+        assert found.speed == pytest.approx(10.0 if share else 20.0, rel=1e-12)

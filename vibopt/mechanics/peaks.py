@@ -9,6 +9,7 @@ means an infinite amplitude.
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import islice
 from math import isfinite
 from operator import itemgetter
 from typing import Any
@@ -50,6 +51,9 @@ _STEP = float(_FINE[1] - _FINE[0])
 _FIVE = np.array([-1.0, -0.5, 0.0, 0.5, 1.0])
 _SLOPE, _BEND = _FIVE / 2.5, (_FIVE**2 - 0.5) / 0.4375
 """Slope and bend, in steps, of the parabola that fits five values best."""
+
+_OFFS = (1e-12, 1e-11, 1e-10, 1e-9, 1e-7, 1e-6)
+"""Parts of a speed by which one looks beside a pole on the axis: what is hardly coupled is seen from near alone."""
 
 Response = Callable[[FloatArray], FloatArray]
 Place = tuple[float, float]
@@ -114,12 +118,12 @@ def _candidates(
     ranges = [band for band in bands if not band.is_point]
     points = [end for band in bands for end in ((band.low,) if band.is_point else (band.low, band.high))]
     real = [_undamped(band, poles) for band in ranges]
-    beside = [speed * (1.0 + off) for own in real for speed in own for off in (1e-7, 1e-6)]
+    beside = [speed * (1.0 + off) for own in real for speed in own for off in _OFFS]
     values = response(np.array(points + beside)).tolist()
     found: list[Place] = list(zip(values, points, strict=False))
     near = iter(values[len(points) :])
     for band, own in zip(ranges, real, strict=True):
-        infinite = [(np.inf, speed) for speed in own if _endless(next(near), next(near))]
+        infinite = [(np.inf, speed) for speed in own if _endless(*islice(near, len(_OFFS)))]
         found += infinite
         if least or not infinite:
             found += _inside(response, band, poles, breaks, least=least, keep=keep)
@@ -134,9 +138,10 @@ def _undamped(band: Band, poles: ComplexArray) -> list[float]:
     return [one.real for one in known if abs(one.imag) <= _REAL * size and low <= one.real <= high and one.real > 0]
 
 
-def _endless(near: float, far: float) -> bool:
-    """Whether a response grows without limit where it has these values beside a pole."""
-    return near > 5.0 * far or not isfinite(near)
+def _endless(*beside: float) -> bool:
+    """Whether a response grows without limit where it has these values at `_OFFS` beside a pole."""
+    pairs = zip(beside[::2], beside[1::2], strict=True)
+    return any(near > 5.0 * far or not isfinite(near) for near, far in pairs)
 
 
 def _inside(

@@ -94,7 +94,11 @@ class Search:
         if beyond and (found.value - min(beyond) if self.least else max(beyond) - found.value) <= room:
             return found
         inside = [speed for band in ranges for speed in self._inside(band)]
-        return self._best(known + inside, values + self._values(inside))
+        found = self._best(known + inside, values + self._values(inside))
+        hidden = [speed for speed in undamped if abs(found.speed - speed) <= 1e-7 * speed]
+        if any(_grows(found.value, one) for one in self._values([speed * _BESIDE[1] for speed in hidden])):
+            return Reached(np.inf, found.speed)  # hardly coupled: it was climbed, and is seen from near alone
+        return found
 
     def _values(self, speeds: list[float]) -> list[float]:
         return [float(one) for one in self.response(np.array(speeds))] if speeds else []
