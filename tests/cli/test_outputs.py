@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from vibopt.answer.answer import EXIT_CODES
+from vibopt.cli.sweep_table import Journal
 from vibopt.errors import InputError
 from vibopt.files import marks
 from vibopt.files.marks import is_ours, with_check
@@ -301,6 +302,12 @@ def test_what_cannot_be_gone_on_with_is_said(run: Run, fan: Path, tmp_path: Path
         "begin anew.\n"
     )
     assert (done.code, done.err) == (2, said)
+    journal.write_text('vibopt sweep 12\n{"varied": {}}\n', encoding="utf-8")
+    kept = Journal(out, "12")
+    with pytest.raises(InputError, match=r"^--resume: .* is damaged\. Leave --resume out to begin anew\.$"):
+        kept.take_up()
+    done = run(*words, "--csv", "/dev/null")
+    assert (done.code, done.err) == (2, "--resume: /dev/null is no file, and keeps no points. Name a file.\n")
     journal.write_text("my points\n", encoding="utf-8")
     done = run(*words[:-1], "--csv", str(out))
     said = f"{journal} cannot be written: it is there already, and vibopt did not write it. Name another --csv.\n"

@@ -120,6 +120,8 @@ def sweep(
     how = {"keep_design": keep_design, "sample": sample or "", "workers": workers}
     edges = as_json or picture is not None or len(ranges) == 1
     journal = None if table is None or is_stream(table) else _journal(file, job, changes, table, (ranges, points, how))
+    if resume and journal is None:
+        raise InputError(f"--resume: {shown_name(str(table))} is no file, and keeps no points. Name a file.")
     known = journal.take_up() if journal is not None and resume else []
     goal = "" if keep_design and is_scene(job) else goal_word(job)
     growing = GrowingTable(table, job, goal, journal, known) if table is not None else None

@@ -83,8 +83,11 @@ class Journal:
                 f"--resume: {shown} is of another problem, other ranges or another version of vibopt. Leave --resume "
                 "out to begin anew."
             )
-        self._points = [_point_of(json.loads(one)) for one in lines[1:]]
-        return self._points
+        try:
+            self._points = [_point_of(json.loads(one)) for one in lines[1:]]
+        except (ValueError, TypeError, KeyError, AttributeError):
+            raise InputError(f"--resume: {shown} is damaged. Leave --resume out to begin anew.") from None
+        return [*self._points]
 
     def check(self) -> None:
         """InputError where a file of somebody else has the name."""

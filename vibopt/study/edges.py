@@ -212,7 +212,7 @@ class _Narrowing:
     def _cut(self, wide: list[_Gap]) -> list[list[_Gap]]:
         places = [self._places(one) for one in wide]
         facts = tuple(one.fact for one in self.varied)
-        found = list(answered(self.job, facts, np.concatenate(places)))
+        found = list(answered(self.job, facts, np.concatenate(places), sure=self.inner > 1))
         self.left -= len(found)
         parts, begin = [], 0
         for gap, inner in zip(wide, places, strict=True):

@@ -71,6 +71,7 @@ def answered(
     told: Answered | None = None,
     known: Mapping[int, Point] | None = None,
     sparing: bool = False,
+    sure: bool = False,
 ) -> Points:
     """The answers at all values of some facts.
 
@@ -90,6 +91,8 @@ def answered(
         Points that were answered before, by index.
     sparing
         Leave points with the status "" that were not answered where the others were answered together.
+    sure
+        Other points of the same facts were answered together, and one of them alone too: that is not done again.
     """
 
     def tell(part: float) -> None:
@@ -99,7 +102,7 @@ def answered(
     single: dict[int, Point] = dict(known or {})
     together = None
     if len(values) - len(single) >= FEWEST_TOGETHER:
-        together = _together(job, facts, values, tell, single)
+        together = _batch(job, facts, values, tell) if sure else _together(job, facts, values, tell, single)
     columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     points = Points(job, facts, values, columns, single)
     rest = [index for index, status in enumerate(columns.status) if not status and index not in single]

@@ -224,7 +224,9 @@ class _Front:
         if new:
             values = np.array([[self.value(b)] for b in new])
             try:
-                points = answered(self.job, (self.fact,), values, sparing=self.batch)
+                points = answered(
+                    self.job, (self.fact,), values, sparing=self.batch, sure=self.batch and bool(self.known)
+                )
                 found = zip(new, points, strict=True)
                 self.known |= {b: one if one.good else None for b, one in found if one.status}
             except InputError:
