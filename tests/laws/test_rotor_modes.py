@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from test_rotors import NONE, RPM, friswell, held
+from vibopt.errors import InputError
 from vibopt.forms.form import bend_of_slopes
 from vibopt.mechanics.harmonic import modal_of, motion
 from vibopt.mechanics.modal import Undamped
 from vibopt.mechanics.modes import modes_at, natural_frequencies, poles
-from vibopt.program.pose import pose
+from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Program
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
@@ -71,3 +72,25 @@ def test_bends_of_critical_speed_and_sag_are_differences_of_slopes() -> None:
         bend = part.form.bend(part.model, x)
         assert bend is not None
         assert bend == pytest.approx(bend_of_slopes(part.form, part.model, x), rel=1e-6, abs=1e-7)
+
+
+def test_a_diameter_from_a_thread_to_a_tower_is_refused() -> None:
+    document = friswell(sections=[{"length": "1.5 m", "diameter": {"from": "1 um", "to": "160 m"}}])
+    with pytest.raises(InputError) as caught:
+        from_dict({**document, "goal": {"minimise": "displacement", "of": "second"}, "measures": {}})
+    assert caught.value.messages == (
+        "scene: rotors.rotor has sections of 1e-06 m and of 160 m: where diameters differ by more than a factor of "
+        "1000, rounding decides how the shaft bends. Write diameters nearer to each other.",
+    )
+
+
+def test_without_any_damper_the_poles_are_the_critical_speeds_and_the_greatest_whirl_has_no_end() -> None:
+    scene = from_dict(friswell())
+    model = model_of(scene)
+    modes = modal_of(model, model.values(NONE), 4000.0 * RPM)
+    assert isinstance(modes, Undamped)
+    inside = modes.poles[(modes.poles.real > 0.0) & (np.abs(modes.poles) <= 4000.0 * RPM)]
+    critical = natural_frequencies(model, model.values(NONE))
+    assert np.sort(inside.real) == pytest.approx(critical[critical <= 4000.0 * RPM], rel=1e-12)
+    assert not inside.imag.any()
+    assert on_needed(scene, model, scene.measures["first"])[1].value(model, NONE) == np.inf

@@ -188,7 +188,8 @@ class RotorTable(Device):
     def _fits(self) -> "RotorTable":
         if not self.sections:
             raise word('has no sections. Write sections = [{ length = "0.5 m", diameter = "60 mm" }].')
-        wide = [one.diameter.value for one in self.sections if isinstance(one.diameter, Fact)]
+        ends = [getattr(one.diameter, end, None) or 0.0 for one in self.sections for end in ("value", "low", "high")]
+        wide = [end for end in ends if 0.0 < end < math.inf]
         if max(wide, default=1.0) > _WIDEST * min(wide, default=1.0):
             raise word(
                 f"has sections of {min(wide):g} m and of {max(wide):g} m: where diameters differ by more than a factor "
