@@ -322,6 +322,8 @@ def test_of_a_bought_part_only_numbers_of_the_machine_are_drawn(tmp_path: Path) 
 def test_an_unreadable_range_is_refused_in_words() -> None:
     with pytest.raises(InputError, match=r'"30 mm" is no range\. Write "5 mm\.\.30 mm", a list "10, 12, 15 mm",'):
         sweep(read(FILE), "limits.start_up.at_most", "30 mm")
+    with pytest.raises(InputError, match=r"sweep over \['bodies'\]: write a path and its range, or"):
+        sweep(read(FILE), ["bodies"])
     with pytest.raises(InputError, match=r"--points 1 is not between 2 and 100000\."):
         sweep(read(FILE), "limits.start_up.at_most", "5 mm..30 mm", 1)
 

@@ -193,6 +193,8 @@ def sweep(
     InputError
         No such fact, a range that cannot be read, no design to keep, or a scene that asks for speeds.
     """
+    if not isinstance(vary, (str, Mapping)):
+        raise InputError(f'{job.name}: sweep over {vary!r}: write a path and its range, or {{"path": "5 mm..30 mm"}}.')
     ranges = {vary: low_high} if isinstance(vary, str) else dict(vary)
     if is_scene(job) and job.find_all is not None and job.find_all not in ranges:
         raise InputError(
