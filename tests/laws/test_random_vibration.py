@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import vibopt as vo
+from vibopt.forms.mean_square import _lyapunov
 from vibopt.program.pose import on_needed, pose
 from vibopt.verify.certify import measure
 
@@ -324,3 +325,12 @@ def test_a_place_that_a_damper_alone_holds_is_designed() -> None:
     }
     design = vo.solve(vo.from_dict(document))
     assert (design.status, design.variables["absorbers.tmd.mass"].value.value) == ("optimal", pytest.approx(9.0))
+
+
+@pytest.mark.parametrize("slow", [1e-3, 1e-12, 1e-30])
+def test_what_hardly_decays_beside_what_decays_at_once_has_its_own_share(slow: float) -> None:
+    rates, turn = np.array([-slow, -1e9]), np.array([[1.0, 0.5], [0.0, 1.0]])
+    load = np.array([1.0, 1e4])
+    wanted = turn @ (np.outer(load, load) / -np.add.outer(rates, rates)) @ turn.T
+    assert _lyapunov(turn @ np.diag(rates) @ np.linalg.inv(turn), turn @ load) == pytest.approx(wanted, rel=1e-8)
+    assert np.isinf(_lyapunov(np.diag([1e-12, -1e9]), load)).all()

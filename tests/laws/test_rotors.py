@@ -455,6 +455,11 @@ REFUSED = {
         "t line 18: measures.m asks for the natural_frequency, but the modes of rotors.r change with its speed. Write "
         'response = "critical_speed".',
     ),
+    "a separation": (
+        HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"frequency_separation"'),
+        "t line 18: measures.m asks for the frequency_separation, but the modes of rotors.r change with its speed. "
+        'Write response = "critical_speed".',
+    ),
     "two speeds": (
         HEAD + SHAFT + TAIL + '[excitations.v]\nkind = "unbalance"\non = "right"\nunbalance = "1 g m"\n'
         'speed = "900 rpm"\n',

@@ -248,6 +248,8 @@ def _slope(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatAr
     a, b, c = _made(matrices, p)
     reach, seen = _lyapunov(a, b), _lyapunov(a.T, c)
     slope = np.zeros(model.n_vars)
+    if not (np.isfinite(reach).all() and np.isfinite(seen).all()):
+        return slope  # from where it has no end no way leads down
     for i in range(model.n_vars):
         off = _made(matrices, p * (1.0 + 1j * _STEP * model.exponents[:, i]))
         da, db, dc = (one.imag / _STEP for one in off)
@@ -289,18 +291,31 @@ def _lyapunov(a: Numbers, b: Numbers) -> Numbers:
     """X with a X + X a^H + b b^H = 0."""
     from scipy.linalg import solve_continuous_lyapunov
 
-    found = np.asarray(solve_continuous_lyapunov(a, -np.outer(b, b.conj())))
-    size = np.sqrt(np.abs(np.diag(found)))
-    if not (np.isfinite(size).all() and size.min() > 0.0):
-        return found
-    load = b / size
     with warnings.catch_warnings():
         warnings.simplefilter("error")
+        try:
+            found = np.asarray(solve_continuous_lyapunov(a, -np.outer(b, b.conj())))
+        except RuntimeWarning:  # two states that hardly decay beside others that do at once
+            return _by_states(a, b)
+        size = np.sqrt(np.abs(np.diag(found)))
+        if not (np.isfinite(size).all() and size.min() > 0.0):
+            return found
+        load = b / size
         try:  # once more, each state by its own size, where those do not make it singular
             scaled = solve_continuous_lyapunov(a * size / size[:, None], -np.outer(load, load.conj()))
         except RuntimeWarning:
             return found
     return np.asarray(scaled * np.outer(size, size))
+
+
+def _by_states(a: Numbers, b: Numbers) -> Numbers:
+    """The same state by state; infinite where rounding leaves one of them that does not decay."""
+    rates, shapes = np.linalg.eig(a)
+    if rates.real.max() >= 0.0:
+        return np.full_like(a, np.inf)
+    load = np.linalg.solve(shapes, b)
+    found = shapes @ (-np.outer(load, load.conj()) / (rates[:, None] + rates.conj())) @ shapes.conj().T
+    return found if np.iscomplexobj(a) or np.iscomplexobj(b) else found.real
 
 
 def _by_modes(frame: _Frame, p: FloatArray) -> float:

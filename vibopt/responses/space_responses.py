@@ -12,7 +12,7 @@ from vibopt.mechanics.built import Motion
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.mechanics.rigid import SpaceMachine
-from vibopt.responses.response import HarmonicResponse, Response
+from vibopt.responses.response import FEW_MODES, HarmonicResponse, Response
 from vibopt.responses.response_rows import across_link, along_mount
 from vibopt.signals import Combine, Drive, Output
 from vibopt.values import word
@@ -190,6 +190,10 @@ class FrequencySeparation(Response):
     """`response = "frequency_separation"`: least difference between neighbouring natural frequencies [rad/s]."""
 
     dimension: ClassVar[str] = "angular_rate"
+
+    @property
+    def modes(self) -> int:
+        return FEW_MODES
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return ModeGap()
