@@ -236,6 +236,27 @@ def test_an_undamped_drop_turns_all_its_speed_into_the_spring() -> None:
     assert told(document)["rattle"] == pytest.approx(1.4 * speed / omega, rel=1e-9)
 
 
+@pytest.mark.parametrize("stiffness", [12e3, 25.05e3, 70e3])
+def test_two_bodies_that_nothing_damps_meet_after_a_drop_as_their_waves_do(stiffness: float) -> None:
+    """Both sines of the books over a thousand periods of the slower mode, sampled and then refined."""
+    links = {
+        "feet": {"between": ["frame", "box"], "stiffness": "54 kN/m"},
+        "foam": {"between": ["instrument", "frame"], "stiffness": f"{stiffness} N/m"},
+    }
+    bodies = {"frame": {"mass": "711 kg"}, "instrument": {"mass": "99.7 kg"}}
+    measures = {"rattle": {"response": "peak_relative_displacement", "across": "foam"}}
+    found = told({**BOX, "bodies": bodies, "links": links, "measures": measures})
+    mass, below = np.diag([711.0, 99.7]), np.array([[54e3 + stiffness, -stiffness], [-stiffness, stiffness]])
+    roots, shapes = np.linalg.eig(np.linalg.solve(mass, below))
+    omega, shares = np.sqrt(roots), np.linalg.solve(shapes, np.full(2, np.sqrt(2.0 * 9.80665 * 0.3)))
+    waves = (shapes[1] - shapes[0]) * shares / omega
+    times = np.arange(0.0, 2000.0 * np.pi / omega.min(), 0.02 / omega.max())
+    seen = np.abs(waves @ np.sin(np.outer(omega, times)))
+    near = times[np.argsort(seen)[-200:], None] + np.linspace(-0.02, 0.02, 401) / omega.max()
+    best = float(np.abs(np.einsum("i,ijk", waves, np.sin(omega[:, None, None] * near))).max())
+    assert found["rattle"] == pytest.approx(best, rel=1e-7)
+
+
 @pytest.mark.parametrize("shape", get_args(Shape))
 def test_every_pulse_has_one_value_by_both_routes(shape: str) -> None:
     words = {"frequency": "12 Hz", "damping_ratio": 0.2} if "decaying" in shape else {"duration": "25 ms"}

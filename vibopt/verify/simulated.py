@@ -489,17 +489,23 @@ class Simulated:
         """The greater of the best so far and of what rings on behind the last look, by modes."""
         low = self._spans[-_LOOKS][0]
         rates, shapes = np.linalg.eig(self._states.matrices[0])
-        if np.linalg.cond(shapes) > _DEFECTIVE:
-            return best
-        state = self._run(len(self._spans) - _LOOKS)(low)
-        shares = shapes * np.linalg.solve(shapes, state.astype(complex))
+        waves = None
+        if np.linalg.cond(shapes) > _DEFECTIVE:  # with what drifts, which is not read: what swings alone
+            rates, waves = self._free(response)
+            if not len(rates):
+                return best
+        else:
+            state = self._run(len(self._spans) - _LOOKS)(low)
+            shares = shapes * np.linalg.solve(shapes, state.astype(complex))
         begin, end = self._spans[-1][1] - low, self._look / _PERIODS * _HORIZON
         step = 2.0 * np.pi / (_SAMPLES * max(float(np.abs(rates.imag).max()), 1e-300))
         quiet = self._spans[-1][1] * 2.0
 
         def value(times: FloatArray) -> FloatArray:
-            states = np.real(shares @ np.exp(rates[:, None] * times))
-            course = self._course(np.full(len(times), quiet), states)
+            turned = np.exp(rates[:, None] * times)
+            if waves is not None:
+                return np.asarray(np.abs(np.imag(waves @ turned)))
+            course = self._course(np.full(len(times), quiet), np.real(shares @ turned))
             return np.abs(response.trace(self.machine, course)) * np.ones(len(times))
 
         while begin < end:
