@@ -198,11 +198,12 @@ class Pulse(Transient):
         return sine(self.length, 1.0, 0.0, self.frequency.value * self.length, decay=_FADED)
 
     def signal(self, time: FloatArray) -> FloatArray:
+        own = time
+        if self.every is not None:  # no pulse begins before the one before it has ended
+            own = time - self.every.value * np.clip(np.floor(time / self.every.value), 0.0, self.times - 1.0)
+        inside = (own >= 0.0) & (own <= self.length)
         total = np.zeros(time.shape)
-        for begin in self._begins:
-            own = time - begin
-            inside = (own >= 0.0) & (own <= self.length)
-            total[inside] += self._shape(own[inside])
+        total[inside] = self._shape(own[inside])
         return self.size * total
 
     def _shape(self, time: FloatArray) -> FloatArray:
