@@ -314,7 +314,7 @@ def _by_states(a: Numbers, b: Numbers) -> Numbers:
     if rates.real.max() >= 0.0:
         return np.full_like(a, np.inf)
     load = np.linalg.solve(shapes, b)
-    found = shapes @ (-np.outer(load, load.conj()) / (rates[:, None] + rates.conj())) @ shapes.conj().T
+    found: Numbers = shapes @ (-np.outer(load, load.conj()) / (rates[:, None] + rates.conj())) @ shapes.conj().T
     return found if np.iscomplexobj(a) or np.iscomplexobj(b) else found.real
 
 
