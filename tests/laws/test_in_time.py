@@ -489,10 +489,12 @@ BAD: dict[str, tuple[str, str]] = {
         "remove the row or mend it."),
     "empty": ("time [s];a [g]\n0;1\n1;\n2;0\n", "record.csv row 3: there is no number. Every sample needs its value; "
         "remove the row or mend it."),
-    "no time": ("a [g]\n1\n2\n0\n", 'record.csv needs either a column "time [s]" or interval in the problem file, and '
-        'not both. Write interval = "5 ms" where samples are evenly spaced.'),
-    "short": ("time [s];a [g]\n0;1\n", "record.csv has no heading and two samples. Write a heading with units, and "
-        "a row a sample."),
+    "no time": ("a [g]\n1\n2\n0\n", 'record.csv has no column "time [s]", and nothing says how far apart its samples '
+        'are. Write interval = "5 ms" where they are evenly spaced.'),
+    "short": ("time [s];a [g]\n0;1\n", "record.csv has 1 row below its first, and a record needs two. Write a heading "
+        "with units, and a row a sample."),
+    "one name": ("time [s];a [g];a [g]\n0;1;1\n1;2;1\n2;0;1\n", "record.csv has two columns of one name. Give each its "
+        "own in the heading."),
     "several": ("time [s];a [g];b [g]\n0;1;1\n1;2;1\n2;0;1\n", "record.csv has several columns. Write column = one of "
         '"a", "b".'),
     "heading": ("0;1\n1;2\n2;0\n", "record.csv begins with numbers. Write a heading with units into its first row: "
@@ -504,6 +506,16 @@ BAD: dict[str, tuple[str, str]] = {
     "gap": ("time [s];a [g]\n0;1\n1;2\n2;0\n3;0\n90;0\n", "record.csv row 6: more than 20 samples are missing before "
         "it. Fill the gap, or cut the record."),
 }  # fmt: skip
+
+
+def test_the_motion_of_a_body_is_not_given() -> None:
+    fall = {**BOX["excitations"]["fall"], "on": "instrument"}
+    with pytest.raises(InputError) as refused:
+        vo.from_dict({**BOX, "excitations": {"fall": fall}})
+    assert refused.value.messages == (
+        'scene: excitations.fall.on = "instrument" is a body, but the motion of a base is given. Write [bases.floor], '
+        'links to it, and on = "floor".',
+    )
 
 
 @pytest.mark.parametrize("name", BAD)

@@ -173,7 +173,11 @@ def _columns_of(file: Path, column: str | None, interval: float | None) -> tuple
     """Times from zero [s], values [SI], and what they are, of a table."""
     sheet = sheet_of(file)
     if len(sheet.rows) < 3:
-        raise InputError(f"{file.name} has no heading and two samples. Write a heading with units, and a row a sample.")
+        samples = max(len(sheet.rows) - 1, 0)
+        raise InputError(
+            f"{file.name} has {samples} row{'s' * (samples != 1)} below its first, and a record needs two. Write a "
+            "heading with units, and a row a sample."
+        )
     if len(sheet.rows) > _MOST:
         raise InputError(f"{file.name} has {len(sheet.rows)} rows, more than the {_MOST} that are read.")
     headings = [heading_of(one) for one in sheet.rows[0][1]]
@@ -193,10 +197,12 @@ def _columns_of(file: Path, column: str | None, interval: float | None) -> tuple
     where = _column(file.name, headings, names, at_time, column)
     scale, kind = _unit(file.name, headings[where])
     values = _numbers(file.name, sheet, where, headings[where][1]) * scale
-    if (at_time is None) == (interval is None):
+    if at_time is not None and interval is not None:
+        raise InputError(f"{file.name} has a column of times, beside interval in the problem file. Remove interval.")
+    if at_time is None and interval is None:
         raise InputError(
-            f'{file.name} needs either a column "time [s]" or interval in the problem file, and not both. Write '
-            'interval = "5 ms" where samples are evenly spaced.'
+            f'{file.name} has no column "time [s]", and nothing says how far apart its samples are. Write interval = '
+            '"5 ms" where they are evenly spaced.'
         )
     if at_time is None:
         return np.linspace(0.0, (len(values) - 1) * float(interval or 0.0), len(values)), values, kind
@@ -211,6 +217,8 @@ def _column(
         return others[0]
     if column is not None and column.lower() in names:
         return names.index(column.lower())
+    if column is None and len({names[i] for i in others}) < len(others):
+        raise InputError(f"{file} has two columns of one name. Give each its own in the heading.")
     known = ", ".join(f'"{headings[i][0]}"' for i in others)
     said = f'has no column "{column}"' if column is not None else "has several columns"
     raise InputError(f"{file} {said}. Write column = one of {known}.")

@@ -18,7 +18,10 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
         what = "body" if excitation.family == "bodies" else "base"
         if wrong_density(scene, name, mistakes):
             continue
-        if excitation.on not in known:
+        if what == "base" and excitation.on in moving:
+            word = 'is a body, but the motion of a base is given. Write [bases.floor], links to it, and on = "floor".'
+            mistakes.value((*path, "on"), excitation.on, word)
+        elif excitation.on not in known:
             mistakes.unknown_name((*path, "on"), excitation.on, what, known)
         else:
             _kind(scene, name, mistakes)
