@@ -179,6 +179,43 @@ def test_what_cannot_be_weighed_is_said(against: str, points: int, words: str) -
     assert str(error.value) == words
 
 
+THREE = """
+[engine]
+stroke = "86 mm"
+rod = "145 mm"
+speed = "6000 rpm"
+reciprocating = "0.5 kg"
+rotating = "0.4 kg"
+spacing = "90 mm"
+[[cylinders]]
+crank = "0 deg"
+[[cylinders]]
+crank = "120 deg"
+[[cylinders]]
+crank = "240 deg"
+[counterweights.front]
+at = "-40 mm"
+unbalance = { from = "0 g mm", to = "20 kg mm" }
+[counterweights.rear]
+at = "220 mm"
+unbalance = { from = "0 g mm", to = "20 kg mm" }
+[limits.force]
+response = "primary_force"
+at_most = "100 N"
+[goal]
+minimise = "primary_couple"
+"""
+
+
+def test_a_limit_that_costs_nothing_down_to_zero_leaves_nothing_to_weigh() -> None:
+    job = from_text(THREE, "three.toml")
+    with pytest.raises(InputError) as error:
+        vo.tradeoff(job, "limits.force", 3)
+    assert str(error.value) == (
+        "three.toml: limits.force.at_most and the goal are best in one and the same design: there is nothing to weigh."
+    )
+
+
 def test_a_response_in_words_is_named_as_it_was_given() -> None:
     with pytest.raises(InputError) as error:
         vo.tradeoff(vo.read(PRESS), against="displacement of nobody")

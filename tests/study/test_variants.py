@@ -7,7 +7,9 @@ from pathlib import Path
 
 import pytest
 
+import vibopt as vo
 from vibopt.errors import InputError
+from vibopt.jobs import from_text as job_of
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
@@ -165,3 +167,33 @@ def test_what_cannot_be_compared_is_refused(scenes: dict[str, Scene], text: str)
     with pytest.raises(InputError) as caught:
         compare(scenes)
     assert str(caught.value) == text
+
+
+SHAFT = """
+[shaft]
+bearings = { A = "0 mm", B = "900 mm" }
+speed = "1500 rpm"
+[masses.pulley]
+unbalance = "30 kg mm"
+angle = "210 deg"
+at = "450 mm"
+[planes.drive]
+at = "100 mm"
+radius = "50 mm"
+weight = { from = "0 g", to = "500 g" }
+[limits.A]
+response = "bearing_reaction"
+of = "A"
+at_most = "300 N"
+[goal]
+minimise = "correction"
+"""
+
+
+def test_a_shaft_without_an_answer_has_no_weights_in_the_table() -> None:
+    job = job_of(SHAFT, "shaft.toml")
+    result = compare({"wide": job, "tight": vo.with_changes(job, {"planes.drive.weight.to": "10 g"})})
+    assert [one.status for one in result.designs] == ["optimal", "infeasible"]
+    chosen = [row for row in result.rows if row.kind == "chosen"]
+    assert chosen
+    assert all(row.cells[0] is not None and row.cells[1] is None for row in chosen)

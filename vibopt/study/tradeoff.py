@@ -303,7 +303,7 @@ class _Front:
         if free:
             gaps.append(self._falling(best))
         tight, *loose = self._cut(gaps)
-        return tight, (loose[0] if free else max(good)), free
+        return tight, (max(tight, loose[0]) if free else max(good)), free  # where they are one, in any order
 
     def _falling(self, holds: Holds) -> Gap:
         """The loosest known bound that fails below those that hold, and the next; further down where none fails."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vibopt.answer.entry import Entry, Value
 from vibopt.jobs import facts
 from vibopt.study.freeze import MEASURED
-from vibopt.study.seen import goal_of, reason, results
+from vibopt.study.seen import chosen, goal_of, reason, results
 from vibopt.study.variant_cells import SAME, Cell, Row, marked
 from vibopt.study.variant_rows import limit_words
 from vibopt.units import si_unit
@@ -25,9 +25,9 @@ def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) ->
     if any(why):
         rows.append(Row("reason", "why", "", tuple(Cell(one) if one else None for one in why)))
     rows += _goals(found)
-    chosen = dict.fromkeys(path for one in jobs for path in one.choices)
-    entries = [one.entries() for one in found]
-    rows += [_numbers("chosen", path, [one.get(path) for one in entries]) for path in chosen]
+    paths = dict.fromkeys(path for one in jobs for path in one.choices)
+    taken = [chosen(job, one) for job, one in zip(jobs, found, strict=True)]
+    rows += [_numbers("chosen", path, [one.get(path) for one in taken]) for path in paths]
     rows += _facts(jobs)
     rows += _limits(found)
     left = [{**{name: one.value for name, one in a.measures.items()}, **results(j, a)}
