@@ -7,6 +7,9 @@ from typing import Any
 
 import pytest
 
+import vibopt as vo
+from vibopt.study.prices import prices
+
 Run = Callable[..., Any]
 
 
@@ -227,3 +230,54 @@ def test_numbers_without_a_step_are_listed_with_the_reason(run: Run, name: str) 
     done = run("whatif", str(Path(__file__).parents[2] / "problems" / "balancing" / f"{name}.toml"))
     assert done.code == 0
     assert "it is zero, and nothing says how large a step is" in " ".join(done.out.split())
+
+
+SHAFT = """
+[shaft]
+bearings = { A = "0 mm", B = "900 mm" }
+speed = "1500 rpm"
+[masses.left]
+mass = "1 kg"
+radius = "50 mm"
+angle = "90 deg"
+at = "200 mm"
+[masses.middle]
+unbalance = "30 kg mm"
+angle = "210 deg"
+at = "450 mm"
+[planes.drive]
+at = "100 mm"
+radius = "50 mm"
+weight = { from = "0 g", to = "500 g" }
+[planes.free]
+at = "800 mm"
+radius = "50 mm"
+weight = { from = "0 g", to = "500 g" }
+[limits.A]
+response = "bearing_reaction"
+of = "A"
+at_most = "200 N"
+[limits.B]
+response = "bearing_reaction"
+of = "B"
+at_most = "200 N"
+[goal]
+minimise = "correction"
+"""
+
+
+def test_bearings_are_moved_by_the_step_of_every_other_place(tmp_path: Path) -> None:
+    file = tmp_path / "shaft.toml"
+    file.write_text(SHAFT)
+    rows = {one.path: one for one in prices(vo.read(file)).rows}
+    for path, now in (("shaft.bearings.A", 0.0), ("shaft.bearings.B", 0.9), ("masses.left.at", 0.2)):
+        assert [way.value.value for way in rows[path].ways] == pytest.approx([now - 0.007, now + 0.007])
+
+
+def test_weights_of_a_trade_off_that_are_rounding_are_zero(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "shaft.toml"
+    file.write_text(SHAFT)
+    done = run("tradeoff", str(file), "--against", "limits.A", "--points", "6")
+    assert done.code == 0
+    assert "e-" not in done.out
+    assert "of the whole curve, in parts of both spans." in " ".join(done.out.split())

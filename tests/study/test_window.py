@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import vibopt as vo
+from vibopt.cli.main import main
 from vibopt.errors import InputError
 from vibopt.program.pose import pose
 from vibopt.solve.ranges import closed
@@ -146,7 +147,58 @@ def test_a_part_is_never_rounded_up(part: float, words: str) -> None:
     assert percent(part) == words
 
 
+TWO_STAGES = """
+[bodies.machine]
+mass = "800 kg"
+[bodies.block]
+mass = "2500 kg"
+[links.upper]
+between = ["machine", "block"]
+stiffness = { from = "100 kN/m", to = "50 MN/m" }
+damping = "2 kN s/m"
+[links.lower]
+between = ["block", "ground"]
+stiffness = { from = "50 kN/m", to = "20 MN/m" }
+damping = "8 kN s/m"
+[excitations.turning]
+kind = "unbalance"
+on = "machine"
+unbalance = "0.4 kg m"
+speed = "900..1500 rpm"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "600 N"
+[limits.shake]
+response = "displacement"
+of = "machine"
+at_most = "1.2 mm pp"
+[goal]
+minimise = "displacement"
+of = "machine"
+"""
+
+
+def test_between_the_ends_of_two_variables_a_value_may_be_forbidden_and_that_is_said(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "stages.toml"
+    file.write_text(TWO_STAGES)
+    assert main(["window", str(file)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert "Variable Least and greatest All at once Centre" in said
+    assert (
+        "Least and greatest: over all values of the others, no value outside is permitted, proven. A value between "
+        "them may be forbidden, whatever the others are."
+    ) in said
+    between = vo.with_changes(vo.read(file), {"links.upper.stiffness": "5 MN/m"})
+    assert vo.solve(between, explain=False).status == "infeasible"
+
+
 def test_a_window_is_a_table_and_json(press: Window) -> None:
+    assert press.to_json()["spans_are"] == (
+        "least and greatest. A value between them may be forbidden, whatever the others are"
+    )
     rows = press.table()
     assert [row["path"] for row in rows] == ["links.mount.stiffness", "links.mount.damping"]
     assert rows[0]["box from"] == pytest.approx(rows[0]["centre"] * (1.0 - press.part))

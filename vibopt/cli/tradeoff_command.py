@@ -17,7 +17,11 @@ from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
+    from vibopt.answer.entry import Entry
     from vibopt.study.tradeoff import Tradeoff
+
+ROUNDING = 1e-9
+"""Part of the greatest value of a column below which one is no more than the rounding of the search."""
 
 
 @click.command(cls=Once)
@@ -97,12 +101,15 @@ def _list(result: Tradeoff, console: Console) -> None:
     step = max(1, -(-len(result.points) // (MOST_ROWS // 3)))
     last = len(result.points) - 1
     paths = _columns(result)
+    sizes = {
+        path: max(abs(one.variables[path].value) for one in result.points if path in one.variables) for path in paths
+    }
     rows = []
     for index, (point, at) in enumerate(zip(result.points, result.reached, strict=True)):
         mark = "knee" if index == result.knee else "tightest" if index == 0 else "goal's own best" if (
             index == last and result.free) else ""  # fmt: skip
         if index % step == 0 or mark:
-            values = [point.variables[path].shown if path in point.variables else "-" for path in paths]
+            values = [_shown(point.variables[path], sizes[path]) if path in point.variables else "-" for path in paths]
             goal = point.goal.shown if point.goal is not None else "-"
             proof = "not proven" if point.status == "feasible" else ""
             rows.append((at.shown, goal, *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
@@ -110,7 +117,9 @@ def _list(result: Tradeoff, console: Console) -> None:
     console.print(grid(rows, heads))
     if step > 1:
         console.print(f"One in {step} of the points is shown; --csv FILE writes all of them.")
-    spacing = f"Neighbours are no further apart than {100.0 * result.gap:.2g} % of both spans together"
+    spacing = (
+        f"Neighbours are no further apart than {50.0 * result.gap:.2g} % of the whole curve, in parts of both spans"
+    )
     jumps = f"; at {len(result.jumps)} places nothing lies between" if result.jumps else ""
     paragraph(console, f"{spacing}{jumps}. The knee is {KNEE}.")
     if open_ones:
@@ -120,6 +129,13 @@ def _list(result: Tradeoff, console: Console) -> None:
     if not result.free:
         further = f"it goes on where {result.name} is loosened further"
         paragraph(console, f"The goal has no best value of its own: {further}.")
+
+
+def _shown(value: Entry, size: float) -> str:
+    """A value in a column of that size, whose rounding is zero."""
+    from dataclasses import replace
+
+    return value.shown if abs(value.value) > ROUNDING * size else replace(value, value=0.0).shown
 
 
 def _columns(result: Tradeoff) -> list[str]:

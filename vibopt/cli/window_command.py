@@ -47,15 +47,17 @@ def _list(result: Window, console: Console) -> None:
     from dataclasses import replace
 
     from vibopt.answer.text import grid, paragraph
-    from vibopt.study.window import percent
+    from vibopt.study.window import BETWEEN, percent
 
+    alone = len(result.spans) == 1
     console.print(result.job.title, style="bold")
     rows = []
     for span in result.spans:
         middle = result.centre[span.path]
         box = [replace(middle, value=middle.value * (1.0 + side * result.part)).shown for side in (-1.0, 1.0)]
         rows.append((span.path, _ends(span), " to ".join(box), middle.shown))
-    console.print(grid(rows, ("Variable", "Permitted", "All at once", "Centre")))
+    ends = "Permitted" if alone else "Least and greatest"
+    console.print(grid(rows, ("Variable", ends, "All at once", "Centre")))
     if result.part > 0.0:
         more = " and more" if result.part > 0.499 else ""
         console.print(f"\n±{percent(result.part)}{more} on {_each(result)} around the centre is safe.")
@@ -63,10 +65,13 @@ def _list(result: Window, console: Console) -> None:
         paragraph(console, f"Box: {how}.", 0)
     else:
         console.print("\nNo box was found: the permitted designs are too thin.")
-    alone = len(result.spans) == 1
-    over = "with exact ends" if alone else "over all values of the others"
     sound = all(span.proven for span in result.spans)
-    paragraph(console, f"Permitted: {over}, {'proven' if sound else 'as far as was found; more may be permitted'}.", 0)
+    if alone:
+        what = f"Permitted: with exact ends, {'proven' if sound else 'as far as was found; more may be permitted'}."
+    else:
+        proof = "no value outside is permitted, proven" if sound else "as far as was found; more may be permitted"
+        what = f"Least and greatest: over all values of the others, {proof}. {BETWEEN}."
+    paragraph(console, what, 0)
     if result.around > 1e-4:
         console.print(f"Around the answer of the file ±{percent(result.around)} holds at the corners.")
 

@@ -87,10 +87,16 @@ def axis_of(fact: FactAt, extent: float, *, complement: bool = False) -> Axis | 
     """The axis of a number; None where it is zero and nothing says how large a step is."""
     if fact.dimension == "angle" and not fact.path.startswith("limits."):
         return Axis(fact, extent=_TURN)
-    if fact.dimension == "length" and (fact.signed or fact.path.endswith(".at")):
+    if fact.dimension == "length" and (fact.signed or is_place(fact)):
         return Axis(fact, extent=extent)
     size = 1.0 - fact.value if complement else fact.value
     return Axis(fact, complement=complement) if size > 0.0 else None
+
+
+def is_place(fact: FactAt) -> bool:
+    """Whether a length says where something is along the shaft."""
+    family, name, *_ = *fact.path.split("."), ""
+    return fact.path.endswith(".at") or (family in ("shaft", "quality") and name in ("bearings", "planes"))
 
 
 def rounded(fact: FactAt, aimed: float) -> float:

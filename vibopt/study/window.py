@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 MOST_VARIABLES = 6
+BETWEEN = "A value between them may be forbidden, whatever the others are"
+"""What least and greatest of several variables leave open."""
 _GRID = {1: 65, 2: 12, 3: 7, 4: 4, 5: 3, 6: 2}
 _TRIED, _GROWN = 8, 2
 """Designs of the grid around which a box is measured, and from which the centre is sought."""
@@ -60,7 +62,8 @@ class Span:
     """How far a variable may go while the others move as it needs.
 
     intervals
-        From and to; several where one variable is all there is.
+        From and to; where one variable is all there is, every interval.  Of several the least and the greatest value;
+        one between them may be forbidden, whatever the others are.
     proven
         Whether the ends are: beyond them no design is permitted.
     opened
@@ -120,7 +123,8 @@ class Window(Tabular):
     def to_json(self) -> dict[str, Any]:
         """Spans, centre and box."""
         keys = ("spans", "centre", "part", "proven", "claim", "around")
-        return {key: getattr(self, key) for key in keys}
+        between = {} if len(self.spans) == 1 else {"spans_are": f"least and greatest. {BETWEEN}"}
+        return {**{key: getattr(self, key) for key in keys}, **between}
 
 
 def percent(part: float) -> str:
@@ -439,4 +443,4 @@ def _own(scene: Scene) -> FloatArray | None:
     return x if len(x) == len(scene.variables) and all(map(isfinite, x)) else None
 
 
-__all__ = ["Span", "Window", "percent", "window"]
+__all__ = ["BETWEEN", "Span", "Window", "percent", "window"]
