@@ -29,8 +29,11 @@ Phase along a piece where matrices are said to be good up to a frequency [rad].
 """
 _ROUNDED = 1e-7
 """Part of what adds up to a moment below which it is rounding, as at a free end."""
-_WHOLE = 3.5
-"""Phase along a section up to which it is followed in one stretch [rad]: held at both ends it does not vibrate yet."""
+_WHOLE, _CLAMPED = 3.5, 4.730040744862704
+"""Phase along a section up to which it is followed in one stretch [rad]: held at both ends it does not vibrate yet.
+
+At the second it would, if it were slender.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,9 +56,15 @@ class Section:
         return float(np.sqrt(_LONG * self.bending / max(self.mass * long**4, self.rotary * long**2)))
 
     def stretches(self, omega: float, phase: float) -> int:
-        """Into how many it is cut so that a wave at a frequency [rad/s] goes on by at most `phase` [rad] along each."""
-        whole = (self.mass * omega**2 / self.bending) ** 0.25 * self.length
-        return max(1, int(np.ceil(whole / phase)))
+        """Into how many it is cut so that a wave at a frequency [rad/s] goes on by at most `phase` [rad] along each.
+
+        Of a thick one what counts is how near a stretch held at both ends is to vibrating by itself: squares of
+        periods of bending, shear and tilting add up, of tilting three times in a backward whirl with the spin.
+        """
+        part = (phase / _CLAMPED) ** 4
+        bends = self.mass * self.length**4 / self.bending / _CLAMPED**4 * omega**2
+        thick = (self.mass / self.shear + 3.0 * self.rotary / self.bending) * (self.length * omega / np.pi) ** 2
+        return max(1, int(np.ceil(np.sqrt((thick + np.sqrt(thick**2 + 4.0 * part * bends)) / (2.0 * part)))))
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,7 +102,8 @@ class WhirlingShaft:
     @property
     def pieces(self) -> int:
         """Into how many each section is cut for slow motion."""
-        longest = max(one.stretches(self.top, _SHORT) for one in self.sections)
+        slender = [replace(one, shear=np.inf, rotary=0.0) for one in self.sections]
+        longest = max(one.stretches(self.top, _SHORT) for one in slender)
         return max(_FEWEST, -(-_PIECES // len(self.sections)), longest)
 
     @property
