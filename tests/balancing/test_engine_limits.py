@@ -177,3 +177,22 @@ def test_a_difference_of_nothing_is_not_printed_as_a_percentage() -> None:
     notes = " ".join(solved(document).notes)
     assert "exact kinematics the same." in notes
     assert "e-0" not in notes
+
+
+@pytest.mark.parametrize("bound", ["100 N", "1 N", "0.1 N", "1 mN", "1e-8 N", "0 N"])
+def test_a_force_of_next_to_nothing_is_kept_to_its_own_digits(bound: str) -> None:
+    """Two equal and opposite weights leave no force, and the least couple: half of that of the pistons."""
+    document = engine(["0 deg", "120 deg", "240 deg"], rotating="0.4 kg")
+    weight = {"unbalance": {"from": "0 g mm", "to": "20 kg mm"}}
+    document["counterweights"] = {"front": {"at": "-40 mm", **weight}, "rear": {"at": "220 mm", **weight}}
+    document["limits"] = {"force": {"response": "primary_force", "at_most": bound}}
+    document["goal"] = {"minimise": "primary_couple"}
+    found = solved(document)
+    row = found.limits["force"]
+    assert found.status == "optimal"
+    assert row.met
+    assert row.value.value <= read_quantity(bound, "force").value * (1.0 + 1e-9)
+    omega = 6000.0 * 2.0 * np.pi / 60.0
+    least = np.sqrt(3.0) / 2.0 * 0.5 * 0.045 * omega**2 * 0.09
+    assert found.goal is not None
+    assert found.goal[1].value == pytest.approx(least, rel=1e-6)

@@ -244,6 +244,9 @@ def test_a_job_without_a_design_and_a_path_that_is_not_there_are_refused() -> No
         prices(job, only=["limits.start_upp.at_most"])
     with pytest.raises(InputError, match="there is no design whose price could be told: infeasible"):
         prices(with_changes(job, {"limits.start_up.at_most": "1 mm"}))
+    job = with_changes(open_job(PROBLEMS / "balancing/engine_share_capped.toml"), {"limits.second.at_most": "500 N"})
+    with pytest.raises(InputError, match="This cannot hold: second"):
+        prices(job)
 
 
 @pytest.mark.slow

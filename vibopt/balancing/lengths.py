@@ -20,6 +20,7 @@ from vibopt.work import worked
 
 PROVEN = 1e-7
 _TIGHT = 0.01
+_PULLS, _INSIDE = 5, 1e-9
 REACH = 1e3
 """Choices without a cap are searched up to this many times the size that matters; the claim says so."""
 
@@ -169,7 +170,7 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
         return Least(None, np.nan, -np.inf, "unproven", "no weights were found, and that there are none is not proven")
     if not run.finite:
         return Least(None, np.nan, -np.inf, "unproven", f"the solver stopped ({run.status}) without an answer")
-    x = into_box(run.x[: box.size] * scale, box)
+    x = _kept(into_box(run.x[: box.size] * scale, box), limits, box, scale)
     value = goal.value(x)
     broken = [one for one in limits if one.value(x) > one.limit * (1.0 + 1e-6) + 1e-9 * size]
     if broken or not np.isfinite(value):
@@ -179,6 +180,37 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     status = "optimal" if gap <= PROVEN * 10.0 or value - bound <= 1e-9 * whole else "feasible"
     said = f"gap {gap:.1e}" if value > 1e-9 * whole else "the goal is zero to rounding, gap 0"
     return Least(x, value, bound, status, f"convex program, {said} by our own dual bound")
+
+
+def _kept(x: FloatArray, limits: Sequence[Lengths], box: Box, scale: FloatArray) -> FloatArray:
+    """The nearest x that keeps the limits to their own last digits: the solver keeps them to those of their rows.
+
+    As it is where pulling one limit in breaks another.
+    """
+    best, least_excess = x, _excess(x, limits)
+    for _ in range(_PULLS):
+        broken = [one for one in limits if one.limit < one.value(x) * (1.0 - _INSIDE)]
+        if least_excess <= _INSIDE or not broken:
+            break
+        rows, moves = [], []
+        for one in broken:
+            now = one.constant + one.slope @ x
+            far = np.abs(now) > one.limit * (1.0 - _INSIDE) if one.by == "worst" else np.full(len(now), True)
+            size = np.abs(now[far]).max() if one.by == "worst" else np.abs(now).sum()
+            rows.append(one.slope[far] * scale)
+            moves.append(now[far] * (one.limit * (1.0 - 2.0 * _INSIDE) / size - 1.0))
+        A, b = np.concatenate(rows), np.concatenate(moves)
+        A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])
+        x = into_box(x + scale * np.linalg.lstsq(A, b, rcond=1e-12)[0], box)
+        excess = _excess(x, limits)
+        if excess < least_excess:
+            best, least_excess = x, excess
+    return best
+
+
+def _excess(x: FloatArray, limits: Sequence[Lengths]) -> float:
+    """Greatest part by which a limit is broken; limits of nothing are told by their rows alone."""
+    return max((one.value(x) / one.limit - 1.0 for one in limits if one.limit > 0.0), default=0.0)
 
 
 def _scales(rows: Sequence[Lengths], box: Box) -> FloatArray:

@@ -194,7 +194,7 @@ def prices(
         A job that answers with a set, that has nothing to count a price in, or that has no design; a path of `only`
         that the file does not have.
     """
-    found = answer(job, explain=False) if found is None else found
+    found = _answered(job) if found is None else found
     measure, sense = measured_by(job)
     refused = _refusal(job, found, measure)
     if refused:
@@ -212,6 +212,12 @@ def prices(
         rows[k] = purse.ranged(asked[k][0], rows[k], progress, 0.5 + place / max(2 * len(asked), 1))
     notes = [*_left(rows), *([_data(job, read)] if read and only is None else [])]
     return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
+
+
+def _answered(job: Job) -> Answer[Any]:
+    """The answer; where a balancing job has none, with what stands in the way."""
+    found = answer(job, explain=False)
+    return answer(job) if found.status == "infeasible" and not is_scene(job) else found
 
 
 def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
