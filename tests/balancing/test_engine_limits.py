@@ -15,6 +15,7 @@ from vibopt.balancing import question_prices as prices
 from vibopt.balancing.engine import EngineJob, solve_engine
 from vibopt.balancing.engine.choose_weights import balance, settings
 from vibopt.balancing.engine.shaking import Arms, arms, of_order
+from vibopt.study.prices import prices as every_price
 from vibopt.units import read_quantity
 
 
@@ -179,15 +180,20 @@ def test_a_difference_of_nothing_is_not_printed_as_a_percentage() -> None:
     assert "e-0" not in notes
 
 
-@pytest.mark.parametrize("bound", ["100 N", "1 N", "0.1 N", "1 mN", "1e-8 N", "0 N"])
-def test_a_force_of_next_to_nothing_is_kept_to_its_own_digits(bound: str) -> None:
-    """Two equal and opposite weights leave no force, and the least couple: half of that of the pistons."""
+def three(bound: str) -> dict[str, Any]:
+    """Three cylinders with a counterweight at either end under a limited force."""
     document = engine(["0 deg", "120 deg", "240 deg"], rotating="0.4 kg")
     weight = {"unbalance": {"from": "0 g mm", "to": "20 kg mm"}}
     document["counterweights"] = {"front": {"at": "-40 mm", **weight}, "rear": {"at": "220 mm", **weight}}
     document["limits"] = {"force": {"response": "primary_force", "at_most": bound}}
     document["goal"] = {"minimise": "primary_couple"}
-    found = solved(document)
+    return document
+
+
+@pytest.mark.parametrize("bound", ["100 N", "1 N", "0.1 N", "1 mN", "1e-8 N", "0 N"])
+def test_a_force_of_next_to_nothing_is_kept_to_its_own_digits(bound: str) -> None:
+    """Two equal and opposite weights leave no force, and the least couple: half of that of the pistons."""
+    found = solved(three(bound))
     row = found.limits["force"]
     assert found.status == "optimal"
     assert row.met
@@ -196,3 +202,16 @@ def test_a_force_of_next_to_nothing_is_kept_to_its_own_digits(bound: str) -> Non
     least = np.sqrt(3.0) / 2.0 * 0.5 * 0.045 * omega**2 * 0.09
     assert found.goal is not None
     assert found.goal[1].value == pytest.approx(least, rel=1e-6)
+
+
+def test_what_the_taken_of_equal_weights_touch_ends_no_range() -> None:
+    """The goal is a line in the spacing, and bends where a cap leaves less than half of what may be pushed."""
+    paths = ["engine.spacing", "counterweights.front.unbalance.to"]
+    found = every_price(job_of(three("100 N")), only=paths)
+    assert found.find(paths[0]).ways[0].until is None
+    end = found.find(paths[1]).ways[0]
+    omega = 6000.0 * 2.0 * np.pi / 60.0
+    whole = (0.4 + 0.25) * 0.045 * np.sqrt(3.0) * 0.09 / 0.26
+    assert end.until is not None
+    assert end.until.value == pytest.approx(whole - 0.5 * 100.0 / omega**2, rel=1e-4)
+    assert "force" in end.then

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.answer.entry import ACTIVE, Entry
+from vibopt.balancing import ENGINE
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, with_changes
 from vibopt.records import dataclass
@@ -21,6 +22,7 @@ from vibopt.study.points import Columns
 from vibopt.study.seen import goal_of
 from vibopt.study.together import columns
 from vibopt.values.fact_at import FactAt
+from vibopt.work import metered
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -124,15 +126,20 @@ def _end(which: str) -> str:
 
 
 def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
-    """Limits and caps that are touched, and what was chosen of lists."""
+    """Limits and caps that are touched and hold the goal back, and what was chosen of lists."""
     held = {name for name, one in found.limits.items() if one.margin <= _TOUCHED}
-    entries = found.entries()
+    entries, caps = found.entries(), {}
     for fact in facts(job):
         path, _, end = fact.path.rpartition(".")
         if end == "to" and fact.value > 0.0:
             one = next((entries[key] for key in _chosen_at(path) if key in entries), None)
             if isinstance(one, Entry) and one.value >= fact.value * (1.0 - _TOUCHED):
-                held.add(f"{path} at {_PLACES['high']}")
+                caps[path] = f"{path} at {_PLACES['high']}"
+    held |= set(caps.values())
+    if job.kind == ENGINE:
+        from vibopt.balancing.engine.needless import needless
+
+        held -= needless(job, held, caps)
     for plane in getattr(job, "planes", ()):
         if getattr(plane, "is_discrete", False):
             said = [entries.get(f"planes.{plane.name}.{key}") for key in ("mass", "angle")]
@@ -198,8 +205,10 @@ class Road:
             found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
         else:
             found = answer(here, explain=False, brief=True)
-        self.work += max(found.work, LEAST_WORK)
-        return state_of(here, found, value)
+        with metered() as meter:
+            state = state_of(here, found, value)
+        self.work += max(found.work + meter.done, LEAST_WORK)
+        return state
 
     def at(self, values: Sequence[float]) -> list[State | None]:
         """The answers at several values, in any order; None where a batch has proven nothing."""
