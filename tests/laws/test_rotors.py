@@ -484,7 +484,17 @@ REFUSED = {
     ),
     "a high critical speed": (
         HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"critical_speed"\nmode = 13'),
-        "t line 20: measures.m.mode = 13 is beyond the 12 lowest critical speeds, up to which whirls are told.",
+        "t line 20: measures.m.mode = 13 is beyond the 12 lowest critical speeds, up to which whirls are told. Write "
+        "one from 1 to 12.",
+    ),
+    "a stress of nothing": (
+        HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"bending_stress"'),
+        't line 18: measures.m has no of. Add the name of what is asked: of = "NAME".',
+    ),
+    "a diameter to millimetres": (
+        HEAD + SHAFT.replace('"50 mm"', '{ value = "50 mm", tolerance = "0.02 mm" }') + TAIL,
+        't line 5: rotors.r.sections[1].diameter = { value = "50 mm", tolerance = "0.02 mm" } has a tolerance that is '
+        'no ratio. Write tolerance = "0.04 %".',
     ),
     "one moment of inertia": (
         HEAD + SHAFT + 'discs = [{ name = "fan", at = "0.2 m", mass = "3 kg", polar = "1 kg m2" }]\n' + TAIL,

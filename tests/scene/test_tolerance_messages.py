@@ -44,6 +44,12 @@ WRONG = [
         '"5 %"',
         '"15 kg"',
         'line 2: bodies.press.mass = { value = "300 kg", tolerance = "15 kg" } has a tolerance that is no ratio. Write '
+        'tolerance = "5 %".',
+    ),
+    (
+        '"5 %"',
+        '"15 mm"',
+        'line 2: bodies.press.mass = { value = "300 kg", tolerance = "15 mm" } has a tolerance that is no ratio. Write '
         'less than 100 %, for example tolerance = "5 %".',
     ),
     (
@@ -85,8 +91,9 @@ WRONG = [
     (
         "between",
         'dynamic_to_static = { value = 1.4, tolerance = "5 %" }\nbetween',
-        'line 4: links.mount.dynamic_to_static = { value = 1.4, tolerance = "5 %" } has a tolerance, but only '
-        "masses, stiffnesses and dampings of devices have one. Write the value alone.",
+        'line 4: links.mount.dynamic_to_static = { value = 1.4, tolerance = "5 %" } has a tolerance, but is taken '
+        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of devices have one. "
+        "Write the value alone.",
     ),
     (
         "between",
@@ -97,8 +104,9 @@ WRONG = [
     (
         'amplitude = "30 kN"',
         'amplitude = { value = "30 kN", tolerance = "5 %" }',
-        'line 10: excitations.press.amplitude = { value = "30 kN", tolerance = "5 %" } has a tolerance, but only '
-        "masses, stiffnesses and dampings of devices have one. Write the value alone.",
+        'line 10: excitations.press.amplitude = { value = "30 kN", tolerance = "5 %" } has a tolerance, but is taken '
+        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of devices have one. "
+        "Write the value alone.",
     ),
     (
         'speed = "3000 rpm"',

@@ -188,7 +188,8 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: li
     elif kind == "extra_forbidden":
         mistakes.unknown_key(path, known)
     elif kind == "missing":
-        mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. Add it.")
+        way = 'Add the name of what is asked: of = "NAME".' if path[-1] == "of" else "Add it."
+        mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. {way}")
     elif kind == "value_error" and hasattr(context.get("error"), "kind"):
         take(context["error"].error, path, given, mistakes, context["error"].kind)
     elif kind == "value_error" and hasattr(context.get("error"), "key"):

@@ -120,7 +120,7 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
         mistakes.value(
             (*path, "mode"),
             response.modes,
-            f"is beyond the {MODES} lowest critical speeds, up to which whirls are told.",
+            f"is beyond the {MODES} lowest critical speeds, up to which whirls are told. Write one from 1 to {MODES}.",
         )
         return True
     return False

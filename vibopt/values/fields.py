@@ -399,12 +399,16 @@ def _read_off(rule: Rule, given: Mapping[str, object]) -> Value:
         raise QuantityError("has a tolerance, but a count is built as it is said. Remove the tolerance.")
     if not rule.may_be_off:
         raise QuantityError(
-            "has a tolerance, but only masses, stiffnesses and dampings of devices have one. Write the value alone."
+            "has a tolerance, but is taken as it is said: masses and their moments of inertia, stiffnesses, dampings "
+            "and diameters of devices have one. Write the value alone."
         )
     if "tolerance" not in given:
         raise QuantityError('has a value without a tolerance. Add tolerance = "5 %", or write the value alone.')
-    tolerance = read_tolerance(given["tolerance"])
     rest = {key: one for key, one in given.items() if key != "tolerance"}
+    try:
+        tolerance = read_tolerance(given["tolerance"])
+    except QuantityError as error:
+        raise QuantityError(_as_ratio(rule, rest, given["tolerance"]) or str(error)) from None
     if list(rest) != ["value"]:
         if not rest or "value" in rest:
             raise QuantityError('needs one value, or from and to. Write { value = "...", tolerance = "5 %" }.')
@@ -412,6 +416,17 @@ def _read_off(rule: Rule, given: Mapping[str, object]) -> Value:
     if isinstance(rest["value"], Mapping):
         raise QuantityError('has a table as its value. Write { value = "...", tolerance = "5 %" }.')
     return replace(_read_fact(rule, rest["value"]), tolerance=tolerance)
+
+
+def _as_ratio(rule: Rule, rest: Mapping[str, object], given: object) -> str:
+    """How a tolerance in the unit of its value is written; nothing of another."""
+    if list(rest) != ["value"] or not isinstance(given, str):
+        return ""
+    try:
+        part = read_quantity(given, rule.dimension).value / _read_fact(rule, rest["value"]).value
+    except (QuantityError, ZeroDivisionError):
+        return ""
+    return f'has a tolerance that is no ratio. Write tolerance = "{100.0 * part:.6g} %".' if 0.0 < part < 1.0 else ""
 
 
 def _read_fact(rule: Rule, given: object) -> Fact:
