@@ -648,7 +648,13 @@ def test_a_rotor_is_balanced_by_its_model_as_one_that_was_measured() -> None:
     }
     scene = from_dict(document)
     written = balancing_document(solve(scene))
-    assert written["limits"].keys() == {"first", "slow_at_587_5"}
+    slow = [float(row["speed"].split()[0]) for name, row in written["limits"].items() if name != "first"]
+    assert len(slow) >= 9
+    assert all(100.0 <= one <= 600.0 for one in slow)
+    speeds = np.array([float(run["speed"].split()[0]) for run in written["runs"]])
+    worst = solve(scene).limits["first"]
+    assert np.abs(speeds / (worst.worst_at["imbalance"].value / RPM) - 1.0).min() < 1e-3  # the peak, or one beside it
+    assert (np.diff(speeds) > 0.019 * speeds[:-1]).all()  # or a meter would count them as one
     written["planes"]["first"]["keep"] = True
     plan = answer(job_from_text(document_toml(written)))
     assert plan.status == "optimal"
@@ -671,3 +677,15 @@ def test_a_rotor_is_balanced_by_its_model_as_one_that_was_measured() -> None:
             other["measures"], other["limits"] = {"m": {"response": "displacement", "of": "left"}}, {}
         with pytest.raises(InputError, match=said):
             balancing_document(solve(from_dict(other)))
+    fast = {"response": "velocity", "of": "first", "at_most": "1 mm/s"}
+    with pytest.raises(
+        InputError, match=r"limits\.fast asks for the velocity, and a balancing job limits displacements"
+    ):
+        balancing_document(solve(from_dict({**document, "limits": {"fast": fast}})))
+    two = {"again": {"kind": "unbalance", "on": "second", "unbalance": "1 g m", "speed": "100..4000 rpm"}}
+    excitations = {**document["excitations"], **two}
+    summed = {"response": "displacement", "of": "first", "at_most": "1 mm", "combine": "sum"}
+    with pytest.raises(InputError, match="has several unbalances, and nothing says at which angles they stand"):
+        balancing_document(
+            solve(from_dict({**document, "excitations": excitations, "limits": {"m": summed}, "measures": {}}))
+        )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from math import degrees
 from typing import Any
 
@@ -16,16 +16,20 @@ from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.what_to_build import machine_in
 from vibopt.responses import Response
 from vibopt.responses.motion import Displacement
+from vibopt.responses.response import HarmonicResponse
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Design, Scene
+from vibopt.signals import Band
 
-_PARTS, _SAME = 8, 1e-8
-"""Speeds at which a range is looked at, beside its critical speeds; part by which two routes may differ."""
+_PARTS, _SAME, _FINE, _APART = 8, 1e-8, 4001, 0.02
+"""Speeds at which a range is looked at, beside its peaks; part by which two routes may differ; samples in which peaks
+are looked for; part by which speeds differ, as runs of a meter at nearly one speed count as repeated."""
 _RPM = 30.0 / np.pi
 _SENSORS = 'no displacement is asked, and balancing reads one. Add a measure with response = "displacement".'
 _PLANES = "no rotor has a disc that could take a weight. Add one to its discs."
 _SPEEDS = "nothing says at which speeds to balance. Add an unbalance with its speed."
+_ONE = "has several unbalances, and nothing says at which angles they stand. Leave one of them."
 _CONVENTIONS = {
     "phase": "lead",
     "readings": "phase",
@@ -38,12 +42,13 @@ _CONVENTIONS = {
 def balancing_document(design: Design) -> dict[str, Any]:
     """Planes are the discs, sensors the points whose displacement is asked; as found are the unbalances of the file.
 
-    Speeds are those of the unbalances: of a range eight, and every critical speed in it.
+    Speeds are those at which a displacement is asked: of a range eight, and where one that was asked is greatest.
 
     Raises
     ------
     InputError
-        There is no design, nothing is out of balance, no displacement is asked, or a whirl has no end.
+        There is no design, not one unbalance, no displacement asked, a limit that a balancing job does not have, or a
+        whirl without end.
     """
     scene, machine = design.scene, machine_in(design)
     if machine is None:
@@ -52,7 +57,9 @@ def balancing_document(design: Design) -> dict[str, Any]:
     there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
     for lacks in (words for words, one in there.items() if not one):
         raise InputError(f"{scene.name}: {lacks}")
-    speeds = _speeds(scene, machine)
+    if len(scene.excitations) > 1:
+        raise InputError(f"{scene.name}: {_ONE}")
+    speeds = _speeds(scene, machine, sensors)
     effects = {plane: _effects(scene, design, machine, plane, list(sensors), speeds) for plane in planes}
     found = sum(
         one.swung * part * _effects(scene, design, machine, place, list(sensors), speeds)
@@ -89,13 +96,21 @@ def balancing_document(design: Design) -> dict[str, Any]:
 def _sensors(scene: Scene) -> dict[str, list[str]]:
     """Points whose displacement is asked, each with the names of its limits."""
     found: dict[str, list[str]] = {}
-    asked: list[tuple[str, Response]] = [*scene.limits.items(), *scene.measures.items()]
-    if scene.goal is not None:
-        asked.append(("", scene.goal.response))
-    for name, response in asked:
-        if isinstance(response, Displacement):
-            found.setdefault(response.of, []).extend([name] if response.at_most is not None else [])
+    for name, response in _asked(scene):
+        limits = name in scene.limits
+        if type(response) is Displacement and not (limits and response.at_most is None):
+            found.setdefault(response.of, []).extend([name] if limits else [])
+        elif limits and isinstance(response, HarmonicResponse):
+            raise InputError(
+                f"{scene.name}: limits.{name} asks for the {response.response}, and a balancing job limits "
+                "displacements from above. Leave it out, or write the displacement that belongs to it."
+            )
     return found
+
+
+def _asked(scene: Scene) -> list[tuple[str, Response]]:
+    goal = [] if scene.goal is None else [("", scene.goal.response)]
+    return [*scene.limits.items(), *((f"measures.{key}", one) for key, one in scene.measures.items()), *goal]
 
 
 def _limits(scene: Scene, name: str, speeds: FloatArray) -> Iterator[tuple[str, dict[str, str]]]:
@@ -113,16 +128,46 @@ def _limits(scene: Scene, name: str, speeds: FloatArray) -> Iterator[tuple[str, 
         yield f"{name}_at_{one * _RPM:.5g}".replace(".", "_"), {**row, "speed": f"{one * _RPM:.15g} rpm"}
 
 
-def _speeds(scene: Scene, machine: Machine) -> FloatArray:
-    """Where a plan is looked at [rad/s], ascending."""
-    found: set[float] = set()
-    for band in (band for one in scene.excitations.values() for band in one.own_bands()):
-        if band.is_point:
-            found.add(band.low)
-            continue
-        found |= set(np.linspace(band.low, band.high, _PARTS + 1)[1:].tolist())
-        found |= {one for one in machine.critical_speeds().tolist() if band.low < one < band.high}
-    return np.sort([one for one in found if one > 0.0])
+def _speeds(scene: Scene, machine: Machine, sensors: Iterable[str]) -> FloatArray:
+    """Where a plan is looked at [rad/s], ascending, no two of them nearly the same."""
+    ((name, imbalance),) = scene.excitations.items()
+    bands = set(imbalance.own_bands())
+    for _, response in _asked(scene):
+        if type(response) is Displacement:
+            bands |= set(bands_for(scene, response, name))
+    points, even = [band.low for band in bands if band.is_point], []
+    for band in (one for one in bands if not one.is_point):
+        points += _peaks(machine, imbalance.acts, sensors, band)
+        even += np.linspace(band.low, band.high, _PARTS + 1)[::-1].tolist()
+    kept: list[float] = []
+    for speed in [*points, *even]:
+        if speed > 0.0 and all(abs(speed - one) > _APART * one for one in kept):
+            kept.append(speed)
+    return np.sort(kept)
+
+
+def _peaks(machine: Machine, acts: Mapping[str, complex], sensors: Iterable[str], band: Band) -> list[float]:
+    """Speeds in a range at which what is asked is greatest [rad/s], the highest first."""
+    from scipy.optimize import minimize_scalar
+
+    def size(speeds: FloatArray, point: str) -> FloatArray:
+        forces = {place: np.asarray(part * speeds**2, dtype=complex) for place, part in acts.items()}
+        return np.asarray(np.abs(machine.shake(speeds, forces, {}).points[point]))
+
+    critical = [one for one in machine.critical_speeds().tolist() if band.low < one < band.high]
+    speeds = np.unique([*np.linspace(band.low, band.high, _FINE)[1:], *critical])
+    found: list[tuple[float, float]] = []
+    for point in sensors:
+        values = size(speeds, point)
+        for at in np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1:
+            top = minimize_scalar(
+                lambda one, point=point: -float(size(np.array([one]), point)[0]),
+                bounds=(speeds[at - 1], speeds[at + 1]),
+                method="bounded",
+                options={"xatol": 1e-9 * speeds[at]},
+            )
+            found.append((float(top.fun), float(top.x)))
+    return [speed for _, speed in sorted(found)]
 
 
 def _effects(
