@@ -277,3 +277,23 @@ def test_no_speed_gives_more_than_what_was_found(seed: int, modes: int, sharp: f
     if found.value > 1e-6 * curve(np.array([band.low, band.high])).max():
         beyond = curve.speeds_at(found.value * (1.0 + sign * 1e-6))
         assert not ((beyond > band.low) & (beyond < band.high)).any()
+
+
+def test_where_every_top_is_rounding_the_highest_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+    from vibopt.forms import extremes
+
+    place = {"response": "displacement", "of": "c", "over": "0..3000 rpm", "at_most": "1 m"}
+    ends = [("a", "ground"), ("b", "a"), ("c", "b")]
+    force = {"kind": "force", "on": "a", "amplitude": "1 N", "speed": "3000 rpm", "varies": "constant"}
+    chain = {
+        "title": "chain",
+        "bodies": {name: {"mass": "1 kg", "tolerance": "5 %"} for name in "abc"},
+        "links": {f"to_{a}": {"between": [a, b], "stiffness": "9 kN/m", "damping": "5 N s/m"} for a, b in ends},
+        "excitations": {"force": force},
+        "limits": {"place": place},
+    }
+    before = solve(from_dict(chain)).limits["place"].value.value
+    for name in ("highest", "closed_form"):
+        monkeypatch.setattr(extremes, name, lambda *_: None)
+    monkeypatch.setattr(extremes, "_is_peak", lambda _response, _drive, found: [False] * len(found))
+    assert solve(from_dict(chain)).limits["place"].value.value == pytest.approx(before, rel=1e-9)

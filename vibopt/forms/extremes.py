@@ -85,7 +85,8 @@ def extremes_of(
     if least_wanted:
         return _direct(response, [least(response, drive.bands, singular, breaks)])
     found = peaks(response, drive.bands, singular, breaks, within=within)[:_ENOUGH]
-    return _direct(response, [one for one, real in zip(found, _is_peak(response, drive, found), strict=True) if real])
+    real = [one for one, top in zip(found, _is_peak(response, drive, found), strict=True) if top]
+    return _direct(response, real or found[:1])  # of next to nothing all tops are rounding
 
 
 def _direct(response: DriveResponse, found: list[Extreme]) -> list[Extreme]:
