@@ -293,7 +293,7 @@ def test_where_every_top_is_rounding_the_highest_is_kept(monkeypatch: pytest.Mon
         "limits": {"place": place},
     }
     before = solve(from_dict(chain)).limits["place"].value.value
-    for name in ("highest", "closed_form"):
+    for name in ("highest", "closed_form", "of_few"):
         monkeypatch.setattr(extremes, name, lambda *_: None)
     monkeypatch.setattr(extremes, "_is_peak", lambda _response, _drive, found: [False] * len(found))
     assert solve(from_dict(chain)).limits["place"].value.value == pytest.approx(before, rel=1e-9)
