@@ -110,7 +110,8 @@ def sweep(
         raise InputError("--resume goes on with the points beside a --csv FILE. Name it.")
     changes = with_scenario(file, scenario, changes)
     job = read_job(file, changes)
-    table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
+    # the points beside a table, of this very sweep, say whose table it is, however its last line was cut
+    table = checked_target(csv_file, TABLES, force=force or resume) if csv_file is not None else None
     picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
     if table is not None and picture is not None and table.resolve() == picture.resolve():
         raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
