@@ -9,9 +9,8 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.records import dataclass
 
 LINEAR, CONE, EQUAL = "linear", "cone", "equal"
@@ -99,7 +98,7 @@ def by_columns(data: FloatArray, rows: Any, starts: Any, shape: tuple[int, int])
     )  # fmt: skip
 
 
-Slots = NDArray[np.intp]
+Slots = IntArray
 Entries = tuple[Any, Any, Any]
 """Rows, helpers and values of entries of A."""
 

@@ -338,8 +338,10 @@ class _Followed:
 
     def _beats(self, gone: FloatArray) -> bool:
         """Take up the greatest of all that fades beside what lasts, to the end; whether that could be done."""
+        if self.lasting is None:  # and so perhaps many machines
+            return False
         (rates,), (shapes,) = self.behind.modes
-        if self.lasting is None or np.linalg.cond(shapes) > _APART:
+        if np.linalg.cond(shapes) > _APART:
             return False
         shares = np.linalg.solve(shapes, (self.behind.basis[0].T @ self.moving[0]).astype(complex)) * self._rows[0]
         once, lasts = rates.imag >= 0.0, 1j * self.lasting.speeds
