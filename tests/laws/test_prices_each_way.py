@@ -118,7 +118,7 @@ def test_what_changes_at_the_end_of_a_range_is_what_is_said(file: str) -> None:
 class Smooth(Road):
     """Answers whose room for `second` falls smoothly to nothing at an end, or of which `first` lets go there."""
 
-    together = False  # type: ignore[assignment]
+    together = False
     end, bend, lets_go, blind = 0.5, 0.0, False, False
 
     def _answered(self, value: float) -> State:
