@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cached_property
 from math import nan
 from typing import Any, TypeVar, overload
 
 from vibopt.answer.entry import Checked, Entry, Value, at_most, direction
 from vibopt.arrays import ComplexArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 T = TypeVar("T")
 

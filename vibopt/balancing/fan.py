@@ -10,13 +10,12 @@ are branched over.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 HAIR = 1e-9
 OVER = 1e-9

@@ -9,13 +9,12 @@ with c(u) the errors of all of them are carried together, their correlation incl
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.rotor_job import RotorJob, Run
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 EXACT = 1e-13
 """Part of the greatest difference of runs below which one is rounding."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
-from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -16,7 +15,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 Goal = Literal["rms", "worst", "sum", "huber", "correction"]
 Sectors = tuple[tuple[float, float], ...]

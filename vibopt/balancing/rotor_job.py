@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from functools import cached_property
 from math import inf
 from typing import Any, ClassVar
 
@@ -15,7 +14,7 @@ from vibopt.balancing.conventions import Conventions, show_reading
 from vibopt.balancing.grades import Quality
 from vibopt.balancing.planes import Corrected, Plane
 from vibopt.balancing.written import Written
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.units import Detector, show
 
 

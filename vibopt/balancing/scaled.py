@@ -11,13 +11,11 @@ solver answered, this number is a bound; a wrong multiplier makes it weak, never
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.question import Goal, Question, combined
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 
 @dataclass(frozen=True)

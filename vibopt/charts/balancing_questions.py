@@ -7,7 +7,6 @@ the conditions of the optimum.  The programs are convex, so it is the best there
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
@@ -20,7 +19,7 @@ from vibopt.balancing.rotor_job import RotorJob
 from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.rotor_file import HOLES, WEIGHTS, job_of
 from vibopt.charts.trial import FEASIBLE, INFEASIBLE, Case
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 BUILT = "built round its answer"
 SIZES, QUICK_SIZES = ((8, 2), (1000, 20), (5000, 8)), ((8, 2), (1000, 20))

@@ -1,7 +1,9 @@
 """Lines of keys in a TOML text, for messages; the TOML readers themselves forget them."""
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING
+
+from vibopt.records import cached_property
 
 if TYPE_CHECKING:
     from vibopt.document.toml_scanning import Scan

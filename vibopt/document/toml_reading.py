@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
+from codecs import BOM_UTF8
 from collections.abc import Mapping
 from itertools import chain
 from pathlib import Path as FilePath
@@ -91,7 +92,7 @@ def _placed(table: Any, folder: FilePath) -> Any:
 def text_of(file: FilePath) -> str:
     """The text of a problem file; InputError where it cannot be read."""
     try:
-        return content_of(file, PROBLEM).decode("utf-8-sig")
+        return content_of(file, PROBLEM).removeprefix(BOM_UTF8).decode()
     except FileFault as fault:
         name = file if fault.missing or fault.folder else file.name
         raise InputError(f"{shown_name(name)} {fault.text}") from None

@@ -18,6 +18,8 @@ _SORTS = (
 )
 _LONGEST = 200
 """Most letters of a file name in a message."""
+_BLOCK = 1 << 16
+"""Bytes asked for at once, or the whole file: room for the largest of its kind takes longer to make than to fill."""
 _read: set[tuple[int, int]] = set()
 """Device and number of every file that this run has looked into."""
 
@@ -78,14 +80,20 @@ def content_of(file: str | Path, kind: Kind, *, counts: bool = True) -> bytes:
     """All bytes of a file, which counts as an input of this run unless said otherwise; errors as of `stamp_of`."""
     stamp_of(file, kind, counts=counts)  # a device is not even opened: some act on that
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
+    parts: list[bytes] = []
     try:
-        with os.fdopen(os.open(file, flags), "rb") as raw:
-            _check(os.fstat(raw.fileno()), kind)
-            content = raw.read(kind.largest + 1)
+        raw = os.open(file, flags)
+        try:
+            _check(found := os.fstat(raw), kind)
+            wanted = max(found.st_size + 1, _BLOCK)
+            while part := os.read(raw, wanted):
+                parts.append(part)
+                _check_size(sum(map(len, parts)), kind)  # it may still grow
+        finally:
+            os.close(raw)
     except OSError as error:
         raise _fault(error, kind) from None
-    _check_size(len(content), kind)
-    return content
+    return b"".join(parts)
 
 
 def was_read(file: str | Path) -> bool:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import field
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
     from vibopt.forms.form import Bounds, Form

@@ -9,7 +9,7 @@ Written in y with x = y**root, they are polynomials, and Bernstein coefficients 
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import comb
 
 import numpy as np
@@ -18,7 +18,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Line, Output
 
 

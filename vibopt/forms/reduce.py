@@ -9,14 +9,14 @@ antisymmetric modes this way.  The certificate of a design always uses the full 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cache, cached_property
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Output
 
 if TYPE_CHECKING:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from functools import cache, cached_property, partial
+from functools import cache, partial
 from pathlib import Path
 
 from vibopt.errors import InputError, way_out
 from vibopt.manual import reference
 from vibopt.manual.search import Index
 from vibopt.manual.topic import Section, Topic, plain
+from vibopt.records import cached_property
 
 GROUPS = {
     "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
-from functools import cached_property
 
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 _HEADING = re.compile(r"^(#{1,4}) (.+)$")
 _WORDS = re.compile(r"<!-- words: (.*?) -->\n?", re.S)

@@ -13,14 +13,13 @@ r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
 from __future__ import annotations
 
 import cmath
-from functools import cached_property
 from math import acos, asin, cos, isfinite, pi, sqrt
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 _NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(15) / 14.0)
 _COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(2.0 * _NODES - 1.0, 14)).T

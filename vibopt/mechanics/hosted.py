@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field, replace
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -21,7 +20,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices
 from vibopt.mechanics.host.matrices import Dashed
 from vibopt.mechanics.machine import Machine
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,6 @@ Nodes are added where the two ends differ: where x touches the room and where K 
 
 from __future__ import annotations
 
-from functools import cached_property
 from types import SimpleNamespace
 
 import numpy as np
@@ -24,7 +23,7 @@ from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.cones import CONE, EQUAL, LINEAR, by_columns, solve_cones
 from vibopt.mechanics.panels import exponentials
 from vibopt.mechanics.transient import Reading, Transient
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
 CLOSE = 2e-4

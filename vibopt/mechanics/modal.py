@@ -6,13 +6,12 @@ tried on direct solutions before it is believed, because nearly defective modes 
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 WORTH = 6
 """Number of coordinates from which the modes are worth their cost."""

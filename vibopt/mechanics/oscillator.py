@@ -7,13 +7,12 @@ product of the terms' coefficients with a table.
 from __future__ import annotations
 
 from dataclasses import field
-from functools import cached_property
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 _WORST_MASS = 1e6
 _KEPT = 32

@@ -6,15 +6,13 @@ where forces of dampers make them depend on the frequency.
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.oscillator import Modes, Oscillator, oscillator_of
 from vibopt.mechanics.polynomials import Fractions
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Amplitude, Line, Output
 
 _KEPT = 64

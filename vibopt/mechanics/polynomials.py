@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from math import comb
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 
 def roots(ascending: FloatArray) -> ComplexArray:

@@ -9,13 +9,12 @@ again with the devices keeps everything finite where a frequency is an undamped 
 from __future__ import annotations
 
 from dataclasses import field
-from functools import cached_property
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Line, Output
 
 _SAME = 1e-13

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,7 +11,7 @@ from vibopt.mechanics.beating import highest
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.joints import UnlikeError
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, greatest
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,7 +18,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.hosted import _solved
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shaft_waves import MODES, WhirlingShaft
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 _FAR = 1.3
 """Factor of a speed within which it is looked for between two others, where pieces say it badly."""

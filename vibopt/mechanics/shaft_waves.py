@@ -9,13 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 MODES = 12
 """Lowest critical speeds that are told."""

@@ -9,14 +9,13 @@ What follows the load has a closed form.  Hundreds of mounts go through a record
 from __future__ import annotations
 
 from collections.abc import Iterator
-from functools import cached_property
 from itertools import groupby
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.panels import COEFFICIENTS, NODES, exponentials, peaks_of
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
 _WIDE, _TERMS, _PARTS = 3.0, 32, 4

@@ -9,7 +9,6 @@ is smooth; its modulus is the greatest response over every angle at which the fo
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
@@ -19,7 +18,7 @@ from vibopt.mechanics.joints import condensed, first_order
 from vibopt.mechanics.panels import Numbers
 from vibopt.mechanics.ringing import HORIZON, MET, Peak
 from vibopt.mechanics.transient import Reading
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Sweep
 
 _FAR, _TERMS = 36.0, 20

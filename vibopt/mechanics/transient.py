@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cached_property
 from itertools import groupby
 from typing import Any
 
@@ -24,7 +23,7 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, exponentials, greatest
 from vibopt.mechanics.ringing import Behind, Peak, Peaks
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
 _NOTHING = 1e-12

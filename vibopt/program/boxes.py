@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.signals import Line
 
 Numbers: TypeAlias = "np.ndarray[Any, np.dtype[Any]]"

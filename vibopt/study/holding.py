@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from vibopt.answer.entry import ACTIVE, Entry
 from vibopt.balancing import ENGINE
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, with_changes
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.scene.open_places import open_positions
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve

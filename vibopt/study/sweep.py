@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +11,7 @@ from vibopt.answer.tabular import Tabular, installed
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, VibOptError
 from vibopt.jobs import answer, is_open, is_scene
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.solve.method import Progress
 from vibopt.study import many
 from vibopt.study.edges import Boundary, boundaries

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import re
+from codecs import BOM_UTF8
 from pathlib import Path as FilePath
 
 from vibopt.errors import InputError
@@ -83,7 +84,7 @@ def text_of(file: FilePath) -> str:
     if raw[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return raw.decode("utf-16", errors="replace")
     try:
-        return raw.decode("utf-8-sig")
+        return raw.removeprefix(BOM_UTF8).decode()
     except UnicodeDecodeError:
         return raw.decode("cp1252", errors="replace")
 

@@ -5,7 +5,6 @@ The other road: no poles and no stretches of even acceleration, but the steady m
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.motor import Motor
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 _EVEN, _AROUND = 600, 200
 """Speeds looked at evenly, and around each resonance."""

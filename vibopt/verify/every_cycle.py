@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -21,7 +20,7 @@ from vibopt.excitations.excitation import Excitation
 from vibopt.excitations.run_up import ends_of, motor_of, rate_of
 from vibopt.mechanics.built import Course
 from vibopt.mechanics.machine import Machine
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
 from vibopt.signals import Line
 from vibopt.verify.by_torque import ByTorque

@@ -6,13 +6,11 @@ place.  Neither is a state of its own beyond that, and the slot of its rate, or 
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.mechanics.machine import Machine
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,12 @@ Residuals are therefore formed in long doubles and every solution is refined wit
 
 from __future__ import annotations
 
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
