@@ -70,7 +70,12 @@ HOMES = {
     "casadi": ("vibopt.program.casadi_nlp", "vibopt.posed"),
     "cvxpy": ("vibopt.posed", "vibopt.solve.rivals"),
     "hsbalance": ("vibopt.solve.rivals",),
-    "matplotlib": ("vibopt.report.figures", "vibopt.charts.chart_figures", "vibopt.balancing.figures"),
+    "matplotlib": (
+        "vibopt.report.figures",
+        "vibopt.charts.chart_figures",
+        "vibopt.charts.accuracy_figure",
+        "vibopt.balancing.figures",
+    ),
 }
 """Large libraries, and where alone they may be loaded."""
 

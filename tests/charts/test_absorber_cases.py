@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from vibopt.charts.absorber_cases import EDGES, QUICK, STOCK, families, fidelity, least_peak
-from vibopt.charts.trial import DEFAULT, RIGHT, SAYS_SO, Case, trial
+from vibopt.charts.trial import DEFAULT, Case, trial
+from vibopt.charts.verdicts import RIGHT, SAYS_SO
 
 sys.path.append(str(Path(__file__).parents[1] / "references"))
 from absorber_optima import Chain, equal_peaks

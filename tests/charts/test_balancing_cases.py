@@ -28,8 +28,9 @@ from vibopt.charts.balancing_questions import (
 from vibopt.charts.balancing_rivals import METHODS, broken, judged_question
 from vibopt.charts.chart_figures import stability_figure
 from vibopt.charts.cutting_planes import least_worst
-from vibopt.charts.runner import CLASSES, Chart, charted
-from vibopt.charts.trial import DEFAULT, MISSING, RIGHT, SAYS_SO, SILENT, Trial, timed
+from vibopt.charts.runner import Chart, charted
+from vibopt.charts.trial import DEFAULT, Trial, timed
+from vibopt.charts.verdicts import CLASSES, MISSING, RIGHT, SAYS_SO, SILENT
 from vibopt.cli.chart_command import chart
 from vibopt.solve.rivals import hsbalance
 

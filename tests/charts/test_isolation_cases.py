@@ -10,26 +10,15 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from vibopt.charts.chart_figures import Bars, Dot, Scatter, accuracy_figure, fidelity_figure, stability_figure
+from vibopt.charts.accuracy_figure import Dot, Scatter, accuracy_figure
+from vibopt.charts.chart_figures import LOOKS, Bars, fidelity_figure, stability_figure
 from vibopt.charts.fidelity import on_both_models
 from vibopt.charts.isolation_cases import METHODS as CHARTED
 from vibopt.charts.isolation_cases import STOCK, ends_of, families, hidden_peak, on_the_edge, slivers
 from vibopt.charts.machines import fan, hall, press, star
 from vibopt.charts.own_scenes import referenced
-from vibopt.charts.runner import CLASSES
-from vibopt.charts.trial import (
-    DEFAULT,
-    FEASIBLE,
-    INFEASIBLE,
-    REFUSES,
-    RIGHT,
-    SAYS_SO,
-    SILENT,
-    UNPROVEN,
-    Case,
-    Said,
-    trial,
-)  # fmt: skip
+from vibopt.charts.trial import DEFAULT, Case, Said, trial
+from vibopt.charts.verdicts import CLASSES, FEASIBLE, INFEASIBLE, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
 from vibopt.program.pose import pose
 from vibopt.report.figures import saved
 from vibopt.solve.method import METHODS, OWN
@@ -175,7 +164,9 @@ def test_general_method_is_never_silently_wrong_on_hard_ground(case: Case) -> No
     [
         ("optimal", 1.0, FEASIBLE, RIGHT),
         ("optimal", 0.9, FEASIBLE, SILENT),
+        ("optimal", 1.0 - 1e-4, FEASIBLE, SILENT),
         ("feasible", 0.9, FEASIBLE, UNPROVEN),
+        ("feasible", 1.0 - 1e-4, FEASIBLE, RIGHT),
         ("feasible", 1.1, FEASIBLE, SILENT),
         ("feasible", 1.1, INFEASIBLE, SILENT),
         ("infeasible", None, FEASIBLE, SILENT),
@@ -256,13 +247,19 @@ def test_smaller_models_are_exact() -> None:
     assert max(row.goal_error for row in rows) < 1e-6
 
 
-def test_false_claims_are_hollow_and_red() -> None:
-    dots = (Dot("vibopt", 1.0, 1e-15, False, 0.25), Dot("slsqp", 3.0, 1e-3, True))
+def test_each_class_has_its_mark_and_a_rival_its_name_at_its_finest_setting() -> None:
+    dots = (
+        Dot("vibopt", 1.0, 1e-15, RIGHT, 0.25, middle=(0.9, 1.2)), Dot("slsqp 50", 3.0, 1e-3, SILENT, line="slsqp"),
+        Dot("slsqp 200", 4.0, 1e-2, UNPROVEN, line="slsqp"),
+    )  # fmt: skip
     figure = accuracy_figure([Scatter("press", 0.01, dots, ("grid",))], "vibopt")
-    marks = [line for line in figure.axes[0].lines if line.get_marker() in ("o", "D")]
-    assert [mark.get_markerfacecolor() == "none" for mark in marks] == [False, True]
-    assert marks[1].get_markeredgecolor() == "#b3261e"
-    assert [float(mark.get_xdata()[0]) for mark in marks] == [1.0, 3.0]
+    marks = [line for line in figure.axes[0].lines if line.get_marker() in "oD^X"]
+    assert [mark.get_marker() for mark in marks] == ["D", "X", "^"]
+    assert [mark.get_markerfacecolor() for mark in marks[1:]] == [LOOKS[SILENT][0], LOOKS[UNPROVEN][0]]
+    assert {text.get_text() for text in figure.axes[0].texts} == {
+        "vibopt: 10 ms\nno design: grid", "vibopt", "slsqp 200",
+    }  # fmt: skip
+    assert [float(mark.get_xdata()[0]) for mark in marks] == [1.0, 3.0, 4.0]
     kernels = [line for line in figure.axes[0].lines if line.get_marker() == "|"]
     assert [float(mark.get_xdata()[0]) for mark in kernels] == [0.25]
     assert saved(figure, "svg").startswith(b"<?xml")

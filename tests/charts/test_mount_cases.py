@@ -14,7 +14,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibopt.charts import runner
-from vibopt.charts.chart_figures import Bars, Scatter, accuracy_figure, fidelity_figure
+from vibopt.charts.accuracy_figure import Scatter, accuracy_figure
+from vibopt.charts.chart_figures import Bars, fidelity_figure
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked, asked, families, machine_on
 from vibopt.charts.mount_fidelity import AUTOMATIC, fidelity
 from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, alike, drawn
@@ -22,7 +23,8 @@ from vibopt.charts.mount_rivals import HARD_METHODS, METHODS, judged_parts, shar
 from vibopt.charts.mount_truth import broken, least_price, loads, natural, peaks
 from vibopt.charts.runner import fidelity as charted_fidelity
 from vibopt.charts.runner import speed_accuracy
-from vibopt.charts.trial import DEFAULT, FEASIBLE, INFEASIBLE, RIGHT, SAYS_SO, SILENT, Trial, timed
+from vibopt.charts.trial import DEFAULT, Trial, timed
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE, RIGHT, SAYS_SO, SILENT, UNPROVEN
 from vibopt.cli.chart_command import chart
 from vibopt.errors import InputError
 from vibopt.program.pose import pose
@@ -135,7 +137,7 @@ def test_sampled_speeds_buy_steel_springs_that_break_the_limit(tmp_path: Path) -
 def test_dearer_choice_that_is_not_called_the_best_is_no_false_claim(tmp_path: Path) -> None:
     one = asked(*machine_on(LINE, 60, 2, 1, steel=False))
     trial = by(one, "at random", tmp_path)
-    assert (trial.status, trial.fault, trial.missed) == ("feasible", "", 0.0)
+    assert (trial.status, trial.verdict, trial.missed) == ("feasible", UNPROVEN, 0.0)
     assert trial.error == trial.off > 0.01
 
 
@@ -231,7 +233,7 @@ def test_users_file_is_measured_choice_by_choice(tmp_path: Path) -> None:
     result = speed_accuracy([bought(tmp_path)], quick=True)
     (case,) = result.cases
     assert (case.name, case.goal, case.known_by) == ("press", 40.0, "every choice measured")
-    assert [(one.method, one.fault) for one in result.trials] == [(name, "") for name in result.methods]
+    assert [(one.method, one.verdict) for one in result.trials] == [(name, RIGHT) for name in result.methods]
     assert result.methods == (DEFAULT, "every choice", "at random")
     assert result.trials[0].error == 0.0
 

@@ -19,7 +19,8 @@ from vibopt.charts.balancing_questions import Asked
 from vibopt.charts.balancing_rivals import broken
 from vibopt.charts.profiles import profiles, times
 from vibopt.charts.runner import Chart
-from vibopt.charts.trial import DEFAULT, FEASIBLE, RIGHT, Case, Said, judged
+from vibopt.charts.trial import DEFAULT, Case, Said, judged
+from vibopt.charts.verdicts import FEASIBLE, RIGHT
 from vibopt.cli.chart_command import chart
 from vibopt.files.marks import is_ours
 

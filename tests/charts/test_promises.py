@@ -17,7 +17,8 @@ from vibopt.charts.balancing_cases import speed as balancing_speed
 from vibopt.charts.fidelity import Fidelity
 from vibopt.charts.isolation_cases import STOCK, WARM
 from vibopt.charts.runner import FAMILIES, Chart, charted
-from vibopt.charts.trial import DEFAULT, FEASIBLE, REFUSES, RIGHT, Case, Said, Table, Trial, judged, timed, trial
+from vibopt.charts.trial import DEFAULT, Case, Said, Table, Trial, judged, timed, trial
+from vibopt.charts.verdicts import FEASIBLE, REFUSES, RIGHT
 from vibopt.cli.chart_command import chart
 
 FAN = STOCK[0]
@@ -102,6 +103,8 @@ def test_a_run_that_the_time_limit_ends_is_shown_and_ends_the_chart_with_5(monke
     whole = run("speed-accuracy", "--family", "isolation", "--quick")
     assert whole.return_value == 0
     assert "Less was asked" not in whole.output
+    words = " ".join(whole.output.split())
+    assert "Asked without --quick only: cases press, k and c, press with unbalance, k and c, 2 bodies" in words
 
 
 def test_stability_that_was_asked_less_ends_with_5(monkeypatch: pytest.MonkeyPatch) -> None:

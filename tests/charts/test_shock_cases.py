@@ -8,7 +8,8 @@ import pytest
 
 from vibopt.charts import shock_cases
 from vibopt.charts.shock_cases import METHODS, Load, hard, speed, truth
-from vibopt.charts.trial import DEFAULT, MISSING, RIGHT, Case
+from vibopt.charts.trial import DEFAULT, Case
+from vibopt.charts.verdicts import MISSING, RIGHT
 
 QUICK = [(case, load) for case, load in speed(quick=True).cases if load.bodies < 20 or "triangle" in case.name]
 

@@ -8,7 +8,8 @@ import pytest
 from vibopt.charts import friction_cases, run_up_cases
 from vibopt.charts.friction_cases import Slip
 from vibopt.charts.run_up_cases import Passage
-from vibopt.charts.trial import DEFAULT, REFUSES, RIGHT, SILENT, UNPROVEN
+from vibopt.charts.trial import DEFAULT
+from vibopt.charts.verdicts import REFUSES, RIGHT, SILENT, UNPROVEN
 
 RUN_UPS, HARD_RUN_UPS = run_up_cases.speed(quick=True), run_up_cases.hard(quick=True)
 SLIPS, HARD_SLIPS = friction_cases.speed(quick=True), friction_cases.hard(quick=True)

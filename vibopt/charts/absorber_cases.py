@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import tempfile
-import time
 from collections.abc import Callable, Sequence
 from decimal import Decimal, localcontext
 from functools import partial
@@ -29,7 +28,9 @@ from vibopt.charts.isolation_cases import (
     ends_of,
 )
 from vibopt.charts.machines import absorbed
-from vibopt.charts.trial import FEASIBLE, INFEASIBLE, Case, Table, scene_table
+from vibopt.charts.stopwatch import spent
+from vibopt.charts.trial import Case, Table, left_out, scene_table
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
 from vibopt.program.pose import pose
 from vibopt.scene.read import read
 from vibopt.scene.scene import Scene
@@ -100,15 +101,18 @@ def taking(methods: tuple[str, ...]) -> tuple[str, ...]:
 
 def speed(*, quick: bool) -> Table:
     """One to five absorbers, and one on chains of up to a hundred masses."""
-    cases = [(case, case.scene()) for case in (QUICK if quick else STOCK)]
-    return scene_table(cases, taking(QUICK_METHODS if quick else METHODS), QUICK_RUNS if quick else RUNS, WARM)
+    stock, methods = (QUICK, QUICK_METHODS) if quick else (STOCK, METHODS)
+    left = left_out(STOCK, stock, taking(METHODS), taking(methods))
+    cases = [(case, case.scene()) for case in stock]
+    return scene_table(cases, taking(methods), QUICK_RUNS if quick else RUNS, WARM, left)
 
 
 def hard(*, quick: bool) -> Table:
     """Small masses, limits out of reach, band edges on a resonance, like modes."""
-    cases = ends_of(families()) if quick else families()
-    methods = taking(QUICK_HARD_METHODS if quick else HARD_METHODS)
-    return scene_table([(case, case.scene()) for case in cases], methods, 1, WARM)
+    every = families()
+    cases, methods = (ends_of(every), QUICK_HARD_METHODS) if quick else (every, HARD_METHODS)
+    left = left_out(every, cases, taking(HARD_METHODS), taking(methods))
+    return scene_table([(case, case.scene()) for case in cases], taking(methods), 1, WARM, left)
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
@@ -254,17 +258,17 @@ def _row(count: int) -> list[Fidelity]:
     mass, stiffness = rod(count)
     with tempfile.TemporaryDirectory() as folder:
         scene = _scene(Path(folder), count, mass, stiffness)
-        begin = time.perf_counter()
+        begin = spent()
         program = closed(pose(scene))
         found = choose(program, None).solve(program)
-        solving = time.perf_counter() - begin
+        solving = spent() - begin
     assert found.x is not None
     judge, speeds = Judge(program), np.linspace(_LOW, _TOP, _SPEEDS)
     x = found.x
     measuring = seconds(lambda: judge.goal(x), 5)[0]
-    begin = time.perf_counter()
+    begin = spent()
     full = _full(mass, stiffness, found.x, speeds)
-    measuring_full = time.perf_counter() - begin
+    measuring_full = spent() - begin
     small = _small(program, found.x, speeds)
     worst = judge.goal(found.x)
     there = np.array(list(worst.speeds.values()))

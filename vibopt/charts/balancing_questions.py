@@ -18,7 +18,8 @@ from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.rotor_file import HOLES, WEIGHTS, job_of
-from vibopt.charts.trial import FEASIBLE, INFEASIBLE, Case
+from vibopt.charts.trial import Case
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
 from vibopt.records import cached_property, dataclass
 
 BUILT = "built round its answer"

@@ -6,7 +6,6 @@ arrays, and give arrays.
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -19,7 +18,9 @@ from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.charts.balancing_questions import Asked
 from vibopt.charts.rotor_file import HOLES, WEIGHTS
-from vibopt.charts.trial import DEFAULT, MISSING, REFUSES, Case, Said, Trial, judged
+from vibopt.charts.stopwatch import spent
+from vibopt.charts.trial import DEFAULT, Case, Said, Trial, judged
+from vibopt.charts.verdicts import MISSING, REFUSES
 from vibopt.solve.rivals import hsbalance
 from vibopt.solve.rivals.balance import balanced
 
@@ -47,12 +48,12 @@ def broken(question: Question, u: ComplexArray) -> float:
 def _vibopt(one: Asked) -> Said:
     """The plan for the job; the optimiser alone is timed beside it."""
     job = one.job
-    begin = time.perf_counter()
+    begin = spent()
     plan = solve_job(job)
-    whole = time.perf_counter() - begin
-    begin = time.perf_counter()
+    whole = spent() - begin
+    begin = spent()
     solve_question(one.question)
-    kernel = time.perf_counter() - begin
+    kernel = spent() - begin
     u = np.array([plane.u for plane in plan.plan.fittings[0].planes]) if plan.plan.fittings else None
     return Said(plan.status, plan.claim, u, kernel, whole)
 

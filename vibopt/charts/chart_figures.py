@@ -1,4 +1,4 @@
-"""Figures of the charts: speed against accuracy, stability, fidelity.  Nothing is lost in grey."""
+"""Figures of the charts: stability, profiles, fidelity.  Nothing is lost in grey."""
 
 from __future__ import annotations
 
@@ -10,45 +10,18 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.charts.verdicts import REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
 from vibopt.records import dataclass
-from vibopt.report.figures.paper import BLUE, COLOURS, FAINT, GRID, INK, RED, SIZE, STYLES, WIDTH, dress, place, sheet
+from vibopt.report.figures.paper import BLUE, COLOURS, FAINT, GRID, INK, RED, SIZE, STYLES, WIDTH, dress, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_TITLE = 44
-"""Letters of a title that a panel has room for."""
-FLOOR = 1e-15
-"""True errors below this are drawn here: they are rounding."""
-
-
-@dataclass(frozen=True, slots=True)
-class Dot:
-    """One method on one case: time over that of the default, true error, whether its claim is false.
-
-    kernel
-        Time of its optimiser alone over that of the default; nan where it is not drawn.
-    line
-        Dots of one rival at several settings, finer ones later, share a line.
-    """
-
-    name: str
-    ratio: float
-    error: float
-    wrong: bool
-    kernel: float = math.nan
-    line: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Scatter:
-    """One case; `seconds` is the time of the default, `silent` lists methods without design, `measure` is the error."""
-
-    title: str
-    seconds: float
-    dots: tuple[Dot, ...]
-    silent: tuple[str, ...] = ()
-    measure: str = "true error (part)"
+LOOKS = {
+    RIGHT: ("#cfe6d6", "", "o"), SAYS_SO: ("#c9cfd6", "....", "v"), UNPROVEN: ("#8d97a3", "////", "^"),
+    SILENT: (RED, "", "X"), REFUSES: ("white", "", "s"),
+}  # fmt: skip
+"""Colour, hatching and mark of each class in every figure."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,112 +36,11 @@ class Bars:
     error: float
 
 
-def accuracy_figure(cases: Sequence[Scatter], default: str, above: str = "") -> Figure:
-    """A panel per case: true error over time, both logarithmic; false claims are hollow and red, `above` is a note."""
-    columns = min(2, max(len(cases), 1))
-    rows = max(-(-len(cases) // columns), 1)
-    figure = sheet(WIDTH * (1.25 if columns == 2 else 1.0), 1.0 + 2.9 * rows)
-    axes: Any = figure.subplots(rows, columns, squeeze=False)
-    span = _span([ratio for case in cases for dot in case.dots for ratio in (dot.ratio, dot.kernel)])
-    top = _top([dot.error for case in cases for dot in case.dots])
-    drawn = []
-    for index, case in enumerate(cases):
-        panel = axes.flat[index]
-        last = index + columns >= len(cases)
-        under = f"time over that of {default}" if last else ""
-        dress(panel, "\n".join(wrap(case.title, _TITLE)), under, case.measure if index % columns == 0 else "")
-        drawn.append((panel, _scatter(panel, case, default, span, top)))
-    for panel in axes.flat[len(cases) :]:
-        panel.set_axis_off()
-    figure.legend(handles=_marks(default), loc="outside lower center", ncols=2, fontsize=SIZE - 1, frameon=False)
-    headed(figure, above)
-    figure.canvas.draw()
-    for panel, (labels, dots) in drawn:
-        place(labels, panel.transData.transform(dots) if len(dots) else np.zeros((0, 2)))
-    figure.set_layout_engine("none")
-    return figure
-
-
 def headed(figure: Figure, words: str) -> None:
     """Under what it was measured, small, above everything else."""
     if words:
         wide = int(figure.get_figwidth() * 72.0 / (0.55 * (SIZE - 2.5)))
         figure.suptitle("\n".join(wrap(words, wide)), x=0.01, ha="left", fontsize=SIZE - 2.5, color=FAINT)
-
-
-def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float], top: float) -> tuple[list[Any], Any]:
-    panel.set_xscale("log")
-    panel.set_yscale("log")
-    panel.set_xlim(*span)
-    panel.set_ylim(FLOOR / 1e5, top)  # room for the note
-    panel.set_yticks([10.0**e for e in range(-15, int(math.log10(top)) + 1, 3)])
-    panel.minorticks_off()
-    panel.axvline(1.0, color=FAINT, lw=0.8, zorder=1)
-    panel.axhline(1e-6, color=FAINT, lw=0.8, ls=(0, (4, 3)), zorder=1)
-    note = f"{default}: {_seconds(case.seconds)}"
-    if case.silent:
-        note += f"\nno design: {', '.join(case.silent)}"
-    panel.text(
-        0.99,
-        0.015,
-        note,
-        transform=panel.transAxes,
-        ha="right",
-        va="bottom",
-        fontsize=SIZE - 2.5,
-        color=INK,
-        zorder=8,
-        bbox={"fc": "white", "ec": "none", "pad": 1.0, "alpha": 0.85},
-    )
-    for line in dict.fromkeys(dot.line for dot in case.dots if dot.line):
-        places = [(dot.ratio, _height(dot, top)) for dot in case.dots if dot.line == line]
-        panel.plot(*zip(*places, strict=True), color=FAINT, lw=0.8, zorder=3)
-    labels = []
-    for dot in sorted(case.dots, key=lambda one: (one.ratio, -one.error)):
-        y = _height(dot, top)
-        own = dot.name == default
-        colour = INK if own else BLUE
-        panel.plot(
-            [dot.ratio], [y], ls="", marker="D" if own else "o", ms=9.5 if own else 5.5,
-            mfc="none" if dot.wrong else colour, mec=RED if dot.wrong else colour, mew=1.6, zorder=5,
-        )  # fmt: skip
-        if math.isfinite(dot.kernel):
-            panel.plot([dot.kernel, dot.ratio], [y, y], color=colour, lw=0.8, zorder=4)
-            panel.plot([dot.kernel], [y], ls="", marker="|", ms=9.0, mec=colour, mew=1.6, zorder=5)
-        labels.append(_label(panel, dot.name, dot.ratio, y))
-    points = np.array([(dot.ratio, _height(dot, top)) for dot in case.dots]).reshape(-1, 2)
-    return labels, points
-
-
-def _height(dot: Dot, top: float) -> float:
-    """Where its error is drawn."""
-    return min(max(dot.error, FLOOR), top / 3.0)
-
-
-def _label(panel: Any, words: str, x: float, y: float) -> Any:
-    made = panel.annotate(
-        words, (x, y), xytext=(6, 6), textcoords="offset points", fontsize=SIZE - 2.5, color=INK, zorder=9,
-        annotation_clip=False,
-        arrowprops={"arrowstyle": "-", "color": FAINT, "lw": 0.5, "shrinkA": 0, "shrinkB": 3},
-    )  # fmt: skip
-    made.set_in_layout(False)
-    return made
-
-
-def _marks(default: str) -> list[Any]:
-    from matplotlib.lines import Line2D
-
-    def mark(marker: str, face: str, edge: str, words: str) -> Line2D:
-        return Line2D([], [], ls="", marker=marker, mfc=face, mec=edge, mew=1.6, ms=6.5, label=words)
-
-    return [
-        mark("D", INK, INK, f"{default}, from the job to the checked answer (numbers: sampled speeds)"),
-        mark("|", INK, INK, f"{default}, its optimiser alone"),
-        mark("o", BLUE, BLUE, "claim holds"),
-        mark("o", "none", RED, "claims success and is wrong"),
-        Line2D([], [], color=FAINT, lw=0.8, label="one rival, from few sampled speeds to many"),
-        Line2D([], [], color=FAINT, ls=(0, (4, 3)), lw=0.8, label="a limit counts as broken above"),
-    ]
 
 
 def stability_figure(
@@ -187,16 +59,15 @@ def stability_figure(
     sizes = [sum(one == group for one in given.values()) for group in groups]
     figure = sheet(WIDTH * 1.25, 1.0 + 0.9 * len(groups) + 0.42 * len(families))
     panels: Any = figure.subplots(len(groups), 1, squeeze=False, height_ratios=sizes)
-    looks = dict(zip(classes, _LOOKS, strict=False))
     for axes, group in zip(panels.flat, groups, strict=True):
         rows = [family for family in families if given[family] == group]
         for row, family in enumerate(rows):
             for column, method in enumerate(group):
-                _cell(axes, column, row, counts[family, method], classes, looks)
+                _cell(axes, column, row, counts[family, method], classes)
         _names(axes, rows, group)
     from matplotlib.patches import Patch
 
-    handles = [Patch(fc=face, ec=INK, lw=0.6, hatch=hatch, label=name) for name, (face, hatch) in looks.items()]
+    handles = [Patch(fc=face, ec=INK, lw=0.6, hatch=hatch, label=name) for name, (face, hatch, _) in LOOKS.items()]
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), fontsize=SIZE - 1, frameon=False,
         handlelength=2.0, handleheight=1.2, title="share of a family's scenes", title_fontsize=SIZE - 1,
@@ -216,16 +87,12 @@ def _names(axes: Any, rows: Sequence[str], columns: Sequence[str]) -> None:
         axes.spines[side].set_visible(False)
 
 
-_LOOKS = (("#dfeee3", ""), ("#c9cfd6", "...."), ("#8d97a3", "////"), (RED, ""), ("white", ""))
-
-
 def _cell(
     axes: Any,
     column: int,
     row: int,
     count: Mapping[str, int],
     classes: Sequence[str],
-    looks: Mapping[str, tuple[str, str]],
 ) -> None:
     from matplotlib.patches import Rectangle
 
@@ -240,7 +107,7 @@ def _cell(
         return
     for name in classes:
         part = count.get(name, 0) / total * wide
-        face, hatch = looks[name]
+        face, hatch, _ = LOOKS[name]
         if part > 0:
             axes.add_patch(
                 Rectangle((left, row - high / 2), part, high, fc=face, ec=INK, lw=0.4, hatch=hatch, zorder=3)
@@ -361,19 +228,3 @@ def _plain_numbers(panel: Any, values: list[float]) -> None:
         ticks = [t for t in ticks if str(t).strip("0.") == "1"]
     panel.set_xticks(ticks, [f"{t:g}" for t in ticks])
     panel.minorticks_off()
-
-
-def _span(ratios: list[float]) -> tuple[float, float]:
-    good = [ratio for ratio in ratios if math.isfinite(ratio) and ratio > 0]
-    return min([0.3, *good]) / 2.0, max([3.0, *good]) * 3.0
-
-
-def _top(errors: list[float]) -> float:
-    good = [error for error in errors if math.isfinite(error)]
-    return float(10.0 ** math.ceil(math.log10(max([1.0, *good])) + 1.0))
-
-
-def _seconds(value: float) -> str:
-    if not math.isfinite(value):
-        return "no answer"
-    return f"{value * 1e3:.3g} ms" if value < 1.0 else f"{value:.3g} s"

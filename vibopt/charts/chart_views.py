@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import math
+import re
 from collections import Counter
 from collections.abc import Mapping
 from io import StringIO
@@ -18,8 +19,9 @@ from vibopt.charts.conditions import conditions
 from vibopt.charts.fidelity import Fidelity
 from vibopt.charts.mount_cases import MOUNTS
 from vibopt.charts.profiles import EXACT, FAIR, Profiles, times
-from vibopt.charts.runner import CLASSES, Chart
-from vibopt.charts.trial import DEFAULT, MISSING, REFUSES, SILENT, Case, Trial, as_row
+from vibopt.charts.runner import Chart
+from vibopt.charts.trial import DEFAULT, Case, Trial, as_row
+from vibopt.charts.verdicts import CLASSES, MISSING, REFUSES, SILENT
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -28,24 +30,15 @@ if TYPE_CHECKING:
 
 _SHORT = {
     "branch_and_bound": "b&b",
-    "slsqp_50": "slsqp 50",
     "slsqp": "slsqp 200",
-    "slsqp_1000": "slsqp 1000",
-    "slsqp_5000": "slsqp 5000",
-    "slsqp_exchange": "slsqp exchange",
-    "equal_peaks": "equal peaks",
-    "trust_constr_50": "trust 50",
     "trust_constr": "trust 200",
-    "trust_constr_1000": "trust 1000",
-    "ipopt_sampled_50": "ipopt 50",
     "ipopt_sampled": "ipopt 200",
-    "ipopt_sampled_1000": "ipopt 1000",
-    "cvxpy_sampled_50": "cvxpy 50",
     "cvxpy_sampled": "cvxpy 200",
-    "cvxpy_sampled_1000": "cvxpy 1000",
     "cvxpy_dpp": "cvxpy, kept",
 }
-"""Names in the figure; the number is that of the sampled speeds."""
+_SHORTER = {"trust_constr": "trust", "_sampled": "", "_": " "}
+"""Names in the figure; the number is that of the sampled speeds, or the tolerance."""
+_SETTING = re.compile(r"(.*?) ([0-9.]+(?:e-?[0-9]+)?)( speeds)?")
 _LONG = 100
 
 
@@ -56,6 +49,7 @@ def accuracy_json(result: Chart) -> dict[str, Any]:
         "chart": "speed-accuracy",
         "conditions": conditions(),
         "default": DEFAULT,
+        "left": list(result.left),
         "cases": [_about(case) for case in result.cases],
         "trials": trials,
     }
@@ -77,7 +71,10 @@ def stability_json(result: Chart) -> dict[str, Any]:
         for family in result.families
     }
     trials = [as_row(one) for one in result.trials]
-    return {"chart": "stability", "conditions": conditions(), "counts": counts, "cases": cases, "trials": trials}
+    return {
+        "chart": "stability", "conditions": conditions(), "counts": counts, "left": list(result.left),
+        "cases": cases, "trials": trials,
+    }  # fmt: skip
 
 
 def fidelity_json(rows: tuple[Fidelity, ...]) -> dict[str, Any]:
@@ -106,8 +103,8 @@ def accuracy_table(result: Chart, console: Console) -> None:
     console.print("Speed against accuracy", style="bold")
     console.print(
         f"Time is from the job as read to the answer, that of {DEFAULT} checked on the machine as built; kernel: the "
-        f"optimiser alone. Ratio: over the time of {DEFAULT} on the same case. Times are medians; ± is half the "
-        f"distance between their quartiles."
+        f"optimiser alone. Ratio: over the time of {DEFAULT} on the same case. Times are CPU seconds, "
+        f"which a busy machine hardly changes, and medians; ± is half the distance between their quartiles."
     )
     console.print(conditions().words)
     for case in result.cases:
@@ -125,6 +122,7 @@ def accuracy_table(result: Chart, console: Console) -> None:
         ]
         heads = ("Method", "Time", "Kernel", "Ratio", "True error", "Claims", "Wrong, or why not")
         section(console, f"{case.name} ({case.known_by})", grid(rows, heads, whole=(0, 1, 2, 3, 4)))
+    _say_left(result, console)
     _say_cut(result, console)
 
 
@@ -136,7 +134,7 @@ def _note(one: Trial) -> str:
 
 def stability_table(result: Chart, console: Console) -> None:
     """Families by methods, with the worst of what is silently wrong below."""
-    short = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
+    brief = dict(zip(CLASSES, ("right", "says so", "unproven", "WRONG", "refuses"), strict=True))
     console.print("Stability on hard ground", style="bold")
     console.print(conditions().words)
     for methods in dict.fromkeys(result.asked(family) for family in result.families):
@@ -145,11 +143,11 @@ def stability_table(result: Chart, console: Console) -> None:
             cells = []
             for method in methods:
                 count = result.count(family, method)
-                words = [f"{count[name]} {short[name]}" for name in CLASSES if count[name] and name != REFUSES]
+                words = [f"{count[name]} {brief[name]}" for name in CLASSES if count[name] and name != REFUSES]
                 cells.append(", ".join(words) or next(one for one in (REFUSES, MISSING) if count[one]))
             rows.append((family, *cells))
         console.print()
-        console.print(grid(rows, ("Family", *(_SHORT.get(method, method) for method in methods))))
+        console.print(grid(rows, ("Family", *map(short, methods))))
     wrong = _worst_faults(result)
     if wrong:
         section(console, "Silently wrong", grid(wrong, ("Method", "Family", "Scenes", "Worst")))
@@ -157,6 +155,7 @@ def stability_table(result: Chart, console: Console) -> None:
     if stops:
         rows = [(method, str(count), words) for (method, words), count in stops.items()]
         section(console, "Stopped", grid(rows, ("Method", "Scenes", "With the words")))
+    _say_left(result, console)
     for method, how in {one.method: one.claim for one in result.trials if one.status == MISSING}.items():
         console.print(f"\n{method} is not installed: {how}")
     _say_cut(result, console)
@@ -178,7 +177,8 @@ def profiles_table(result: Profiles, console: Console) -> None:
     """A table a family: classes of the answers, how many are exact, and the time beside the default's."""
     console.print("Profiles over random questions", style="bold")
     console.print(
-        f"{result.count} questions a family, seed {result.seed}. Within 1e-6 and 1e-3: by true error. Ratio: median "
+        f"{result.count} questions a family, seed {result.seed}; CPU seconds, 1 run each. Within 1e-6 and "
+        f"1e-3: by true error. Ratio: median "
         f"time over that of {DEFAULT} on the same question."
     )
     console.print(conditions().words)
@@ -212,12 +212,19 @@ def draw_profiles(result: Profiles) -> Figure:
 
     rows = {
         family: tuple(
-            {_SHORT.get(method, method): row for method, row in times(chart, error).items() if np.isfinite(row).any()}
+            {short(method): row for method, row in times(chart, error).items() if np.isfinite(row).any()}
             for error in (EXACT, FAIR)
         )
         for family, chart in result.charts.items()
     }
-    return profiles_figure(rows, result.count, DEFAULT, f"Seed {result.seed}. {conditions().words}")
+    asked = f"Seed {result.seed}, {result.count} questions a family; CPU seconds, 1 run each. "
+    return profiles_figure(rows, result.count, DEFAULT, asked + conditions().words)
+
+
+def _say_left(result: Chart, console: Console) -> None:
+    """What a shorter chart does not ask."""
+    if result.left:
+        console.print(f"\nAsked without --quick only: {'; '.join(result.left)}.")
 
 
 def _say_cut(result: Chart, console: Console) -> None:
@@ -255,7 +262,7 @@ def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
         for row in rows
     ]  # fmt: skip
     console.print(grid(listed, heads, whole=(0,)))
-    console.print("Measuring and solving: time on the full model over time on the smaller one.")
+    console.print("Measuring and solving: CPU time on the full model over that on the smaller one.")
     console.print(conditions().words)
     for row in rows:
         if row.cut:
@@ -264,19 +271,20 @@ def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
 
 def draw_accuracy(result: Chart) -> Figure:
     """True error over time, a panel a case."""
-    from vibopt.charts.chart_figures import Dot, Scatter, accuracy_figure
+    from vibopt.charts.accuracy_figure import Dot, Scatter, accuracy_figure
 
     cases = []
     for case in result.cases:
         ran = result.of(case.name)
         dots = tuple(
             Dot(
-                _SHORT.get(one.method, one.method),
+                short(one.method),
                 result.ratio(one),
                 one.error,
-                bool(one.fault),
+                one.verdict,
                 _kernel(one),
                 _setting(one.method)[0],
+                _middle(result, one),
             )
             for one in sorted(ran, key=lambda one: _setting(one.method))
             if math.isfinite(one.error)
@@ -285,13 +293,33 @@ def draw_accuracy(result: Chart) -> Figure:
         seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
         error = "excess price or broken limit (part)" if case.family == MOUNTS else "true error (part)"
         cases.append(Scatter(case.name, seconds, dots, silent, error))
-    return accuracy_figure(cases, DEFAULT, conditions().words)
+    runs = sorted({one.runs for one in result.trials if one.runs})
+    how = f"CPU seconds, median of {' or '.join(map(str, runs))} runs, bars over the middle half. " if runs else ""
+    return accuracy_figure(cases, DEFAULT, how + conditions().words)
 
 
-def _setting(method: str) -> tuple[str, int]:
-    """A rival that is asked at several settings, and how many speeds it samples; ("", 0) for any other."""
-    name, _, number = _SHORT.get(method, "").rpartition(" ")
-    return (name, int(number)) if number.isdigit() else ("", 0)
+def short(method: str) -> str:
+    """The name in a figure."""
+    name = _SHORT.get(method, method)
+    if name == method:
+        for old, new in _SHORTER.items():
+            name = name.replace(old, new)
+    return name
+
+
+def _middle(result: Chart, one: Trial) -> tuple[float, float]:
+    low, high = one.quartiles
+    part = result.ratio(one) / one.seconds
+    return (low * part, high * part) if one.runs > 2 else (math.nan, math.nan)
+
+
+def _setting(method: str) -> tuple[str, float]:
+    """A rival that is asked at several settings, and how fine it is: numbers of speeds, or 1 over a tolerance."""
+    found = _SETTING.fullmatch(short(method))
+    if found is None:
+        return "", 0.0
+    number = float(found[2])
+    return found[1], number if number >= 1.0 else 1.0 / number
 
 
 def _kernel(one: Trial) -> float:
@@ -300,7 +328,7 @@ def _kernel(one: Trial) -> float:
 
 
 def _name(one: Trial) -> str:
-    name = _SHORT.get(one.method, one.method)
+    name = short(one.method)
     return f"{name} ({MISSING})" if one.status == MISSING else name
 
 

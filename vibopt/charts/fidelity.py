@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from statistics import median
@@ -12,6 +11,7 @@ from typing import TypeVar
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.charts.stopwatch import spent
 from vibopt.errors import VibOptError
 from vibopt.forms.reduce import reason
 from vibopt.program.pose import pose
@@ -70,9 +70,9 @@ def seconds(call: Callable[[], T], runs: int) -> tuple[float, T]:
     """Median time, and what the first call gave, which is not timed: it loads what is needed."""
     times, first = [], call()
     for _ in range(runs):
-        begin = time.perf_counter()
+        begin = spent()
         call()
-        times.append(time.perf_counter() - begin)
+        times.append(spent() - begin)
     return median(times), first
 
 
@@ -110,12 +110,12 @@ def _solved(program: Program, runs: int) -> _Solved:
     times, goal, x = [], math.nan, None
     for _ in range(runs):
         with answering() as limit:
-            begin = time.perf_counter()
+            begin = spent()
             try:
                 found = choose(program, None).solve(program)
             except VibOptError as error:
                 return _Solved(cut=str(error))
-            times.append(time.perf_counter() - begin)
+            times.append(spent() - begin)
         if found.x is not None:
             goal, x = Judge(program).goal(found.x).value, found.x
         if limit is not None and limit.ended:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.charts.trial import DEFAULT, FEASIBLE, Case, Said, Table, Trial, judged
+from vibopt.charts.trial import DEFAULT, Case, Said, Table, Trial, judged
+from vibopt.charts.verdicts import FEASIBLE
 from vibopt.mechanics.dry_friction import Rub
 from vibopt.records import dataclass
 
@@ -173,7 +174,8 @@ def speed(*, quick: bool) -> Table:
     """From half the resonance to twice it, with weak and strong friction."""
     rows = [Slip(r, 0.02, f) for r in ((0.6, 0.98, 1.5) if quick else (0.6, 0.9, 0.98, 1.05, 1.5)) for f in (0.2, 0.6)]
     cases = [(_case(one, FRICTION), one) for one in rows]
-    return Table(cases, METHODS, _judge, 1 if quick else 3, cases[-1:])
+    left = ("0.9 and 1.05 of the resonance", "3 runs instead of 1") if quick else ()
+    return Table(cases, METHODS, _judge, 1 if quick else 3, cases[-1:], left=left)
 
 
 def hard(*, quick: bool) -> Table:

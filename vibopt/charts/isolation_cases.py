@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 
 from vibopt.charts.fidelity import Fidelity, on_both_models
 from vibopt.charts.machines import block, chain, fan, hall, one_mass, press, star
-from vibopt.charts.trial import DEFAULT, FEASIBLE, INFEASIBLE, Case, Table, scene_table
+from vibopt.charts.trial import DEFAULT, Case, Table, left_out, scene_table
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
 from vibopt.scene.read import from_text
 
 _CLOSED = "closed form"
@@ -47,15 +48,17 @@ RUNS, QUICK_RUNS = 3, 2
 
 def speed(*, quick: bool) -> Table:
     """Mounts under one mass and under chains, timed in one run."""
-    cases = [(case, case.scene()) for case in (QUICK if quick else STOCK)]
-    return scene_table(cases, QUICK_METHODS if quick else METHODS, QUICK_RUNS if quick else RUNS, WARM)
+    stock, methods = (QUICK, QUICK_METHODS) if quick else (STOCK, METHODS)
+    left = left_out(STOCK, stock, METHODS, methods)
+    return scene_table([(case, case.scene()) for case in stock], methods, QUICK_RUNS if quick else RUNS, WARM, left)
 
 
 def hard(*, quick: bool) -> Table:
     """Every family of hard ground; with `quick` two cases of each."""
-    cases = ends_of(families()) if quick else families()
-    methods = QUICK_HARD_METHODS if quick else HARD_METHODS
-    return scene_table([(case, case.scene()) for case in cases], methods, 1, WARM)
+    every = families()
+    cases, methods = (ends_of(every), QUICK_HARD_METHODS) if quick else (every, HARD_METHODS)
+    left = left_out(every, cases, HARD_METHODS, methods)
+    return scene_table([(case, case.scene()) for case in cases], methods, 1, WARM, left)
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:

@@ -8,7 +8,8 @@ import numpy as np
 
 from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, Shelf, alike, drawn
 from vibopt.charts.mount_truth import every_choice, floor_force, least_price, loads, natural, peaks
-from vibopt.charts.trial import FEASIBLE, INFEASIBLE, Case
+from vibopt.charts.trial import Case
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
 from vibopt.records import dataclass
 
 MOUNTS = "mounts"

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -16,7 +15,9 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked
 from vibopt.charts.mount_machine import GRAVITY, Machine, Shelf
 from vibopt.charts.mount_truth import broken, every_choice, least_price, prices
-from vibopt.charts.trial import BROKEN, DEFAULT, RIGHT, SAYS_SO, Case, Said, Trial, judged
+from vibopt.charts.stopwatch import answered
+from vibopt.charts.trial import DEFAULT, Case, Said, Trial, judged
+from vibopt.charts.verdicts import RIGHT, SAYS_SO
 from vibopt.errors import InputError, VibOptError
 
 Method = Callable[[Asked], Said]
@@ -30,7 +31,7 @@ _FEW = 64
 
 
 def judged_parts(case: Case, one: Asked, method: str, said: Said) -> Trial:
-    """By plain numpy: a choice that costs more than the best is wrong only where it was claimed to be the best."""
+    """By plain numpy; a refusal is right where it names why there is no answer."""
     most = off = math.nan
     chosen, status = said.answer, said.status
     if chosen is not None:
@@ -44,8 +45,6 @@ def judged_parts(case: Case, one: Asked, method: str, said: Said) -> Trial:
         return replace(found, status="error")
     if status == "infeasible" and case.truth == UNANSWERABLE:
         return replace(found, verdict=SAYS_SO)
-    if status == "feasible" and most <= BROKEN and off > 0.0:
-        return replace(found, fault="")
     return found
 
 
@@ -57,14 +56,11 @@ def by_vibopt(one: Asked) -> Said:
     with TemporaryDirectory() as folder:
         try:
             scene = one.machine.scene(Path(folder), one.shelf)
-            begin = time.perf_counter()
-            design = solve(scene, explain=False)
-            whole = time.perf_counter() - begin
+            design, whole, kernel = answered(lambda: solve(scene, explain=False))
         except InputError as error:
             return Said(REFUSED, str(error))
         except VibOptError as error:
             return Said("error", str(error))
-        kernel = design.timings.get("solve", math.nan)
         if not design.x:
             return Said(design.status, f"{design.claim}. {design.reason}", None, kernel, whole)
         chosen = np.array([tie.chosen(np.array(design.x)) for tie in pose(scene).ties])

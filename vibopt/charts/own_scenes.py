@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -13,20 +12,21 @@ from vibopt.arrays import FloatArray
 from vibopt.charts.isolation_cases import METHODS as SCENE_METHODS
 from vibopt.charts.isolation_cases import QUICK_METHODS, QUICK_RUNS, RUNS, WARM
 from vibopt.charts.mount_cases import MOUNTS
+from vibopt.charts.stopwatch import answered
 from vibopt.charts.trial import (
     DEFAULT,
-    FEASIBLE,
-    INFEASIBLE,
     NOWHERE,
     Case,
     Said,
     Table,
     Trial,
     judged,
+    left_out,
     measured,
     scene_table,
     timed,
 )
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
 from vibopt.errors import InputError
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -57,7 +57,8 @@ def has_parts(scene: Scene) -> bool:
 def speed(scenes: Sequence[Scene], *, quick: bool) -> Table:
     """Every method on the user's scenes; their best goals are proven first, with a gap of 1e-8."""
     cases = [(referenced(scene), scene) for scene in scenes]
-    return scene_table(cases, QUICK_METHODS if quick else SCENE_METHODS, QUICK_RUNS if quick else RUNS, WARM)
+    methods = QUICK_METHODS if quick else SCENE_METHODS
+    return scene_table(cases, methods, QUICK_RUNS if quick else RUNS, WARM, left_out([], [], SCENE_METHODS, methods))
 
 
 def refuse_more(scene: Scene) -> None:
@@ -137,10 +138,7 @@ def _known(scene: Scene, program: Program, every: Said, own: Said) -> Case:
 
 
 def _judged(case: Case, program: Program, method: str, said: Said) -> Trial:
-    """A choice that is not claimed to be the best is not wrong for being dearer."""
-    missed, off = NOWHERE if said.answer is None else measured(case, program, said.answer)
-    found = judged(case, method, said, missed, off)
-    return replace(found, fault="") if said.status == "feasible" and found.fault.startswith("goal off") else found
+    return judged(case, method, said, *(NOWHERE if said.answer is None else measured(case, program, said.answer)))
 
 
 def _by_vibopt(scene: Scene, program: Program) -> Said:
@@ -148,9 +146,9 @@ def _by_vibopt(scene: Scene, program: Program) -> Said:
     if uncertain(scene):
         found = Catalogue().solve(program)
         return Said(found.status, found.claim, found.x)
-    design = solve(scene, explain=False)
+    design, _, kernel = answered(lambda: solve(scene, explain=False))
     x = np.array(design.x) if design.x else None
-    return Said(design.status, design.claim, x, design.timings.get("solve", math.nan))
+    return Said(design.status, design.claim, x, kernel)
 
 
 def _every(program: Program, most: int) -> Said:

@@ -14,7 +14,8 @@ from vibopt.arrays import FloatArray
 from vibopt.charts.absorber_cases import taking
 from vibopt.charts.balancing_questions import Asked, asked, least_squares, worst
 from vibopt.charts.machines import absorbed
-from vibopt.charts.trial import FEASIBLE, Case
+from vibopt.charts.trial import Case
+from vibopt.charts.verdicts import FEASIBLE
 
 BUILT, BEST = "built round its answer", "the best of all methods"
 _SPEEDS = 4000

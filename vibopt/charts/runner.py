@@ -18,12 +18,12 @@ from vibopt.charts import (
 )
 from vibopt.charts import own_scenes as own
 from vibopt.charts.fidelity import Fidelity, on_both_models
-from vibopt.charts.trial import DEFAULT, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN, Case, Table, Trial
+from vibopt.charts.trial import DEFAULT, Case, Table, Trial
+from vibopt.charts.verdicts import REFUSES
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 
 Progress = Callable[[str, float], None]
-CLASSES = (RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES)
 FAMILIES: Mapping[str, ModuleType] = {
     "isolation": isolation_cases, "absorbers": absorber_cases, "balancing": balancing_cases, "mounts": mount_fidelity,
     "shock": shock_cases, "run_up": run_up_cases, "friction": friction_cases,
@@ -38,13 +38,16 @@ class Chart:
     cases: tuple[Case, ...]
     methods: tuple[str, ...]
     trials: tuple[Trial, ...]
+    left: tuple[str, ...] = ()
+    """What only the whole chart asks, where this is a shorter one."""
 
     @classmethod
     def joined(cls, parts: Sequence[Chart]) -> Chart:
         """Several charts as one."""
         methods = dict.fromkeys(method for one in parts for method in one.methods)
         cases = tuple(case for one in parts for case in one.cases)
-        return cls(cases, tuple(methods), tuple(trial for one in parts for trial in one.trials))
+        left = tuple(dict.fromkeys(name for one in parts for name in one.left))
+        return cls(cases, tuple(methods), tuple(trial for one in parts for trial in one.trials), left)
 
     @property
     def families(self) -> list[str]:
@@ -98,7 +101,8 @@ def charted(table: Table, progress: Progress | None = None) -> Chart:
     trials = [found[index, method] for index in range(len(table.cases)) for method in table.methods]
     answering = {one.method for one in trials if one.status != REFUSES}
     methods = tuple(name for name in table.methods if name in answering or not table.drops)
-    return Chart(tuple(case for case, _ in table.cases), methods, tuple(one for one in trials if one.method in methods))
+    kept = tuple(one for one in trials if one.method in methods)
+    return Chart(tuple(case for case, _ in table.cases), methods, kept, tuple(table.left))
 
 
 def speed_accuracy(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from statistics import median
@@ -12,6 +11,8 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.charts.stopwatch import answered, spent
+from vibopt.charts.verdicts import MISSING, REFUSES, verdict_of
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.records import dataclass
@@ -20,8 +21,6 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.method import METHODS
 from vibopt.solve.ranges import closed
 from vibopt.work import answering
-
-FEASIBLE, INFEASIBLE = "feasible", "infeasible"
 
 
 @dataclass(frozen=True)
@@ -57,20 +56,8 @@ class Case:
 DEFAULT = "vibopt"
 """What `vibopt solve` does by itself, from the job as read to the answer that was checked."""
 
-BROKEN, OFF = 1e-6, 1e-3
-"""Part of a bound by which a limit counts as broken, and part of the goal by which it counts as missed."""
-
-RIGHT, SAYS_SO, UNPROVEN, SILENT, REFUSES = (
-    "right",
-    "fails and says so",
-    "wrong but says unproven",
-    "silently wrong",
-    "refuses",
-)
 NOWHERE = (math.nan, math.nan)
 """Violation and distance where there is no design."""
-MISSING = "not installed"
-"""Status and verdict of a rival that is not there; its claim says how to get it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +74,9 @@ class Said:
         Why the run did less than the chart promises, in words; "" where it did all.
     quartiles, runs
         Of the seconds of so many runs, where it was timed.
+    bound, past
+        What is claimed to bound the goal, in the sense to be minimised, and by what part of the best goal it excludes
+        that; nan where none is.
     """
 
     status: str
@@ -97,6 +87,8 @@ class Said:
     cut: str = ""
     quartiles: tuple[float, float] = (math.nan, math.nan)
     runs: int = 0
+    bound: float = math.nan
+    past: float = math.nan
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,10 +107,8 @@ class Trial:
         Distance of the goal from the best possible, as a part of it; nan without a design.
     error
         The greater of the two: true error.
-    fault
-        What is wrong although the method claims success; "" where nothing is.
-    verdict
-        One of the five classes of the chart of stability.
+    fault, verdict
+        What is wrong although the method claims success, "" where nothing is, and the class by the law of `verdicts`.
     cut
         Why less was asked than the chart promises; "" where all was.
     runs
@@ -157,6 +147,8 @@ class Table:
         Given to every method once, untimed, so that no import is timed.
     drops
         Whether a method that refuses every case is left out.
+    left
+        Cases and methods that only the whole chart asks, where this is a shorter one.
     """
 
     cases: Sequence[tuple[Case, Any]]
@@ -165,6 +157,7 @@ class Table:
     runs: int = 1
     warm: Sequence[tuple[Case, Any]] = ()
     drops: bool = False
+    left: tuple[str, ...] = ()
 
     def tried(self, case: Case, given: Any, method: str, runs: int | None = None) -> Trial:
         """A method on a case: the medians of its runs, its last answer judged."""
@@ -172,15 +165,32 @@ class Table:
         return self.judge(case, given, method, said)
 
 
+def left_out(
+    cases: Sequence[Case], fewer: Sequence[Case], methods: Sequence[str], less: Sequence[str]
+) -> tuple[str, ...]:
+    """What a shorter chart does not ask, in words: cases and methods by their names."""
+    asked = {case.name for case in fewer}
+    names = [case.name for case in cases if case.name not in asked]
+    unasked = [name for name in methods if name not in less]
+    said = [(len(names), "cases", names), (len(unasked), "methods", unasked)]
+    return tuple(f"{words} {', '.join(listed)}" for count, words, listed in said if count)
+
+
 def scene_table(
-    cases: Sequence[tuple[Case, Scene]], methods: Sequence[str], runs: int, warm: Sequence[Case] = ()
+    cases: Sequence[tuple[Case, Scene]],
+    methods: Sequence[str],
+    runs: int,
+    warm: Sequence[Case] = (),
+    left: tuple[str, ...] = (),
 ) -> Table:
     """Registered methods on scenes."""
 
     def by(method: str) -> Callable[[Scene], Said]:
         return lambda scene: said_of(scene, method)
 
-    return Table(cases, {name: by(name) for name in methods}, judged_scene, runs, [(one, one.scene()) for one in warm])
+    return Table(
+        cases, {name: by(name) for name in methods}, judged_scene, runs, [(one, one.scene()) for one in warm], left=left
+    )
 
 
 def trial(case: Case, scene: Scene, method: str, runs: int) -> Trial:
@@ -189,8 +199,13 @@ def trial(case: Case, scene: Scene, method: str, runs: int) -> Trial:
 
 
 def judged_scene(case: Case, scene: Scene, method: str, said: Said) -> Trial:
-    """A design judged at its exact peaks."""
-    return judged(case, method, said, *(NOWHERE if said.answer is None else measured(case, pose(scene), said.answer)))
+    """A design judged at its exact peaks, and a bound by the best goal."""
+    if said.answer is None:
+        return judged(case, method, said, *NOWHERE)
+    program = pose(scene)
+    sense = program.aim.sense if program.aim is not None else math.nan
+    past = (said.bound - sense * case.goal) / max(abs(case.goal), 1e-300)
+    return judged(case, method, replace(said, past=past), *measured(case, program, said.answer))
 
 
 def timed(method: Callable[[], Said], runs: int) -> Said:
@@ -202,12 +217,12 @@ def timed(method: Callable[[], Said], runs: int) -> Said:
     said = Said("error", "")
     for _ in range(max(runs, 1)):
         with answering() as limit:
-            begin = time.perf_counter()
+            begin = spent()
             try:
                 said = method()
             except Exception as error:
                 said = Said("error", f"{type(error).__name__}: {error}")
-            took = time.perf_counter() - begin
+            took = spent() - begin
         if said.status in ("error", REFUSES, MISSING):
             return replace(said, seconds=math.nan, kernel=math.nan)
         whole = took if math.isnan(said.seconds) else said.seconds
@@ -227,27 +242,26 @@ def said_of(scene: Scene, method: str) -> Said:
     if method == DEFAULT:
         from vibopt.solve.solve import solve
 
-        design = solve(scene, explain=False)
+        design, _, kernel = answered(lambda: solve(scene, explain=False))
         x = np.array(design.x) if design.x else None
-        return Said(design.status, f"{design.method}: {design.claim}", x, design.timings.get("solve", math.nan))
+        return Said(design.status, f"{design.method}: {design.claim}", x, kernel)
     program = closed(pose(scene))
     chosen = METHODS[method]()
     refusal = chosen.refuses(program)
     if refusal is not None:
         return Said(REFUSES, refusal)
-    begin = time.perf_counter()
+    begin = spent()
     found = chosen.solve(program)
-    return Said(found.status, found.claim, found.x, time.perf_counter() - begin)
+    return Said(found.status, found.claim, found.x, spent() - begin, bound=found.bound)
 
 
 def judged(case: Case, method: str, said: Said, missed: float, off: float) -> Trial:
     """What is claimed against what is true; `missed` and `off` are nan where there is no design."""
     error = math.nan if math.isnan(missed) else max(missed, off, 0.0)
-    fault = _fault(case, said.status, missed, off)
-    verdict = _verdict(case, said.status, missed, off, fault)
+    found = verdict_of(case.truth, said.status, missed, off, said.past)
     return Trial(
-        case.name, method, said.seconds, said.kernel, said.status, said.claim, missed, off, error, fault, verdict,
-        said.cut, said.quartiles, said.runs,
+        case.name, method, said.seconds, said.kernel, said.status, said.claim, missed, off, error,
+        found.fault, found.verdict, said.cut, said.quartiles, said.runs,
     )  # fmt: skip
 
 
@@ -259,28 +273,6 @@ def measured(case: Case, program: Program, x: FloatArray) -> tuple[float, float]
         return missed, 0.0
     goal = judge.goal(x).value * program.aim.sense
     return missed, abs(goal - case.goal) / max(abs(case.goal), 1e-300)
-
-
-def _fault(case: Case, status: str, missed: float, off: float) -> str:
-    if status == "infeasible" and case.truth == FEASIBLE:
-        return "calls a feasible scene infeasible"
-    if status not in ("optimal", "feasible"):
-        return ""
-    if missed > BROKEN:
-        return f"limit broken by {missed:.1e}" if missed < 1e3 else "limit broken without end"
-    return f"goal off by {off:.1e}" if case.truth == FEASIBLE and off > OFF else ""
-
-
-def _verdict(case: Case, status: str, missed: float, off: float, fault: str) -> str:
-    if status in (REFUSES, MISSING):
-        return status
-    if status == "infeasible":
-        return SILENT if fault else RIGHT
-    if status not in ("optimal", "feasible"):
-        return SAYS_SO
-    if fault and (missed > BROKEN or status == "optimal"):
-        return SILENT
-    return UNPROVEN if fault else RIGHT
 
 
 def as_row(one: Trial) -> dict[str, Any]:

@@ -59,6 +59,7 @@ def speed_accuracy(
     from vibopt.charts import chart_views as views
     from vibopt.charts.runner import speed_accuracy as run
     from vibopt.charts.trial import DEFAULT
+    from vibopt.charts.verdicts import SILENT
     from vibopt.cli.progress import Bar
 
     scenes = _scenes(files, family)
@@ -68,7 +69,7 @@ def speed_accuracy(
     data = views.accuracy_json(result)
     _write(targets, data, lambda: views.draw_accuracy(result))
     _say(data, lambda console: views.accuracy_table(result, console), targets, as_json=as_json)
-    if any(one.fault and one.method == DEFAULT for one in result.trials):
+    if any(one.verdict == SILENT and one.method == DEFAULT for one in result.trials):
         return SILENTLY_WRONG
     return ASKED_LESS if result.cut else 0
 
@@ -87,7 +88,8 @@ def stability(family: str | None, quick: bool, figure: str | None, force: bool, 
     """
     from vibopt.charts import chart_views as views
     from vibopt.charts.runner import stability as run
-    from vibopt.charts.trial import DEFAULT, SILENT
+    from vibopt.charts.trial import DEFAULT
+    from vibopt.charts.verdicts import SILENT
     from vibopt.cli.progress import Bar
 
     targets = _targets(figure, force=force)
@@ -151,7 +153,8 @@ def profiles(
     """
     from vibopt.charts import chart_views as views
     from vibopt.charts.profiles import profiles as run
-    from vibopt.charts.trial import DEFAULT, SILENT
+    from vibopt.charts.trial import DEFAULT
+    from vibopt.charts.verdicts import SILENT
     from vibopt.cli.progress import Bar
 
     targets = _targets(figure, force=force)
