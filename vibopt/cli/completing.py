@@ -6,17 +6,16 @@ from collections.abc import Iterable
 from pathlib import Path
 
 import click
-from click.shell_completion import CompletionItem
 
 from vibopt.errors import VibOptError
 
-Items = list[CompletionItem]
+Items = list[str]
 _SHELLS = ("bash", "zsh", "fish")
 
 
 def begin(words: Iterable[str], incomplete: str) -> Items:
     """Those of the words that begin so."""
-    return [CompletionItem(one) for one in words if one.startswith(incomplete)]
+    return [one for one in words if one.startswith(incomplete)]
 
 
 def problem_files(ctx: click.Context, param: click.Parameter, incomplete: str) -> Items:
@@ -28,7 +27,7 @@ def problem_files(ctx: click.Context, param: click.Parameter, incomplete: str) -
     except OSError:
         return []
     before = f"{folder}/" if "/" in incomplete else ""
-    return [CompletionItem(f"{before}{one.name}") for one in found if one.suffix == ".toml" or one.is_dir()]
+    return [f"{before}{one.name}" for one in found if one.suffix == ".toml" or one.is_dir()]
 
 
 def _paths(ctx: click.Context, *, chosen: bool) -> Iterable[str]:

@@ -8,9 +8,9 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 import click
-from click.shell_completion import CompletionItem
 
 from vibopt.cli.output import (
     UnwritableError,
@@ -24,6 +24,9 @@ from vibopt.cli.output import (
 )
 from vibopt.errors import InputError, VibOptError, way_out
 from vibopt.files.reading import forget
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
 
 INTERNAL, INPUT, INTERRUPTED = 1, 2, 130
 _UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF)
@@ -51,9 +54,9 @@ VERBS = {
 """Verb: (its file in `vibopt/cli`, without "_command", and its line of help)."""
 
 
-_NEW_OBJECTS = 50_000
-"""After how many new objects Python looks for some that refer to each other and to which nothing refers: a start, that
-makes as many, has none."""
+_NEW_OBJECTS = 120_000
+"""After how many new objects Python looks for some that refer to each other and to which nothing refers: a start and an
+answer make 60,000 to 90,000, and have none."""
 
 _BUILT_IN = ("help",)
 """Verbs whose functions would hide one of Python."""
@@ -83,6 +86,8 @@ class Verbs(click.Group):
         """Verbs with their lines of help, without loading any; options behind a dash."""
         if incomplete.startswith("-"):
             return [one for one in super().shell_complete(ctx, incomplete) if one.value.startswith("-")]
+        from click.shell_completion import CompletionItem
+
         return [CompletionItem(name, help=line) for name, (_, line) in VERBS.items() if name.startswith(incomplete)]
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
