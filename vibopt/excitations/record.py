@@ -3,6 +3,7 @@
 import math
 import re
 from contextlib import suppress
+from functools import cached_property  # pydantic knows this one alone
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -15,7 +16,6 @@ from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
 from vibopt.files.reading import FileFault, stamp_of
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.records import cached_property
 from vibopt.signals import Segment
 from vibopt.units import read_quantity
 from vibopt.values import Fact, number, word
