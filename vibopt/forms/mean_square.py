@@ -7,7 +7,7 @@ adjoint equation, with the slopes of A, B and c by complex steps.
 A base whose acceleration is white drifts away without end.  What follows it (relative motion, link
 forces) is written in coordinates that ride on the base.  Where ground holds the machine back, the base's
 acceleration drives the machine's own; a reading that feels no slow drift is that, integrated twice.
-A base whose displacement is white has a state of its own (`displaced`).
+A base whose displacement is white has a state of its own (`noise_states`).
 """
 
 from __future__ import annotations
@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
-from vibopt.forms.displaced import decaying, reduced
-from vibopt.forms.jointed import under_displacement, under_force
+from vibopt.forms.noise_states import decaying, under_displacement, under_force
 from vibopt.forms.reduce import closure
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
@@ -219,7 +218,7 @@ def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> f
 def _of_displacement(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
     """The mean square where a base's displacement is the noise."""
     n = model.n_free
-    found = reduced(model, output, noise, p)
+    found = under_displacement(model, output, noise, p)
     if found is None:
         return float("inf")
     root = np.linalg.inv(np.linalg.cholesky(model.matrix(INERTIA, p)[:n, :n])).T
@@ -271,7 +270,7 @@ def _matrices_of(model: Model, output: Output, noise: Noise, p: FloatArray) -> M
         frame = _frame(model, output, noise, p)
         assert frame is not None
         return frame.matrices
-    matrices = _with_joints(model, output, noise, p) if jointed else partial(reduced, model, output, noise)
+    matrices = _with_joints(model, output, noise, p) if jointed else partial(under_displacement, model, output, noise)
     assert matrices is not None
     found = _made(matrices, p)
     kept = decaying(*found)

@@ -1,4 +1,9 @@
-"""White noise on machines with joints that have no mass, as one system of first order: z' = A z + b w, y = c z."""
+"""White noise as one system of first order, z' = A z + b w, y = c z: of joints without mass, of a base's displacement.
+
+With v = x' + M^-1 C_b u the derivative of the base's motion u drops out of the equations of motion.  A reading
+y = c z + d u is finite where d is nothing; each derivative of it is c A z + c b u + d u', finite as long as that holds
+again.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +20,11 @@ from vibopt.signals import Noise, Output
 Numbers = np.ndarray[Any, np.dtype[Any]]
 _NOTHING = 1e-11
 """Part of its own size below which a share of the noise that is read at once is rounding."""
+_STILL = 1e-10
+"""Part of the fastest rate below which a motion is not held by any spring."""
+_LASTS = 1e-12
+"""Damping ratio below which a motion counts as one that does not die away."""
+_RESIDUE = 1e-9
 
 
 def under_force(
@@ -68,4 +78,28 @@ def under_displacement(
     return a, b, c
 
 
-__all__ = ["under_displacement", "under_force"]
+def decaying(a: Numbers, b: Numbers, c: Numbers) -> tuple[Numbers, Numbers, Numbers] | None:
+    """The states that die away; None where one that does not is both shaken and seen."""
+    from scipy.linalg import schur
+
+    rates = np.linalg.eigvals(a).astype(complex)
+    top = float(np.abs(rates).max(initial=0.0))
+
+    def lasts(rate: Any) -> bool:
+        return bool(abs(rate) <= _STILL * top or rate.real > -_LASTS * abs(rate))
+
+    if not any(map(lasts, rates)):
+        return a, b, c
+    sorted_by: Any = schur  # its stubs know no function of a complex number
+    form, turn, count = sorted_by(a.astype(complex), output="complex", sort=lasts)
+    load, row = turn.conj().T @ b, c @ turn
+    if np.abs(row[:count]).max(initial=0.0) <= _RESIDUE * np.linalg.norm(np.abs(c) @ np.abs(turn)):
+        return form[count:, count:], load[count:], row[count:]
+    form, turn, count = sorted_by(a.astype(complex), output="complex", sort=lambda rate: not lasts(rate))
+    load, row = turn.conj().T @ b, c @ turn
+    if np.abs(load[count:]).max(initial=0.0) > _RESIDUE * np.linalg.norm(np.abs(turn.conj().T) @ np.abs(b)):
+        return None
+    return form[:count, :count], load[:count], row[:count]
+
+
+__all__ = ["decaying", "under_displacement", "under_force"]
