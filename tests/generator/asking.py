@@ -5,9 +5,8 @@ from __future__ import annotations
 import re
 from typing import Any
 
-from draw import Draw
+from draw import Draw, aside
 from machines import Drawn
-from shaking import aside
 from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError
 from vibopt.responses import KINDS

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from draw import Draw
+from draw import Draw, aside
 
 GRAVITY = 9.80665
 
@@ -209,7 +209,7 @@ def catalogue(draw: Draw, made: Drawn, stiffness: float, load: float, *, shear: 
 
 
 def about_an_axis(draw: Draw) -> Drawn:
-    """Discs on shafts."""
+    """Discs on shafts, now and then one that is geared to the one before."""
     made = Drawn(frequency=draw.size(5.0, 60.0))
     end, free = "ground", draw.chance(0.1) and not draw.small
     for index in range(2 if free else draw.pick([1, 1, 2, 3])):
@@ -222,8 +222,11 @@ def about_an_axis(draw: Draw) -> Drawn:
             disc if draw.chance(0.3) else {"inertia": draw.value(inertia, "inertia", spread=2.0, vary=0.1)},
         )
         made.turning.add(body)
-        if index or not free:
-            made.put("links", f"shaft{index + 1}", _shaft(draw, made, [body, end], inertia))
+        shaft = _shaft(draw, made, [body, end], inertia) if index or not free else {}
+        if index and not free and aside(shaft).chance(0.25):
+            made.document["bodies"][body] |= {"geared_to": end, "speed_ratio": aside(shaft).pick([-0.4, 3.0])}
+        elif shaft:
+            made.put("links", f"shaft{index + 1}", shaft)
         end = body
     return made
 

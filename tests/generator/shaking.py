@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from typing import Any, get_args
 
-from draw import Draw
+from draw import Draw, aside
 from machines import Drawn
 from vibopt.excitations import KINDS
 from vibopt.excitations.pulse import Shape
@@ -92,11 +92,6 @@ def _way(draw: Draw, made: Drawn, on: str) -> Table:
         return {}
     at = {"at": ["0.3 m", "0.1 m", "0.4 m"]} if on in made.names("bodies") and draw.chance(0.3) else {}
     return {"direction": draw.pick(["x", "y", "z", "z", [0.5, 0, 0.866]]), **at}
-
-
-def aside(table: Table) -> Draw:
-    """Chances that hang on what has been drawn, and take nothing from what will be."""
-    return Draw(sum(map(ord, str(table))))
 
 
 def _begins(made: Drawn, steady: Table) -> Table:

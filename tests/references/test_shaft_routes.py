@@ -238,6 +238,53 @@ def test_the_ship_needs_the_shaft_that_was_found() -> None:
     assert high == "500 mm"
 
 
+def holzer(coupling: complex, omega: Any, moment: float) -> tuple[Any, Any, Any]:
+    """Torque in the coupling, on the wheel's teeth and in the propeller's shaft [N m], from the propeller on."""
+    shaft = 80e9 * np.pi * 0.42**4 / 32.0 / 12.0
+    turned = np.ones_like(omega, dtype=complex)
+    torque = (2500.0 * omega**2 - 30e3j * omega) * turned
+    held, turned = torque, turned - torque / shaft
+    torque = torque + 400.0 * omega**2 * turned
+    teeth, turned, torque = torque, -4.0 * turned, -0.25 * torque
+    torque = torque + 30.0 * omega**2 * turned
+    joined, turned = torque, turned - torque / coupling
+    scale = moment / (-(torque + 900.0 * omega**2 * turned))
+    return joined * scale, teeth * scale, held * scale
+
+
+def test_the_coupling_of_the_geared_line_is_every_one_that_was_found() -> None:
+    speeds = np.linspace(240.0, 560.0, 20001) * np.pi / 30.0
+    far = np.linspace(0.85 * 3.0 * 240.0, 1.15 * 3.0 * 560.0, 3001) * np.pi / 30.0
+
+    def misses(k: float) -> float:
+        both = [np.abs(holzer(k * (1.0 + 0.12j), order * speeds, one)) for order, one in ((3.0, 12e3), (6.0, 5e3))]
+        coupling, teeth, shaft = (both[0] + both[1]).max(axis=1)
+        return float(max(coupling / 9e3, teeth / 12e3, shaft * 16.0 / (np.pi * 0.42**3) / 30e6)) - 1.0
+
+    def residual(k: float, omega: Any) -> Any:
+        """What undamped torques leave over at the engine; it changes its sign at natural frequencies."""
+        inner = 2500.0 * omega**2
+        turn = 1.0 - inner / (80e9 * np.pi * 0.42**4 / 32.0 / 12.0)
+        torque = -0.25 * (inner + 400.0 * omega**2 * turn) - 120.0 * omega**2 * turn
+        return torque + 900.0 * omega**2 * (-4.0 * turn - torque / k)
+
+    document = tomllib.loads((PROBLEMS / "geared_drive_line.toml").read_text(encoding="utf-8"))
+    ((low, high),) = document["expected"][0]["value"]
+    least, most = (read_quantity(one, "torsional_stiffness").value for one in (low, high))
+    assert brentq(misses, 7e5, 9e5, xtol=1.0) == pytest.approx(most, rel=1e-6)
+    assert brentq(lambda k: residual(k, far[-1]), 5e5, 8e5, xtol=1e-3) == pytest.approx(least, rel=1e-6)
+    for k, holds in (
+        (2e5, False),
+        (4e5, False),
+        (least * 0.999, False),
+        (least * 1.001, True),
+        (most, True),
+        (4e6, False),
+    ):
+        clear = (np.sign(residual(k, far)) == np.sign(residual(k, far[0]))).all()
+        assert (clear and misses(k * (1.0 - 1e-6)) <= 0.0) == holds
+
+
 # programs: the shaft with its mass by its half span, limits one by one, their ends by roots
 
 

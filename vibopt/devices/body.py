@@ -80,6 +80,11 @@ class BodyTable(Device):
         through the centre of mass, `inertia = ["310 kg m2", "620 kg m2", "590 kg m2"]`, or a table of xx, yy, zz and
         products xy, yz, zx, of which xy is the integral of x y dm. A fact there.
     disc: Instead of `inertia` a round disc: `disc = { mass = "45 kg", diameter = "0.38 m" }`. Refused in space.
+    geared_to: The body whose teeth turn this one, so that both turn as one, without play and rigid: `geared_to =
+        "pinion"`. It has an inertia and turns about its axis, as the other one does; beside `speed_ratio`. Refused in
+        space and along a line.
+    speed_ratio: How many times as fast it turns as the body it is geared to, the teeth of that one over its own;
+        below zero where it turns the other way: `speed_ratio = -0.25`.
     rolling: What rolls as it moves adds J/r²: `rolling = { inertia = "0.2 kg m2", radius = "0.3 m" }`. Refused in
         space and beside `inertia`.
     tolerance: How far each of its numbers may be off as built, either way: `tolerance = "5 %"`.
@@ -98,6 +103,8 @@ class BodyTable(Device):
     weight: Fact | None = number("force", choice=False, tolerance=True)
     inertia: Inertia | None = number("inertia", zero=True)
     disc: Disc | None = None
+    geared_to: str | None = None
+    speed_ratio: Fact | None = number("ratio", choice=False, sign="any")
     rolling: Rolling | None = None
     tolerance: Tolerance | None = None
     motion: Literal["space", "plane", "line"] | None = None
@@ -159,7 +166,7 @@ class BodyTable(Device):
             raise word(
                 "has no mass, and moves in more ways than one. A joint is of a line: remove motion, or give its mass."
             )
-        said = [key for key in ("disc", "rolling") if getattr(self, key) is not None]
+        said = [key for key in ("disc", "rolling", "geared_to") if getattr(self, key) is not None]
         if said:
             raise word(
                 f"moves in {'space' if self.moves == 'space' else 'a plane'} and has {said[0]}. Remove {said[0]}."
@@ -207,6 +214,12 @@ class BodyTable(Device):
             raise word("turns about its own axis and rolls. Remove rolling, or give its mass.")
         if self.massless:
             self._check_joint()
+        if (self.geared_to is None) != (self.speed_ratio is None):
+            raise word('needs geared_to and speed_ratio together. Write geared_to = "pinion" and speed_ratio = -0.25.')
+        if self.geared_to is not None and not self.turns:
+            raise word("moves along a line and is geared. Give it an inertia instead of the mass, or remove geared_to.")
+        if self.speed_ratio is not None and self.speed_ratio.value == 0.0:
+            raise word("has a speed_ratio of zero, so that it never turns. Write how many times as fast it turns.")
         return self
 
     @property
@@ -298,6 +311,8 @@ class BodyTable(Device):
         whole = is_tensor(inertia)
         if any(isinstance(given.get(key), str) and _is_nothing(given[key], key) for key in ("mass", "inertia")):
             return 0
+        if "geared_to" in given:
+            return 0
         if motion is None and (whole or "shape" in given or "made_of" in given):
             motion = "space"
         return len(FREEDOMS.get(str(motion), (name,)))
@@ -305,6 +320,9 @@ class BodyTable(Device):
     def declare(self, builder: ModelBuilder, name: str) -> None:
         if self.freedoms:
             builder.add_frame(name, self.place, self.freedoms)
+            return
+        if self.geared_to is not None and self.speed_ratio is not None:
+            builder.add_gear(name, self.geared_to, self.speed_ratio.value)
             return
         builder.add_coordinate(name)
         builder.add_point(name, {name: 1.0})
@@ -362,6 +380,8 @@ class BodyTable(Device):
             return
         mass, weight = self._resists(name, numbers)
         assembly.add_mass(name, mass, weight, self._resists(name, numbers.said)[0])
+        if self.geared_to is not None and self.speed_ratio is not None:
+            assembly.gears[name] = (self.geared_to, self.speed_ratio.value)
 
     def _resists(self, name: str, numbers: Numbers) -> tuple[float, float]:
         if self.disc is not None:

@@ -3,7 +3,7 @@
 import math
 import re
 from contextlib import suppress
-from functools import cached_property  # pydantic knows this one alone
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 

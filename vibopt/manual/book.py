@@ -17,8 +17,8 @@ GROUPS = {
     "Begin": ("start", "questions", "problem_file", "limits", "statuses", "commands"),
     "Guides": (
         "isolators", "absorbers", "space", "catalogues", "structures", "noise", "shock", "run_up", "friction",
-        "shafts", "rotors", "tolerances", "studies", "balancing", "known_masses", "engines", "methods", "verification",
-        "charts", "python", "formats",
+        "shafts", "rotors", "drive_lines", "tolerances", "studies", "balancing", "known_masses", "engines", "methods",
+        "verification", "charts", "python", "formats",
     ),
     "Reference": ("excitations", "responses", "units", "refusals"),
     "About": ("contributing", "changelog"),

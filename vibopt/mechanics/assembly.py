@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.mechanics.built import GROUND, Joint, PlaneBearing, Tuned
+from vibopt.mechanics.built import GROUND, Joint, Tuned
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
@@ -44,8 +44,10 @@ class Assembly:
         As of `Machine`.
     rigid, mounts, groups
         As of `SpaceMachine`.
-    carriers, shafts, bearings
-        Structures, shafts of rotors, and bearings that are not alike in both planes, by name.
+    carriers, shafts
+        Structures and shafts of rotors by name.
+    gears
+        As of `GearedMachine`.
     """
 
     only: str | None = None
@@ -65,7 +67,7 @@ class Assembly:
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
     carriers: dict[str, Carrier] = field(default_factory=dict)
     shafts: dict[str, WhirlingShaft] = field(default_factory=dict)
-    bearings: dict[str, PlaneBearing] = field(default_factory=dict)
+    gears: dict[str, tuple[str, float]] = field(default_factory=dict)
 
     def add_mass(self, name: str, mass: float, weight: float, said: float) -> None:
         """A mass that moves along the line or about the axis: as built, what of it weighs, and as said."""
@@ -116,14 +118,14 @@ class Assembly:
                 fixed=self.fixed,
                 spatial=self.spatial,
             )
-        if self.bearings:
-            from vibopt.mechanics.orbiting import OrbitingMachine
-
-            return OrbitingMachine(self.masses, *core, shafts=self.shafts, bearings=self.bearings)
         if self.shafts:
             from vibopt.mechanics.rotating import RotatingMachine
 
             return RotatingMachine(self.masses, *core, shafts=self.shafts)
+        if self.gears:
+            from vibopt.mechanics.geared import GearedMachine
+
+            return GearedMachine(masses, *core, carried=carried, gears=self.gears)
         if self.carriers:
             from vibopt.mechanics.hosted import HostedMachine
 

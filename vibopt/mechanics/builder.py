@@ -8,7 +8,6 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.mechanics.bearings import Bearing
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import dataclass
@@ -34,7 +33,7 @@ class ModelBuilder:
         Points that turn about an axis instead of moving along a line.
     properties
         Own numbers of a device by its name and the word for them, ("tmd", "tuning").
-    rotating, readings
+    rotating, readings, gears
         As of `Model`.
     families
         Names by the family of the file that they come from.
@@ -71,8 +70,8 @@ class ModelBuilder:
     turning: dict[str, bool] = field(default_factory=dict)
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
     rotating: list[Term] = field(default_factory=list)
-    bearings: list[Bearing] = field(default_factory=list)
     readings: dict[tuple[str, str], tuple[float, float, float]] = field(default_factory=dict)
+    gears: dict[str, tuple[str, float]] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
     frames: dict[str, tuple[FloatArray, tuple[str, ...]]] = field(default_factory=dict)
     fixed: dict[str, tuple[str, FloatArray]] = field(default_factory=dict)
@@ -146,9 +145,16 @@ class ModelBuilder:
         """A point that moves by the sum of its parts of the coordinates."""
         self.points[name] = dict(row)
 
+    def add_gear(self, name: str, to: str, ratio: float) -> None:
+        """A point that turns so many times as fast as another one."""
+        self.points[name], self.gears[name] = {}, (to, ratio)
+
     def direction(self, point: str) -> FloatArray:
         """Row of a point over the coordinates; zero for the ground.  Shape (n_coords,)."""
         row = np.zeros(len(self.coords))
+        if point in self.gears:
+            to, ratio = self.gears[point]
+            return ratio * self.direction(to)
         if point != GROUND:
             for coordinate, part in self.points[point].items():
                 row[self.coords.index(coordinate)] = part
@@ -195,14 +201,6 @@ class ModelBuilder:
         """A damper that turns with a shaft."""
         row, powers = self.links[link], damping.row(self.n_vars)
         self.rotating.append(Term(DAMPING, row, damping.scale, powers, link, damping.scale, across=True))
-
-    def add_bearing(
-        self, name: str, powers: tuple[Monomial, ...], speeds: FloatArray | None = None, table: FloatArray | None = None
-    ) -> None:
-        """A bearing that is not alike in both planes, on a link that is there: coefficients as of `Bearing`."""
-        none = np.zeros(0)
-        speeds, table = none if speeds is None else speeds, none if table is None else table
-        self.bearings.append(Bearing(name, self.links[name], powers, speeds, table))
 
     def add_hysteretic(self, link: str, stiffness: Monomial) -> None:
         self._add(HYSTERETIC, self.links[link], stiffness, link, across=True)
@@ -252,7 +250,7 @@ class ModelBuilder:
             properties=self.properties,
             readings=self.readings,
             rotating=tuple(self.rotating),
-            bearings=tuple(self.bearings),
+            gears=self.gears,
             families=self.families,
             axes=self.axes,
             left_out=self.left_out,

@@ -107,7 +107,7 @@ class HostedMachine(Machine):
             stiff[:, rows, rows] += 1.0
             load[:, here] = (moved @ load[:, here, None])[..., 0]
             start = stop
-        found = _solved(stiff, load)
+        found = solved(stiff, load)
         points = {name: found[:, i].reshape(omega.shape) for i, name in enumerate(names)}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
@@ -197,7 +197,7 @@ class HostedMachine(Machine):
         return {name: float(row @ down) for name, row in self._rows.items()}
 
 
-def _solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+def solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
     """Solve each system, rows scaled; a singular one gives inf."""
     scale = np.abs(matrix).max(axis=-1, keepdims=True)
     scale[scale == 0.0] = 1.0

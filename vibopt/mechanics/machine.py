@@ -182,10 +182,6 @@ class Machine:
         points = {name: rows[name] for name in number}
         return points, {one.name: rows[one.ends[1]] - rows[one.ends[0]] for one in self.joints}
 
-    def size(self, value: ComplexArray) -> ComplexArray:
-        """What of a reading counts as its amplitude, shape of the speeds: itself where all moves along one line."""
-        return value
-
     def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Force of the whole joint on its second end [N], positive along the coordinate."""
         force: ComplexArray = -joint.dynamic(motion.omega) * self.stretch_of(joint, motion)
@@ -348,7 +344,7 @@ class Machine:
         """
         return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
 
-    def threshold(self, top: float = 0.0) -> float:
+    def threshold(self) -> float:
         """Least spin [rad/s] beyond which a whirl grows under dampers that turn with a shaft; infinite of none."""
         from vibopt.mechanics.two_planes import threshold_in_planes
 
@@ -386,18 +382,22 @@ class Machine:
 
     def _spring_columns(self) -> FloatArray:
         """M^-1/2 B diag(k)^1/2, (n_modes, at least as many), less what joints that follow take of each spring."""
+        columns, light = self.spring_rows(), self.jointed
+        if light.any():
+            across = np.linalg.qr(columns[light].T)[0]
+            columns = columns[~light] - columns[~light] @ across @ across.T
+        scaled: FloatArray = self._root @ columns
+        return scaled
+
+    def spring_rows(self) -> FloatArray:
+        """B diag(k)^1/2 over the coordinates, (n, at least as many)."""
         names = list(self.masses)
         columns = np.zeros((len(names), max(len(self.joints), len(names))))
         for j, joint in enumerate(self.joints):
             for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
                 if end in self.masses:
                     columns[names.index(end), j] = sign * np.sqrt(joint.stiffness)
-        light = self.jointed
-        if light.any():
-            across = np.linalg.qr(columns[light].T)[0]
-            columns = columns[~light] - columns[~light] @ across @ across.T
-        scaled: FloatArray = self._root @ columns
-        return scaled
+        return columns
 
     @property
     def _root(self) -> FloatArray:

@@ -9,7 +9,6 @@ from typing import TypeVar
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vibopt.mechanics.bearings import Bearing
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import cached_property, dataclass
 
@@ -83,8 +82,8 @@ class Model:
         Names by the family of the file that they come from.
     rotating
         Dampers that turn with a shaft, which steady whirl does not feel.
-    bearings
-        Those that are not alike in both planes: whirl then has a forward and a backward part.
+    gears
+        Per body that is geared to another that one, and how many times as fast it turns.
     axes
         Per link of a mount its direction in space, shape (3,); any other link is along z.
     basis
@@ -106,7 +105,7 @@ class Model:
     readings: dict[tuple[str, str], tuple[float, float, float]] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rotating: tuple[Term, ...] = ()
-    bearings: tuple[Bearing, ...] = ()
+    gears: dict[str, tuple[str, float]] = field(default_factory=dict)
     axes: dict[str, FloatArray] = field(default_factory=dict)
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     left_out: int = 0
@@ -318,7 +317,6 @@ class Model:
             self,
             terms=tuple(map(new, self.terms)),
             rotating=tuple(map(new, self.rotating)),
-            bearings=tuple(one.changed(change) for one in self.bearings),
             counts=changed(self.counts),
             ratios=changed(self.ratios),
             properties=changed(self.properties),

@@ -8,20 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.built import Motion
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.hosted import _solved
+from vibopt.mechanics.hosted import solved
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shaft_waves import MODES, WhirlingShaft
 from vibopt.records import cached_property, dataclass
-
-if TYPE_CHECKING:
-    from typing import Self
 
 _FAR = 1.3
 """Factor of a speed within which it is looked for between two others, where pieces say it badly."""
@@ -65,7 +62,7 @@ class RotatingMachine(Machine):
             for here, there in (joint.ends, joint.ends[::-1]):
                 if here in at and there in bases:
                     load[:, at[here]] += joint.dynamic(flat) * np.ravel(bases[there])
-        found = _solved(stiff, load)
+        found = solved(stiff, load)
         points = {name: found[:, i].reshape(np.shape(omega)) for name, i in at.items()}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(np.shape(omega), dtype=complex))
@@ -94,16 +91,6 @@ class RotatingMachine(Machine):
 
     def _dynamic(self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None) -> ComplexArray:
         """Of the whole at frequencies (n,) [rad/s], each with its spin or that of a whirl with it, (n, size, size)."""
-        stiff = self._shafts_alone(omega, spin)
-        for joint, ends in self._joined(self._exact_places):
-            z = joint.dynamic(np.asarray(omega))
-            for i, a in ends:
-                for j, b in ends:
-                    stiff[:, i, j] += a * b * z
-        return stiff
-
-    def _shafts_alone(self, omega: Any, spin: Any) -> ComplexArray:
-        """As `_dynamic`, without joints."""
         start = len(self.masses)
         size = start + sum(one.size for one in self.shafts.values())
         stiff = np.zeros((len(omega), size, size), dtype=complex)
@@ -112,6 +99,11 @@ class RotatingMachine(Machine):
         for one in self.shafts.values():
             stiff[:, start : start + one.size, start : start + one.size] = one.dynamic(omega, spin)
             start += one.size
+        for joint, ends in self._joined(self._exact_places):
+            z = joint.dynamic(np.asarray(omega))
+            for i, a in ends:
+                for j, b in ends:
+                    stiff[:, i, j] += a * b * z
         return stiff
 
     def _joined(self, places: Mapping[str, int]) -> Iterator[tuple[Any, list[tuple[int, float]]]]:
@@ -157,7 +149,7 @@ class RotatingMachine(Machine):
         found[here] = np.sign(found[here].real) * self._met(np.abs(found[here].real))
         return found
 
-    def _cut(self, omega: float) -> Self:
+    def _cut(self, omega: float) -> RotatingMachine:
         """The same in stretches that are short enough for a frequency [rad/s]."""
         shafts = {name: one.cut(omega) for name, one in self.shafts.items()}
         same = all(one is shafts[name] for name, one in self.shafts.items())
@@ -256,7 +248,7 @@ class RotatingMachine(Machine):
         sizes, ways = np.linalg.eigh(mass)
         return root @ (ways * np.sqrt(np.maximum(sizes, 0.0))), root @ polar @ root.T
 
-    def threshold(self, top: float = 0.0) -> float:
+    def threshold(self) -> float:
         """Least spin [rad/s] beyond which a whirl grows, infinite where none does: by the waves, begun at the pieces.
 
         Where a complex value of the dynamic stiffness of whirl w at spin W is nothing at once in both its parts.
@@ -348,7 +340,7 @@ def _neutral(
         return float(one.real), float(one.imag)
 
     low, slow = 0.0, float(np.sqrt(squares[0]))
-    for high in slow * np.geomspace(0.4, 300.0, 48):
+    for high in slow * np.geomspace(0.4, 1e4, 48):
         if growth(high)[0] > _REAL * slow:
             spin = float(brentq(lambda at: growth(at)[0] - _REAL * slow, low, high, rtol=1e-12))
             return growth(spin)[1], spin

@@ -168,7 +168,7 @@ def _groups(machine: Machine) -> list[tuple[tuple[str, str], list[str]]]:
 def _mode(machine: Machine, joints: list[Joint]) -> tuple[int, float] | None:
     """The mode in which these springs have the greatest part of the strain energy, and that part."""
     omega, modes = machine.mode_shapes()
-    rows = {name: modes[i] for i, name in enumerate(machine.masses)}
+    rows = {name: machine.row(name) @ modes for name in machine.masses}
     still = np.zeros(len(omega))
     apart = [rows.get(one.ends[1], still) - rows.get(one.ends[0], still) for one in joints]
     energy = np.sum([one.stiffness * stretch**2 for one, stretch in zip(joints, apart, strict=True)], axis=0)

@@ -112,8 +112,8 @@ Motion = tuple[str, str, tuple[FloatArray, FloatArray]]
 def _motions(machine: Machine, turning: set[str]) -> Iterator[Motion]:
     """Everything that can move by itself."""
     if not is_in_space(machine):
-        for i, (name, mass) in enumerate(machine.masses.items()):
-            row = np.eye(len(machine.masses))[i]
+        for name, mass in machine.masses.items():
+            row = machine.row(name)
             yield name, "turn" if name in turning else "", (row, mass * row)
         return
     count = len(machine.columns)

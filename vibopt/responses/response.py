@@ -97,8 +97,6 @@ class Response(Table):
         Of an absorber: what of the machine it is a ratio to, "mass" or "frequency"; "" of all else.
     whirls
         Whether it asks for modes of what spins, at the speed of the spin.
-    in_planes
-        Whether it is told of a whirl that is no circle, as the greater half axis of its ellipse.
 
     Keys
     ----
@@ -137,7 +135,6 @@ class Response(Table):
     sums: ClassVar[tuple[str, ...]] = ()
     refers_to: ClassVar[str] = ""
     whirls: ClassVar[bool] = False
-    in_planes: ClassVar[bool] = False
 
     @model_validator(mode="before")
     @classmethod
@@ -296,8 +293,6 @@ class HarmonicResponse(Response):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if model.rubbing:
             return forms.Rubbing(self.output(model), drives, self.normalised)
-        if model.bearings:
-            return forms.Orbit(self.output(model), drives, combine)
         return Modulus(self.output(model), drives, combine)
 
     def beside(self, machine: Machine) -> float:
@@ -313,44 +308,18 @@ class HarmonicResponse(Response):
         raise NotImplementedError
 
 
-ReadAs = tuple[str, type[HarmonicResponse]]
-"""Name and kind of a response."""
-
-
-class UnsteadyResponse(Response):
-    """The same reading as a response of steady vibration, `steady`, of a motion that is none.
-
-    read_as
-        The steady one.
-    """
-
-    due_to: tuple[str, ...] | None = None
-    read_as: ClassVar[ReadAs]
-
-    @property
-    def steady(self) -> HarmonicResponse:
-        """The same reading of a steady vibration."""
-        name, kind = self.read_as
-        return kind(response=name, **{key: value for key, value in vars(self).items() if key in PLACES})
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return self.steady.places()
-
-    def output(self, model: Model) -> Output:
-        """The row that reads this response off the motion."""
-        return self.steady.output(model)
-
-
-class RandomResponse(UnsteadyResponse):
+class RandomResponse(Response):
     """A response under white noise: the square root of its mean square.
 
-    Independent noises add as mean squares.
+    Independent noises add as mean squares.  `steady` is the harmonic response of which it is the root
+    mean square.
 
     Keys
     ----
     due_to: White noises that count; all without it: `due_to = ["wind"]`.
     """
 
+    due_to: tuple[str, ...] | None = None
     sort: ClassVar[Sort] = "random"
     against_friction: ClassVar[str] = "is a root mean square of linear motion, and what rubs does not move linearly"
 
@@ -368,6 +337,18 @@ class RandomResponse(UnsteadyResponse):
     def modes(self) -> int:
         return FEW_MODES
 
+    @property
+    def steady(self) -> HarmonicResponse:
+        """The same reading of a steady vibration."""
+        raise NotImplementedError
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return self.steady.places()
+
+    def output(self, model: Model) -> Output:
+        """The row that reads this response off the motion."""
+        return self.steady.output(model)
+
     def noise_form(self, model: Model, noises: tuple[Noise, ...]) -> Form:
         """What the optimiser gets."""
         return forms.RootMeanSquare(self.output(model), noises)
@@ -380,10 +361,10 @@ class RandomResponse(UnsteadyResponse):
         return self.steady.measure(machine, motion)
 
 
-class TransientResponse(UnsteadyResponse):
+class TransientResponse(Response):
     """Greatest size of a response over all time, under excitations that come once; before, the machine is at rest.
 
-    Several of them begin together and add up as they are.
+    Several of them begin together and add up as they are.  `steady` is the same reading of a steady vibration.
 
     Keys
     ----
@@ -393,6 +374,7 @@ class TransientResponse(UnsteadyResponse):
         the root of the sum of their squares: `combine = "sum"`.
     """
 
+    due_to: tuple[str, ...] | None = None
     combine: str | None = None
     sort: ClassVar[Sort] = "transient"
     against_friction: ClassVar[str] = (
@@ -427,6 +409,18 @@ class TransientResponse(UnsteadyResponse):
                     "in run_up of its excitation. Leave it out."
                 )
         return given
+
+    @property
+    def steady(self) -> HarmonicResponse:
+        """The same reading of a steady vibration."""
+        raise NotImplementedError
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return self.steady.places()
+
+    def output(self, model: Model) -> Output:
+        """The row that reads this response off the motion."""
+        return self.steady.output(model)
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
         """The response of the built machine at the times of a course; another road than `output`."""

@@ -2,14 +2,16 @@
 
 from typing import ClassVar
 
+import numpy as np
+
 from vibopt.arrays import ComplexArray
 from vibopt.forms import Form
 from vibopt.mechanics.built import Motion
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.model import INERTIA, Model
+from vibopt.mechanics.model import INERTIA, Model, Term
 from vibopt.responses.motion import MotionOf, RelativeDisplacement
 from vibopt.responses.parameters import Damping, Stiffness, owned_by
-from vibopt.responses.response import Response
+from vibopt.responses.response import HarmonicResponse, Response
 from vibopt.responses.response_rows import along
 from vibopt.responses.transmitted import Transmitted
 from vibopt.signals import Combine, Drive, Output
@@ -64,6 +66,45 @@ class TransmittedMoment(Transmitted):
     dimension: ClassVar[str] = "moment"
     moves: ClassVar[str] = "axis"
     twin: ClassVar[str] = "transmitted_force"
+
+
+class GearTorque(HarmonicResponse):
+    """`response = "gear_torque"`: what the teeth hand to a body that is geared to another, at its speed [N m] peak.
+
+    Dynamic part only: gears hammer where it is greater than the mean torque that they hand over.
+
+    Keys
+    ----
+    of: The geared body: `of = "wheel"`.
+    """
+
+    of: str
+    dimension: ClassVar[str] = "moment"
+    amplitude: ClassVar[bool] = True
+    moves: ClassVar[str] = "axis"
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return {"of": (self.of, "geared body")}
+
+    def output(self, model: Model) -> Output:
+        """All inertia that turns with it behind the teeth, less the torques of the links there."""
+        ratios, gears = {self.of: 1.0}, list(model.gears.items())
+        for _ in gears:
+            ratios |= {name: ratio * ratios[to] for name, (to, ratio) in gears if to in ratios}
+
+        def balances(term: Term) -> float:
+            if not term.across:
+                return ratios.get(term.owner, 0.0)
+            first, second = (ratios.get(end, 0.0) for end in model.ends[term.owner])
+            return second - first
+
+        return Output(np.zeros(model.n_coords), np.array([balances(term) for term in model.terms]))
+
+    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
+        from vibopt.mechanics.geared import GearedMachine
+
+        assert isinstance(machine, GearedMachine)
+        return machine.tooth_torque(self.of, motion)
 
 
 class TorsionalStiffness(Stiffness):

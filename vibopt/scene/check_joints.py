@@ -94,15 +94,21 @@ def _reached(start: Iterable[str], joined: list[tuple[str, str]], among: set[str
     return found
 
 
+def _ends(scene: Scene) -> dict[str, tuple[str, str]]:
+    """The two ends of every link, of a geared body the one that turns freely."""
+    rooted = places.ends(scene).items()
+    return {name: (places.gear_root(scene, one), places.gear_root(scene, other)) for name, (one, other) in rooted}
+
+
 def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
     """A chain of springs leads from each joint to what has mass or is a support."""
-    ends = places.ends(scene)
+    ends = _ends(scene)
     springs = [ends[name] for name in places.springs(scene)]
     held = _reached(set(places.points(scene)) - set(light), springs, set(light))
     for name in light:
         ways = [link for link, two in ends.items() if name in two]
         if name in held:
-            if len(ways) > 1 or any(one.on == name for one in scene.excitations.values()):
+            if len(ways) > 1 or any(places.gear_root(scene, one.on) == name for one in scene.excitations.values()):
                 continue
             text = f"only {ways[0]} ends at it, which so carries nothing. Join a second link to it, or leave both out."
         elif len(ways) > 1:
@@ -117,7 +123,7 @@ def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
 
 def _braked(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
     """Dampers between joints lead on to something that moves by itself."""
-    ends = places.ends(scene)
+    ends = _ends(scene)
     dampers = [ends[name] for name in damped_links(scene)]
     reached = _reached(set(places.points(scene)) - set(light), dampers, set(light))
     for name in light:

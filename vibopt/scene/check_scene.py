@@ -8,10 +8,10 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene import places
-from vibopt.scene.check_bearings import check_bearings
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
 from vibopt.scene.check_friction import check_friction, rubs_in
+from vibopt.scene.check_gears import check_gears, gear_fault
 from vibopt.scene.check_joints import check_beams, check_joints
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_random import check_lossy, check_random
@@ -34,8 +34,8 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_space(scene, mistakes)
     check_excitations(scene, mistakes)
     check_friction(scene, mistakes)
-    check_bearings(scene, mistakes)
     check_rotors(scene, mistakes)
+    check_gears(scene, mistakes)
     check_joints(scene, mistakes)
     check_beams(scene, mistakes)
     check_spin(scene, mistakes)
@@ -51,7 +51,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 def check_response(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of one limit, measure or goal, of a machine that is checked beside it."""
     one = scene, path, response, mistakes
-    if rubs_in(*one) or spins_in(*one) or whirl_fault(*one):
+    if rubs_in(*one) or spins_in(*one) or whirl_fault(*one) or gear_fault(*one):
         return
     if response.signed and not _free(scene, path, response, mistakes):
         return

@@ -96,6 +96,7 @@ def named(scene: Scene) -> dict[str, list[str]]:
         "body or link": list(dict.fromkeys([*moving(scene), *links(scene)])),
         "point": points(scene),
         "absorber": absorbers,
+        "geared body": [name for name, table in raw(scene, "bodies").items() if "geared_to" in table],
         "mass": [*bodies, *absorbers],
         "mount": [],
     }
@@ -150,6 +151,7 @@ def neighbours(scene: Scene) -> dict[str, set[str]]:
     found: dict[str, set[str]] = {}
     groups: list[tuple[str, ...]] = list(ends(scene).values())
     groups += [(name, point.on) for name, point in scene.points.items()]
+    groups += [(name, body.geared_to) for name, body in scene.bodies.items() if body.geared_to is not None]
     groups += [one for _, kind, name, table in raw_devices(scene) if len(one := kind.moving_in(name, table)) > 1]
     for group in groups:
         for here in group:
@@ -170,17 +172,31 @@ def is_whole(scene: Scene) -> bool:
     relative = [getattr(table, "relative_to", None) for _, _, table in devices(scene)]
     return (
         all(end in known for end in joined)
+        and all((root := scene.bodies.get(gear_root(scene, name))) and root.geared_to is None for name in scene.bodies)
         and all(one.on in scene.bodies for one in scene.points.values())
         and all(name in masses for name in relative)
     )
 
 
 @once
+def gear_root(scene: Scene, name: str) -> str:
+    """The body that turns freely of those that a body is geared to; of any other point itself."""
+    for _ in scene.bodies:
+        body = scene.bodies.get(name)
+        name = name if body is None or body.geared_to is None else body.geared_to
+    return name
+
+
+@once
 def joints(scene: Scene) -> list[str]:
-    """Bodies without mass at which no inerter and no beam with a mass ends: what joins links, and nothing else."""
+    """Bodies without mass at which no inerter and no beam with a mass ends: what joins links, and nothing else.
+
+    Of bodies that are geared to each other the one that turns freely, where none has a mass.
+    """
     bring = [(name, table) for _, name, table in devices(scene) if table.passes > 1 or table.spreads_mass]
-    heavy = {end for name, table in bring for end in table.joins(name)[name]}
-    return [name for name, body in scene.bodies.items() if body.massless and name not in heavy]
+    heavy = {gear_root(scene, end) for name, table in bring for end in table.joins(name)[name]}
+    heavy |= {gear_root(scene, name) for name, body in scene.bodies.items() if not body.massless}
+    return [name for name, body in scene.bodies.items() if body.geared_to is None and name not in heavy]
 
 
 @once

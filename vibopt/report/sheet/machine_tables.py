@@ -43,7 +43,10 @@ def _on_a_line(scene: Scene, machine: Machine, name: str, around: bool) -> str:
     if name in joints(scene):
         return "joint without mass; turns about its axis" if around else "joint without mass; moves along one line"
     if around:
-        return f"inertia {show(machine.masses[name], '', 'inertia')}; turns about its axis"
+        body = scene.bodies[name]
+        geared = f", geared to {body.geared_to}" if body.geared_to is not None else ""
+        ratio = f", {plain(body.speed_ratio.value)} times as fast" if body.speed_ratio is not None else ""
+        return f"inertia {show(machine.masses[name], '', 'inertia')}; turns about its axis{geared}{ratio}"
     return f"{_mass(scene, name, machine.weights.get(name, machine.masses[name]))}; moves along one line"
 
 

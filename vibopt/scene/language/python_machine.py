@@ -57,7 +57,7 @@ class Machine(Responses):
         self._families: dict[str, dict[str, object]] = {}
 
     def body(self, name: str, **words: Unpack[BodyWords]) -> None:
-        """A rigid body.  Words: mass or weight; inertia or disc where it turns; rolling."""
+        """A rigid body.  Words: mass or weight; inertia or disc where it turns; geared_to; rolling."""
         self._add("bodies", name, words)
 
     def base(self, name: str) -> None:

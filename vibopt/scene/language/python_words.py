@@ -15,6 +15,8 @@ class BodyWords(TypedDict, total=False):
         {"mass": ..., "diameter": ...}.
     rolling
         {"inertia": ..., "radius": ...} of a body that rolls as it moves.
+    geared_to, speed_ratio
+        Body whose teeth turn this one, and how many times as fast it turns, below zero the other way.
     motion, centre, shape, made_of
         In space: "space", "plane" or "line"; centre of mass; {"box": [a, b, c]} or {"cylinder": {...}}; pieces with
         mass, centre and inertia or shape.  Inertia is then a list of three, or a table of a tensor.
@@ -27,6 +29,8 @@ class BodyWords(TypedDict, total=False):
     inertia: Given | Sequence[Bound]
     disc: Mapping[str, Bound]
     rolling: Mapping[str, Bound]
+    geared_to: str
+    speed_ratio: float
     tolerance: Bound
     motion: str
     centre: Sequence[Bound]

@@ -274,6 +274,10 @@ class Responses:
         """Dynamic moment: total over all links `into` a place, or in each shaft of a link [N m]."""
         return Measure("transmitted_moment", into=into, through=through, **words)
 
+    def gear_torque(self, *, of: str, **words: Unpack[Looked]) -> Measure:
+        """Dynamic torque that the teeth hand to a body that is geared to another, at its own speed [N m]."""
+        return Measure("gear_torque", of=of, **words)
+
     def shear_stress(self, *, of: str, **words: Unpack[Looked]) -> Measure:
         """Greatest stress in a round shaft that twists, the dynamic part [Pa]."""
         return Measure("shear_stress", of=of, **words)
