@@ -93,8 +93,8 @@ def _own(kind: str, spans: Sequence[float], load: int) -> float:
     stiff, mass = _assembled(fine, _stiffness), _assembled(fine, _mass)
     places = {2 * _FINE * (i // 2) + i % 2 for i in _HELD[kind]} | {2 * _FINE * load}
     free = [i for i in range(len(stiff)) if i not in places]
-    root = np.linalg.inv(np.linalg.cholesky(mass[np.ix_(free, free)]))
-    return float(np.sqrt(np.linalg.eigvalsh(root @ stiff[np.ix_(free, free)] @ root.T)[0]))
+    root = np.linalg.cholesky(mass[np.ix_(free, free)])  # the greatest compliance: short elements do not round it away
+    return float(np.linalg.eigvalsh(root.T @ np.linalg.solve(stiff[np.ix_(free, free)], root))[-1] ** -0.5)
 
 
 def _assembled(spans: Sequence[float], element: Callable[[float], FloatArray]) -> FloatArray:

@@ -57,15 +57,16 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
         return tangents if tangents.refuses(program) is None else _begun(_of_starts(program), near)
     from vibopt.solve.plane.discs import DiscsOfOneLink
 
-    discs = DiscsOfOneLink()
+    start = None if near is None else np.array(near, dtype=float)
+    discs = DiscsOfOneLink(start=start)
     if discs.refuses(program) is None:
         return discs
     from vibopt.solve.each_listed import EachListed
     from vibopt.solve.global_search import BranchAndBound, provable
 
-    search = BranchAndBound() if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES)
+    search = BranchAndBound(near=start) if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES, near=start)
     if OneRange().refuses(program) is None:
-        search = BranchAndBound(most=_LINE_BOXES)
+        search = BranchAndBound(most=_LINE_BOXES, near=start)
     each = EachListed()
     if each.refuses(program) is None and (search.refuses(program) is not None or not provable(program)):
         return each

@@ -12,7 +12,7 @@ from vibopt.errors import counted
 from vibopt.forms.bounds import FormBounds
 from vibopt.program.program import Program
 from vibopt.solve.branch import MOST_BOXES, Judge, Search
-from vibopt.solve.local import from_starts, improved, rescued
+from vibopt.solve.local import from_starts, improved, refined, rescued
 from vibopt.solve.method import Found, Progress
 from vibopt.work import Budget
 
@@ -30,9 +30,8 @@ class BranchAndBound:
     name = "branch_and_bound"
     summary = "interval branch and bound on Bernstein bounds, with exact peaks"
 
-    def __init__(self, gap: float = FINE, most: int = MOST_BOXES) -> None:
-        self.gap = gap
-        self.most = most
+    def __init__(self, gap: float = FINE, most: int = MOST_BOXES, near: FloatArray | None = None) -> None:
+        self.gap, self.most, self.near = gap, most, near
 
     def refuses(self, program: Program) -> str | None:
         free = sum(axis.values is None for axis in program.axes)
@@ -48,7 +47,9 @@ class BranchAndBound:
         judge = Judge(program)
         budget = Budget(self.most, "boxes")
         search = Search(judge, gap=COARSE, budget=budget, progress=progress, patience=PATIENCE)
-        proof = search.run()
+        beside = None if self.near is None else refined(program, self.near, near=True)
+        known = beside is not None and judge.feasible(beside)
+        proof = search.run(beside if known else None)
         if proof.status == "open" and proof.x is None:
             x = rescued(program, search.open_middles(6), judge)
             search.patience = self.most if x is None else PATIENCE
@@ -61,7 +62,7 @@ class BranchAndBound:
         if proof.value == -np.inf:
             claim = "the goal is infinite: an undamped resonance lies within reach"
             return self._found(program, "unbounded", proof.x, boxes, claim)
-        x = improved(program, proof.x, judge)
+        x = proof.x if beside is not None and np.array_equal(proof.x, beside) else improved(program, proof.x, judge)
         if program.aim is None:
             return self._found(program, "optimal", x, boxes, "a design that meets every limit")
         if judge.goal(x).value == np.inf:
@@ -74,7 +75,7 @@ class BranchAndBound:
             search.gap = gap
             proof = search.run(x)
             boxes += proof.boxes
-            x = improved(program, proof.x if proof.x is not None else x, judge)
+            x = x if proof.x is None or np.array_equal(proof.x, x) else improved(program, proof.x, judge)
         if proof.status == "optimal":
             claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
             return self._found(program, "optimal", x, boxes, claim, proof.bound)

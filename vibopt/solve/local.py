@@ -12,7 +12,8 @@ from vibopt.solve.sqp import SLOPES, Exact, Sqp
 from vibopt.work import Budget, late
 
 _CLEAR = 1e-6
-_MEASUREMENTS = 1000
+_MEASUREMENTS, _FOLLOWED = 1000, 24
+"""Exact measurements from anywhere, and from what is near an optimum."""
 
 
 def improved(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
@@ -62,17 +63,23 @@ def _on_values(program: Program, x: FloatArray) -> FloatArray:
     return moved
 
 
-def refined(program: Program, x: FloatArray, *, only_feasible: bool = False) -> FloatArray | None:
-    """Where sequential programming on the exact peaks leads from x (n_vars,); None where nothing is continuous."""
+def refined(program: Program, x: FloatArray, *, only_feasible: bool = False, near: bool = False) -> FloatArray | None:
+    """Where sequential programming on the exact peaks leads from x (n_vars,); None where nothing is continuous.
+
+    What is `near` an optimum is followed by Newton first, and not far where that leads nowhere.
+    """
     low, high = log_box(program)
     for i, axis in enumerate(program.axes):
         if axis.values is not None:
             low[i] = high[i] = np.log(max(x[i], 1e-300))
     if not (high > low).any():
         return None
-    exact = Exact(program, low, high, Budget(_MEASUREMENTS, "exact measurements", SLOPES * program.cost))
+    exact = Exact(
+        program, low, high, Budget(_FOLLOWED if near else _MEASUREMENTS, "exact measurements", SLOPES * program.cost)
+    )
     start = np.log(np.maximum(x, np.exp(low)))
-    point = Sqp(exact).run(start, only_feasible=only_feasible)
+    beside = Sqp(exact).beside(start) if near else None
+    point = beside or Sqp(exact).run(start, only_feasible=only_feasible)
     there = np.exp(point.y)
     for i, axis in enumerate(program.axes):
         if axis.values is not None:

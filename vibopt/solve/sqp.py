@@ -33,6 +33,8 @@ _SQUARED = 1e-9
 """A Newton step this short leaves nothing: the next is as short as its square."""
 _NEAR = 0.1
 _DASHES = 8
+_BESIDE = 0.3
+"""Longest Newton step next to a start that is nearly an optimum."""
 _ALONG = 1e-3
 """Log distance up to which a step runs along a limit."""
 _LIGHT = 4.0
@@ -187,6 +189,19 @@ class Sqp:
             if here.missed <= 1e-7 or (here.missed > self.hopeless and weight > _LIGHT):
                 break
         return here if only_feasible else self._finish(here)
+
+    def beside(self, start: FloatArray) -> Point | None:
+        """The optimum next to a start that is nearly one, by Newton alone; None where it does not lead there."""
+        here, last = self.exact.at(np.clip(start, self.exact.low, self.exact.high)), np.inf
+        for _ in range(_DASHES):
+            there = self._newton(here, 0.0, _BESIDE)
+            size = np.inf if there is None else float(np.abs(there.y - here.y).max(initial=0.0))
+            if there is None or size > 0.7 * last:
+                return None
+            here, last = there, size
+            if size <= _SQUARED:
+                return here if here.missed <= 1e-9 else None
+        return None
 
     def _descend(self, here: Point, weight: float, enough: float) -> Point:
         """Steps until nothing is gained, or the limits are missed by no more than `enough`."""

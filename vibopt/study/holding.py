@@ -17,6 +17,7 @@ from vibopt.records import cached_property, dataclass
 from vibopt.scene.open_places import open_positions
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
+from vibopt.study.brink import brink, follows
 from vibopt.study.points import Columns
 from vibopt.study.seen import goal_of
 from vibopt.study.together import columns
@@ -37,6 +38,8 @@ LEAST_WORK = 5.0
 """Work of any answer [nominal ms]."""
 _TOUCHED = 1e-4
 """Part of a limit or a cap of a balancing job within which its answer touches it."""
+_LINE = 3
+"""Neighbours that are looked through for the second on a line of designs."""
 _AT_END = 1e-9
 _PLACES = {"low": "its lowest", "high": "its highest"}
 
@@ -160,6 +163,8 @@ class Road:
         The design of the job as it is, where others begin that have no neighbour yet.
     may
         Whether another answer may be asked for.
+    beside
+        Designs that were met on the way and are no answers, by value.
     work
         Nominal ms done so far.
     """
@@ -169,6 +174,7 @@ class Road:
     near: Sequence[float] | None
     may: Callable[[], bool] = lambda: True
     known: dict[float, State] = field(default_factory=dict)
+    beside: dict[float, tuple[float, ...]] = field(default_factory=dict)
     work: float = 0.0
 
     @property
@@ -198,8 +204,7 @@ class Road:
         except InputError:
             return State(value, "refused", None, frozenset())
         if is_scene(here):
-            begun = [one for one in self.known.values() if len(one.x) == len(here.variables) > 0]
-            near = min(begun, key=lambda one: abs(one.value - value)).x if begun else self.near
+            near = self._near(value)
             near = near if near and len(near) == len(here.variables) else None
             found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
         else:
@@ -208,6 +213,33 @@ class Road:
             state = state_of(here, found, value)
         self.work += max(found.work + meter.done, LEAST_WORK)
         return state
+
+    def _near(self, value: float) -> Sequence[float] | None:
+        """A design to begin at: along the line through the two nearest of one kind, else the nearest."""
+        known: dict[float, tuple[tuple[float, ...], object]] = {one: (x, None) for one, x in self.beside.items()}
+        known.update({one.value: (one.x, one.held) for one in self.known.values() if one.x})
+        first, *others = sorted(known, key=lambda one: abs(one - value)) or [math.nan]
+        if not known:
+            return self.near
+        (x, held), gap = known[first], value - first
+        for one in others[:_LINE]:
+            other, same = known[one]
+            if held is not None and same == held and abs(gap) <= abs(first - one) and min(*x, *other) > 0.0:
+                return tuple(a * (a / b) ** (gap / (first - one)) for a, b in zip(x, other, strict=True))
+        return x
+
+    def brink(self, value: Callable[[float], float], good: tuple[float, State], bad: float) -> float:
+        """About where designs end between two places, of which `value` says the number; nan where that is not known."""
+        if not self.may():
+            raise SpentError
+        if self.together or not good[1].x or not follows(self.job):
+            return math.nan
+        with metered() as meter:
+            t, x = brink(self.job, self.fact, value, (good[0], bad), good[1].x)
+        self.work += meter.done
+        if math.isfinite(t):
+            self.beside[value(t)] = tuple(x)
+        return t
 
     def at(self, values: Sequence[float]) -> list[State | None]:
         """The answers at several values, in any order; None where a batch has proven nothing."""

@@ -165,6 +165,12 @@ def nearest_to(program: Program, given: Sequence[FloatArray] = ()) -> FloatArray
     return search.settled(best)
 
 
+def slid(program: Program, x: FloatArray) -> tuple[FloatArray, float]:
+    """Where slopes lead from x (n_vars,) towards missing the worst limit least, and the log of that factor."""
+    budget = Budget(_MEASUREMENTS, "exact measurements", SLOPES * program.cost)
+    return _Search(program, budget).slid(x)
+
+
 @dataclass
 class _Search:
     program: Program
@@ -176,12 +182,12 @@ class _Search:
 
     def followed(self, x: FloatArray) -> tuple[FloatArray, float]:
         """Where slopes and single changes lead from x (n_vars,), and what is missed there."""
-        x, value = self._slid(x)
+        x, value = self.slid(x)
         while not self.budget.over:
             better = min(((self.missed(one), tuple(one)) for one in self._changed(x)), default=(np.inf, ()))
             if better[0] >= value - _BETTER:
                 break
-            x, value = self._slid(np.array(better[1]))
+            x, value = self.slid(np.array(better[1]))
         return x, value
 
     def settled(self, x: FloatArray) -> FloatArray:
@@ -195,7 +201,7 @@ class _Search:
             kept |= {-1 - one.part: here.goal for one in here.goals if one.value >= here.goal - _EVEN}
             if len(kept) == len(self.program.limits):
                 break
-            there, _ = self._slid(x, kept)
+            there, _ = self.slid(x, kept)
             moved = self._exact(there, kept).at(np.log(np.maximum(there, 1e-300)))
             x = there if moved.missed <= _EVEN and moved.goal < here.goal - _BETTER else x
         return x
@@ -207,7 +213,8 @@ class _Search:
                 low[i] = high[i] = np.log(max(x[i], 1e-300))
         return Missing(self.program, low, high, self.budget, kept=kept or {})
 
-    def _slid(self, x: FloatArray, kept: Mapping[int, float] | None = None) -> tuple[FloatArray, float]:
+    def slid(self, x: FloatArray, kept: Mapping[int, float] | None = None) -> tuple[FloatArray, float]:
+        """Where the slopes of the limits that are missed most lead from x, and what is missed there."""
         exact, start = self._exact(x, kept), np.log(np.maximum(x, 1e-300))
         if not exact.free.any():
             return x, exact.at(start).goal
@@ -248,4 +255,4 @@ def _snapped(program: Program, x: FloatArray) -> FloatArray:
     return found
 
 
-__all__ = ["PATIENCE", "nearest_to", "with_nearest"]
+__all__ = ["PATIENCE", "nearest_to", "slid", "with_nearest"]

@@ -26,6 +26,8 @@ _MANY = 48
 _CLOSE, _CLOSER = 2e-5, 2e-7
 """Decades to which the end of a range is known: one by one, and many together."""
 _GUESSES = 24
+_BRINKS = 3
+"""Regions of designs that are followed to their end, one after the other."""
 _BESIDE = 1e-6
 """Decades on either side of a guess at which it is confirmed."""
 _SAME = 1e-7
@@ -176,17 +178,28 @@ class Along:
     def _ended(self, way: Way, begin: State, other: State, direction: int, far: float) -> Way:
         """Where more of it changes nothing, or where no design is left."""
         if not other.good:
-            return replace(way, ends=way.until, beyond="no design")
+            return replace(way, ends=way.until, beyond=_beyond(other))
         last = self.road(self.axis.value(direction * far))
         if not last.good:
-            good, _ = self._halved(other, last, direction, lambda one: one.good)
-            return replace(way, ends=self._entry(good.value), beyond="no design")
+            good, bad = self._edge(other, last, direction)
+            return replace(way, ends=self._entry(good.value), beyond=_beyond(bad))
         if not self.key or self.key in last.held or direction != self.loose:
             return way
         if self.key not in other.held and self._same_goal(other, last):
             return replace(way, ends=way.until, beyond="nothing more to gain")
-        inside, _ = self._halved(other, last, direction, lambda one: not self._same_goal(one, last))
+        inside = self._let_go(other, last, direction)
+        if inside is None:
+            inside, _ = self._halved(other, last, direction, lambda one: not self._same_goal(one, last))
         return replace(way, ends=self._entry(inside.value), beyond="nothing more to gain")
+
+    def _let_go(self, other: State, last: State, direction: int) -> State | None:
+        """The last value at which the limit itself is touched, where the loosest answer is what it takes; else None."""
+        value = self.guess(last)
+        t = self.axis.at(value) if value is not None and not self.axis.counted else math.nan
+        if not abs(self._t(other)) < abs(t) < abs(self._t(last)):
+            return None
+        inner, outer = (self.road(self.axis.value(t + direction * side * _BESIDE)) for side in (-1, 1))
+        return inner if self.key in inner.held and self._same_goal(outer, last) else None
 
     def _same_goal(self, one: State, other: State) -> bool:
         if one.measure is None or other.measure is None:
@@ -201,6 +214,11 @@ class Along:
             good, bad = self._scanned(before, direction, far)
             if bad is None:
                 return good, good, None
+            end = bad
+            if not bad.good:
+                bad, end = self._edge(good, bad, direction)
+                if bad.like(before):
+                    return bad, end, end
             guessed = self._guessed(before, good, bad, direction)
             inner, outer = guessed or self._followed(before, good, bad, direction)
             if again and inner is self.here and not self.axis.counted and outer.good:  # held otherwise from now on
@@ -301,6 +319,24 @@ class Along:
                     return _at_nothing(room, end), room[0][0]
         return math.nan, math.nan
 
+    def _edge(self, good: State, bad: State, direction: int) -> tuple[State, State]:
+        """The last value that has a design and the first that has none."""
+        known = sorted(self.road.known.values(), key=self._t)
+        way = math.copysign(1.0, self._t(bad))
+        good = max((one for one in known if one.good), key=lambda one: way * self._t(one))
+        bad = next(one for one in (known if way > 0.0 else known[::-1]) if way * self._t(one) > way * self._t(good))
+        for _ in range(_BRINKS):
+            low, high = abs(self._t(good)), abs(self._t(bad))
+            if high - low <= 2.5 * _BESIDE:
+                return good, bad
+            begin = (low, good) if not self.axis.counted else (math.nan, good)
+            t = self.road.brink(lambda t: self.axis.value(direction * t), begin, high)
+            if not low < t < high:
+                break
+            inner, outer = (self.road(self.axis.value(direction * (t + side * _BESIDE))) for side in (-1, 1))
+            good, bad = (outer, bad) if outer.good else (inner if inner.good else good, outer if inner.good else inner)
+        return self._halved(good, bad, direction, lambda one: one.good)
+
     def _halved(self, good: State, bad: State, direction: int, holds: Callable[[State], bool]) -> tuple[State, State]:
         """The last value at which something holds and the first at which it does not, as near as they are known."""
         if self.axis.counted:
@@ -325,6 +361,10 @@ class Along:
             middle = self.road(float(round(0.5 * (good.value + bad.value))))
             good, bad = (middle, bad) if holds(middle) else (good, middle)
         return good, bad
+
+
+def _beyond(state: State) -> str:
+    return "the file cannot have more" if state.status == "refused" else "no design"
 
 
 def _at_nothing(points: list[tuple[float, float]], end: float) -> float:

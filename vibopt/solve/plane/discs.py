@@ -15,7 +15,7 @@ from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
-from vibopt.solve.local import improved, rescued
+from vibopt.solve.local import improved, refined, rescued
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
@@ -150,9 +150,15 @@ class _Run:
         return [(axis.low, axis.high)]
 
     def _begin(self) -> None:
-        """A design to beat: what exchange leads to, or the best of many points, polished."""
+        """A design to beat: what exchange leads to, what is near the start, or the best of many points, polished."""
+        if self.start is not None:
+            there = refined(self.program, self.start, near=True)
+            self.start = self.start if there is None else there
+            self._learn_from(self.start)
         if self._exchanged() or self._balanced():
             return
+        for known, first in zip(self.speeds, map(_first, self.parts), strict=True):
+            known += [one for one in first if _is_new(one, known)]
         tried = np.exp(starts(self.program, _TRIED))
         merit = self._rough(tried)
         self._zero = 1e-12 * float(np.median(self._goals[np.isfinite(self._goals)])) if self.program.aim else 0.0
@@ -163,10 +169,19 @@ class _Run:
             self._offer(x)
             if self.best is not None:
                 break
+        if self.best is None and self.plane.other < 0 and not self._empty_at(1.0):
+            return
         if self.best is None:
             x = rescued(self.program, tried[np.argsort(merit)[:2]], self.judge)
             if x is not None:
                 self._offer(x)
+
+    def _learn_from(self, x: FloatArray) -> None:
+        """Begin with the speeds at which limits and goal are worst at a design x (n_vars,), and few others."""
+        first = self.speeds
+        self.speeds = [[] for _ in first]
+        self._learn(x)
+        self.speeds = [known or other for known, other in zip(self.speeds, first, strict=True)]
 
     def _exchanged(self) -> bool:
         """For a goal in the stiffness alone: the best that the rows at a few speeds leave, until all speeds allow it.
