@@ -128,7 +128,7 @@ def test_vibopt_has_the_least_price_of_all_choices(name: str, tmp_path: Path) ->
 
 def test_sampled_speeds_buy_steel_springs_that_break_the_limit(tmp_path: Path) -> None:
     one = asked(*machine_on(LINE, 60, 2, 6, steel=True))
-    trial = by(one, "50 speeds", tmp_path)
+    trial = by(one, "sampled 50", tmp_path)
     assert trial.fault.startswith("limit broken by")
     assert trial.off < 0.0
     assert trial.error == trial.missed > 0.1
@@ -183,7 +183,7 @@ def test_scripts_buy_parts_for_machines_that_cannot_stand(tmp_path: Path) -> Non
     one = hard("mounts in a line along x")
     assert np.isinf(broken(one.machine, one.shelf, np.array([[0]]))[0])
     assert by(one, "by hand", tmp_path).verdict == SILENT
-    assert by(hard("no stiffness sideways"), "eig, 50 speeds", tmp_path).verdict == SAYS_SO
+    assert by(hard("no stiffness sideways"), "sampled 50", tmp_path).verdict == SAYS_SO
 
 
 def test_refusal_without_the_reason_is_not_right(tmp_path: Path) -> None:

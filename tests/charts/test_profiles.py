@@ -40,7 +40,7 @@ def shown(one: Case | Asked) -> Any:
 @pytest.mark.parametrize("count", [1, pytest.param(20, marks=pytest.mark.slow)])
 def test_no_answer_of_vibopt_to_random_questions_is_wrong(monkeypatch: pytest.MonkeyPatch, count: int) -> None:
     """Against the strongest rival by hand, on questions that stand nowhere else."""
-    monkeypatch.setattr(random_cases, "QUICK_RIVALS", ("slsqp_exchange",))
+    monkeypatch.setattr(random_cases, "QUICK_RIVALS", ("slsqp exchange 1e-11",))
     for family, seen in profiles(seed=2026, count=count, quick=True).charts.items():
         own = [one for one in seen.trials if one.method == DEFAULT]
         assert [(one.verdict, one.error < 1e-6) for one in own] == [(RIGHT, True)] * count, family

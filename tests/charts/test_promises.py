@@ -81,8 +81,10 @@ def test_quick_charts_have_a_row_of_vibopt_for_every_case(
 def test_rivals_of_every_family_are_the_strongest_by_hand() -> None:
     for quick in (True, False):
         methods = isolation_cases.QUICK_METHODS if quick else isolation_cases.METHODS
-        assert "slsqp_exchange" in methods
-        assert {"slsqp_exchange", "equal_peaks"} <= set(absorber_cases.taking(methods))
+        assert "slsqp exchange 1e-11" in methods
+        assert {"slsqp exchange 1e-11", "slsqp peaks 8 starts 1e-11", "equal_peaks"} <= set(
+            absorber_cases.taking(methods)
+        )
         for table in (balancing_speed, balancing_hard):
             assert "pruned" in table(quick=quick).methods
         assert "cheapest first" in FAMILIES["mounts"].speed(quick=True).methods
@@ -164,7 +166,7 @@ def test_exchange_is_as_exact_as_its_peaks_where_it_finds_the_best() -> None:
     from vibopt.charts.absorber_cases import STOCK as ABSORBERS
 
     for case in (*STOCK[:4], *ABSORBERS[:2]):
-        one = trial(case, case.scene(), "slsqp_exchange", 1)
+        one = trial(case, case.scene(), "slsqp exchange 1e-11", 1)
         assert (case.truth, one.status) == (FEASIBLE, "feasible")
         assert one.error < 1e-8
 

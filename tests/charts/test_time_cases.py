@@ -53,7 +53,7 @@ def test_a_slow_run_up_is_steady_and_the_asymptote_is_off_at_ordinary_rates() ->
     fresnel = run_up_cases.by_asymptote(Passage(1, 1e-9, 0.7, 1.5, 4e-3)).answer
     undamped, _ = run_up_cases.truth(Passage(1, 0.0, 0.7, 1.5, 4e-3))
     assert undamped == pytest.approx(fresnel, rel=0.05)
-    assert HARD_RUN_UPS.tried(*HARD_RUN_UPS.cases[0], "dop853", 1).status == REFUSES
+    assert HARD_RUN_UPS.tried(*HARD_RUN_UPS.cases[0], "dop853 1e-09", 1).status == REFUSES
 
 
 def test_equivalent_viscous_damping_is_silently_wrong_and_says_that_nothing_moves_at_the_edge() -> None:

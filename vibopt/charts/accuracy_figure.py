@@ -113,7 +113,7 @@ def _scatter(panel: Any, case: Scatter, default: str, span: tuple[float, float],
             panel.plot([dot.kernel, dot.ratio], [y, y], color=INK, lw=0.8, zorder=4)
             panel.plot([dot.kernel], [y], ls="", marker="|", ms=9.0, mec=INK, mew=1.6, zorder=5)
         if dot.line not in ends or ends[dot.line] is dot:
-            labels.append(_label(panel, dot.name, dot.ratio, y))
+            labels.append(_label(panel, dot.line or dot.name, dot.ratio, y))
     points = np.array([(dot.ratio, _height(dot, top)) for dot in case.dots]).reshape(-1, 2)
     return labels, points
 

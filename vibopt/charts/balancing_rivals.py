@@ -18,11 +18,13 @@ from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.charts.balancing_questions import Asked
 from vibopt.charts.rotor_file import HOLES, WEIGHTS
+from vibopt.charts.scene_rivals import CONES
 from vibopt.charts.stopwatch import spent
 from vibopt.charts.trial import DEFAULT, Case, Said, Trial, judged
 from vibopt.charts.verdicts import MISSING, REFUSES
 from vibopt.solve.rivals import hsbalance
 from vibopt.solve.rivals.balance import balanced
+from vibopt.solve.rivals.milp import chosen_weights
 
 
 def judged_question(case: Case, one: Asked, method: str, said: Said) -> Trial:
@@ -63,14 +65,37 @@ def _given(method: Callable[[Question], Said]) -> Callable[[Asked], Said]:
     return lambda one: method(one.question)
 
 
-def _cvxpy(question: Question) -> Said:
-    if question.is_discrete:
-        return Said(REFUSES, "no mixed-integer cone solver comes with it")
-    said, u = balanced(
-        question.y0, question.H, question.importance, question.limits, question.caps,
-        goal=question.goal, threshold=question.huber,
-    )  # fmt: skip
-    return Said(said if said in ("optimal", "infeasible") else "unproven", said, u)
+def _cvxpy(tolerance: float) -> Callable[[Question], Said]:
+    """Built and solved anew."""
+
+    def method(question: Question) -> Said:
+        if question.is_discrete:
+            return Said(REFUSES, "no mixed-integer cone solver comes with it")
+        said, u = balanced(
+            question.y0, question.H, question.importance, question.limits, question.caps,
+            goal=question.goal, threshold=question.huber, tolerance=tolerance,
+        )  # fmt: skip
+        return Said(said if said in ("optimal", "infeasible") else "unproven", said, u, within=10.0 * tolerance)
+
+    return method
+
+
+def _milp(sides: int) -> Callable[[Question], Said]:
+    """HiGHS, with amplitudes between the sides of a polygon; its optimum is that of the polygon."""
+
+    def method(question: Question) -> Said:
+        if not question.is_discrete or question.goal not in ("worst", "correction"):
+            return Said(REFUSES, "takes lists in every plane, for the worst residual or the least mass")
+        word, u = chosen_weights(
+            question.y0, question.H, question.limits, [one for one in question.options if one is not None],
+            [one for one in question.option_masses if one is not None],
+            by_mass=question.goal == "correction", sides=sides, nodes=_NODES,
+        )  # fmt: skip
+        if u is None:
+            return Said("unproven", word)
+        return Said("feasible", f"{word}, amplitudes to {1.0 / np.cos(np.pi / sides) - 1.0:.0e}", u)
+
+    return method
 
 
 def _least_squares_only(solve: Callable[[Question], ComplexArray]) -> Callable[[Question], Said]:
@@ -137,13 +162,16 @@ def _hsbalance(*, clarabel: bool = False) -> Callable[[Question], Said]:
     return method
 
 
+SIDES, _NODES = (8, 16, 32, 64, 128), 20_000
+"""Sides of the polygons of HiGHS, and most of its nodes."""
 GIVEN_CLARABEL = "hsbalance (Clarabel)"
 METHODS: dict[str, Callable[[Asked], Said]] = {
     DEFAULT: _vibopt,
-    "cvxpy": _given(_cvxpy),
+    **{f"cvxpy {tolerance:g}": _given(_cvxpy(tolerance)) for tolerance in CONES},
     "lstsq": _given(_least_squares_only(_lstsq)),
     "normal eq.": _given(_least_squares_only(_normal)),
     "pruned": _given(_pruned),
+    **{f"milp {sides}": _given(_milp(sides)) for sides in SIDES},
     "rounding": _given(_rounding),
     "hsbalance": _given(_hsbalance()),
     GIVEN_CLARABEL: _given(_hsbalance(clarabel=True)),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import math
-import re
 from collections import Counter
 from collections.abc import Mapping
 from io import StringIO
@@ -20,7 +19,7 @@ from vibopt.charts.fidelity import Fidelity
 from vibopt.charts.mount_cases import MOUNTS
 from vibopt.charts.profiles import EXACT, FAIR, Profiles, times
 from vibopt.charts.runner import Chart
-from vibopt.charts.trial import DEFAULT, Case, Trial, as_row
+from vibopt.charts.trial import DEFAULT, Case, Trial, as_row, setting_of
 from vibopt.charts.verdicts import CLASSES, MISSING, REFUSES, SILENT
 
 if TYPE_CHECKING:
@@ -28,17 +27,8 @@ if TYPE_CHECKING:
 
     from vibopt.answer.console import Console
 
-_SHORT = {
-    "branch_and_bound": "b&b",
-    "slsqp": "slsqp 200",
-    "trust_constr": "trust 200",
-    "ipopt_sampled": "ipopt 200",
-    "cvxpy_sampled": "cvxpy 200",
-    "cvxpy_dpp": "cvxpy, kept",
-}
-_SHORTER = {"trust_constr": "trust", "_sampled": "", "_": " "}
-"""Names in the figure; the number is that of the sampled speeds, or the tolerance."""
-_SETTING = re.compile(r"(.*?) ([0-9.]+(?:e-?[0-9]+)?)( speeds)?")
+_SHORT = {"branch_and_bound": "b&b", "equal_peaks": "equal peaks"}
+"""Names in the figures; a number behind a name is a setting."""
 _LONG = 100
 
 
@@ -300,11 +290,7 @@ def draw_accuracy(result: Chart) -> Figure:
 
 def short(method: str) -> str:
     """The name in a figure."""
-    name = _SHORT.get(method, method)
-    if name == method:
-        for old, new in _SHORTER.items():
-            name = name.replace(old, new)
-    return name
+    return _SHORT.get(method, method)
 
 
 def _middle(result: Chart, one: Trial) -> tuple[float, float]:
@@ -315,11 +301,9 @@ def _middle(result: Chart, one: Trial) -> tuple[float, float]:
 
 def _setting(method: str) -> tuple[str, float]:
     """A rival that is asked at several settings, and how fine it is: numbers of speeds, or 1 over a tolerance."""
-    found = _SETTING.fullmatch(short(method))
-    if found is None:
-        return "", 0.0
-    number = float(found[2])
-    return found[1], number if number >= 1.0 else 1.0 / number
+    line, setting = setting_of(method)
+    number = float(setting or 1.0)
+    return line, number if number >= 1.0 else 1.0 / number
 
 
 def _kernel(one: Trial) -> float:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from vibopt.records import dataclass
 
-PACKAGES = ("vibopt", "numpy", "scipy", "cvxpy", "clarabel", "casadi", "highspy", "hsbalance", "pyyeti")
+PACKAGES = ("vibopt", "numpy", "scipy", "cvxpy", "clarabel", "casadi", "highspy", "cma", "hsbalance", "pyyeti")
 """Whose versions matter to a chart; one that is not installed is left out."""
 
 

@@ -10,6 +10,8 @@ from collections.abc import Callable, Sequence
 
 from vibopt.charts.fidelity import Fidelity, on_both_models
 from vibopt.charts.machines import block, chain, fan, hall, one_mass, press, star
+from vibopt.charts.scene_rivals import EVERY, HARD, QUICK_HARD, chosen
+from vibopt.charts.scene_rivals import QUICK as QUICK_LINES
 from vibopt.charts.trial import DEFAULT, Case, Table, left_out, scene_table
 from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
 from vibopt.scene.read import from_text
@@ -30,19 +32,10 @@ STOCK = (
 QUICK = STOCK[:5]
 WARM = STOCK[:2]
 
-METHODS = (
-    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp_50", "slsqp", "slsqp_1000", "slsqp_5000", "slsqp_exchange",
-    "trust_constr_50", "trust_constr", "ipopt_sampled_50", "ipopt_sampled", "ipopt_sampled_1000", "cvxpy_sampled_50",
-    "cvxpy_sampled", "cvxpy_sampled_1000", "cvxpy_dpp",
-)  # fmt: skip
-_SLOWER = ("trust_constr", "slsqp_1000", "slsqp_5000", "ipopt_sampled_50", "ipopt_sampled_1000", "cvxpy_sampled_50",
-           "cvxpy_sampled_1000")  # fmt: skip
-QUICK_METHODS = tuple(name for name in METHODS if name not in _SLOWER)
-HARD_METHODS = (
-    DEFAULT, "branch_and_bound", "nlp", "grid", "slsqp", "slsqp_exchange", "trust_constr", "ipopt_sampled",
-    "cvxpy_sampled",
-)  # fmt: skip
-QUICK_HARD_METHODS = tuple(name for name in HARD_METHODS if name != "trust_constr")
+METHODS = (DEFAULT, "branch_and_bound", "nlp", *chosen(EVERY))
+QUICK_METHODS = (DEFAULT, "branch_and_bound", "nlp", *chosen(QUICK_LINES))
+HARD_METHODS = (DEFAULT, "branch_and_bound", "nlp", *chosen(HARD))
+QUICK_HARD_METHODS = (DEFAULT, "branch_and_bound", "nlp", *chosen(QUICK_HARD))
 RUNS, QUICK_RUNS = 3, 2
 
 

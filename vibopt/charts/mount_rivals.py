@@ -160,21 +160,21 @@ def by_rounding(one: Asked) -> Said:
     return Said(*rounded_choice(one.machine, one.shelf, shares(one.machine)))
 
 
+SAMPLES = (20, 50, 200, 500, 2000)
 METHODS: dict[str, Method] = {
     DEFAULT: by_vibopt,
     "every choice": _every,
     "cheapest first": _pruned,
-    "50 speeds": sampled(50),
-    "200 speeds": sampled(200),
+    **{f"sampled {count}": sampled(count) for count in SAMPLES},
     "by hand": by_hand,
     "at random": _random,
     "rounded": by_rounding,
 }
-"""With numbers of speeds: every choice, but looked at on so many speeds only."""
+"""Sampled: every choice, but looked at on so many speeds only."""
 HARD_METHODS: dict[str, Method] = {
     DEFAULT: by_vibopt,
-    "eig, 50 speeds": sampled(50),
-    "eig, 1000 speeds": sampled(1000),
+    "sampled 50": sampled(50),
+    "sampled 1000": sampled(1000),
     "slsqp, rounded": by_rounding,
     "by hand": by_hand,
 }

@@ -116,10 +116,13 @@ DRAWN: Mapping[str, Callable[[np.random.Generator, str], Case | Asked]] = {
 }  # fmt: skip
 """How a question of each family is drawn."""
 
-RIVALS = ("slsqp_50", "slsqp", "slsqp_1000", "slsqp_exchange", "trust_constr_50", "ipopt_sampled", "nlp", "grid")
-QUICK_RIVALS = ("slsqp_50", "slsqp", "slsqp_exchange", "ipopt_sampled")
+RIVALS = (
+    "slsqp 50", "slsqp 200", "slsqp 1000", "slsqp exchange 1e-11", "slsqp peaks 8 starts 1e-09", "trust 50",
+    "ipopt 200", "nlp", "grid 40", "cma-es 1000",
+)  # fmt: skip
+QUICK_RIVALS = ("slsqp 50", "slsqp 200", "slsqp exchange 1e-11", "slsqp peaks 8 starts 1e-09", "ipopt 200")
 _METHODS: Mapping[str, Callable[[tuple[str, ...]], tuple[str, ...]]] = {
-    "isolation": lambda names: (*names, "cvxpy_sampled"),
+    "isolation": lambda names: (*names, "cvxpy 1e-08"),
     "absorbers": taking,
 }
 

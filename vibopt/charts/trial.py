@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from statistics import median
@@ -11,6 +12,8 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.charts.scene_rivals import absent
+from vibopt.charts.scene_rivals import method as rival
 from vibopt.charts.stopwatch import answered, spent
 from vibopt.charts.verdicts import MISSING, REFUSES, verdict_of
 from vibopt.program.pose import pose
@@ -18,7 +21,6 @@ from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
-from vibopt.solve.method import METHODS
 from vibopt.solve.ranges import closed
 from vibopt.work import answering
 
@@ -77,6 +79,8 @@ class Said:
     bound, past
         What is claimed to bound the goal, in the sense to be minimised, and by what part of the best goal it excludes
         that; nan where none is.
+    within
+        How exact the answer is said to be, as a part.
     """
 
     status: str
@@ -89,6 +93,7 @@ class Said:
     runs: int = 0
     bound: float = math.nan
     past: float = math.nan
+    within: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,8 +177,22 @@ def left_out(
     asked = {case.name for case in fewer}
     names = [case.name for case in cases if case.name not in asked]
     unasked = [name for name in methods if name not in less]
-    said = [(len(names), "cases", names), (len(unasked), "methods", unasked)]
-    return tuple(f"{words} {', '.join(listed)}" for count, words, listed in said if count)
+    lines: dict[str, list[str]] = {}
+    for name in unasked:
+        line, setting = setting_of(name)
+        lines.setdefault(line or name, []).extend([setting] * bool(setting))
+    listed = [f"{line} at {' '.join(settings)}" if settings else line for line, settings in lines.items()]
+    said = [("cases", names), ("methods", listed)]
+    return tuple(f"{words} {', '.join(some)}" for words, some in said if some)
+
+
+_SETTING = re.compile(r"(.*?) ([0-9.]+(?:e-?[0-9]+)?)")
+
+
+def setting_of(method: str) -> tuple[str, str]:
+    """A rival that is asked at several settings, and the setting behind its name; "" twice for any other."""
+    found = _SETTING.fullmatch(method)
+    return ("", "") if found is None else (found[1], found[2])
 
 
 def scene_table(
@@ -246,19 +265,23 @@ def said_of(scene: Scene, method: str) -> Said:
         x = np.array(design.x) if design.x else None
         return Said(design.status, f"{design.method}: {design.claim}", x, kernel)
     program = closed(pose(scene))
-    chosen = METHODS[method]()
+    how = absent(method)
+    if how:
+        return Said(MISSING, how)
+    chosen = rival(method)
     refusal = chosen.refuses(program)
     if refusal is not None:
         return Said(REFUSES, refusal)
     begin = spent()
     found = chosen.solve(program)
-    return Said(found.status, found.claim, found.x, spent() - begin, bound=found.bound)
+    return Said(found.status, found.claim, found.x, spent() - begin, bound=found.bound,
+                within=float(found.details.get("within", 0.0)))  # fmt: skip
 
 
 def judged(case: Case, method: str, said: Said, missed: float, off: float) -> Trial:
     """What is claimed against what is true; `missed` and `off` are nan where there is no design."""
     error = math.nan if math.isnan(missed) else max(missed, off, 0.0)
-    found = verdict_of(case.truth, said.status, missed, off, said.past)
+    found = verdict_of(case.truth, said.status, missed, off, said.past, said.within)
     return Trial(
         case.name, method, said.seconds, said.kernel, said.status, said.claim, missed, off, error,
         found.fault, found.verdict, said.cut, said.quartiles, said.runs,

@@ -31,7 +31,9 @@ class Judged:
     fault: str
 
 
-def verdict_of(truth: str, status: str, missed: float, off: float, past: float = math.nan) -> Judged:
+def verdict_of(
+    truth: str, status: str, missed: float, off: float, past: float = math.nan, within: float = 0.0
+) -> Judged:
     """The class of an answer.
 
     Parameters
@@ -45,6 +47,8 @@ def verdict_of(truth: str, status: str, missed: float, off: float, past: float =
         Greatest violation as a part of its bound, and distance from the best goal as a part; nan without a design.
     past
         By what part of the best goal a claimed bound excludes it; nan where none is claimed.
+    within
+        How exact the answer says it is, as a part; 0 where it says nothing.
     """
     if status in (REFUSES, MISSING):
         return Judged(status, "")
@@ -53,11 +57,13 @@ def verdict_of(truth: str, status: str, missed: float, off: float, past: float =
     if status not in ("optimal", "feasible"):
         return Judged(SAYS_SO, "")
     if missed > BROKEN:
-        return Judged(SILENT, f"limit broken by {missed:.1e}" if missed < 1e3 else "limit broken without end")
+        said = UNPROVEN if missed <= within else SILENT
+        return Judged(said, f"limit broken by {missed:.1e}" if missed < 1e3 else "limit broken without end")
     if past > PROVEN:
         return Judged(SILENT, f"bound past the best by {past:.1e}")
     if truth == FEASIBLE and off > (PROVEN if status == "optimal" else OFF):
-        return Judged(SILENT if status == "optimal" else UNPROVEN, f"goal off by {off:.1e}")
+        said = SILENT if status == "optimal" and off > within else UNPROVEN
+        return Judged(said, f"goal off by {off:.1e}")
     return Judged(RIGHT, "")
 
 

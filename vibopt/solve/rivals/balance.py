@@ -18,6 +18,7 @@ def balanced(
     *,
     goal: str,
     threshold: float,
+    tolerance: float = 1e-8,
 ) -> tuple[str, ComplexArray | None]:
     """cvxpy's own word for how it ended, and the correction.
 
@@ -29,6 +30,8 @@ def balanced(
         Greatest amplitude left (n_readings,) and greatest correction (n_planes,); inf where there is none.
     goal
         "rms", "worst" or "huber" with its threshold.
+    tolerance
+        Of Clarabel.
     """
     import cvxpy as cp
 
@@ -46,5 +49,10 @@ def balanced(
     problem = cp.Problem(cp.Minimize(measure), kept)
     with warnings.catch_warnings():  # what it warns of is in its status
         warnings.simplefilter("ignore")
-        problem.solve(solver="CLARABEL")
+        problem.solve(solver="CLARABEL", **clarabel(tolerance))
     return str(problem.status), u.value
+
+
+def clarabel(tolerance: float) -> dict[str, float]:
+    """Its options for a tolerance of the gap and of every row."""
+    return dict.fromkeys(("tol_gap_abs", "tol_gap_rel", "tol_feas"), tolerance)

@@ -8,6 +8,7 @@ held by k <= m w^2 - F / X, which asks a little too much where there is damping.
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import field
 from typing import Any, ClassVar
 
@@ -21,6 +22,7 @@ from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.signals import Line
 from vibopt.solve.method import Found, Progress
+from vibopt.solve.rivals.balance import clarabel
 from vibopt.solve.rivals.sampled import sampled_speeds
 
 
@@ -51,9 +53,12 @@ class Convex:
 
     keep
         Build the problem once with parameters (DPP) and only change them afterwards.
+    tolerance
+        Of Clarabel, of its gap and of every row.
     """
 
     keep: bool = False
+    tolerance: float = 1e-8
     speeds: int = 200
     name: str = "cvxpy_sampled"
     built: ClassVar[dict[tuple[int, int], Any]] = {}
@@ -87,7 +92,8 @@ class Convex:
         _, (k, q) = min(found)
         x = np.zeros(2)
         x[mount.stiffness], x[mount.damping] = k * mount.k_size, np.sqrt(max(q, 0.0)) * mount.c_size
-        return Found("feasible", np.clip(x, program.low, program.high), "Clarabel: optimal", self.name)
+        return Found("feasible", np.clip(x, program.low, program.high), "Clarabel: optimal", self.name,
+                     details={"within": 10.0 * self.tolerance})  # fmt: skip
 
     def _solve(self, mount: _OneMount, rows: _Rows, hyperbola: float) -> tuple[float, FloatArray | None, str]:
         import cvxpy
@@ -105,10 +111,12 @@ class Convex:
             for knob, value in zip(knobs, values, strict=True):
                 if knob is not None:
                     knob.value = np.array(value)
-        try:
-            problem.solve(solver="CLARABEL")
-        except cvxpy.SolverError:
-            return np.inf, None, "solver error"
+        with warnings.catch_warnings():  # what it warns of is in its status
+            warnings.simplefilter("ignore")
+            try:
+                problem.solve(solver="CLARABEL", **clarabel(self.tolerance))
+            except cvxpy.SolverError:
+                return np.inf, None, "solver error"
         if problem.status != "optimal":
             return np.inf, None, str(problem.status)
         return float(problem.value), np.array([float(k.value), float(q.value)]), "optimal"

@@ -61,11 +61,11 @@ class SampledRows:
         rows = self.limits(y)
         return float(rows.max()) if len(rows) else -1.0
 
-    def start(self) -> FloatArray:
+    def starts(self, count: int) -> list[FloatArray]:
         """The least missed of a few spread points, and of those that miss nothing the best."""
         points = starts(self.program, START_POINTS)
         scored = [(max(self.missed(y), 0.0), float(self.goal(y)[0].max()), tuple(y)) for y in points]
-        return np.array(min(scored)[2])
+        return [np.array(one[2]) for one in sorted(scored)[:count]]
 
     def _stacked(self, y: FloatArray) -> tuple[FloatArray, FloatArray]:
         values, slopes = [np.zeros(0)], [np.zeros((0, len(y)))]

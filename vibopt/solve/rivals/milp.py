@@ -1,0 +1,81 @@
+"""Weights from lists by HiGHS: a mixed-integer linear program, every amplitude between the sides of a polygon."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+
+GAP = 1e-6
+"""Gap that HiGHS is asked to prove."""
+
+
+def chosen_weights(
+    y0: ComplexArray,
+    H: ComplexArray,
+    limits: FloatArray,
+    options: Sequence[ComplexArray],
+    masses: Sequence[FloatArray],
+    *,
+    by_mass: bool,
+    sides: int,
+    nodes: int,
+) -> tuple[str, ComplexArray | None]:
+    """HiGHS's own word, and the correction (n_planes,).
+
+    Parameters
+    ----------
+    y0, H, limits
+        Readings (n_readings,), response per unbalance (n_readings, n_planes), greatest amplitude left (n_readings,).
+    options, masses
+        What may be fitted in each plane and what it weighs, each (n_options,).
+    by_mass
+        Whether the least mass is looked for, else the smallest worst residual.
+    sides
+        Of the polygon: an amplitude is at most 1 / cos(pi / sides) of what its sides say.
+    nodes
+        Most of its search.
+    """
+    from scipy.optimize import Bounds, LinearConstraint, milp
+    from scipy.sparse import block_diag, csr_array, hstack, vstack
+
+    turn = np.exp(-2j * np.pi * np.arange(sides) / sides)
+    effects = np.concatenate([np.outer(column, option) for column, option in zip(H.T, options, strict=True)], axis=1)
+    rows = (turn[:, None, None] * effects).real.reshape(-1, effects.shape[1])
+    right = -(turn[:, None] * y0).real.ravel()
+    size = np.abs(y0).max()
+    kept = np.tile(limits * np.cos(np.pi / sides), sides)  # within the limit, whatever the angle
+    one_each: Any = block_diag([np.ones((1, len(option))) for option in options])
+    count = effects.shape[1]
+    held = np.isfinite(kept)
+    tables, low, high = (
+        [hstack([one_each, csr_array((len(options), 1))])],
+        [np.ones(len(options))],
+        [np.ones(len(options))],
+    )
+    for table, most in (
+        (hstack([csr_array(rows / size), csr_array(-np.ones((len(rows), 1)))]), right / size),
+        (hstack([csr_array(rows[held] / size), csr_array((int(held.sum()), 1))]), (right + kept)[held] / size),
+    ):
+        tables.append(table)
+        low.append(np.full(len(most), -np.inf))
+        high.append(most)
+    goal = np.zeros(count + 1)
+    goal[:count], goal[count] = (np.concatenate(masses), 0.0) if by_mass else (0.0, 1.0)
+    found: Any = milp(
+        goal, integrality=np.append(np.ones(count), 0.0), bounds=Bounds(0.0, np.append(np.ones(count), np.inf)),
+        constraints=LinearConstraint(vstack(tables), np.concatenate(low), np.concatenate(high)),
+        options={"mip_rel_gap": GAP, "node_limit": nodes},
+    )  # fmt: skip
+    if found.x is None:
+        return str(found.message), None
+    ends = np.cumsum([len(option) for option in options])[:-1]
+    picks = [int(part.argmax()) for part in np.split(found.x[:count], ends)]
+    word = "optimal" if found.status == 0 else str(found.message)
+    return word, np.array([option[pick] for option, pick in zip(options, picks, strict=True)])
+
+
+__all__ = ["GAP", "chosen_weights"]
