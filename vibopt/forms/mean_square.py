@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
+from vibopt.forms.form import kept
 from vibopt.forms.noise_states import decaying, under_displacement, under_force
 from vibopt.forms.reduce import closure
 from vibopt.mechanics.harmonic import mount_count
@@ -45,17 +46,23 @@ _STEP = 1e-30
 
 def root_mean_square(model: Model, form: RootMeanSquare, x: FloatArray) -> float:
     """Root mean square of the response at design x (n_vars,); inf where it is infinite."""
-    p = model.values(x)
-    total = sum(_mean_square(model, form.output, noise, p) for noise in form.noises)
-    return float(np.sqrt(total)) / mount_count(model, form.output, x)
+    return float(np.sqrt(sum(_squares(model, form, x)))) / mount_count(model, form.output, x)
+
+
+def _squares(model: Model, form: RootMeanSquare, x: FloatArray) -> list[float]:
+    """The mean square under each noise at design x (n_vars,)."""
+
+    def measured(every: FloatArray) -> list[list[float]]:
+        return [[_mean_square(model, form.output, noise, p) for noise in form.noises] for p in map(model.values, every)]
+
+    return kept(model, form, x[None], measured)[0]
 
 
 def root_mean_square_slope(model: Model, form: RootMeanSquare, x: FloatArray) -> FloatArray:
     """Slope of its log in log x, shape (n_vars,); zero where it is infinite or nothing moves."""
     p = model.values(x)
     total, slope = 0.0, np.zeros(model.n_vars)
-    for noise in form.noises:
-        square = _mean_square(model, form.output, noise, p)
+    for noise, square in zip(form.noises, _squares(model, form, x), strict=True):
         total += square
         if np.isfinite(square) and square > 0.0:
             slope += _slope(model, form.output, noise, p)
@@ -232,10 +239,10 @@ def _of_displacement(model: Model, output: Output, noise: Noise, p: FloatArray) 
 
 def _of_states(found: tuple[Numbers, Numbers, Numbers] | None, noise: Noise) -> float:
     """The mean square of c z with z' = a z + b w; infinite where there is none, or what lasts is read."""
-    kept = decaying(*found) if found is not None else None
-    if kept is None:
+    dying = decaying(*found) if found is not None else None
+    if dying is None:
         return float("inf")
-    a, b, c = kept
+    a, b, c = dying
     return float(np.pi * noise.density * (c @ _lyapunov(a, b) @ c.conj()).real) if len(a) else 0.0
 
 
@@ -273,8 +280,8 @@ def _matrices_of(model: Model, output: Output, noise: Noise, p: FloatArray) -> M
     matrices = _with_joints(model, output, noise, p) if jointed else partial(under_displacement, model, output, noise)
     assert matrices is not None
     found = _made(matrices, p)
-    kept = decaying(*found)
-    return None if kept is None or len(kept[0]) < len(found[0]) else matrices
+    dying = decaying(*found)
+    return None if dying is None or len(dying[0]) < len(found[0]) else matrices
 
 
 def _slope_by_steps(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:

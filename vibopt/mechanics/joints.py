@@ -59,6 +59,9 @@ def condensed(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) 
         Of several machines not all drop the same.
     """
     count, diagonal = mass.shape[-1], np.diagonal(mass, axis1=-2, axis2=-1)[..., :n_free].reshape(-1, n_free)
+    if diagonal.all():
+        lift = np.broadcast_to(np.eye(count), mass.shape)
+        return Condensed(mass, damping, stiffness, n_free, n_free, lift, np.arange(0))
     braked = np.diagonal(damping, axis1=-2, axis2=-1)[..., :n_free].reshape(-1, n_free).real > 0.0
     light = (diagonal[0] == 0.0).nonzero()[0]
     slow = braked[0, light]
@@ -84,6 +87,8 @@ def eliminated(elastic: Numbers, braked: Numbers, heavy: int) -> Numbers:
     """
     n, half = elastic.shape[-2:]
     rows = -np.concatenate([elastic, braked], axis=-1)
+    if heavy == n:
+        return rows
     rows[..., half + heavy : half + n] = 0.0
     rest = np.linalg.solve(braked[..., heavy:, heavy:n], rows[..., heavy:, :])
     rows[..., :heavy, :] -= braked[..., :heavy, heavy:n] @ rest
@@ -117,22 +122,26 @@ def first_order(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int
     parts = [np.concatenate([inverse @ both[:heavy], both[heavy:n]]) for both in (one.stiffness, one.damping)]
     rows = eliminated(parts[0], parts[1], heavy)
     whole = np.zeros((2 * half, 2 * half), dtype=rows.dtype)
-    moving = np.r_[:heavy, n:half]
+    bases = np.arange(n, half)
+    moving = np.concatenate([np.arange(heavy), bases])
     whole[moving, half + moving] = 1.0
     whole[heavy:n] = rows[heavy:]
     whole[half : half + heavy] = rows[:heavy]
     pushed = np.zeros((2 * half, n), dtype=rows.dtype)
-    pushed[heavy:n, heavy:] = np.linalg.inv(one.damping[heavy:n, heavy:n])
     pushed[half : half + heavy, :heavy] = inverse
-    pushed[half : half + heavy, heavy:] = -parts[1][:heavy, heavy:n] @ pushed[heavy:n, heavy:]
+    if heavy < n:
+        pushed[heavy:n, heavy:] = np.linalg.inv(one.damping[heavy:n, heavy:n])
+        pushed[half : half + heavy, heavy:] = -parts[1][:heavy, heavy:n] @ pushed[heavy:n, heavy:]
     shaken = np.zeros((2 * half, half - n), dtype=rows.dtype)
     shaken[half : half + heavy] = -inverse @ one.mass[:heavy, n:]
     shaken[half + n :] = np.eye(half - n)
-    order = np.r_[:n, half : half + heavy, n:half, half + n : 2 * half]
+    order = np.concatenate([np.arange(n), np.arange(half, half + heavy), bases, half + bases])
     places = np.zeros((len(mass), 2 * half), dtype=rows.dtype)
     places[:, :half] = one.lift
     lifted = one.lift[:n_free, :n].T
-    return FirstOrder(whole[np.ix_(order, order)], (pushed @ lifted)[order], shaken[order], places[:, order], n + heavy)
+    return FirstOrder(
+        whole[order[:, None], order], (pushed @ lifted)[order], shaken[order], places[:, order], n + heavy
+    )
 
 
 __all__ = ["Condensed", "FirstOrder", "condensed", "eliminated", "first_order", "massless"]
