@@ -11,9 +11,13 @@ import pytest
 
 import vibopt as vo
 from vibopt.cli.main import main
-from vibopt.jobs import fact_at, from_text
+from vibopt.jobs import answer, fact_at, from_text, open_job, with_changes
 from vibopt.study import tradeoff
 from vibopt.study.edges import BY_SEARCH
+from vibopt.study.price_words import range_rows
+from vibopt.study.prices import prices
+
+PROBLEMS = Path(__file__).parent.parent.parent / "problems"
 
 FAN = """
 [conventions]
@@ -113,3 +117,37 @@ def test_designs_of_a_curve_that_are_not_proven_best_are_marked(
     text = " ".join(capsys.readouterr().out.split())
     words = "not proven best: others may be better in both there, and the knee may be elsewhere."
     assert (words in text, "tightest, not" in text, "none of them better" in text) == (said, said, said)
+
+
+@pytest.mark.parametrize(
+    ("file", "path"), [("rao_9_13_holes", "planes.right.shelf.2"), ("shaft_holes", "planes.P.shelf.1")]
+)
+def test_a_price_of_a_weight_holds_as_long_as_the_same_holes_are_filled(file: str, path: str) -> None:
+    """Between both ends the same weights sit in the same holes, behind them others do."""
+    job = open_job(PROBLEMS / "balancing" / f"{file}.toml")
+    row = prices(job, only=[path]).rows[0]
+    below, above = (one.until for one in row.ways)
+    assert below is not None
+    assert above is not None
+    assert below.value < 0.95 * row.now.value < 1.05 * row.now.value < above.value
+    here = _holes(job)
+    step = 1e-3 * row.now.value
+    for end, inward in ((below.value, step), (above.value, -step)):
+        inside, outside = (
+            _holes(with_changes(job, {path: f"{1e3 * (end + way):.12g} g"})) for way in (inward, -inward)
+        )
+        assert inside == here != outside
+
+
+def _holes(job: Any) -> list[list[tuple[int | None, int]]]:
+    """Which weight of the shelf, by its place on it, is in which hole of each plane."""
+    plan = answer(job, explain=False).plan
+    return [
+        [(one.hole, int(np.argmin(np.abs(np.array(plane.shelf) - one.mass)))) for one in made.weights]
+        for plane, made in zip(job.planes, plan.planes, strict=True)
+    ]
+
+
+def test_another_number_of_holes_is_another_design() -> None:
+    found = prices(open_job(PROBLEMS / "balancing" / "rao_9_13_holes.toml"), only=["planes.right.holes"])
+    assert list(range_rows(found)) == [("planes.right.holes", "12 alone: 11 and 13 have designs of other kinds")]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any
 
@@ -142,12 +142,19 @@ def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
         from vibopt.balancing.engine.needless import needless
 
         held -= needless(job, held, caps)
-    for plane in getattr(job, "planes", ()):
+    for plane, made in zip(getattr(job, "planes", ()), getattr(found.plan, "planes", ()), strict=False):
         if getattr(plane, "is_discrete", False):
-            said = [entries.get(f"planes.{plane.name}.{key}") for key in ("mass", "angle")]
-            held.add(f"{plane.name}: " + ", ".join(one.shown for one in said if one is not None))
+            held.add(f"{plane.name}: {' and '.join(_fitted(plane, made)) or 'nothing'}")
     held |= {f"{path} = {entries[path].shown}" for path in job.choices if path.startswith("cyl") and path in entries}
     return held
+
+
+def _fitted(plane: Any, made: Any) -> Iterator[str]:
+    """Which weights of a shelf, the lightest first, sit in which holes, whatever they weigh."""
+    for one in made.weights:
+        which = min(range(len(plane.shelf)), key=lambda k: abs(plane.shelf[k] - one.mass), default=0)
+        at = f" at radius {plane.radii.index(one.radius) + 1}" if one.radius in plane.radii[1:] else ""
+        yield f"weight {which + 1} in hole {one.hole + 1} of {len(plane.holes)}{at}"
 
 
 def _chosen_at(path: str) -> tuple[str, ...]:

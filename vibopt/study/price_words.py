@@ -39,6 +39,8 @@ def range_words(now: Entry, ways: Sequence[Way], *, gain: bool = True) -> str:
     Without `gain` not where there is nothing more to gain.
     """
     known = [one for one in ways if one.far is not None]
+    if now.dimension == "count" and known and all(one.until == now for one in known):
+        return f"{now.shown} alone: {' and '.join(one.value.shown for one in known)} have designs of other kinds"
     words = ("from", "to")[-len(known) :] if known else ()
     said = [f"{word} {_end(now, one, gain=gain)}" for word, one in zip(words, known, strict=True)]
     return f"the same holds {' '.join(said)}" if said else ""
