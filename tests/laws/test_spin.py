@@ -213,3 +213,28 @@ def test_the_thinnest_stable_shaft_spins_at_its_threshold() -> None:
     found = solve(from_dict(document), explain=False)
     assert found.status == "optimal", found.claim
     assert found.measures["least"].value.value == pytest.approx(200.0 * np.pi, rel=1e-8)
+
+
+def test_designs_that_may_spin_beyond_their_threshold_are_asked_with_a_limit_on_it() -> None:
+    limits = {"whirl": {"response": "displacement", "of": "disc", "at_most": "1 mm"}}
+    document = rotor(limits=limits, goal={"find_all": "links.shaft.beam.diameter"})
+    document["links"]["shaft"]["beam"]["diameter"] = {"from": "20 mm", "to": "60 mm"}
+    document["excitations"]["u"]["speed"] = "6000 rpm"
+    with pytest.raises(InputError) as refused:
+        from_dict(document, name="rotor.toml")
+    assert refused.value.messages == (
+        "rotor.toml: limits.whirl asks for a steady whirl at up to 6000 rpm, but links.shaft.rotating_damping makes it "
+        "grow without end beyond a threshold that hangs on what is chosen. Forbid such designs: add a limit with "
+        'response = "stability_threshold" and at_least = "6000 rpm".',
+    )
+    document["limits"]["stable"] = {"response": "stability_threshold", "at_least": "6000 rpm"}
+    assert from_dict(document).variables
+
+
+def test_speeds_beyond_the_threshold_have_no_table() -> None:
+    limits = {"whirl": {"response": "displacement", "of": "disc", "at_most": "1 mm"}}
+    document = rotor(limits=limits, goal={"find_all": "u.speed"})
+    document["excitations"]["u"]["speed"] = {"from": "100 rpm", "to": "90000 rpm"}
+    found = solve(from_dict(document), explain=False)
+    assert (found.status, found.found) == ("check_failed", None)
+    assert "beyond its stability threshold" in found.claim

@@ -191,6 +191,11 @@ class Excitation(Table):
         return {self.on: 1.0}
 
     @property
+    def everywhere(self) -> tuple[str, ...]:
+        """Points on which it acts."""
+        return (self.on,)
+
+    @property
     def direction_known(self) -> bool:
         """Whether it acts in space, in a direction of its own."""
         return list(self.acts) != [self.on]

@@ -1,5 +1,6 @@
 """A rotating unbalance on a body."""
 
+import cmath
 import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -10,7 +11,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed, RunUp, turned
 from vibopt.excitations.excitation import unit_line
 from vibopt.signals import Amplitude, Band, Line, Piece
-from vibopt.values import Fact, number, word
+from vibopt.values import Fact, Table, number, word
 from vibopt.values.directions import AXES, Direction
 from vibopt.values.fields import KeyedError
 
@@ -21,6 +22,21 @@ _OF_A_FORCE = {
     'Leave it out, or write kind = "force" with an amplitude.',
 }
 """Keys that only a force has, and why."""
+
+
+class Further(Table):
+    """One entry of `also`: an unbalance on another place of what spins, at an angle to the first.
+
+    Keys
+    ----
+    on: Body, station or disc on which it is: `on = "turbine"`.
+    unbalance: Mass times its distance from the axis: `unbalance = "300 g mm"`.
+    angle: How far it stands ahead of the first in the sense of the spin; zero without it: `angle = "120 deg"`.
+    """
+
+    on: str
+    unbalance: Fact = number("unbalance", choice=False, required=True)
+    angle: Fact | None = number("angle", choice=False, sign="any")
 
 
 class Unbalance(Directed):
@@ -36,6 +52,9 @@ class Unbalance(Directed):
         `direction`.
     run_up: How its speed rises or falls, for responses in time: `run_up = { from = "0 rpm", to = "3000 rpm",
         acceleration = "50 rpm/s" }`.
+    also: Further unbalances that turn with it, each at its angle: `also = [{ on = "turbine", unbalance = "300 g mm",
+        angle = "120 deg" }]`. In steady vibration along a line and of rotors; refused in space, beside `run_up`
+        and dry friction, and of ratios.
     """
 
     unbalance: Fact | None = number("unbalance", choice=False)
@@ -43,6 +62,7 @@ class Unbalance(Directed):
     radius: Fact | None = number("length", choice=False)
     axis: Direction | None = None
     run_up: RunUp | None = None
+    also: tuple[Further, ...] = ()
     inherent: ClassVar[bool] = True
 
     @model_validator(mode="before")
@@ -62,6 +82,24 @@ class Unbalance(Directed):
             raise word('needs either unbalance or both rotating_mass and radius. Write unbalance = "0.2 kg m".')
         return self
 
+    @model_validator(mode="after")
+    def _alone(self) -> "Unbalance":
+        beside = next((key for key in ("run_up", "direction", "axis", "at") if getattr(self, key) is not None), "")
+        if self.also and beside:
+            raise word(
+                f"has further unbalances (also) beside {beside}. They are of steady vibration along a line and of "
+                "rotors: leave one of the two out."
+            )
+        return self
+
+    @property
+    def everywhere(self) -> tuple[str, ...]:
+        return (self.on, *(one.on for one in self.also))
+
+    @property
+    def direction_known(self) -> bool:
+        return not self.also and super().direction_known
+
     @property
     def product(self) -> float:
         """Mass times eccentricity [kg m]."""
@@ -77,6 +115,13 @@ class Unbalance(Directed):
 
     @property
     def acts(self) -> dict[str, complex]:
+        if self.also:
+            found = dict.fromkeys(self.everywhere, 0j)
+            found[self.on] += 1.0
+            for one in self.also:
+                angle = one.angle.value if one.angle is not None else 0.0
+                found[one.on] += one.unbalance.value / self.product * cmath.exp(1j * angle)
+            return found
         if self.axis is None:
             return super().acts
         first, second = turned(self.axis)

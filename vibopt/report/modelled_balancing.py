@@ -29,7 +29,7 @@ _RPM = 30.0 / np.pi
 _SENSORS = 'no displacement is asked, and balancing reads one. Add a measure with response = "displacement".'
 _PLANES = "no rotor has a disc that could take a weight. Add one to its discs."
 _SPEEDS = "nothing says at which speeds to balance. Add an unbalance with its speed."
-_ONE = "has several unbalances, and nothing says at which angles they stand. Leave one of them."
+_ONE = "has several unbalances, and nothing says at which angles they stand. Write one, and the others in its also."
 _CONVENTIONS = {
     "phase": "lead",
     "readings": "phase",

@@ -7,6 +7,7 @@ from vibopt.scene import places
 from vibopt.scene.check_random import wrong_density
 from vibopt.scene.check_space import check_acting
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import bodies_in_space
 
 
 def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
@@ -25,6 +26,7 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
             mistakes.unknown_name((*path, "on"), excitation.on, what, known)
         else:
             _kind(scene, name, mistakes)
+            _further(scene, name, mistakes)
         if excitation.of_vehicle != (excitation.speed.dimension == "velocity"):
             word = (
                 'is no vehicle speed. Write "60 km/h".'
@@ -61,6 +63,28 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
                 f'excitations.{name}.speed is a range to choose from, which only find_all = "{name}.speed" can '
                 'answer. Write one speed, or "a..b" for every speed in a range.',
             )
+
+
+def _further(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    """Further places on which it acts: of one kind with the first, and followed in steady linear vibration."""
+    excitation, path = scene.excitations[name], ("excitations", name, "also")
+    others, known = excitation.everywhere[1:], places.moving(scene)
+    odd = {*places.turning(scene), *bodies_in_space(scene), *scene.points}
+    for on in others:
+        if on not in known:
+            mistakes.unknown_name(path, on, "body", known)
+        elif on in odd or excitation.on in odd:
+            mistakes.add(
+                path,
+                f"excitations.{name}.also has an unbalance on {on}, but {on if on in odd else excitation.on} turns or "
+                "moves in space. Further unbalances are along a line and of rotors: write excitations of their own.",
+            )
+    if others and places.rubbing(scene):
+        mistakes.add(
+            path,
+            f"excitations.{name} has further unbalances (also) beside the dry friction of "
+            f"links.{places.rubbing(scene)[0]}, which is answered under one force. Keep one of them.",
+        )
 
 
 def _kind(scene: Scene, name: str, mistakes: Mistakes) -> None:

@@ -18,7 +18,7 @@ from vibopt.scene.check_random import check_lossy, check_random
 from vibopt.scene.check_rotors import check_rotors, whirl_fault
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
-from vibopt.scene.check_spin import check_spin, spins_in
+from vibopt.scene.check_spin import check_spin, check_stable, spins_in
 from vibopt.scene.check_whole import check_price, check_tolerances
 from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Scene, Variable
@@ -42,6 +42,8 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     for path, response in _responses(scene):
         check_response(scene, path, response, mistakes, broken)
     _question(scene, mistakes, broken)
+    if not mistakes.found and not broken:
+        check_stable(scene, mistakes)
     if not mistakes.found and not broken and any(isinstance(one, TransientResponse) for _, one in _responses(scene)):
         from vibopt.scene.check_whole import check_turns
 

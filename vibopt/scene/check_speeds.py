@@ -136,6 +136,14 @@ def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
 
 
 def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
+    many = next((name for name in names if len(scene.excitations[name].everywhere) > 1), "")
+    if many and (response.normalised or response.rigid_link):
+        mistakes.add(
+            path,
+            f"{dotted(path)} is a ratio to one force, but excitations.{many} has further unbalances (also). Limit the "
+            "force or the motion itself.",
+        )
+        return
     if not response.normalised:
         return
     where = dotted(path)

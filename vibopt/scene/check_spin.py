@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+from math import isfinite
+
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.mechanics.whirl import MOST
-from vibopt.responses import Response
+from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene import places
+from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
+from vibopt.units import show
 
 _THRESHOLD = "stability_threshold"
+_ROUNDING = 1e-5
+"""Part by which a speed may differ from the one that a message shows."""
 
 
 @places.once
@@ -69,6 +75,30 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
         )
 
 
+def check_stable(scene: Scene, mistakes: Mistakes) -> None:
+    """Add it where a steady whirl is asked of designs that may spin beyond their threshold, and no limit forbids it."""
+    turns, goal = turning(scene), [(("goal",), scene.goal.response)] if scene.goal is not None else []
+    if not turns or not scene.variables:
+        return
+    asked = [((family, name), one) for family in ("limits", "measures") for name, one in vars(scene)[family].items()]
+    limits = [one.at_least for _, one in asked if one.response == _THRESHOLD and one.at_least is not None]
+    known = max((one.value for one in limits), default=0.0)
+    for path, response in [*asked, *goal]:
+        if not isinstance(response, HarmonicResponse):
+            continue
+        bands = [band.high for name in names_for(scene, response) for band in bands_for(scene, response, name)]
+        top = max(filter(isfinite, bands), default=0.0)
+        if top > known * (1.0 + _ROUNDING):
+            spin, name = show(top, "rpm", "angular_rate", digits=6), next(iter(turns))
+            mistakes.add(
+                path,
+                f"{dotted(path)} asks for a steady whirl at up to {spin}, but links.{name}.{turns[name]} makes it grow "
+                "without end beyond a threshold that hangs on what is chosen. Forbid such designs: add a limit with "
+                f'response = "{_THRESHOLD}" and at_least = "{spin}".',
+            )
+            return
+
+
 def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
     """Whether a response has no meaning with, or without, dampers that turn with a shaft; adds the mistake."""
     turns = turning(scene)
@@ -91,4 +121,4 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
     return False
 
 
-__all__ = ["check_spin", "spins_in", "turning"]
+__all__ = ["check_spin", "check_stable", "spins_in", "turning"]

@@ -106,7 +106,8 @@ def named(scene: Scene) -> dict[str, list[str]]:
 def shaken(scene: Scene, *names: str) -> set[str]:
     """Points that excitations move, by whatever leads there."""
     moved: set[str] = set()
-    todo, free, near = [scene.excitations[one].on for one in names], set(moving(scene)), neighbours(scene)
+    todo = [on for one in names for on in scene.excitations[one].everywhere]
+    free, near = set(moving(scene)), neighbours(scene)
     while todo:
         here = todo.pop()
         if here not in moved:
@@ -168,7 +169,7 @@ def is_whole(scene: Scene) -> bool:
             return False
     known, masses = points(scene), {*scene.bodies, *scene.absorbers, None}
     joined = [end for two in ends(scene).values() for end in two]
-    joined += [one.on for one in scene.excitations.values()]
+    joined += [on for one in scene.excitations.values() for on in one.everywhere]
     relative = [getattr(table, "relative_to", None) for _, _, table in devices(scene)]
     return (
         all(end in known for end in joined)

@@ -67,8 +67,8 @@ def permitted_values(scene: Scene, program: Program) -> Design:
         status="check_failed" if doubt else proven if complete else unsettled,
         claim=doubt or claim,
         method="one_range",
-        found=tuple((low.value, high.value) for low, high in intervals),
-        details={"ends": intervals},
+        found=None if doubt else tuple((low.value, high.value) for low, high in intervals),
+        details={} if doubt else {"ends": intervals},
         notes=tuple({note.partition(". ")[0]: note for note in reversed(notes)}.values())[::-1],
     )
 

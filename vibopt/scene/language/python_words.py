@@ -221,7 +221,11 @@ class ForceWords(Acting, total=False):
 
 
 class UnbalanceWords(TypedDict, total=False):
-    """Unbalance [kg m], or a rotating mass [kg] and its radius [m]; run_up; in space `at`, and axis (or direction)."""
+    """Unbalance [kg m], or a rotating mass [kg] and its radius [m]; run_up; also; in space `at`, and axis.
+
+    also
+        Further ones that turn with it: {"on": ..., "unbalance": ..., "angle": ...}.
+    """
 
     run_up: Mapping[str, Bound]
     at: Sequence[Bound]
@@ -231,6 +235,7 @@ class UnbalanceWords(TypedDict, total=False):
     unbalance: Bound
     rotating_mass: Bound
     radius: Bound
+    also: Sequence[Mapping[str, Bound]]
 
 
 class BaseMotionWords(Varied, total=False):
