@@ -30,7 +30,7 @@ from vibopt.charts.chart_figures import stability_figure
 from vibopt.charts.cutting_planes import least_worst
 from vibopt.charts.runner import Chart, charted
 from vibopt.charts.trial import DEFAULT, Trial, timed
-from vibopt.charts.verdicts import CLASSES, MISSING, RIGHT, SAYS_SO, SILENT
+from vibopt.charts.verdicts import MISSING, RIGHT, SAYS_SO, SILENT
 from vibopt.cli.chart_command import chart
 from vibopt.solve.rivals import hsbalance
 
@@ -161,9 +161,9 @@ def test_hsbalance_is_right_on_small_questions_and_wrong_where_its_models_are() 
 
 
 def test_families_given_to_other_methods_have_a_panel_of_their_own() -> None:
-    counts = {("thin set", "vibopt"): {RIGHT: 2}, ("thin set", "grid"): {SILENT: 2}}
-    counts |= {("units", "vibopt"): {RIGHT: 1}, ("units", "hsbalance"): {MISSING: 1}}
-    figure = stability_figure(["thin set", "units"], ["vibopt", "grid", "hsbalance"], counts, CLASSES)
+    found = {("thin set", "vibopt"): [RIGHT] * 2, ("thin set", "grid"): [SILENT] * 2}
+    found |= {("units", "vibopt"): [RIGHT], ("units", "hsbalance"): [MISSING]}
+    figure = stability_figure(["thin set", "units"], ["vibopt", "grid", "hsbalance"], found)
     texts = [[text.get_text() for text in axes.texts] for axes in figure.axes]
     assert texts == [["2", "2"], ["1", "not installed"]]
 

@@ -19,7 +19,7 @@ from vibopt.charts.machines import fan, hall, press, star
 from vibopt.charts.own_scenes import referenced
 from vibopt.charts.scene_rivals import RIVALS
 from vibopt.charts.trial import DEFAULT, Case, Said, judged, trial
-from vibopt.charts.verdicts import CLASSES, FEASIBLE, INFEASIBLE, MISSING, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE, MISSING, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
 from vibopt.program.pose import pose
 from vibopt.report.figures import saved
 from vibopt.solve.method import METHODS, OWN
@@ -303,9 +303,9 @@ def test_each_class_has_its_mark_and_a_rival_its_name_at_its_finest_setting() ->
 
 
 def test_figures_of_stability_and_fidelity_are_drawn() -> None:
-    counts = {("thin set", "vibopt"): {RIGHT: 3, SILENT: 1}, ("thin set", "grid"): {}}
-    figure = stability_figure(["thin set"], ["vibopt", "grid"], counts, CLASSES)
+    found = {("thin set", "vibopt"): [RIGHT, RIGHT, SILENT, RIGHT], ("thin set", "grid"): []}
+    figure = stability_figure(["thin set"], ["vibopt", "grid"], found)
     texts = [text.get_text() for text in figure.axes[0].texts]
-    assert texts == ["3", "1", "not asked"]
+    assert texts == ["2", "1", "1", "not asked"]
     rows = [Bars("hall", 5, 1, 20.0, math.nan, 0.0)]
     assert saved(fidelity_figure(rows), "svg").startswith(b"<?xml")

@@ -153,9 +153,13 @@ def stock(*, quick: bool) -> list[Asked]:
     return [*found, *shelf()]
 
 
-def shelf() -> list[Asked]:
-    """24 holes, five shelf weights and three planes: the smallest worst residual, and the least mass under limits."""
-    rng = np.random.default_rng(1)
+def shelf(seed: int = 1, room: float = 1.1) -> list[Asked]:
+    """24 holes, five shelf weights and three planes: the smallest worst residual, and the least mass under limits.
+
+    room
+        The limit over the smallest worst residual.
+    """
+    rng = np.random.default_rng(seed)
     holes = tuple((np.arange(HOLES) * 2 * np.pi / HOLES).tolist())
     options = options_of(Plane("", radii=(1.0,), holes=holes, shelf=WEIGHTS), Conventions("", "", WITH, "pk", ""))
     question = replace(
@@ -165,7 +169,7 @@ def shelf() -> list[Asked]:
     )
     left, masses = every_choice(question, options.masses)
     best = float(left.min())
-    limit = 1.1 * best
+    limit = room * best
     lighter = replace(question, goal="correction", limits=np.full(8, limit))
     least = float(masses[left <= limit].min())
     words, size = f"all {left.size} choices tried", f"{HOLES} holes, {len(WEIGHTS)} weights, 3 planes"

@@ -32,7 +32,7 @@ def judged_question(case: Case, one: Asked, method: str, said: Said) -> Trial:
     missed = off = np.nan
     if said.answer is not None:
         missed = broken(one.question, said.answer)
-        off = 0.0 if np.isnan(case.goal) else abs(one.question.value(said.answer) - case.goal) / case.goal
+        off = 0.0 if np.isnan(case.goal) else abs(one.question.value(said.answer) - case.goal) / (case.goal or 1.0)
     return judged(case, method, said, missed, off)
 
 

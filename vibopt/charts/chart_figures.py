@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
@@ -46,15 +47,15 @@ def headed(figure: Figure, words: str) -> None:
 def stability_figure(
     families: Sequence[str],
     methods: Sequence[str],
-    counts: Mapping[tuple[str, str], Mapping[str, int]],
-    classes: Sequence[str],
+    found: Mapping[tuple[str, str], Sequence[str]],
     above: str = "",
 ) -> Figure:
     """Families by methods, a panel for those given to the same methods; `above` is a note.
 
-    Each cell is filled by class, with the number of answers of the class written in it.
+    found
+        Class of each answer by family and method, from mild to severe; "not installed" of a rival that is not there.
     """
-    given = {family: tuple(method for method in methods if (family, method) in counts) for family in families}
+    given = {family: tuple(method for method in methods if (family, method) in found) for family in families}
     groups = list(dict.fromkeys(given.values()))
     sizes = [sum(one == group for one in given.values()) for group in groups]
     figure = sheet(WIDTH * 1.25, 1.0 + 0.9 * len(groups) + 0.42 * len(families))
@@ -63,14 +64,14 @@ def stability_figure(
         rows = [family for family in families if given[family] == group]
         for row, family in enumerate(rows):
             for column, method in enumerate(group):
-                _cell(axes, column, row, counts[family, method], classes)
+                _cell(axes, column, row, found[family, method])
         _names(axes, rows, group)
     from matplotlib.patches import Patch
 
     handles = [Patch(fc=face, ec=INK, lw=0.6, hatch=hatch, label=name) for name, (face, hatch, _) in LOOKS.items()]
     figure.legend(
         handles=handles, loc="outside lower center", ncols=len(handles), fontsize=SIZE - 1, frameon=False,
-        handlelength=2.0, handleheight=1.2, title="share of a family's scenes", title_fontsize=SIZE - 1,
+        handlelength=2.0, handleheight=1.2, title="cases of a family, from mild to severe", title_fontsize=SIZE - 1,
     )  # fmt: skip
     headed(figure, above)
     return figure
@@ -87,40 +88,31 @@ def _names(axes: Any, rows: Sequence[str], columns: Sequence[str]) -> None:
         axes.spines[side].set_visible(False)
 
 
-def _cell(
-    axes: Any,
-    column: int,
-    row: int,
-    count: Mapping[str, int],
-    classes: Sequence[str],
-) -> None:
+def _cell(axes: Any, column: int, row: int, found: Sequence[str]) -> None:
+    """A slice a case in the order of severity; runs of one class say how many they are."""
     from matplotlib.patches import Rectangle
 
-    total, left, wide, high = sum(count.get(name, 0) for name in classes), column - 0.45, 0.9, 0.72
-    axes.add_patch(
-        Rectangle(
-            (left, row - high / 2), wide, high, fc="white", ec=INK if total else GRID, lw=0.6, zorder=4, fill=False
-        )
-    )
-    if not total:
-        axes.text(column, row, next(iter(count), "not asked"), ha="center", va="center", fontsize=SIZE - 3, color=FAINT)
+    left, wide, high = column - 0.45, 0.9, 0.72
+    known = [name for name in found if name in LOOKS]
+    edge = INK if known else GRID
+    axes.add_patch(Rectangle((left, row - high / 2), wide, high, ec=edge, lw=0.6, zorder=4, fill=False))
+    if not known:
+        words = found[0] if found else "not asked"
+        axes.text(column, row, words, ha="center", va="center", fontsize=SIZE - 3, color=FAINT)
         return
-    for name in classes:
-        part = count.get(name, 0) / total * wide
+    for name, some in groupby(known):
+        count = len(list(some))
+        part = count / len(known) * wide
         face, hatch, _ = LOOKS[name]
-        if part > 0:
-            axes.add_patch(
-                Rectangle((left, row - high / 2), part, high, fc=face, ec=INK, lw=0.4, hatch=hatch, zorder=3)
-            )
-            own = str(count[name]) if part > 0.06 else ""
-            dark = face == RED
-            box = None if dark or not hatch else {"fc": "white", "ec": "none", "pad": 0.6}
+        axes.add_patch(Rectangle((left, row - high / 2), part, high, fc=face, ec=INK, lw=0.4, hatch=hatch, zorder=3))
+        dark = face == RED
+        if part > 0.06:
             axes.text(
-                left + part / 2, row, own, ha="center", va="center", fontsize=SIZE - 2, zorder=5,
-                bbox=box if own else None,
+                left + part / 2, row, str(count), ha="center", va="center", fontsize=SIZE - 2, zorder=5,
+                bbox=None if dark or not hatch else {"fc": "white", "ec": "none", "pad": 0.6},
                 color="white" if dark else INK, fontweight="bold" if dark else "normal",
             )  # fmt: skip
-            left += part
+        left += part
 
 
 def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
@@ -179,35 +171,26 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
 def profiles_figure(
     rows: Mapping[str, Sequence[Mapping[str, FloatArray]]], count: int, default: str, above: str = ""
 ) -> Figure:
-    """Performance profiles: a row of two panels a family, exact answers and fair ones.
+    """Performance profiles of exact answers and of fair ones, and a data profile of exact ones: a row a family.
 
     Parameters
     ----------
     rows
-        By family, for either panel the times of each method over the best time on that question, infinite where it
-        has no answer, shape (count,).
+        By family, for each panel the times of each method, over the best time on that question or in seconds, infinite
+        where it has no answer, shape (count,).
     """
     figure = sheet(WIDTH * 1.25, 1.0 + 2.8 * len(rows))
-    axes: Any = figure.subplots(len(rows), 2, squeeze=False, sharey=True)
+    axes: Any = figure.subplots(len(rows), 3, squeeze=False, sharey=True)
     methods = list(dict.fromkeys(name for pair in rows.values() for one in pair for name in one))
     looks = {name: (COLOURS[i % len(COLOURS)], STYLES[(i + i // len(COLOURS)) % len(STYLES)])
              for i, name in enumerate(methods)}  # fmt: skip
-    longest = max([10.0, *(float(t) for pair in rows.values() for one in pair for row in one.values()
-                           for t in row if math.isfinite(t))])  # fmt: skip
-    for panels, (family, pair) in zip(axes, rows.items(), strict=True):
-        for panel, times, error in zip(panels, pair, ("1e-6", "1e-3"), strict=True):
-            dress(panel, f"{family}, to {error}", "time over the best on the same question", "share answered")
-            panel.set_xscale("log")
-            panel.set_xlim(1.0, 2.0 * longest)
-            panel.set_ylim(0.0, 1.04)
-            for name, row in times.items():
-                good = np.sort(row[np.isfinite(row)])
-                share = np.arange(1, len(good) + 1) / count
-                colour, style = looks[name]
-                panel.step(
-                    [1.0, *good, 2.0 * longest], [0.0, *share, share[-1]], where="post", color=colour, ls=style,
-                    lw=2.6 if name == default else 1.4, zorder=6 if name == default else 5,
-                )  # fmt: skip
+    for panels, (family, triple) in zip(axes, rows.items(), strict=True):
+        for place, (panel, times) in enumerate(zip(panels, triple, strict=True)):
+            error, under = (("1e-6", "time over the best"), ("1e-3", "time over the best"), ("1e-6", "CPU seconds"))[
+                place
+            ]
+            dress(panel, f"{family}, to {error}", under, "share answered" if place == 0 else "")
+            _profile(panel, times, count, looks, default, 1.0 if place < 2 else 0.0)
     from matplotlib.lines import Line2D
 
     handles = [Line2D([], [], color=looks[name][0], ls=looks[name][1], lw=2.6 if name == default else 1.4, label=name)
@@ -217,6 +200,26 @@ def profiles_figure(
     )
     headed(figure, above)
     return figure
+
+
+def _profile(
+    panel: Any, times: Mapping[str, FloatArray], count: int, looks: Mapping[str, tuple[str, Any]], default: str,
+    first: float,
+) -> None:  # fmt: skip
+    """Steps of every method; the axis begins at `first`, or below the least time where that is nothing."""
+    known = [float(t) for row in times.values() for t in row if math.isfinite(t)]
+    first, last = first or 0.7 * min([1.0, *known]), 2.0 * max([10.0 * first, *known])
+    panel.set_xscale("log")
+    panel.set_xlim(first, last)
+    panel.set_ylim(0.0, 1.04)
+    for name, row in times.items():
+        good = np.sort(row[np.isfinite(row)])
+        share = np.arange(1, len(good) + 1) / count
+        colour, style = looks[name]
+        panel.step(
+            [first, *good, last], [0.0, *share, share[-1]], where="post", color=colour, ls=style,
+            lw=2.6 if name == default else 1.4, zorder=6 if name == default else 5,
+        )  # fmt: skip
 
 
 def _plain_numbers(panel: Any, values: list[float]) -> None:

@@ -197,13 +197,13 @@ def profiles_table(result: Profiles, console: Console) -> None:
 
 
 def draw_profiles(result: Profiles) -> Figure:
-    """A row of panels a family: share of the questions answered to 1e-6, and to 1e-3, against time."""
+    """A row of panels a family: share answered to 1e-6 and to 1e-3 over time ratios, and to 1e-6 over CPU seconds."""
     from vibopt.charts.chart_figures import profiles_figure
 
     rows = {
         family: tuple(
-            {short(method): row for method, row in times(chart, error).items() if np.isfinite(row).any()}
-            for error in (EXACT, FAIR)
+            {short(method): row for method, row in made.items() if np.isfinite(row).any()}
+            for made in (times(chart, EXACT), times(chart, FAIR), times(chart, EXACT, absolute=True))
         )
         for family, chart in result.charts.items()
     }
@@ -320,8 +320,10 @@ def draw_stability(result: Chart) -> Figure:
     """Families by methods, filled by class."""
     from vibopt.charts.chart_figures import stability_figure
 
-    counts = {(f, m): dict(result.count(f, m)) for f in result.families for m in result.asked(f)}
-    return stability_figure(result.families, result.methods, counts, CLASSES, conditions().words)
+    found = {(family, short(method)): result.verdicts(family, method)
+             for family in result.families for method in result.asked(family)}  # fmt: skip
+    words = "Each cell: the cases of a family in the order of its table, mostly from mild to severe. "
+    return stability_figure(result.families, [*map(short, result.methods)], found, words + conditions().words)
 
 
 def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:

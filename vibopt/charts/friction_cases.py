@@ -182,7 +182,7 @@ def speed(*, quick: bool) -> Table:
     rows = [Slip(r, 0.02, f) for r in ((0.6, 0.98, 1.5) if quick else (0.6, 0.9, 0.98, 1.05, 1.5)) for f in (0.2, 0.6)]
     cases = [(_case(one, FRICTION), one) for one in rows]
     left = ("0.9 and 1.05 of the resonance", "3 runs instead of 1", "dop853 at five tolerances") if quick else ()
-    return Table(cases, QUICK_METHODS if quick else METHODS, _judge, 1 if quick else 3, cases[-1:], left=left)
+    return Table(cases, QUICK_METHODS if quick else METHODS, judge, 1 if quick else 3, cases[-1:], left=left)
 
 
 def hard(*, quick: bool) -> Table:
@@ -195,7 +195,7 @@ def hard(*, quick: bool) -> Table:
         ("stops in the cycle", Slip(0.15, 0.3, 0.7)),
     ]  # fmt: skip
     cases = [(_case(one, family), one) for family, one in rows]
-    return Table(cases, HARD_METHODS, _judge, 1, cases[-1:])
+    return Table(cases, HARD_METHODS, judge, 1, cases[-1:])
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
@@ -208,7 +208,8 @@ def _case(one: Slip, family: str) -> Case:
     return Case(name, "", FEASIBLE, truth(one), "slip for slip in closed form", family)
 
 
-def _judge(case: Case, one: Slip, method: str, said: Said) -> Trial:
+def judge(case: Case, one: Slip, method: str, said: Said) -> Trial:
+    """A greatest value judged against the true one."""
     if said.answer is None:
         return judged(case, method, said, np.nan, np.nan)
     return judged(case, method, said, 0.0, abs(said.answer / case.goal - 1.0))

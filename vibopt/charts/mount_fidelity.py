@@ -34,18 +34,23 @@ _CORNERS = tuple(tuple((x, y, 0.0) for y in (0.5, -0.5)) for x in (0.8, -0.8))
 
 def speed(*, quick: bool) -> Table:
     """Time against excess price over the proven best, on random shelves."""
-    left = ("steel springs in space", "three groups", "200 parts")
-    fewer = {name: one for name, one in METHODS.items() if not quick or name not in _SLOWER}
-    return replace(_table(stock(quick=quick), fewer, 2), left=(*left, f"methods {', '.join(_SLOWER)}") if quick else ())
+    left = ("steel springs in space", "three groups", "200 parts", f"methods {', '.join(_SLOWER)}")
+    return replace(table_of(stock(quick=quick), methods(quick=quick), 2), left=left if quick else ())
 
 
 def hard(*, quick: bool) -> Table:
     """Like modes, mounts in a line, no inertia, uplift, free motions, no damping, wide ratios, no part that will do."""
     left = ("further degrees of modes alike and apart, of no inertia, of ratios of stiffness",)
-    return replace(_table(families(quick=quick), HARD_METHODS, 1), left=left if quick else ())
+    return replace(table_of(families(quick=quick), HARD_METHODS, 1), left=left if quick else ())
 
 
-def _table(cases: Sequence[Asked], methods: dict[str, Method], runs: int) -> Table:
+def methods(*, quick: bool) -> dict[str, Method]:
+    """All of them, or with `quick` those that look at few speeds or at none."""
+    return {name: one for name, one in METHODS.items() if not quick or name not in _SLOWER}
+
+
+def table_of(cases: Sequence[Asked], methods: dict[str, Method], runs: int) -> Table:
+    """Machines and their shelves given to these methods."""
     warm = asked(*machine_on("space", 6, 2, 3, False))
     return Table([(one.case, one) for one in cases], methods, judged_parts, runs, [(warm.case, warm)])
 

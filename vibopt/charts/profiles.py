@@ -8,14 +8,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import cast
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.charts.balancing_cases import table_of
-from vibopt.charts.balancing_questions import Asked
-from vibopt.charts.random_cases import DRAWN, drawn, methods_of
+from vibopt.charts.random_cases import DRAWN, drawn, methods_of, table
 from vibopt.charts.runner import Chart, Progress, charted
 from vibopt.charts.trial import DEFAULT, Case, Said, Trial, judged, scene_table
 from vibopt.program.pose import pose
@@ -48,9 +45,10 @@ def profiles(
 
 def _charted(family: str, seed: int, count: int, quick: bool, progress: Progress | None) -> Chart:
     questions = drawn(family, seed, count)
-    if isinstance(questions[0], Asked):
-        return charted(table_of(cast(list[Asked], questions), 1), progress)
-    cases = [(case, case.scene()) for case in cast(list[Case], questions)]
+    known = table(family, questions, quick=quick)
+    if known is not None:
+        return charted(known, progress)
+    cases = [(case, case.scene()) for case in questions]
     seen: dict[tuple[str, str], _Seen] = {}
 
     def judge(case: Case, scene: Scene, method: str, said: Said) -> Trial:
@@ -94,15 +92,19 @@ def _against_best(chart: Chart, seen: Mapping[tuple[str, str], _Seen]) -> Chart:
     return Chart(cases, chart.methods, tuple(trials))
 
 
-def times(chart: Chart, error: float) -> dict[str, FloatArray]:
-    """Per method the time on each question over the best one there; infinite where its answer is none, or off."""
+def times(chart: Chart, error: float, *, absolute: bool = False) -> dict[str, FloatArray]:
+    """Per method the time on each question over the best one there; infinite where its answer is none, or off.
+
+    absolute
+        In CPU seconds, as a data profile has it.
+    """
     best: dict[str, float] = {}
     for one in chart.trials:
         if one.error <= error:
             best[one.case] = min(best.get(one.case, math.inf), one.seconds)
     return {
         method: np.array([
-            one.seconds / best[one.case] if one.error <= error else math.inf
+            one.seconds / (1.0 if absolute else best[one.case]) if one.error <= error else math.inf
             for one in chart.trials if one.method == method
         ])
         for method in chart.methods

@@ -1,24 +1,32 @@
 """Random questions of the charts: a seed and a number give the same ones on every machine.
 
 Mounts are limited a little above what a drawn mount leaves, worked out here in plain numpy, so that an answer exists;
-the questions of rotors are built round their answer.
+the questions of rotors are built round their answer, lists and shelves are small enough to try every choice, and
+what happens in time has a truth of its own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.charts import friction_cases, mount_cases, mount_fidelity, run_up_cases, shock_cases
 from vibopt.charts.absorber_cases import taking
-from vibopt.charts.balancing_questions import Asked, asked, least_squares, worst
+from vibopt.charts.balancing_cases import SLOWER, table_of
+from vibopt.charts.balancing_questions import Asked, asked, least_squares, shelf, worst
+from vibopt.charts.balancing_rivals import METHODS as BALANCING
 from vibopt.charts.machines import absorbed
-from vibopt.charts.trial import Case
+from vibopt.charts.mount_cases import machine_on
+from vibopt.charts.mount_machine import LINE, SPACE
+from vibopt.charts.trial import Case, Table
 from vibopt.charts.verdicts import FEASIBLE
 
 BUILT, BEST = "built round its answer", "the best of all methods"
-_SPEEDS = 4000
+_SPEEDS, _TRIES = 4000, 20
 
 
 def isolator(rng: np.random.Generator, name: str) -> Case:
@@ -100,6 +108,72 @@ def absorber(rng: np.random.Generator, name: str) -> Case:
     return Case(name, text, FEASIBLE, np.nan, BEST, "absorbers")
 
 
+def several(rng: np.random.Generator, name: str) -> Case:
+    """Two to four absorbers on one to three masses: least amplitude of the highest."""
+    count, number = int(rng.integers(1, 4)), int(rng.integers(2, 5))
+    spring = float(10.0 ** rng.uniform(4.0, 6.0))
+    own = float(np.sqrt(spring / 100.0))
+    text = absorbed(
+        [int(rng.integers(count)) for _ in range(number)],
+        [float(10.0 ** rng.uniform(-2.0, -0.7)) for _ in range(number)],
+        count=count, spring=spring, damping=float(rng.choice([0.0, 0.01, 0.04])), speeds=(0.1 * own, 3.0 * own),
+    )  # fmt: skip
+    return Case(name, text, FEASIBLE, np.nan, BEST, "several")
+
+
+def weights(rng: np.random.Generator, name: str) -> Asked:
+    """Weights of a shelf in the holes of three planes: the smallest worst residual, or the least mass under a limit."""
+    by_residual, by_mass = shelf(int(rng.integers(2**31)), float(rng.uniform(1.05, 1.5)))
+    one = by_residual if rng.integers(2) else by_mass
+    return replace(one, case=replace(one.case, name=name, family="weights"))
+
+
+def mounts(rng: np.random.Generator, name: str) -> Any:
+    """A machine on two groups of mounts of a shelf of 10 to 60 parts, on a line or in space, of rubber or steel."""
+    motion, parts = (LINE, SPACE)[int(rng.integers(2))], int(rng.integers(10, 61))
+    for _ in range(_TRIES):
+        try:
+            one = mount_cases.asked(*machine_on(motion, parts, 2, int(rng.integers(2**31)), bool(rng.integers(2))))
+        except ValueError:  # no choice carries the machine
+            continue
+        return replace(one, case=replace(one.case, name=name))
+    raise ValueError(f"{name}: no shelf carries its machine")
+
+
+def load(rng: np.random.Generator, name: str) -> tuple[Case, shock_cases.Load]:
+    """One to five masses under a pulse of a tenth of a period to thirty, or a short record."""
+    points = {
+        "half sine": np.zeros(0), "rectangle": np.ones(2), "triangle": np.array([0.0, 1.0, 0.0]),
+        "record": rng.normal(size=30),
+    }  # fmt: skip
+    shape = str(rng.choice(list(points)))
+    times = np.linspace(0.0, 0.1, max(len(points[shape]), 2))
+    one = shock_cases.Load(
+        int(rng.integers(1, 6)), float(10.0 ** rng.uniform(0.0, 2.5)), float(10.0 ** rng.uniform(-2.5, -0.5)),
+        np.round(times, 12), points[shape],
+    )  # fmt: skip
+    return Case(name, "", FEASIBLE, shock_cases.truth(one), "modes in closed form", "shock"), one
+
+
+def passage(rng: np.random.Generator, name: str) -> tuple[Case, run_up_cases.Passage]:
+    """One to three masses up or down through their resonances."""
+    low, high = float(rng.uniform(0.05, 0.5)), float(rng.uniform(1.5, 3.0))
+    up = bool(rng.integers(2))
+    one = run_up_cases.Passage(
+        int(rng.integers(1, 4)), float(10.0 ** rng.uniform(-2.0, -0.7)), low if up else high, high if up else low,
+        float(10.0 ** rng.uniform(-2.0, 1.0)),
+    )  # fmt: skip
+    return Case(name, "", FEASIBLE, run_up_cases.truth(one)[0], "the turning frame, followed tightly", "run_up"), one
+
+
+def slip(rng: np.random.Generator, name: str) -> tuple[Case, friction_cases.Slip]:
+    """One mass that slips, from a third of the resonance to twice it."""
+    one = friction_cases.Slip(
+        float(10.0 ** rng.uniform(-0.5, 0.3)), float(10.0 ** rng.uniform(-2.5, -1.0)), float(rng.uniform(0.1, 0.95))
+    )
+    return Case(name, "", FEASIBLE, friction_cases.truth(one), "slip for slip in closed form", "friction"), one
+
+
 def rotor(rng: np.random.Generator, name: str) -> Asked:
     """Least squares, or the smallest worst residual under caps, of 4 to 200 readings and one to ten planes."""
     planes = int(rng.integers(1, 11))
@@ -111,8 +185,9 @@ def rotor(rng: np.random.Generator, name: str) -> Asked:
     return asked(name, worst(readings, planes, capped=bool(rng.integers(2)), seed=seed), 1.0, BUILT, "balancing")
 
 
-DRAWN: Mapping[str, Callable[[np.random.Generator, str], Case | Asked]] = {
-    "isolation": isolator, "absorbers": absorber, "balancing": rotor,
+DRAWN: Mapping[str, Callable[[np.random.Generator, str], Any]] = {
+    "isolation": isolator, "absorbers": absorber, "several": several, "balancing": rotor, "weights": weights,
+    "mounts": mounts, "shock": load, "run_up": passage, "friction": slip,
 }  # fmt: skip
 """How a question of each family is drawn."""
 
@@ -123,8 +198,8 @@ RIVALS = (
 QUICK_RIVALS = ("slsqp 50", "slsqp 200", "slsqp exchange 1e-11", "slsqp peaks 8 starts 1e-09", "ipopt 200")
 _METHODS: Mapping[str, Callable[[tuple[str, ...]], tuple[str, ...]]] = {
     "isolation": lambda names: (*names, "cvxpy 1e-08"),
-    "absorbers": taking,
-}
+    "absorbers": taking, "several": taking,
+}  # fmt: skip
 
 
 def methods_of(family: str, *, quick: bool) -> tuple[str, ...]:
@@ -132,10 +207,24 @@ def methods_of(family: str, *, quick: bool) -> tuple[str, ...]:
     return _METHODS[family](QUICK_RIVALS if quick else RIVALS)
 
 
-def drawn(family: str, seed: int, count: int) -> list[Case | Asked]:
+def table(family: str, questions: Sequence[Any], *, quick: bool) -> Table | None:
+    """Questions whose truth is known by another road, with every method; None of scenes, whose best is looked for."""
+    if family in ("balancing", "weights"):
+        dear = ("milp", "hsbalance") if quick and family == "weights" else ()
+        less = [name for name in BALANCING if name in SLOWER or name.startswith(dear or "none")]
+        return replace(table_of(questions, 1, less), drops=True)
+    if family == "mounts":
+        return mount_fidelity.table_of(questions, mount_fidelity.methods(quick=quick), 1)
+    kin = {"shock": shock_cases, "run_up": run_up_cases, "friction": friction_cases}.get(family)
+    if kin is None:
+        return None
+    return Table(questions, kin.QUICK_METHODS if quick else kin.METHODS, kin.judge, 1, questions[:1])
+
+
+def drawn(family: str, seed: int, count: int) -> list[Any]:
     """So many questions; each depends on the seed and its own number alone."""
     draw = DRAWN[family]
     return [draw(np.random.default_rng([seed, i]), f"{family} {seed}.{i}") for i in range(count)]
 
 
-__all__ = ["DRAWN", "drawn", "methods_of"]
+__all__ = ["DRAWN", "drawn", "methods_of", "table"]

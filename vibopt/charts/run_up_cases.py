@@ -185,7 +185,7 @@ def speed(*, quick: bool) -> Table:
             one = Passage(bodies, 0.05, 0.3, 2.5, rate)
             cases.append((_case(f"{bodies} mass{'es' * (bodies > 1)}, a run-up at {rate:g} rad/s²", RUN_UP, one), one))
     left = ("rates of 2e-4, 2e-3 and 100 rad/s²", "3 runs instead of 1", "dop853 at five tolerances") if quick else ()
-    return Table(cases, QUICK_METHODS if quick else METHODS, _judge, 1 if quick else 3, [cases[-1]], left=left)
+    return Table(cases, QUICK_METHODS if quick else METHODS, judge, 1 if quick else 3, [cases[-1]], left=left)
 
 
 def hard(*, quick: bool) -> Table:
@@ -206,7 +206,7 @@ def hard(*, quick: bool) -> Table:
     for family, one in more:
         said = f"{family}, {one.bodies} mass{'es' * (one.bodies > 1)} at {one.rate:g} rad/s²"
         cases.append((_case(said, family, one), one))
-    return Table(cases, HARD_METHODS, _judge, 1, cases[-1:])
+    return Table(cases, HARD_METHODS, judge, 1, cases[-1:])
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
@@ -242,7 +242,8 @@ def _jumped(one: Passage) -> float:
     return float(np.abs(free + behind * np.exp(1j * one.high * times)).max())
 
 
-def _judge(case: Case, one: Passage, method: str, said: Said) -> Trial:
+def judge(case: Case, one: Passage, method: str, said: Said) -> Trial:
+    """A greatest value judged against the true one."""
     if said.answer is None:
         return judged(case, method, said, np.nan, np.nan)
     return judged(case, method, said, 0.0, abs(said.answer / case.goal - 1.0))

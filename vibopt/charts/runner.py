@@ -73,10 +73,14 @@ class Chart:
         given = {one.method for one in self.trials if one.case in names}
         return tuple(method for method in self.methods if method in given)
 
+    def verdicts(self, family: str, method: str) -> list[str]:
+        """Class of each answer, in the order of the cases."""
+        names = {case.name for case in self.cases if case.family == family}
+        return [one.verdict for one in self.trials if one.case in names and one.method == method]
+
     def count(self, family: str, method: str) -> Counter[str]:
         """How often each class occurs."""
-        names = {case.name for case in self.cases if case.family == family}
-        return Counter(one.verdict for one in self.trials if one.case in names and one.method == method)
+        return Counter(self.verdicts(family, method))
 
 
 def charted(table: Table, progress: Progress | None = None) -> Chart:

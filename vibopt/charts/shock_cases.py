@@ -235,7 +235,7 @@ def speed(*, quick: bool) -> Table:
         else ()
     )
     methods = QUICK_METHODS if quick else METHODS
-    return Table(cases, methods, _judge, 1 if quick else 3, [cases[0]], left=left)
+    return Table(cases, methods, judge, 1 if quick else 3, [cases[0]], left=left)
 
 
 def hard(*, quick: bool) -> Table:
@@ -245,7 +245,7 @@ def hard(*, quick: bool) -> Table:
         for family, name, goal, load in (*_undamped(), *_short(), *_long(100.0 if quick else 1e4))
     ]
     left = ("pulses of 1e4 periods instead of 100",) if quick else ()
-    return Table(cases, HARD_METHODS, _judge, 1, cases[:1], left=left)
+    return Table(cases, HARD_METHODS, judge, 1, cases[:1], left=left)
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
@@ -307,7 +307,8 @@ def _long(turns: float) -> list[_Row]:
     return found
 
 
-def _judge(case: Case, load: Load, method: str, said: Said) -> Trial:
+def judge(case: Case, load: Load, method: str, said: Said) -> Trial:
+    """A greatest value judged against the true one."""
     if said.answer is None:
         return judged(case, method, said, np.nan, np.nan)
     return judged(case, method, said, 0.0, abs(said.answer / case.goal - 1.0))

@@ -134,7 +134,11 @@ def fidelity(
 
 @chart.command(cls=Once)
 @click.option(
-    "--family", type=click.Choice(["isolation", "absorbers", "balancing"]), help="One kind only; all if left out."
+    "--family",
+    type=click.Choice(
+        ["isolation", "absorbers", "several", "balancing", "weights", "mounts", "shock", "run_up", "friction"]
+    ),
+    help="One kind only; all if left out.",
 )
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which random questions.")
 @click.option("--count", type=click.IntRange(1, 10_000), default=50, show_default=True, help="How many of a kind.")
