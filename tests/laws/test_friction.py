@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
 from math import cos, cosh, pi, sin, sinh, sqrt
 from typing import Any
 
@@ -13,6 +15,7 @@ from hypothesis import strategies as st
 import vibopt as vo
 from vibopt.errors import InputError
 from vibopt.mechanics.dry_friction import Piece, Rub
+from vibopt.mechanics.slipping import Slipping, edges
 from vibopt.report.curves import panels
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=40)
@@ -59,7 +62,7 @@ def test_in_a_cycle_the_force_does_what_friction_and_the_damper_take(r: float, r
     nodes, weights = np.polynomial.legendre.leggauss(30)
     work = lost = size = 0.0
     for piece in half:
-        for low, high in zip(rub._edges(piece.length)[:-1], rub._edges(piece.length)[1:], strict=True):
+        for low, high in pairwise(edges(rub.poles, piece.length)):
             tau = low + 0.5 * (high - low) * (nodes + 1.0)
             _, v, _ = rub.at(piece, tau)
             part = 0.5 * (high - low) * weights
@@ -95,6 +98,26 @@ def test_an_undamped_resonance_has_an_end_above_a_quarter_of_pi_alone() -> None:
     assert Rub(1.0, 1e-3, 0.25 * pi).greatest(0, 1.0, 0j) < 40.0
     near = [Rub(1.0 + gap, 0.0, 0.7).greatest(0, 1.0, 0j) for gap in (1e-3, 1e-5, 1e-7)]
     assert near[0] < near[1] / 50.0 < near[2] / 2500.0
+
+
+@few
+@given(r=st.floats(0.05, 5.0), ratio=ratios, f=st.floats(0.01, 0.9), order=st.integers(0, 2), turn=st.floats(0.0, 6.0))
+def test_many_motions_together_are_greatest_where_dense_instants_are(
+    r: float, ratio: float, f: float, order: int, turn: float
+) -> None:
+    """Where the closed form says that a motion never stops; instants of a half cycle from its first one."""
+    many, phasor = Slipping(*(np.array([one, 2.0]) for one in (r, ratio, f))), np.exp(1j * np.array([turn, 0.0]))
+    found = float(many.greatest(order, np.array([-1.3, 1.0]), phasor)[0])
+    assume(not np.isnan(found))
+    begin, top = (float(one[0]) for one in many.tops)
+    tau = np.linspace(0.0, pi, 20_001)
+    z, v, a = (one[0] for one in many.at(tau[None, :]))
+    assert (z[-1], v[0], v[-1]) == (pytest.approx(-top, abs=1e-9), 0.0, pytest.approx(0.0, abs=1e-8))
+    assert r**2 * a + 2.0 * ratio * r * v + z - f == pytest.approx(np.cos(begin + tau), abs=1e-9)
+    assert v[1:-1].max() < 0.0
+    read = -1.3 * (z, v, a)[order] + np.cos(begin + tau + turn)
+    assert found == pytest.approx(float(np.abs(read).max()), rel=1e-6)
+    assert found >= float(np.abs(read).max()) * (1.0 - 1e-11)
 
 
 PRESS: dict[str, Any] = {
@@ -185,6 +208,22 @@ def test_units_counts_and_scales_change_nothing() -> None:
     assert twice["ratio"] == pytest.approx(first["ratio"], rel=1e-9)
     same = told(changed(load={"speed": "300 rpm", "amplitude": "2000 N"}, stiffness="300 N/mm"))
     assert same == pytest.approx(first, rel=1e-12)
+
+
+def test_limits_that_clash_end_by_counted_work() -> None:
+    """Below its natural frequency a force of 2 kN holds or passes on more than 1 kN, whatever rubs."""
+    from vibopt.program.pose import pose
+    from vibopt.solve.choose import choose, modest
+
+    document = changed(load={"speed": "4 Hz"}, friction_force={"from": "500 N", "to": "1.9 kN"})
+    document["limits"] = {"floor": {"response": "transmitted_force", "into": "ground", "at_most": "1 kN"}}
+    document["goal"] = {"minimise": "displacement", "of": "press"}
+    program = pose(vo.from_dict({name: one for name, one in document.items() if name != "measures"}))
+    alone = replace(program, aim=None)
+    assert choose(alone, None).name == modest(alone).name == "one_range"
+    assert choose(alone, None).solve(alone).status == "infeasible"
+    easy = replace(alone, limits=tuple(replace(one, bound=1e5) for one in alone.limits))
+    assert choose(easy, None).solve(easy).claim == "a design that meets every limit"
 
 
 def test_a_range_is_no_less_than_any_speed_in_it_and_notes_say_what_equivalent_damping_would() -> None:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.form import Form, Local, Worst, log_of
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from vibopt.mechanics.dry_friction import Rub
     from vibopt.mechanics.model import Model
 
-_KEPT = 64
+_KEPT = 4096
 _SLOW, _QUASI = 0.03, 2e-3
 """Frequency over the natural one up to which a range is looked at by its limit at rest; below which a speed is."""
 _EVEN, _NEAR = 12, (0.34, 0.6, 0.75, 0.86, 0.93, 0.97, 0.99, 1.0, 1.01, 1.03, 1.07, 1.15, 1.3, 1.5)
@@ -25,8 +27,14 @@ _STEP, _WITHIN = 1e-4, 0.8
 """Of differences, in logs; part of the greatest that another extreme has that may overtake it, each taking long."""
 _ROUNDED = 1e-9
 """Part of the motion on a free spring by which an integration may be off, whatever friction leaves of it."""
-_HOPE, _BEST, _LEFT = 0.6, 2, 1e-7
-"""Part by which a rough look may be off; local extremes looked at more closely, and what may be left of their speed."""
+_HOPE, _BEST, _SECOND, _LEFT = 0.6, 2, 0.5, 1e-7
+"""Part by which a rough look may be off; local extremes looked at more closely, the second from which part of the first
+on, and what may be left of their speed."""
+_DEGREE, _ROUNDS, _CLOSER, _SETTLED, _ODD = 8, 4, 0.2, 1e-11, 0.3717
+"""Of polynomials on a range with a top; how often it is made narrower and by how much on each side; what they may leave
+over at the top and at one more place."""
+_NODES = -np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
+_INTO = np.linalg.inv(chebyshev.chebvander(_NODES, _DEGREE))
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +114,8 @@ class Rubbing(Form):
         """A ten-millionth, which an integration from stop to stop keeps, and less still of what a free spring gives."""
         ends = [end for band in self.shaken[0].bands for end in (band.low, band.high) if np.isfinite(end)]
         sizes = [abs(part) + abs(phasor) for _, _, (_, part, phasor) in (self.motion(model, x, end) for end in ends)]
-        free = max((one for one in sizes if np.isfinite(one)), default=0.0) / self.per(model, x, max(ends, default=0.0))
+        at = np.array(max(ends, default=0.0))
+        free = max((one for one in sizes if np.isfinite(one)), default=0.0) / float(self.per(model, x, at))
         return 1e-7 * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]) + _ROUNDED * free
 
     def acting(self, model: Model) -> FloatArray:
@@ -133,73 +142,132 @@ class Rubbing(Form):
         """The ends of a band and the best inside it."""
         if band.is_point:
             return [(self.at(model, x, band.low), band.low)]
-        from scipy.optimize import minimize_scalar
+
+        def seen(some: FloatArray) -> FloatArray:
+            return sign * self.sizes(model, x, some)
 
         speeds = _looked_at(band, natural_frequency(model, x) / self.shaken[0].lines[0].order)
-        rough = np.array([self.at(model, x, one, rough=True) for one in speeds])
-        hopeful = sign * rough >= (1.0 - _HOPE * sign) * (sign * rough).max()
-        hopeful[[0, -1]] = True
-        values = np.full(len(speeds), -np.inf)
-        values[hopeful] = sign * np.array([self.at(model, x, float(one)) for one in speeds[hopeful]])
+        values = sign * self.sizes(model, x, speeds, hope=sign)
         found = [(sign * float(values[i]), float(speeds[i])) for i in (0, len(speeds) - 1)]
         before, after = np.append(-np.inf, values[:-1]), np.append(values[1:], -np.inf)
-        tops = np.flatnonzero((values >= before) & (values >= after) & hopeful)
+        tops = np.flatnonzero((values >= before) & (values >= after) & (values > -np.inf))
         for i in tops[np.argsort(-values[tops], kind="stable")[:_BEST]]:
             if np.isinf(values[i]):
                 return [(sign * float(values[i]), float(speeds[i]))]
-            best = minimize_scalar(
-                lambda one: -sign * self.at(model, x, float(one)),
-                bounds=(speeds[max(i - 1, 0)], speeds[min(i + 1, len(speeds) - 1)]),
-                method="bounded",
-                options={"xatol": _LEFT * speeds[i]},
-            )
-            top, at = max((float(values[i]), float(speeds[i])), (-float(best.fun), float(best.x)))
+            if values[i] < sign * found[-1][0] * _SECOND**sign:
+                break
+            top, at = _top(seen, float(speeds[max(i - 1, 0)]), float(speeds[min(i + 1, len(speeds) - 1)]))
+            top, at = max((float(values[i]), float(speeds[i])), (top, at))
             found.append((sign * top, at))
         return found
 
     def at(self, model: Model, x: FloatArray, speed: float, *, rough: bool = False) -> float:
         """Greatest size in a cycle at one speed [rad/s]; `rough` by equivalent damping alone."""
-        if not 0.0 < self._amplitude(speed) < np.inf:
-            return 1.0 if self.normalised else self._amplitude(speed)
-        rub, _, (order, part, phasor) = self.motion(model, x, speed)
-        count = self.per(model, x, speed)
-        if rough and rub.r:
-            return rub.equivalent(order, part, phasor) / count
-        if rub.r >= _QUASI:
-            return rub.greatest(order, part, phasor) / count
-        slips = max(1.0 - rub.friction, 0.0)  # so slow that springs follow; certified nowhere but at rest
-        quick = part * slips * (1.0, 2.0, 2.0 / rub.r if rub.r else 0.0)[order]
-        return float(abs(phasor) if self.output.signs.any() else abs(quick) + abs(phasor)) / count
+        if not rough or not 0.0 < self._amplitude(np.array(speed)) < np.inf or not speed:
+            return float(self.sizes(model, x, np.array([speed]))[0])
+        rub, _, read = self.motion(model, x, speed)
+        return float(rub.equivalent(*read) / self.per(model, x, np.array(speed)))
 
-    def _amplitude(self, speed: float) -> float:
+    def sizes(self, model: Model, x: FloatArray, speeds: FloatArray, *, hope: float = 0.0) -> FloatArray:
+        """Greatest sizes in a cycle at speeds [rad/s], (n,).
+
+        With a `hope` of 1 or -1 only those that may be the greatest or the least, and both ends; others are infinite
+        against it.
+        """
+        from vibopt.mechanics.dry_friction import rub_of
+        from vibopt.mechanics.slipping import Slipping
+
+        (r, ratio, friction), _, (order, part, phasor) = self._motions(model, x, speeds)
+        amplitude, count = self._amplitude(speeds), self.per(model, x, speeds)
+        found = np.where(self.normalised, 1.0, amplitude)
+        moves = (amplitude > 0.0) & (amplitude < np.inf)
+        slow = moves & (r < _QUASI)  # so slow that springs follow; certified nowhere but at rest
+        with np.errstate(divide="ignore", invalid="ignore"):
+            quick = part * np.maximum(1.0 - friction, 0.0) * (1.0, 2.0, np.where(r > 0.0, 2.0 / r, 0.0))[order]
+        held = np.abs(phasor) if self.output.signs.any() else np.abs(quick) + np.abs(phasor)
+        found = np.where(slow, held / count, found)
+        quick_enough = moves & ~slow
+        slips = quick_enough & (friction < 1.0)
+        sizes = np.full(speeds.shape, np.nan)
+        sizes[slips] = Slipping(r[slips], ratio[slips], friction[slips]).greatest(order, part[slips], phasor[slips])
+        left = np.flatnonzero(quick_enough & np.isnan(sizes)).tolist()
+        rubs = {k: rub_of(float(r[k]), float(ratio[k]), float(friction[k])) for k in left}
+        if hope:
+            for k, rub in rubs.items():
+                sizes[k] = rub.equivalent(order, float(part[k]), complex(phasor[k]))
+            known = hope * np.where(quick_enough, sizes / count, found)
+            left = [k for k in left if known[k] >= (1.0 - _HOPE * hope) * known.max() or k in (0, len(r) - 1)]
+            sizes[list(rubs.keys() - set(left))] = -hope * np.inf
+        for k in left:
+            sizes[k] = rubs[k].greatest(order, float(part[k]), complex(phasor[k]))
+        return np.where(quick_enough, sizes / count, found)
+
+    def _amplitude(self, speed: FloatArray) -> FloatArray:
         """Of the force [N] or the base [m]."""
         line = self.shaken[0].lines[0]
-        return float(np.abs(line.amplitude.at(np.array(speed))) * np.abs(line.vector).max())
+        return np.asarray(np.abs(line.amplitude.at(speed)) * np.abs(line.vector).max())
 
-    def per(self, model: Model, x: FloatArray, speed: float) -> float:
+    def per(self, model: Model, x: FloatArray, speed: FloatArray) -> FloatArray:
         """By what a reading is divided: the mounts that share it, and the amplitude of what moves them."""
         from vibopt.mechanics.harmonic import mount_count
 
-        return mount_count(model, self.output, x) * (self._amplitude(speed) if self.normalised else 1.0)
+        return np.asarray(mount_count(model, self.output, x) * (self._amplitude(speed) if self.normalised else 1.0))
 
     def motion(self, model: Model, x: FloatArray, speed: float) -> tuple[Rub, float, tuple[int, float, complex]]:
         """The motion at a speed [rad/s], the force [N] that drives it, and what is read: order, part and phasor."""
         from vibopt.mechanics.dry_friction import Rub
+
+        own, push, (order, part, phasor) = self._motions(model, x, np.array([speed]))
+        return Rub(*(float(one[0]) for one in own)), float(push[0]), (order, float(part[0]), complex(phasor[0]))
+
+    def _motions(
+        self, model: Model, x: FloatArray, speeds: FloatArray
+    ) -> tuple[tuple[FloatArray, ...], FloatArray, tuple[int, FloatArray, ComplexArray]]:
+        """As `motion` at speeds (n,); a motion by its frequency, damping and friction."""
         from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 
         line, p = self.shaken[0].lines[0], model.values(x)
-        omega, amplitude = line.order * speed, float(np.abs(line.amplitude.at(np.array(speed))))
+        omega, amplitude = line.order * speeds, np.abs(line.amplitude.at(speeds))
         mass, damping, stiffness = (float(model.matrix(kind, p)[0, 0]) for kind in (INERTIA, DAMPING, STIFFNESS))
-        vector = np.abs(line.vector) * amplitude
-        base = float(vector[1]) if model.n_coords > 1 else 0.0
-        push = float(vector[0]) if not base else mass * omega**2 * base
+        base = np.abs(line.vector[1]) * amplitude if model.n_coords > 1 else np.zeros(speeds.shape)
+        push = np.where(base != 0.0, mass * omega**2 * base, np.abs(line.vector[0]) * amplitude)
         natural = float(np.sqrt(stiffness / mass))
-        friction = friction_of(model, x) / push if push else np.inf
-        rub = Rub(omega / natural, damping / (2.0 * mass * natural), friction)
+        with np.errstate(divide="ignore"):
+            friction = friction_of(model, x) / push
+        r = omega / natural
+        own = r, np.full(r.shape, damping / (2.0 * mass * natural)), friction
         if self.output.signs.any():
-            return rub, push, (2, -push * rub.r**2, complex(push))
-        own, whole, order = float(self.output.row[0]), float(self.output.row.sum()), self.output.power
-        return rub, push, (order, own * push / stiffness * omega**order, whole * base * (1j * omega) ** order)
+            return own, push, (2, -push * r**2, push.astype(complex))
+        row, whole, order = float(self.output.row[0]), float(self.output.row.sum()), self.output.power
+        return own, push, (order, row * push / stiffness * omega**order, whole * base * (1j * omega) ** order)
+
+
+def _top(value: Callable[[FloatArray], FloatArray], low: float, high: float) -> tuple[float, float]:
+    """Greatest of a function that is smooth, or smooth but for a bend, between two places, and where."""
+    from scipy.optimize import minimize_scalar
+
+    best = -np.inf, low
+    for _ in range(_ROUNDS):
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        values = value(middle + half * _NODES)
+        if not np.isfinite(values).all():
+            break
+        line = _INTO @ values
+        turns = chebyshev.chebroots(chebyshev.chebder(line))
+        inside = np.append(_NODES, turns.real[(np.abs(turns.imag) < _CLOSER) & (np.abs(turns.real) <= 1.0)])
+        asked = np.array([inside[int(chebyshev.chebval(inside, line).argmax())], _ODD])
+        there = value(middle + half * asked)
+        seen = np.append(values, there), middle + half * np.append(_NODES, asked)
+        i = int(seen[0].argmax())
+        best = max(best, (float(seen[0][i]), float(seen[1][i])))
+        if (np.abs(there - chebyshev.chebval(asked, line)) <= _SETTLED * np.abs(there)).all():
+            return best
+        low, high = max(low, best[1] - 2.0 * _CLOSER * half), min(high, best[1] + 2.0 * _CLOSER * half)
+    found = minimize_scalar(
+        lambda one: -float(value(np.array([one]))[0]), bounds=(low, high), method="bounded",
+        options={"xatol": _LEFT * high},
+    )  # fmt: skip
+    return max(best, (-float(found.fun), float(found.x)))
 
 
 def friction_of(model: Model, x: FloatArray) -> float:

@@ -13,23 +13,19 @@ r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
 from __future__ import annotations
 
 import cmath
-from math import acos, asin, cos, isfinite, pi, sqrt
+from functools import lru_cache
+from math import acos, cos, isfinite, pi, sqrt
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import FloatArray
+from vibopt.mechanics.slipping import COEFFICIENTS, NODES, Slipping, edges, moved, summits
 from vibopt.records import cached_property, dataclass
 
-_NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(15) / 14.0)
-_COEFFICIENTS = np.linalg.inv(chebyshev.chebvander(2.0 * _NODES - 1.0, 14)).T
-_FINE = np.linspace(0.0, 1.0, 33)
-_VALUES = chebyshev.chebvander(2.0 * _FINE - 1.0, 14).T
-_PANEL, _GONE, _CHUNK = 1.2, 42.0, 12
-"""Radians of the fastest motion on a panel; exponent behind which it has faded; panels that are looked at together."""
-_INSIDE, _ALONG, _SAFE, _NEAR = (np.arange(12.0) + 0.5) / 12.0, np.arange(1.0, 13.0) / 12.0, 0.02, 2e-3
-"""Points inside a panel, and up to its end; parts of the greatest below which nothing falls between them, or between
-fine ones."""
+_CHUNK, _ALONG, _SAFE = 12, np.arange(1.0, 13.0) / 12.0, 0.02
+"""Panels that are looked at together; points up to the end of one; part of the greatest below which nothing falls
+between them."""
 _BEGUN, _ROUND, _ALIKE = 1e-6, 1e-13, 0.05
 """Part of a panel at its beginning that is no end of a motion; rounding of a state; rates that are next to alike."""
 _SETTLED = 1e-9
@@ -77,39 +73,26 @@ class Rub:
         return self.ratio == 0.0 and self.r == 1.0 and self.friction <= 0.25 * pi
 
     @cached_property
-    def _poles(self) -> tuple[complex, complex]:
-        """Rates of free motion [1/rad], the one nearer to that of the force first."""
-        beta = self.ratio / self.r
-        root = cmath.sqrt(beta**2 - 1.0 / self.r**2)
-        slow = root - beta if root.imag else -1.0 / self.r**2 / (beta + root)
-        return slow, -(beta + root)
+    def _slipping(self) -> Slipping:
+        return Slipping(*(np.array([one]) for one in (self.r, self.ratio, self.friction)))
 
-    def _answer(self, tau: FloatArray) -> tuple[FloatArray, FloatArray, ComplexArray]:
-        """Response to a blow and its rate, and the response from rest to e^(i tau), each for a mass of one."""
-        near, far = self._poles
-        one = np.exp(near * tau)
-        other = one.conj() if near.imag else np.exp(far * tau)
-        own, forced = _divided(near, far, tau, one - other), _divided(near, 1j, tau, one - np.exp(1j * tau))
-        rate = 0.5 * ((near + far) * own + one + other)
-        return own.real, rate.real, (forced - own) / (1j - far)
+    @cached_property
+    def poles(self) -> tuple[complex, complex]:
+        """Rates of free motion [1/rad], the one nearer to that of the force first."""
+        slow, fast = self._slipping.poles
+        return complex(slow[0]), complex(fast[0])
 
     def at(self, piece: Piece, tau: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Place, speed and acceleration so long behind the beginning of a piece [rad]."""
         if piece.side == 0:
             still = np.zeros(tau.shape)
             return still + piece.z, still, still
-        blow, rate, pushed = self._answer(tau)
-        square, rest = self.r**2, -piece.side * self.friction
-        turn = cmath.exp(1j * piece.begin)
-        z = rest + (piece.z - rest) * (rate + 2.0 * self.ratio / self.r * blow) + piece.v * blow
-        z = z + (turn * pushed).real / square
-        v = -(piece.z - rest) * blow / square + piece.v * rate + (turn * (1j * pushed + blow)).real / square
-        a = (np.cos(piece.begin + tau) + rest - z) / square - 2.0 * self.ratio / self.r * v
-        return z, v, a
+        rest = -piece.side * self.friction
+        return moved(self.poles, self.r, self.ratio, rest, (piece.begin, piece.z, piece.v), tau)
 
     def _answer_at(self, tau: float) -> tuple[float, float, complex]:
-        """As `_answer`, at one time."""
-        near, far = self._poles
+        """Response to a blow and its rate, and the response from rest to e^(i tau), for a mass of one."""
+        near, far = self.poles
         one = cmath.exp(near * tau)
         other = one.conjugate() if near.imag else cmath.exp(far * tau)
         own = _divided_at(near, far, tau, one - other)
@@ -128,26 +111,12 @@ class Rub:
         v = -(piece.z - rest) * blow / square + piece.v * rate + (turn * (1j * pushed + blow)).real / square
         return z, v, (cos(piece.begin + tau) + rest - z) / square - 2.0 * self.ratio / self.r * v
 
-    def _edges(self, length: float) -> FloatArray:
-        """Ends of panels on which every part of a motion is smooth, from 0 to a length [rad]."""
-        if self._poles[0].imag:
-            fastest = max(1.0, abs(self._poles[0]))
-            count = int(length * fastest / _PANEL) + 1
-            return np.asarray(np.arange(count + 1) * (length / count))
-        found = [np.linspace(0.0, length, int(length / _PANEL) + 2)]
-        for pole in self._poles:
-            reach = min(length, _GONE / -pole.real if pole.real else length)
-            found.append(np.linspace(0.0, reach, int(reach * abs(pole) / _PANEL) + 2))
-        edges = np.unique(np.concatenate(found))
-        apart: FloatArray = edges[np.append(np.diff(edges) > _ROUND * length, True)]
-        return apart
-
     def _rests(self, piece: Piece) -> float | None:
         """When a slip comes to rest [rad], behind its beginning; None where it does not within its length."""
-        edges = self._edges(piece.length)
+        joints = edges(self.poles, piece.length)
         power = 0 if piece.v else 1 if self._pushed(piece.begin, piece.z) else 2
-        for k in range(0, len(edges) - 1, _CHUNK):
-            low, width = edges[k : k + _CHUNK + 1][:-1], np.diff(edges[k : k + _CHUNK + 1])
+        for k in range(0, len(joints) - 1, _CHUNK):
+            low, width = joints[k : k + _CHUNK + 1][:-1], np.diff(joints[k : k + _CHUNK + 1])
             tau = low[:, None] + width[:, None] * _ALONG
             part = piece.side * self.at(piece, tau.ravel())[1].reshape(tau.shape) / tau**power
             least, most = part.min(axis=1), np.abs(part).max(axis=1)
@@ -177,7 +146,7 @@ class Rub:
 
     def _closely(self, piece: Piece, low: float, width: float, *, first: bool) -> float | None:
         """The first rest on a panel by all roots of the polynomial through it, those of its beginning left out."""
-        coefficients = piece.side * self.at(piece, low + width * _NODES)[1] @ _COEFFICIENTS
+        coefficients = piece.side * self.at(piece, low + width * NODES)[1] @ COEFFICIENTS
         roots = _real_roots(coefficients, _BEGUN if first else 0.0)
         if first and chebyshev.chebval((roots[0] if len(roots) else 1.0) - 1.0, coefficients) <= 0.0:
             return 0.0
@@ -192,33 +161,14 @@ class Rub:
 
     def _without_stops(self) -> tuple[Piece, ...] | None:
         """One slip from the highest place to the lowest; None where that is not the motion."""
-        first, second = self._poles
-        slow, fast = (cmath.tanh(0.5 * pi * one) if abs(one.real) < 200.0 else -1.0 for one in (first, second))
-        apart = second - first
-        if abs(apart) > 1e-2:
-            per = (fast - slow) / apart
-        else:  # next to critical damping
-            half = 0.5 * pi * apart
-            per = 0.5 * pi * (1.0 + half**2 / 6.0 + half**4 / 120.0)
-            per /= cmath.cosh(0.5 * pi * first) * cmath.cosh(0.5 * pi * second)
-        steady = 1.0 - self.r**2 + 2j * self.ratio * self.r
-        lag = -per.real * self.friction / self.r**2 * abs(steady)
-        if not (isfinite(lag) and abs(lag) < 1.0 and steady):
+        begin, top = (float(one[0]) for one in self._slipping.tops)
+        if not isfinite(top):
             return None
-        turn = asin(lag)
-        top = cos(turn) / abs(steady) + (slow - per * first).real * self.friction
-        piece = Piece(turn + cmath.phase(steady), pi, top, 0.0, -1)
-        if self._never_rests(piece):
+        piece = Piece(begin, pi, top, 0.0, -1)
+        if not np.isnan(self._slipping.greatest(0, np.ones(1), np.zeros(1, dtype=complex))[0]):
             return (piece,)
-        rests = self._rests(Piece(piece.begin, pi * (1.0 + 1e-4), top, 0.0, -1))
+        rests = self._rests(Piece(begin, pi * (1.0 + 1e-4), top, 0.0, -1))
         return (piece,) if rests is not None and abs(rests - pi) < 1e-6 else None
-
-    def _never_rests(self, piece: Piece) -> bool:
-        """Whether the speed is far from zero everywhere but at both ends, where it turns."""
-        edges = self._edges(piece.length)
-        tau = (edges[:-1, None] + np.diff(edges)[:, None] * _INSIDE).ravel()
-        part = piece.side * self.at(piece, tau)[1] / (tau * (piece.length - tau))
-        return bool(part.min() > _SAFE * part.max())
 
     def _closed(self) -> tuple[Piece, ...] | None:
         """Half a cycle from theta = 0 that ends at the negative of its beginning.
@@ -330,30 +280,19 @@ class Rub:
             tops = (-cmath.phase(phasor) - piece.begin + np.array([0.0, pi])) % (2.0 * pi)
             inside = tops[tops < piece.length]
             return float(np.abs(np.concatenate([ends, reading(inside)])).max())
-        edges = self._edges(piece.length)
-        low, width = edges[:-1], np.diff(edges)
-        coefficients = reading(low[:, None] + width[:, None] * _NODES) @ _COEFFICIENTS
-        tops = np.abs(coefficients @ _VALUES).max(axis=1)
-        best = max(float(ends.max()), float(tops.max()))
-        for j in np.flatnonzero(tops >= (1.0 - _NEAR) * best):
-            at = _real_roots(chebyshev.chebder(coefficients[j]), 0.0)
-            best = max([best, *np.abs(reading(low[j] + width[j] * at))])
-        return best
+        joints = edges(self.poles, piece.length)
+        inside = joints[:-1, None] + np.diff(joints)[:, None] * NODES
+        return max(float(ends.max()), float(summits(reading(inside.ravel()).reshape(1, *inside.shape))[0]))
 
 
-def _divided(a: complex, b: complex, tau: FloatArray, apart: ComplexArray) -> ComplexArray:
-    """(e^(a tau) - e^(b tau)) / (a - b), of which `apart` is the numerator; also where the two are next to alike."""
-    if abs(a - b) > _ALIKE:
-        return apart / (a - b)
-    half = 0.5 * (a - b) * tau
-    square, close = half * half, np.abs(half) < 0.5
-    series = 1.0 + square / 6.0 * (1.0 + square / 20.0 * (1.0 + square / 42.0 * (1.0 + square / 72.0)))
-    near = np.exp(0.5 * (a + b) * tau) * tau * series
-    return np.where(close, near, apart / (a - b)) if a != b else near
+@lru_cache(maxsize=4096)
+def rub_of(r: float, ratio: float, friction: float) -> Rub:
+    """The motion, kept: whatever is asked of it, it is followed once."""
+    return Rub(r, ratio, friction)
 
 
 def _divided_at(a: complex, b: complex, tau: float, apart: complex) -> complex:
-    """As `_divided`, at one time."""
+    """(e^(a tau) - e^(b tau)) / (a - b), of which `apart` is the numerator; also where the two are next to alike."""
     half = 0.5 * (a - b) * tau
     if abs(a - b) > _ALIKE or abs(half) >= 0.5:
         return apart / (a - b)
@@ -369,4 +308,4 @@ def _real_roots(coefficients: FloatArray, begin: float) -> FloatArray:
     return np.sort(real[(real >= begin - (begin == 0.0) * 1e-12) & (real <= 1.0 + 1e-12)])
 
 
-__all__ = ["Piece", "Rub"]
+__all__ = ["Piece", "Rub", "rub_of"]

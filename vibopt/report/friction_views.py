@@ -152,7 +152,7 @@ def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Pan
     """Two cycles, with the times at which friction holds."""
     value, speed = one.form.tops(model, x)[0]
     rub, _, (order, part, phasor) = one.form.motion(model, x, speed)
-    count = one.form.per(model, x, speed)
+    count = float(one.form.per(model, x, np.array(speed)))
     theta, read, held = list[float](), list[float](), list[bool]()
     for half in range(4):
         for piece in rub.half_cycle or ():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
@@ -36,11 +37,12 @@ class _Trial:
     answer: Answer
 
     def holds(self, number: float) -> bool:
-        """Whether there is a design."""
+        """Whether there is a design; of one variable, for which any is found as surely as the best."""
         text: str | float = f"{number:.12g} {self.fact.unit}" if self.fact.unit else number
         place = self.fact.place or self.fact.path
         try:
-            found = self.answer(with_changes(self.scene, {place: text}))
+            changed = with_changes(self.scene, {place: text})
+            found = self.answer(replace(changed, goal=None) if len(changed.variables) == 1 else changed)
         except InputError:
             return False
         return found.status in ("optimal", "feasible")

@@ -44,10 +44,11 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     exact = closed_form(program)
     if exact is not None:
         return exact
+    from vibopt.solve.global_search import BranchAndBound, provable
     from vibopt.solve.nlp import blind
     from vibopt.solve.one_range import OneRange
 
-    if blind(program):
+    if blind(program) or (program.aim is None and not provable(program) and OneRange().refuses(program) is None):
         line = OneRange()
         if line.refuses(program) is None:
             return line
@@ -62,7 +63,6 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     if discs.refuses(program) is None:
         return discs
     from vibopt.solve.each_listed import EachListed
-    from vibopt.solve.global_search import BranchAndBound, provable
 
     search = BranchAndBound(near=start) if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES, near=start)
     if OneRange().refuses(program) is None:

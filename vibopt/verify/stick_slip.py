@@ -24,8 +24,9 @@ from vibopt.verify.over_bands import Reached
 
 _FIRST, _MOST = 6, 600
 """Half cycles from rest before roots are looked for, and at most."""
-_SAMPLES, _DENSE, _NEAR = 120, 6.0, 0.98
-"""Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count."""
+_SAMPLES, _DENSE, _NEAR, _BETWEEN, _CLOSER = 120, 6.0, 0.98, 33, 3
+"""Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count;
+samples between those beside a top, and how often."""
 _COARSE, _LOOKED, _KEPT = 9, 2, 256
 """Speeds of a rough look at a range; best ones that are looked at more closely; motions that are kept."""
 
@@ -215,11 +216,8 @@ class Rubbed:
         return float(place), float(speed)
 
     def _most(self, one: _Stretch, response: HarmonicResponse) -> float:
-        from scipy.optimize import minimize_scalar
-
-        def value(time: Any) -> FloatArray:
-            at = np.atleast_1d(np.asarray(time, dtype=float))
-            return np.abs(response.trace(self.machine, self._course(one, at))) * np.ones(len(at))
+        def value(times: FloatArray) -> FloatArray:
+            return np.abs(response.trace(self.machine, self._course(one, times))) * np.ones(len(times))
 
         count = max(_SAMPLES, int(_DENSE * _natural(self.machine) * (one.end - one.begin)))
         times = np.linspace(one.begin, one.end, count)
@@ -228,15 +226,12 @@ class Rubbed:
         beside = np.concatenate([[-np.inf], values, [-np.inf]])
         tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]) & (values >= _NEAR * best))
         for i in tops.tolist():
-            ends = times[max(i - 1, 0)], times[min(i + 1, count - 1)]
-            if ends[1] > ends[0]:
-                room: Any = {"xatol": 1e-7 * (ends[1] - ends[0])}
-
-                def size(t: float) -> float:
-                    return -float(value(t)[0])
-
-                at = minimize_scalar(size, bounds=ends, method="bounded", options=room)
-                best = max(best, -float(at.fun))
+            low, high = times[max(i - 1, 0)], times[min(i + 1, count - 1)]
+            for _ in range(_CLOSER):
+                some = np.linspace(low, high, _BETWEEN)
+                sizes = value(some)
+                k = int(sizes.argmax())
+                best, low, high = max(best, float(sizes[k])), some[max(k - 1, 0)], some[min(k + 1, _BETWEEN - 1)]
         return best
 
     def _course(self, one: _Stretch, at: FloatArray) -> Course:
