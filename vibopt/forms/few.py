@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme
+from vibopt.mechanics.receptance import Attached
 from vibopt.mechanics.small import MOST, Peak, Ratio, ratio_of
 from vibopt.signals import Band, Drive
 
@@ -70,17 +72,38 @@ def _share(model: Model, form: Modulus) -> float:
 
 
 def applies(model: Model, form: Modulus) -> bool:
-    """Whether a form is one harmonic of one excitation on few coordinates."""
-    return len(form.drives) == 1 and _ratio(model, form, form.drives[0]) is not None
+    """Whether `few_sampled` tells anything: one harmonic of one excitation on what is no shaft."""
+    return len(form.drives) == 1 and (_ratio(model, form, form.drives[0]) is not None or _is_hosted(model, form))
 
 
 def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None:
     """The greatest value at many speeds within the bands, at designs x (n, n_vars), shape (n,).
 
-    No greater than the worst, and near it but for sharp peaks; None where the polynomials do not apply.
+    No greater than the worst, and near it but for sharp peaks; by the polynomials, or where there are none by the
+    receptance of all that no variable touches.  None where neither applies.
     """
     found = heights_of(model, form, x)
-    return None if found is None else np.asarray(found[1].max(axis=1))
+    if found is not None:
+        return np.asarray(found[1].max(axis=1))
+    if not _is_hosted(model, form):
+        return None
+    hosted = _hosted(model, form)
+    heights = np.array([np.abs(hosted.response(one)).max() / mount_count(model, form.output, one) for one in x])
+    return np.asarray(np.nan_to_num(heights, nan=np.inf))
+
+
+def _is_hosted(model: Model, form: Modulus) -> bool:
+    """Whether one line acts on more than one mass of what does not turn."""
+    return form.line is not None and not model.spins and model.n_free > 1
+
+
+def _hosted(model: Model, form: Modulus) -> Attached:
+    """The model at many speeds, its fixed part solved once."""
+    assert form.line is not None
+    known: dict[int, tuple[Modulus, Attached]] = vars(model).setdefault("hosted", {})
+    if id(form) not in known:
+        known[id(form)] = form, Attached.of(model, form.output, form.line, _many(form.drives[0].bands))
+    return known[id(form)][1]
 
 
 def heights_of(model: Model, form: Modulus, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:

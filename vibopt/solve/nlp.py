@@ -30,6 +30,8 @@ TOLERANCE = 1e-9
 _SCALED = {"stiffness", "damping"}
 """Numbers of a device that go with the mass that hangs on it."""
 _SAME = 1e-6
+_MOST_FREE = 30
+"""Continuous variables."""
 _ROUNDING, _PLACES = 1e-9, 6
 _IPOPT = 50.0
 """Work of one run of IPOPT, in exact measurements."""
@@ -69,13 +71,13 @@ class Nlp:
     counts: dict[str, float] = field(default_factory=dict)
 
     def refuses(self, program: Program) -> str | None:
-        """Discrete variables and more than ten continuous ones."""
+        """Discrete variables and more than thirty continuous ones."""
         for axis in program.axes:
             if axis.values is not None and len(axis.values) > 1:
                 return f"nlp takes continuous variables only, but {axis.path} is chosen from {len(axis.values)} values."
         free = sum(axis.high > axis.low for axis in program.axes)
-        if free > 10:
-            return f"nlp takes at most 10 variables, and there are {free}."
+        if free > _MOST_FREE:
+            return f"nlp takes at most {_MOST_FREE} variables, and there are {free}."
         for limit in program.limits:
             if limit.side == "at_most" and limit.bound <= 0.0:
                 return f"nlp needs a bound greater than zero, but {limit.name} has none."

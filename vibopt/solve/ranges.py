@@ -63,6 +63,7 @@ _TURNED, _FADED = 6e4, 2e4
 FLOOR = 1e-9
 """Least value of a variable whose range begins at zero, as a part of its natural size or of its upper end."""
 _DECADES, _NARROW = 1e6, 30.0
+_PRIMES = tuple(n for n in range(2, 128) if all(n % part for part in range(2, n)))
 _BESIDE = 0.02
 
 
@@ -106,10 +107,9 @@ def corners(low: FloatArray, high: FloatArray) -> FloatArray:
 
 def halton(count: int, dimensions: int) -> FloatArray:
     """Halton sequence from 1/2 on, shape (count, dimensions)."""
-    primes = (2, 3, 5, 7, 11, 13, 17, 19, 23, 29)
     table = np.zeros((count, dimensions))
     for column in range(dimensions):
-        base = primes[column % len(primes)]
+        base = _PRIMES[column % len(_PRIMES)]
         for row in range(count):
             index, part = row + 1, 1.0
             while index:

@@ -27,6 +27,7 @@ from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.passive import with_bound
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
+from vibopt.solve.relaxed import hopeless, with_least
 from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
@@ -180,7 +181,7 @@ def answer(
         found = _not_proven(finite, choose(finite, method).solve(finite, progress))
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
     chosen = outright or choose(finite, method, near)
-    found = sure or chosen.solve(finite, progress)
+    found = sure or _hopeless(finite, chosen, method, near) or chosen.solve(finite, progress)
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
         from vibopt.solve.global_search import BranchAndBound
@@ -193,12 +194,22 @@ def answer(
         if OneRange().refuses(finite) is None:
             found = _one_variable(finite, found, progress)
             said = _open_ends(finite, found, exact=bool(found.details.get("settled")))
-    found = with_bound(finite, _not_proven(finite, said))
+    found = _not_proven(finite, said)
+    if method is None and near is None:
+        found = with_least(finite, found)
+    found = with_bound(finite, found)
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
 
         return found, partial(hopeless_words, scene, program)
     return found, str
+
+
+def _hopeless(
+    program: Program, chosen: Method, method: str | Method | None, near: Sequence[float] | None
+) -> Found | None:
+    """That there is no design, where few boxes show it before a search from starts that would prove nothing."""
+    return hopeless(program) if chosen.name == "nlp" and method is None and near is None else None
 
 
 def _one_variable(program: Program, found: Found, progress: Progress | None) -> Found:

@@ -1,0 +1,139 @@
+"""What boxes of all variables prove of several absorbers: rows below every response, and bounds that nothing beats."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.forms.rational import sampled
+from vibopt.forms.rows_on_boxes import response_rows
+from vibopt.program.pose import pose
+from vibopt.scene.read import from_dict
+from vibopt.solve.solve import solve
+
+relaxed = import_module("vibopt.solve.relaxed")
+few = settings(derandomize=True, database=None, deadline=None, max_examples=6)
+HOST, MASSES = (100.0, 60.0), (4.0, 2.5)
+SPRINGS = (100.0 * (20.0 * np.pi) ** 2, 60.0 * (32.0 * np.pi) ** 2)
+W = 2.0 * np.pi * np.geomspace(4.0, 30.0, 40)
+
+
+def scene(on: tuple[int, int], *, about: tuple[str, str] = ("4 Hz", "30 Hz"), **more: Any) -> dict[str, Any]:
+    """Two absorbers on a chain of two masses, of which the lower is shaken and looked at."""
+    links = {
+        f"l{i}": {
+            "between": [f"b{i}", f"b{i - 1}" if i else "ground"],
+            "stiffness": f"{k!r} N/m",
+            "damping": "40 N s/m",
+        }
+        for i, k in enumerate(SPRINGS)
+    }
+    own = {"frequency": {"from": about[0], "to": about[1]}, "damping_ratio": {"from": 0.01, "to": 0.6}}
+    return {
+        "title": "t",
+        "bodies": {f"b{i}": {"mass": f"{m!r} kg"} for i, m in enumerate(HOST)},
+        "links": links,
+        "absorbers": {f"a{i}": {"on": f"b{on[i]}", "mass": f"{m!r} kg", **own} for i, m in enumerate(MASSES)},
+        "excitations": {"e": {"kind": "force", "on": "b0", "amplitude": "100 N", "speed": "4 Hz..30 Hz"}},
+        "goal": {"minimise": "displacement", "of": "b0"},
+        **more,
+    }
+
+
+def by_matrices(x: np.ndarray, on: tuple[int, int], w: np.ndarray) -> np.ndarray:
+    """Motion of the lower mass per speed with f1, zeta1, f2, zeta2 of the absorbers, by matrices of its own."""
+    matrix = np.zeros((len(w), 4, 4), dtype=complex)
+
+    def add(i: int, j: int, z: np.ndarray) -> None:
+        for a, b, sign in ((i, i, 1.0), (j, j, 1.0), (i, j, -1.0), (j, i, -1.0)):
+            if min(a, b) >= 0:
+                matrix[:, a, b] += sign * z
+
+    for i, (m, k) in enumerate(zip(HOST, SPRINGS, strict=True)):
+        matrix[:, i, i] -= w**2 * m
+        add(i, i - 1, k + 40j * w)
+    for i, m in enumerate(MASSES):
+        f, zeta = x[2 * i : 2 * i + 2]
+        matrix[:, 2 + i, 2 + i] -= w**2 * m
+        add(2 + i, on[i], m * f**2 + 2j * zeta * m * f * w)
+    load = np.array([100.0, 0.0, 0.0, 0.0])
+    return np.asarray(np.abs(np.linalg.solve(matrix, np.broadcast_to(load, (len(w), 4))[..., None])[:, 0, 0]))
+
+
+places = st.sampled_from([(0, 0), (0, 1), (1, 1)])
+
+
+@few
+@given(places, st.integers(0, 999), st.floats(-3.0, 0.0))
+def test_no_response_on_a_box_is_below_its_row(on: tuple[int, int], seed: int, size: float) -> None:
+    """At corners and inside; on small boxes the row is the response to second order."""
+    rng = np.random.default_rng(seed)
+    aim = pose(from_dict(scene(on))).aim
+    assert aim is not None
+    low, high = np.log([25.0, 0.01] * 2), np.log([190.0, 0.6] * 2)
+    form = aim.form.harmonic
+    assert form is not None
+    assert form.line is not None
+    line = sampled(aim.model, form.output, form.line, W, np.exp(0.5 * (low + high)))
+    middle = low + (high - low) * rng.random((30, 4))
+    half = 10.0**size * rng.random((30, 4))
+    rows = response_rows(line, np.exp(middle), half)
+    for turn in range(6):
+        way = rng.uniform(-1.0, 1.0, (30, 4))
+        way = half * (np.sign(way) if turn % 2 else way)
+        for box in range(30):
+            true = np.log(by_matrices(np.exp(middle[box] + way[box]), on, W))
+            row = rows.value[box] + rows.slope[box] @ way[box]
+            assert (row <= true + 1e-12).all()
+    near = response_rows(line, np.exp(middle), np.full((30, 4), 1e-4))
+    at = np.array([np.log(by_matrices(np.exp(one), on, W)) for one in middle])
+    assert np.quantile(at - near.value, 0.9) < 1e-3
+
+
+@few
+@given(places, st.integers(0, 999))
+def test_nothing_beats_the_bound(on: tuple[int, int], seed: int) -> None:
+    """Trials, ever nearer to the best of them, measured by matrices of their own at many speeds."""
+    rng, w = np.random.default_rng(seed), 2.0 * np.pi * np.geomspace(4.0, 30.0, 1500)
+    program = pose(from_dict(scene(on)))
+    x = np.array([60.0, 0.15, 65.0, 0.15])
+    best = np.log(by_matrices(x, on, w).max())
+    boxes = relaxed._Relaxed(program, program.aim.pieces, 1500)
+    boxes.learn(x)
+    bound = boxes.search(best)
+    y, spread = np.log(x), 0.5
+    for _ in range(250):
+        there = np.clip(y + spread * rng.normal(size=4), np.log(program.low), np.log(program.high))
+        top = np.log(by_matrices(np.exp(there), on, w).max())
+        assert top >= bound
+        y, best, spread = (there, top, 1.3 * spread) if top < best else (y, best, 0.97 * spread)
+
+
+def test_two_absorbers_are_proven_best() -> None:
+    """With a limit a little lower there is proven to be no design; measured by matrices of their own."""
+    near = ("8 Hz", "12 Hz")
+    found = solve(from_dict(scene((0, 0), about=near)))
+    assert found.status == "optimal"
+    assert found.goal is not None
+    assert found.claim.endswith("boxes of all variables: nothing is better by more than 1e-06 of the goal")
+    best = found.goal[1].value
+    w = 2.0 * np.pi * np.geomspace(4.0, 30.0, 6000)
+    assert by_matrices(np.array(found.x), (0, 0), w).max() == pytest.approx(best, rel=1e-4)
+    still = {"response": "displacement", "of": "b0", "at_most": f"{0.97 * best!r} m"}
+    none = scene((0, 0), about=near, limits={"still": still}, goal={"minimise": "stroke", "of": "a0"})
+    nothing = solve(from_dict(none), explain=False)
+    assert nothing.status == "infeasible"
+    assert nothing.claim.startswith("proven by boxes of all variables: every one of ")
+
+
+def test_what_is_not_proven_best_says_how_far_it_may_be() -> None:
+    found = solve(from_dict(scene((0, 1))))
+    assert found.status == "feasible"
+    assert found.claim.endswith(" % above the least possible")
+    assert found.goal is not None
+    assert 0.97 * found.goal[1].value < found.details["bound"] <= found.goal[1].value
