@@ -11,10 +11,13 @@ and d is linear in the logs is the slope; all else is bounded by its size.  On w
 
 from __future__ import annotations
 
+from itertools import permutations
+
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.forms.rational import Sampled
+from vibopt.mechanics.model import INERTIA
 from vibopt.records import dataclass
 
 _NONE = 1e-12
@@ -64,7 +67,8 @@ class Rows:
 def response_rows(line: Sampled, middle: FloatArray, half: FloatArray) -> Rows:
     """Log of |N / D| at each of its speeds on boxes around `middle` (n_boxes, n_vars), logs within `half` of it."""
     turned = _Turned.of(line)
-    kappa, turn, beyond, size = turned.ways(*_impedances(line, middle, half))
+    terms = _Terms.of(line, turned.pairs, middle, half)
+    kappa, turn, beyond, size = turned.ways(terms)
     top, bottom = (_moved(one, kappa) for one in (turned.top, turned.bottom))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         at = np.log(np.abs(top[..., 0])) - np.log(np.abs(bottom[..., 0]))
@@ -72,82 +76,216 @@ def response_rows(line: Sampled, middle: FloatArray, half: FloatArray) -> Rows:
         d_slope, d_rest, d_size = _parts(bottom, turn, beyond, size)
         fall = np.where(n_size < 1.0, n_rest + 0.5 * n_size**2 / (1.0 - n_size), np.inf)
         slope, value = (n_slope - d_slope).real, at - fall - d_rest - 0.5 * d_size**2
-        flat = _hull(turned, line, middle, half)
+        flat = _hull(turned, terms)
         known = np.isfinite(value) & np.isfinite(slope).all(axis=-1)
         linear = known & (Rows(value, slope).lows(half) > flat)
         value = np.where(linear, value, flat) - _ROUNDING
     return Rows(np.where(np.isfinite(value), value, -np.inf), np.where(linear[..., None], slope, 0.0))
 
 
-def _hull(turned: _Turned, line: Sampled, middle: FloatArray, half: FloatArray) -> FloatArray:
+def _hull(turned: _Turned, terms: _Terms) -> FloatArray:
     """Log of the least |N| over the greatest |D| with each impedance in a disc, shape (n_boxes, n_samples)."""
-    groups = line.groups
-    used = groups.selector.any(axis=1)
-    reach = half @ np.abs(groups.model.exponents[used]).T
-    p = groups.model.values(middle)[:, used]
-    each = line.factors[:, used, None] * groups.selector[used] / line.scale[:, None, :]
-    kappa = np.einsum("bt,stg->bsg", p * np.cosh(reach), each)
-    real, imag = (np.einsum("bt,stg->bsg", p * np.sinh(reach), np.abs(one)) for one in (each.real, each.imag))
-    disc, radius = turned.discs(kappa, np.hypot(real, imag))
+    disc, radius = turned.discs(terms)
     least, most = _sums(np.abs(_moved(turned.top, disc)), radius)
     greatest = _sums(np.abs(_moved(turned.bottom, disc)), radius)[1]
     return np.asarray(np.log(np.maximum(2.0 * least - most, 0.0)) - np.log(greatest))
 
 
+_Moving = tuple[ComplexArray, ComplexArray, FloatArray, FloatArray]
+"""Numbers at the middles, their slopes in the logs, what is left of them, and how far they may move."""
+
+
 @dataclass(frozen=True, slots=True)
 class _Turned:
-    """N and D in 1 / (kappa + shift) instead of kappa, with the shift at which N vanishes where there are no others.
+    """N and D in other numbers than kappa, in which they are nearly linear.
 
-    Of devices side by side N is then constant, and what is left of D nearly linear.
+    A mass M = -m w^2 that hangs on one link only stands for Z = M (1 - 1 / (1 + kappa / M)) at its host.
+    And 1 / (kappa + shift) is taken instead of kappa, with the shift at which N vanishes where there are no others: of
+    devices side by side N is then constant.
 
     top, bottom
         Coefficients, shape (n_samples, 2**G).
+    pairs
+        Of masses that hang on a link.
     shift, on
         Shape (n_samples, G); not `on` where N does not depend on that impedance, which is then left as it is.
     """
 
     top: ComplexArray
     bottom: ComplexArray
+    pairs: tuple[_Pair, ...]
     shift: ComplexArray
     on: BoolArray
 
     @classmethod
     def of(cls, line: Sampled) -> _Turned:
-        top, count = line.top, len(line.groups.members)
+        top, bottom, pairs = _paired(line)
+        count = int(top.shape[1]).bit_length() - 1
         single = top[:, [1 << (count - 1 - g) for g in range(count)]]
         on = np.abs(single) > _NONE * np.abs(top[:, :1])
         shift = np.where(on, top[:, :1] / np.where(on, single, 1.0), 0.0)
         tables = []
-        for table in (line.top, line.bottom):
+        for table in (top, bottom):
             for g in range(count):
                 cut = table.reshape(len(top), 1 << g, 2, -1)
                 low, high = cut[:, :, 0], cut[:, :, 1]
                 way, moved = on[:, g, None, None], low - shift[:, g, None, None] * high
                 table = np.stack([np.where(way, high, low), np.where(way, moved, high)], axis=2).reshape(len(top), -1)
             tables.append(table)
-        return cls(tables[0], tables[1], shift, on)
+        return cls(tables[0], tables[1], pairs, shift, on)
 
-    def discs(self, kappa: ComplexArray, radius: FloatArray) -> tuple[ComplexArray, FloatArray]:
-        """Discs of kappa, by middles and radii, as those of what is in its place; none has an end that holds a pole."""
-        there = kappa + self.shift
-        room = np.abs(there) ** 2 - radius**2
-        middle = np.where(self.on, np.conj(there) / room, kappa)
-        return middle, np.where(self.on, np.where(room > 0.0, radius / room, np.inf), radius)
+    def discs(self, terms: _Terms) -> tuple[ComplexArray, FloatArray]:
+        """Discs of what is in the place of kappa, by middles and radii; without end where one holds a pole."""
+        kappa, radius = terms.discs()
+        for place, mass, reach in terms.masses:
+            middle, wide = _inverse_disc(1.0 + kappa[..., place], radius[..., place])
+            size, even, odd = np.abs(1.0 - middle), np.cosh(reach), np.sinh(reach)
+            kappa[..., place] = mass * even * (1.0 - middle)
+            radius[..., place] = np.abs(mass) * (even * wide + odd * (size + wide))
+        middle, wide = _inverse_disc(kappa + self.shift, radius)
+        return np.where(self.on, middle, kappa), np.where(self.on, wide, radius)
 
-    def ways(
-        self, kappa: ComplexArray, turn: ComplexArray, beyond: FloatArray, size: FloatArray
-    ) -> tuple[ComplexArray, ComplexArray, FloatArray, FloatArray]:
-        """As `_impedances`, of what stands in the place of kappa."""
-        inverse = 1.0 / (kappa + self.shift)
-        part = np.abs(inverse) * size
-        left = np.where(part < 1.0, np.abs(inverse) ** 2 * beyond + np.abs(inverse) * part**2 / (1.0 - part), np.inf)
-        ends = np.where(part < 1.0, np.abs(inverse) * part / (1.0 - part), np.inf)
+    def ways(self, terms: _Terms) -> _Moving:
+        """What is in the place of kappa, as it moves."""
+        kappa, turn, beyond, size = terms.ways()
+        for place, mass, reach, steps in ((*one, terms.steps[i]) for i, one in enumerate(terms.masses)):
+            value, way, left, far = _inverse(
+                1.0 + kappa[..., place], turn[:, :, place], beyond[..., place], size[..., place]
+            )
+            rest, grown = np.abs(1.0 - value), np.expm1(reach)
+            kappa[..., place] = mass * (1.0 - value)
+            turn[:, :, place] = mass[..., None] * ((1.0 - value)[..., None] * steps - way)
+            beyond[..., place] = np.abs(mass) * (left + rest * (grown - reach) + far * grown)
+            size[..., place] = np.abs(mass) * (far * (1.0 + grown) + rest * grown)
+        made = _inverse(kappa + self.shift, turn, beyond, size)
+        on = self.on
         return (
-            np.where(self.on, inverse, kappa),
-            np.where(self.on[..., None], -(inverse**2)[..., None] * turn, turn),
-            np.where(self.on, left, beyond),
-            np.where(self.on, ends, size),
+            np.where(on, made[0], kappa),
+            np.where(on[..., None], made[1], turn),
+            np.where(on, made[2], beyond),
+            np.where(on, made[3], size),
         )
+
+
+@dataclass(frozen=True, slots=True)
+class _Pair:
+    """A mass of one term that hangs on one link, by their places among the groups."""
+
+    link: int
+    mass: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Terms:
+    """Impedances of the groups on boxes, those of a pair's link over its mass, as sums of powers of the variables.
+
+    p, reach
+        Each term at the middles, and how far its log may be away, shape (n_boxes, n_terms).
+    each
+        What each term adds to each group, shape (n_samples, n_terms, G).
+    exponents
+        Shape (n_terms, n_vars).
+    half
+        Half widths, shape (n_boxes, n_vars).
+    masses
+        Of each pair: place of its link among the groups that are left, M (n_boxes, n_samples), reach (n_boxes, 1).
+    steps
+        Of each pair the exponents of its mass, (n_vars,).
+    """
+
+    p: FloatArray
+    reach: FloatArray
+    each: ComplexArray
+    exponents: FloatArray
+    half: FloatArray
+    masses: tuple[tuple[int, ComplexArray, FloatArray], ...]
+    steps: tuple[FloatArray, ...]
+
+    @classmethod
+    def of(cls, line: Sampled, pairs: tuple[_Pair, ...], middle: FloatArray, half: FloatArray) -> _Terms:
+        members, model = line.groups.members, line.groups.model
+        values, exponents, factors = model.values(middle), model.exponents.copy(), line.factors / 1.0
+        each = factors[:, :, None] * line.groups.selector / line.scale[:, None, :]
+        left = [g for g in range(len(members)) if g not in {one.mass for one in pairs}]
+        masses, steps = [], []
+        for pair in pairs:
+            (heavy,), own = members[pair.mass], list(members[pair.link])
+            mass = values[:, heavy, None] * factors[:, heavy]
+            step = model.exponents[heavy]
+            masses.append((left.index(pair.link), mass / line.scale[:, pair.link], (half @ np.abs(step))[:, None]))
+            steps.append(step)
+            values[:, own] /= values[:, heavy, None]
+            exponents[own] -= step
+            each[:, own, pair.link] = factors[:, own] / factors[:, heavy, None]
+        used = np.array([t for g in left for t in members[g]], dtype=np.intp)
+        reach = half @ np.abs(exponents[used]).T
+        return cls(
+            values[:, used], reach, each[:, used][:, :, left], exponents[used], half, tuple(masses), tuple(steps)
+        )
+
+    def discs(self) -> tuple[ComplexArray, FloatArray]:
+        """Discs around all that each group may be."""
+        kappa = np.einsum("bt,stg->bsg", self.p * np.cosh(self.reach), self.each)
+        wide, each = np.abs(self.p) * np.sinh(self.reach), self.each
+        real, imag = (np.einsum("bt,stg->bsg", wide, np.abs(one)) for one in (each.real, each.imag))
+        return kappa, np.hypot(real, imag)
+
+    def ways(self) -> _Moving:
+        """Each group as it moves; shapes (n_boxes, n_samples, G), the slopes with n_vars behind."""
+        kappa = np.einsum("bt,stg->bsg", self.p, self.each)
+        turn = np.einsum("bt,stg,tv->bsgv", self.p, self.each, self.exponents, optimize=True)
+        left = np.abs(self.p) * (np.expm1(self.reach) - self.reach)
+        beyond = np.einsum("bt,stg->bsg", left, np.abs(self.each))
+        return kappa, turn, beyond, (np.abs(turn) * self.half[:, None, None, :]).sum(axis=-1) + beyond
+
+
+def _paired(line: Sampled) -> tuple[ComplexArray, ComplexArray, tuple[_Pair, ...]]:
+    """Coefficients with links and the masses that hang on them alone as one, and which those are.
+
+    Such a link and mass appear as (kappa + m) P + kappa m Q only, in N and D alike: as P + Z Q, for the ratio.
+    """
+    count, samples = len(line.groups.members), line.count
+    tables = [one.reshape(samples, *([2] * count)) for one in (line.top, line.bottom)]
+    pairs, left = [], list(range(count))
+    for link, mass in permutations(range(count), 2):
+        if not {link, mass} <= set(left):
+            continue
+        if len(line.groups.members[mass]) > 1 or line.groups.model.kinds[line.groups.members[mass][0]] != INERTIA:
+            continue
+        ratio = line.scale[:, mass] / line.scale[:, link]
+        at = 1 + left.index(link), 1 + left.index(mass)
+        cuts = [np.moveaxis(one, at, (1, 2)).reshape(samples, 2, 2, -1) for one in tables]
+        if all(_hangs(one, ratio[:, None]) for one in cuts):
+            shape = (samples, 2, *([2] * (len(left) - 2)))
+            each = [np.stack([one[:, 1, 0], one[:, 1, 1] / ratio[:, None]], axis=1).reshape(shape) for one in cuts]
+            left.remove(mass)
+            tables = [np.moveaxis(one, 1, 1 + left.index(link)) for one in each]
+            pairs.append(_Pair(link, mass))
+    top, bottom = (one.reshape(samples, -1) for one in tables)
+    return top, bottom, tuple(pairs)
+
+
+def _hangs(cut: ComplexArray, ratio: FloatArray) -> bool:
+    """Whether coefficients (n_samples, 2, 2, ...) of two impedances are those of one behind the other."""
+    room = _NONE * np.abs(cut).max(axis=(1, 2, 3), keepdims=False)[:, None]
+    none = np.abs(cut[:, 0, 0]) <= room
+    return bool((none & (np.abs(cut[:, 0, 1] - cut[:, 1, 0] * ratio) <= room * (1.0 + ratio))).all())
+
+
+def _inverse_disc(middle: ComplexArray, radius: FloatArray) -> tuple[ComplexArray, FloatArray]:
+    """One over a disc; without end where it holds zero."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        room = np.abs(middle) ** 2 - radius**2
+        return np.asarray(np.conj(middle) / room, dtype=complex), np.where(room > 0.0, radius / room, np.inf)
+
+
+def _inverse(value: ComplexArray, turn: ComplexArray, beyond: FloatArray, size: FloatArray) -> _Moving:
+    """One over numbers that move."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        there = 1.0 / value
+        far, part = np.abs(there), np.abs(there) * size
+        left = np.where(part < 1.0, far**2 * beyond + far * part**2 / (1.0 - part), np.inf)
+        return there, -(there**2)[..., None] * turn, left, np.where(part < 1.0, far * part / (1.0 - part), np.inf)
 
 
 def _sums(sizes: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -159,32 +297,17 @@ def _sums(sizes: FloatArray, radius: FloatArray) -> tuple[FloatArray, FloatArray
     return sizes[..., 0], most[..., 0]
 
 
+def coefficients(line: Sampled) -> int:
+    """How many numbers a row is made of."""
+    return int(_paired(line)[0].shape[1])
+
+
 def power_rows(scale: FloatArray, exponents: FloatArray, middle: FloatArray, half: FloatArray) -> Rows:
     """Log of sum_j scale_j x**exponents_j, all positive, as one row: it is convex in the logs."""
     parts = scale * np.exp(np.log(middle) @ exponents.T)
     total = parts.sum(axis=1, keepdims=True)
     slope = ((parts / total) @ exponents)[:, None, :]
     return Rows(np.log(total) - _ROUNDING, slope)
-
-
-def _impedances(
-    line: Sampled, middle: FloatArray, half: FloatArray
-) -> tuple[ComplexArray, ComplexArray, FloatArray, FloatArray]:
-    """Impedance of each group at the middle, its slopes in the logs, what is left of it, and how far it may move.
-
-    Shapes (n_boxes, n_samples, n_groups), the slopes with n_vars behind.
-    """
-    groups = line.groups
-    model, selector = groups.model, groups.selector
-    used = selector.any(axis=1)
-    exponents, factors, selector = model.exponents[used], line.factors[:, used], selector[used]
-    p = model.values(middle)[:, used]
-    reach = half @ np.abs(exponents).T  # (n_boxes, n_terms)
-    each = factors[:, :, None] * selector / line.scale[:, None, :]  # (n_samples, n_terms, n_groups)
-    kappa = np.einsum("bt,stg->bsg", p, each)
-    turn = np.einsum("bt,stg,tv->bsgv", p, each, exponents, optimize=True)
-    beyond = np.einsum("bt,stg->bsg", p * (np.expm1(reach) - reach), np.abs(each))
-    return kappa, turn, beyond, (np.abs(turn) * half[:, None, None, :]).sum(axis=-1) + beyond
 
 
 def _moved(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:
@@ -217,4 +340,4 @@ def _parts(
     return slope, rest + np.maximum(whole - single, 0.0), whole
 
 
-__all__ = ["Rows", "power_rows", "response_rows"]
+__all__ = ["Rows", "coefficients", "power_rows", "response_rows"]

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.forms.rational import Sampled, sampled
-from vibopt.forms.rows_on_boxes import Rows, power_rows, response_rows
+from vibopt.forms.rows_on_boxes import Rows, coefficients, power_rows, response_rows
 from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -30,7 +30,7 @@ _GROUPS, _FREE = 6, 6
 """Groups of impedances of a response, and variables, up to which boxes are looked at: each doubles the work."""
 _WORK, _COST = 120_000, 0.02
 """Coefficients of responses on all boxes together, and the work of each of them [nominal ms]."""
-_PATIENCE, _FIRST = 3000, 1000
+_PATIENCE, _FIRST = 10_000, 1000
 """Boxes by which something must be known, and those that are looked at before any search whether there is a design."""
 _BATCH, _SPEEDS = 64, 48
 _ROWS, _ROUNDS = 10, 6
@@ -187,7 +187,7 @@ class _Speeds:
     @property
     def count(self) -> int:
         """Coefficients of a response."""
-        return int(self.sampled.top.shape[-1])
+        return coefficients(self.sampled)
 
     def learn(self, x: FloatArray) -> None:
         if len(self.known) < _SPEEDS:
