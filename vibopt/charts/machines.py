@@ -60,6 +60,43 @@ at_most = "{start_up}"
     )
 
 
+def _shaken(
+    on: str, force: str, speed: str, floor: str, start_up: str, goal: str = 'maximise = "stiffness"\nof = "mount"'
+) -> str:
+    """A force on a machine, what it may hand on at its speed, and how far the machine may move on its way there."""
+    return f"""[excitations.shaft]
+kind = "force"
+on = "{on}"
+amplitude = "{force}"
+speed = "{speed}"
+varies = "constant"
+
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "{floor}"
+
+[limits.start_up]
+response = "displacement"
+of = "{on}"
+over = "0..{speed}"
+at_most = "{start_up}"
+
+[goal]
+{goal}
+"""
+
+
+def _mounted(on: str, floor: str) -> str:
+    """A machine on a mount that is to be chosen."""
+    return f"""[links.mount]
+between = ["{on}", "ground"]
+stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
+damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
+
+{_shaken(on, "30 kN", "3000 rpm", floor, "20 mm")}"""
+
+
 def chain(count: int, *, floor: str = "100 N", start_up: str = "5 mm", free: int = 2) -> str:
     """A machine on a stack of `count` - 1 blocks, the lowest on a mount that is to be chosen.
 
@@ -83,28 +120,7 @@ def chain(count: int, *, floor: str = "100 N", start_up: str = "5 mm", free: int
 
 {bodies}
 {chr(10).join(links)}
-[excitations.shaft]
-kind = "force"
-on = "machine"
-amplitude = "1 kN"
-speed = "1500 rpm"
-varies = "constant"
-
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "{floor}"
-
-[limits.start_up]
-response = "displacement"
-of = "machine"
-over = "0..1500 rpm"
-at_most = "{start_up}"
-
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+{_shaken("machine", "1 kN", "1500 rpm", floor, start_up)}"""
 
 
 def fan() -> str:
@@ -121,7 +137,8 @@ def fan() -> str:
 
 def block() -> str:
     """A machine on an inertia block: three unknowns, least sag."""
-    return """title = "Machine on an inertia block"
+    sag = 'minimise = "static_deflection"\nof = "machine"'
+    return f"""title = "Machine on an inertia block"
 
 [bodies.machine]
 mass = "100 kg"
@@ -131,36 +148,15 @@ mass = "400 kg"
 
 [links.upper]
 between = ["machine", "block"]
-stiffness = { from = "10 kN/m", to = "10 MN/m" }
-damping = { from = "10 N s/m", to = "100 kN s/m" }
+stiffness = {{ from = "10 kN/m", to = "10 MN/m" }}
+damping = {{ from = "10 N s/m", to = "100 kN s/m" }}
 
 [links.lower]
 between = ["block", "ground"]
-stiffness = { from = "10 kN/m", to = "10 MN/m" }
+stiffness = {{ from = "10 kN/m", to = "10 MN/m" }}
 damping = "500 N s/m"
 
-[excitations.shaft]
-kind = "force"
-on = "machine"
-amplitude = "1 kN"
-speed = "3000 rpm"
-varies = "constant"
-
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "200 N"
-
-[limits.start_up]
-response = "displacement"
-of = "machine"
-over = "0..3000 rpm"
-at_most = "10 mm"
-
-[goal]
-minimise = "static_deflection"
-of = "machine"
-"""
+{_shaken("machine", "1 kN", "3000 rpm", "200 N", "10 mm", sag)}"""
 
 
 def star(count: int) -> str:
@@ -176,33 +172,7 @@ def star(count: int) -> str:
 mass = "300 kg"
 
 {motors}
-[links.mount]
-between = ["machine", "ground"]
-stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
-damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
-
-[excitations.shaft]
-kind = "force"
-on = "machine"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "12 kN"
-
-[limits.start_up]
-response = "displacement"
-of = "machine"
-over = "0..3000 rpm"
-at_most = "20 mm"
-
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+{_mounted("machine", "12 kN")}"""
 
 
 def hall(count: int) -> str:
@@ -218,33 +188,7 @@ def hall(count: int) -> str:
 mass = "300 kg"
 
 {others}
-[links.mount]
-between = ["press", "ground"]
-stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
-damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
-
-[excitations.shaft]
-kind = "force"
-on = "press"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "10 kN"
-
-[limits.start_up]
-response = "displacement"
-of = "press"
-over = "0..3000 rpm"
-at_most = "20 mm"
-
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+{_mounted("press", "10 kN")}"""
 
 
 def absorbed(

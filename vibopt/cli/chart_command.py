@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibopt.answer.console import Console
+    from vibopt.charts.trial import Trial
     from vibopt.scene.scene import Scene
 
 FORMATS = (".svg", ".png", ".pdf")
@@ -56,22 +58,12 @@ def speed_accuracy(
     parts; where parts are bought, that is excess price or violation.  Exit code 6 if vibopt itself claims
     anything wrong, 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import chart_views as views
     from vibopt.charts.runner import speed_accuracy as run
-    from vibopt.charts.trial import DEFAULT
-    from vibopt.charts.verdicts import SILENT
-    from vibopt.cli.progress import Bar
 
     scenes = _scenes(files, family)
-    targets = _targets(figure, force=force)
-    with Bar() as bar:
-        result = run(scenes, family=family, quick=quick, progress=bar)
-    data = views.accuracy_json(result)
-    _write(targets, data, lambda: views.draw_accuracy(result))
-    _say(data, lambda console: views.accuracy_table(result, console), targets, as_json=as_json)
-    if any(one.verdict == SILENT and one.method == DEFAULT for one in result.trials):
-        return SILENTLY_WRONG
-    return ASKED_LESS if result.cut else 0
+    made = partial(run, scenes, family=family, quick=quick)
+    result = _charted("accuracy", made, figure, force=force, as_json=as_json)
+    return _code(result.trials, cut=result.cut)
 
 
 @chart.command(cls=Once)
@@ -86,21 +78,11 @@ def stability(family: str | None, quick: bool, figure: str | None, force: bool, 
 
     Exit code 6 if vibopt itself is ever silently wrong, 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import chart_views as views
     from vibopt.charts.runner import stability as run
-    from vibopt.charts.trial import DEFAULT
-    from vibopt.charts.verdicts import SILENT
-    from vibopt.cli.progress import Bar
 
-    targets = _targets(figure, force=force)
-    with Bar() as bar:
-        result = run(family=family, quick=quick, progress=bar)
-    data = views.stability_json(result)
-    _write(targets, data, lambda: views.draw_stability(result))
-    _say(data, lambda console: views.stability_table(result, console), targets, as_json=as_json)
-    if any(one.verdict == SILENT and one.method == DEFAULT for one in result.trials):
-        return SILENTLY_WRONG
-    return ASKED_LESS if result.cut else 0
+    made = partial(run, family=family, quick=quick)
+    result = _charted("stability", made, figure, force=force, as_json=as_json)
+    return _code(result.trials, cut=result.cut)
 
 
 @chart.command(cls=Once)
@@ -118,17 +100,11 @@ def fidelity(
 
     Exit code 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import chart_views as views
     from vibopt.charts.runner import fidelity as run
-    from vibopt.cli.progress import Bar
 
     scenes = _scenes(files, family)
-    targets = _targets(figure, force=force)
-    with Bar() as bar:
-        rows = run(scenes, family=family, quick=quick, progress=bar)
-    data = views.fidelity_json(rows)
-    _write(targets, data, lambda: views.draw_fidelity(rows))
-    _say(data, lambda console: views.fidelity_table(rows, console), targets, as_json=as_json)
+    made = partial(run, scenes, family=family, quick=quick)
+    rows = _charted("fidelity", made, figure, force=force, as_json=as_json)
     return ASKED_LESS if any(row.cut for row in rows) else 0
 
 
@@ -155,22 +131,36 @@ def profiles(
     A seed gives the same questions on every machine; --quick asks fewer methods.  Exit code 6 if vibopt itself is ever
     silently wrong, 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import chart_views as views
     from vibopt.charts.profiles import profiles as run
-    from vibopt.charts.trial import DEFAULT
-    from vibopt.charts.verdicts import SILENT
+
+    made = partial(run, family, seed=seed, count=count, quick=quick)
+    result = _charted("profiles", made, figure, force=force, as_json=as_json)
+    trials = [one for part in result.charts.values() for one in part.trials]
+    return _code(trials, cut=any(one.cut for one in trials))
+
+
+def _charted(name: str, make: Callable[..., Any], figure: str | None, *, force: bool, as_json: bool) -> Any:
+    """A chart made, written and said, by what `vibopt.charts.chart_views` has of its name."""
+    from vibopt.charts import chart_views as views
     from vibopt.cli.progress import Bar
 
     targets = _targets(figure, force=force)
     with Bar() as bar:
-        result = run(family, seed=seed, count=count, quick=quick, progress=bar)
-    data = views.profiles_json(result)
-    _write(targets, data, lambda: views.draw_profiles(result))
-    _say(data, lambda console: views.profiles_table(result, console), targets, as_json=as_json)
-    trials = [one for part in result.charts.values() for one in part.trials]
+        result = make(progress=bar)
+    data = getattr(views, f"{name}_json")(result)
+    _write(targets, data, lambda: getattr(views, f"draw_{name}")(result))
+    _say(data, lambda console: getattr(views, f"{name}_table")(result, console), targets, as_json=as_json)
+    return result
+
+
+def _code(trials: Iterable[Trial], *, cut: bool) -> int:
+    """Exit code: whether vibopt itself is silently wrong, or less was asked than the chart promises."""
+    from vibopt.charts.trial import DEFAULT
+    from vibopt.charts.verdicts import SILENT
+
     if any(one.verdict == SILENT and one.method == DEFAULT for one in trials):
         return SILENTLY_WRONG
-    return ASKED_LESS if any(one.cut for one in trials) else 0
+    return ASKED_LESS if cut else 0
 
 
 def _scenes(files: tuple[str, ...], family: str | None) -> list[Scene]:

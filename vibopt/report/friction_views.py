@@ -43,11 +43,7 @@ class _Asked:
 
 
 def _asked(scene: Scene, model: Model, rows: Mapping[str, Checked]) -> Iterator[_Asked]:
-    responses = {f"limits.{name}": one for name, one in scene.limits.items()}
-    responses |= {f"measures.{name}": one for name, one in scene.measures.items()}
-    if scene.goal is not None:
-        responses["goal"] = scene.goal.response
-    for where, one in responses.items():
+    for where, one in scene.responses.items():
         if isinstance(one, HarmonicResponse):
             form = cast("Rubbing", form_of(scene, model, one))
             yield _Asked(where, one, form, rows.get(where.partition(".")[2]))

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
-from vibopt.responses import RandomResponse, Response, TransientResponse
+from vibopt.responses import RandomResponse, TransientResponse
 from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.places import rubbing
 from vibopt.scene.scene import Scene
@@ -167,10 +167,7 @@ def static_shapes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """What is said of peaks in time of a machine without any damping, which rings on for ever."""
-    once = [one for one in (*scene.limits.values(), *scene.measures.values()) if one.sort == "transient"]
-    if scene.goal is not None and scene.goal.response.sort == "transient":
-        once.append(scene.goal.response)
-    if not once:
+    if not any(one.sort == "transient" for one in scene.responses.values()):
         return []
     machine = machine_of(scene, chosen)
     damping = machine.matrices()[1]
@@ -189,12 +186,8 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def duration_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """At which duration each response to a pulse of unknown duration is greatest, and how that is known."""
-    asked: dict[str, Response] = {f"limits.{name}": one for name, one in scene.limits.items()}
-    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
-    if scene.goal is not None:
-        asked["goal"] = scene.goal.response
     notes = []
-    for where, one in asked.items():
+    for where, one in scene.responses.items():
         between = durations_of(scene, one) if isinstance(one, TransientResponse) and one.combine is None else None
         if between is None:
             continue
@@ -220,13 +213,9 @@ def _slow(machine: Machine) -> bool:
 def left_out(scene: Scene) -> list[str]:
     """Steady excitations that the greatest in time does not count."""
     steady = [name for name, one in scene.excitations.items() if one.sorts == ("steady",)]
-    asked = {f"limits.{name}": one for name, one in scene.limits.items()}
-    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
-    if scene.goal is not None:
-        asked["goal"] = scene.goal.response
     alone = [
         where
-        for where, one in asked.items()
+        for where, one in scene.responses.items()
         if isinstance(one, TransientResponse) and one.combine is None and one.due_to is None
     ]
     if not steady or not alone:
@@ -239,11 +228,7 @@ def left_out(scene: Scene) -> list[str]:
 
 def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """How noises add up, and why a root mean square is infinite."""
-    asked = {**{f"limits.{name}": one for name, one in scene.limits.items()}}
-    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
-    if scene.goal is not None:
-        asked["goal"] = scene.goal.response
-    random = {where: one for where, one in asked.items() if isinstance(one, RandomResponse)}
+    random = {where: one for where, one in scene.responses.items() if isinstance(one, RandomResponse)}
     notes = []
     if any(len(names_for(scene, one)) > 1 for one in random.values()):
         notes.append("White noises are taken as independent: their mean squares add.")

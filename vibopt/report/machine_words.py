@@ -149,8 +149,7 @@ def _short(value: float, variable: Variable) -> str:
 
 def quiet_notes(design: Design, notes: Iterable[str]) -> list[str]:
     """Without the reading of amplitudes where nothing that is asked is one: then it changes nothing."""
-    scene = design.scene
-    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
+    asked = design.scene.responses.values()
     return [one for one in notes if one != PEAK or any(response.amplitude for response in asked)]
 
 

@@ -24,11 +24,7 @@ _SAME = 5e-3
 
 def run_up_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """Each response in a run-up beside the steady vibration at the same speeds; run-ups that nothing asks of."""
-    asked = {**{f"limits.{name}": one for name, one in scene.limits.items()}}
-    asked |= {f"measures.{name}": one for name, one in scene.measures.items()}
-    if scene.goal is not None:
-        asked["goal"] = scene.goal.response
-    once = {where: one for where, one in asked.items() if isinstance(one, TransientResponse)}
+    once = {where: one for where, one in scene.responses.items() if isinstance(one, TransientResponse)}
     machine, rising = machine_of(scene, chosen), [n for n, one in scene.excitations.items() if one.ramp is not None]
     notes, told = [], set[str]()
     for where, one in once.items():

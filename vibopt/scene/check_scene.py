@@ -72,11 +72,7 @@ def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> b
 
 
 def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
-    for family in ("limits", "measures"):
-        for name, response in getattr(scene, family).items():
-            yield (family, name), response
-    if scene.goal is not None:
-        yield ("goal",), scene.goal.response
+    return ((tuple(where.split(".", 1)), one) for where, one in scene.responses.items())
 
 
 def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:

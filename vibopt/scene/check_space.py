@@ -136,8 +136,7 @@ def _axis(vector: FloatArray) -> str:
 
 def _outside(scene: Scene, mistakes: Mistakes) -> None:
     """A centre of mass beyond the feet of its mounts, where no question looks at the loads."""
-    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
-    if any(one.response == "static_load" for one in asked):
+    if any(one.response == "static_load" for one in scene.responses.values()):
         return
     for name in bodies_in_space(scene):
         held = {m: t for m, t in scene.mounts.items() if name in t.between}

@@ -31,7 +31,7 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
         return
     name, key = next(iter(turns.items()))
     path, where = ("links", name, key), f"links.{name}.{key}"
-    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
+    asked = scene.responses.values()
     if is_spatial(scene) or scene.structures:
         mistakes.add(
             path,

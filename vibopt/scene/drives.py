@@ -163,9 +163,7 @@ def looked_at(scene: Scene) -> tuple[float, int]:
 
     Frequencies without an end are left to the modes.
     """
-    asked: list[Response] = [*scene.limits.values(), *scene.measures.values()]
-    if scene.goal is not None:
-        asked.append(scene.goal.response)
+    asked = scene.responses.values()
     tops = [top for one in asked for top in _tops(scene, one) if math.isfinite(top)]
     modes = max((one.modes for one in asked), default=0)
     tuned = [one.mode or 1 for one in scene.absorbers.values() if one.has_spring and one.tuning_to is None]
@@ -177,9 +175,9 @@ def looked_at(scene: Scene) -> tuple[float, int]:
 
 def highest_asked(scene: Scene) -> float:
     """Highest frequency of any limit, measure or goal that has an end [rad/s]; zero of none."""
-    goal = [scene.goal.response] if scene.goal is not None else []
-    asked = [*scene.limits.values(), *scene.measures.values(), *goal]
-    return max((top for one in asked for top in _tops(scene, one) if math.isfinite(top)), default=0.0)
+    return max(
+        (top for one in scene.responses.values() for top in _tops(scene, one) if math.isfinite(top)), default=0.0
+    )
 
 
 def _tops(scene: Scene, response: Response) -> list[float]:

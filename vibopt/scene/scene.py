@@ -115,6 +115,13 @@ class Scene:
             raise AttributeError(f"Scene has no {family}")
 
     @property
+    def responses(self) -> dict[str, Response]:
+        """Everything that is asked, by path: limits, measures and the goal."""
+        families = ("limits", self.limits), ("measures", self.measures)
+        found = {f"{family}.{name}": one for family, every in families for name, one in every.items()}
+        return found if self.goal is None else {**found, "goal": self.goal.response}
+
+    @property
     def finds(self) -> str:
         """What `find_all` answers with, "speeds" or "values" of a variable; "" without it."""
         if self.find_all is None:

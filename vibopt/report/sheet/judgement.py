@@ -179,7 +179,7 @@ def assumptions_of(design: Design, most: int = MOST_NOTES) -> list[str]:
 def _motion(design: Design) -> Iterator[str]:
     """What is taken for granted of bodies, springs and motions, steady ones and those in time."""
     scene = design.scene
-    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
+    asked = scene.responses.values()
     in_time = any(one.sort == "transient" for one in asked)
     steady = not in_time or any(one.harmonic or one.sort == "random" for one in asked)
     run_up = ": running up through a resonance quickly gives less" if _swept(design) else ""
