@@ -109,3 +109,15 @@ def test_a_point_without_a_design_says_nothing_about_single_limits_and_one_event
     # the second order of one piston, m r w^2 r / l, is at its bound
     exact = 0.6 * 0.045**2 * (4000.0 * np.pi / 30.0) ** 2 / 1600.0
     assert edge.at == pytest.approx(exact, rel=0.03)
+
+
+def test_lines_of_a_figure_bend_where_the_answer_changes() -> None:
+    """Beside each mark there are answers on both sides, and the line begins where designs do."""
+    found = sweep(read(PRESS), "limits.floor_force.at_most", "2 kN..40 kN", 6)
+    drawn = strips(found)
+    assert len(drawn.marks) == 2
+    for mark, _ in drawn.marks:
+        assert sum(abs(drawn.x - mark) <= 1e-4) == 2
+    ((_, end, _),) = drawn.shaded
+    first = drawn.x[np.isfinite(drawn.strips[0].lines[0].y)].min()
+    assert first == pytest.approx(end, rel=1e-5)

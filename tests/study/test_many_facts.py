@@ -186,3 +186,22 @@ def test_what_cannot_be_varied_is_said(ranges: dict[str, str], how: dict[str, An
     with pytest.raises(InputError) as error:
         sweep(read(PRESS), ranges, **how)
     assert words in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [("11,12.5,15 mm", ["11 mm pk", "12.5 mm pk", "15 mm pk"]), ("11 mm,15 mm", ["11 mm pk", "15 mm pk"])],
+)
+def test_a_list_needs_no_blanks(text: str, shown: list[str]) -> None:
+    job = read(PRESS)
+    assert [one.value.shown for one in sweep(job, START_UP, text).points] == shown
+
+
+def test_thousands_set_off_are_no_list() -> None:
+    job = read(PRESS)
+    with pytest.raises(InputError) as refused:
+        sweep(job, START_UP, "100,200 mm")
+    assert str(refused.value) == (
+        '--vary limits.start_up.at_most="100,200 mm" is no range. Write "5 mm..30 mm", a list "10, 12, 15 mm", or '
+        'parts of what it is now, "-20 %..+20 %".'
+    )

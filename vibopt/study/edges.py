@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import groupby, pairwise
-from math import inf, nan
+from math import inf
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,8 +51,8 @@ class Boundary:
         Status on either side, and names of the limits that are active there or, without a design, broken.
     others
         Values of the other facts, by path.
-    goals
-        The goal on either side [SI]; nan where there is none.
+    sides
+        The answers on either side.
     wide
         Whether the search ended before the two were so close.
     """
@@ -63,13 +63,18 @@ class Boundary:
     before: State
     after: State
     others: dict[str, Entry]
-    goals: tuple[float, float]
+    sides: tuple[Point, Point]
     wide: bool = False
 
     @property
     def at(self) -> float:
         """The middle [SI]."""
         return 0.5 * (self.below.value + self.above.value)
+
+    @property
+    def goals(self) -> tuple[float, ...]:
+        """The goal on either side [SI], where there is one."""
+        return tuple(one.goal.value for one in self.sides if one.goal is not None and one.good)
 
     @property
     def precise(self) -> str:
@@ -104,7 +109,7 @@ class _Gap:
     high: FloatArray
     before: State
     after: State
-    goals: tuple[float, float]
+    sides: tuple[Point, Point]
 
 
 def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], points: Points) -> tuple[Boundary, ...]:
@@ -114,7 +119,7 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
     closed = batch or is_scene(job)
     fine = _fineness(many) if closed else ACTIVE
     states = np.empty(len(many), dtype=object)
-    states[:] = [(state_of(one, fine), _goal(one)) for one in many]
+    states[:] = [(state_of(one, fine), one) for one in many]
     grid = states.reshape([len(one) for one in axes])
     open_gaps = list(_gaps(grid, axes))
     close = CLOSE if batch or len(axes) == 1 else ALONG_EDGES
@@ -166,8 +171,8 @@ def _merged(gaps: list[_Gap], narrow: _Narrowing) -> Iterator[_Gap]:
         edge = next((one for one in run if one.before[0] != one.after[0]), None)
         low, high = (edge.low, edge.high) if edge is not None else (first.low, last_one.high)
         if first.before != last_one.after:
-            goals = (first.goals[0], last_one.goals[1])
-            yield _Gap(first.axis, low, high, first.before, last_one.after, goals)
+            sides = (first.sides[0], last_one.sides[1])
+            yield _Gap(first.axis, low, high, first.before, last_one.after, sides)
 
 
 class _Narrowing:
@@ -218,8 +223,8 @@ class _Narrowing:
         for gap, inner in zip(wide, places, strict=True):
             here = found[begin : begin + len(inner)]
             begin += len(inner)
-            between = [(at, state_of(one, self.fine), _goal(one)) for at, one in zip(inner, here, strict=True)]
-            steps = [(gap.low, gap.before, gap.goals[0]), *between, (gap.high, gap.after, gap.goals[1])]
+            between = [(at, state_of(one, self.fine), one) for at, one in zip(inner, here, strict=True)]
+            steps = [(gap.low, gap.before, gap.sides[0]), *between, (gap.high, gap.after, gap.sides[1])]
             parts.append([_Gap(gap.axis, a, b, s, t, (g, h)) for (a, s, g), (b, t, h) in pairwise(steps) if s != t])
         return parts
 
@@ -233,10 +238,6 @@ class _Narrowing:
         return places
 
 
-def _goal(point: Point) -> float:
-    return point.goal.value if point.goal is not None and point.good else nan
-
-
 def _boundary(varied: Sequence[Varied], gap: _Gap, wide: bool) -> Boundary:
     facts = [one.fact for one in varied]
     ends = [shown_value(facts[gap.axis], float(one[gap.axis])) for one in (gap.low, gap.high)]
@@ -245,7 +246,7 @@ def _boundary(varied: Sequence[Varied], gap: _Gap, wide: bool) -> Boundary:
         for index, (fact, value) in enumerate(zip(facts, gap.low, strict=True))
         if index != gap.axis
     }
-    return Boundary(facts[gap.axis].path, ends[0], ends[1], gap.before, gap.after, others, gap.goals, wide)
+    return Boundary(facts[gap.axis].path, ends[0], ends[1], gap.before, gap.after, others, gap.sides, wide)
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,9 +36,14 @@ WORDS = {
 
 
 def strips(sweep: Sweep) -> Strips:
-    """Goal and variables against the varied fact; for a machine that is kept, the margins of its limits."""
+    """Goal and variables against the varied fact; for a machine that is kept, the margins of its limits.
+
+    Lines pass through the answers on both sides of every boundary that was found between the points.
+    """
     fact = sweep.fact
-    points = list(sweep.points)
+    beside = [side for one in sweep.boundaries for side in one.sides]
+    known = {one.value.value: one for one in (*beside, *sweep.points)}
+    points = [known[value] for value in sorted(known)]
     chosen = _chosen(sweep)
     active = [one for one in sweep.boundaries if not one.of_feasibility] if chosen else []
     return Strips(

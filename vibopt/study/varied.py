@@ -35,6 +35,8 @@ USUAL = {1: 50, 2: 21, 3: 9}
 _PART = r"\s*([+−-]? ?\d+(?:\.\d+)?)\s*%\s*"
 _HOW = r"(?P<values>.*?)(?:\s+(?P<how>log|linear))?\s*"
 _LIST = r"\s*[,;]\s+|;"
+_THOUSANDS = r"\s*\d{1,3}(,\d{3})+(\D.*)?"
+"""One number with thousands set off, or a list of numbers of three digits: nobody knows."""
 _WRITE = 'Write "5 mm..30 mm", a list "10, 12, 15 mm", or parts of what it is now, "-20 %..+20 %".'
 
 
@@ -158,7 +160,10 @@ def _text(job: Job, path: str, text: str, design: Answer[Any] | None) -> str:
 
 
 def _parts_of(text: str) -> list[str]:
-    return [one for one in (text.split("..") if is_range(text) else re.split(_LIST, text)) if one.strip()]
+    parts = text.split("..") if is_range(text) else re.split(_LIST, text)
+    if len(parts) == 1 and not re.fullmatch(_THOUSANDS, text):
+        parts = text.split(",")
+    return [one for one in parts if one.strip()]
 
 
 def _check(path: str, text: str) -> None:
