@@ -17,6 +17,7 @@ from vibopt.program.pose import on_needed, pose
 from vibopt.program.program import Program
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
+from vibopt.verify.as_built import machine_of
 
 
 def damped(left: float, right: float, hysteretic: bool = False) -> Program:
@@ -94,3 +95,15 @@ def test_without_any_damper_the_poles_are_the_critical_speeds_and_the_greatest_w
     assert np.sort(inside.real) == pytest.approx(critical[critical <= 4000.0 * RPM], rel=1e-12)
     assert not inside.imag.any()
     assert on_needed(scene, model, scene.measures["first"])[1].value(model, NONE) == np.inf
+
+
+def test_a_critical_speed_is_met_from_the_side_or_has_no_number() -> None:
+    machine = machine_of(from_dict(friswell()), {})
+    for sense in (1.0, -1.0):
+        speeds = machine.critical_speeds(sense)[:4]
+        for number, speed in enumerate(speeds):
+            cut = machine._cut(1.3 * speed)
+            for near in (0.85 * speed, speed, 1.2 * speed):
+                assert cut._between(near, sense, number) == pytest.approx(speed, rel=1e-10)
+            assert cut._between(1.01 * speed, sense, None) == pytest.approx(speed, rel=1e-10)
+        assert np.isnan(machine._cut(2.0 * speeds[0])._between(2.0 * speeds[0], sense, 0))

@@ -14,6 +14,7 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq, minimize_scalar
 
+import vibopt as vo
 from vibopt.units import read_quantity
 
 PROBLEMS = Path(__file__).parents[2] / "problems/shafts"
@@ -72,6 +73,7 @@ class Rotor:
             parts = element(b - a, outer, said(section, "inner_diameter"), table)
             for target, part in zip((self.k, self.m, self.p), parts, strict=True):
                 target[here, here] += part
+        self.shaft = self.k.copy()
         for one in table["discs"]:
             self._disc(one)
         self.links = document["links"]
@@ -105,6 +107,20 @@ class Rotor:
         """That a link passes on [N]."""
         dynamic = said(self.links[link], "stiffness") + 1j * spin * said(self.links[link], "damping")
         return abs(dynamic) * self.orbit(on, unbalance, self.links[link]["between"][0], spin)
+
+    def threshold(self, lags: float, low: float, high: float) -> float:
+        """Spin between two at which the first whirl of both planes begins to grow, as its material lags [rad/s]."""
+        inverse, drag = np.linalg.inv(self.m), lags * self.shaft
+        zero, n = np.zeros_like(self.m), len(self.m)
+
+        def grows(spin: float) -> float:
+            brake = np.block([[self.c + drag, spin * self.p], [-spin * self.p, self.c + drag]])
+            stiff = np.block([[self.k, spin * drag], [-spin * drag, self.k]])
+            both = np.block([[inverse, zero], [zero, inverse]])
+            state = np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-both @ stiff, -both @ brake]])
+            return float(np.linalg.eigvals(state).real.max())
+
+        return float(brentq(grows, low, high, xtol=1e-9, rtol=1e-13))
 
     def critical(self, sense: float) -> Any:
         """Speeds of free whirl as fast as the spin, forward (1) or backward (-1), ascending [rad/s]."""
@@ -192,3 +208,14 @@ def test_the_turbine_whirls_most_on_its_way_up(name: str) -> None:
 def test_critical_speeds_of_the_turbine(name: str, sense: float) -> None:
     right = read_quantity(expected("three_disc_turbine")[f"measures.{name}.value"], "angular_rate").value
     assert right == pytest.approx(limit(lambda one: one.critical(sense)[1], "three_disc_turbine"), rel=2e-7)
+
+
+@pytest.mark.parametrize("lags", [2e-5, 4e-4])
+def test_a_shaft_whose_own_material_damps_is_stable_to_the_same_spin(lags: float) -> None:
+    document = tomllib.loads((PROBLEMS / "pump_rotor.toml").read_text(encoding="utf-8"))
+    document["rotors"]["pump_shaft"]["material_damping"] = f"{1e3 * lags!r} ms"
+    asked = {"measures": {"grows": {"response": "stability_threshold"}}}
+    facts = {key: document[key] for key in ("title", "rotors", "links")}
+    found = vo.solve(vo.from_dict({**facts, **asked})).measures["grows"].value.value
+    ends = 0.9 * found, 1.1 * found
+    assert found == pytest.approx(limit(lambda one: one.threshold(lags, *ends), "pump_rotor"), rel=1e-6)

@@ -173,6 +173,8 @@ class RotorTable(Device):
     shear_modulus: Instead of what modulus and Poisson's ratio say.
     shear_coefficient: Mean over greatest shear of a section, by which its area counts; by Cowper's formula without it:
         `shear_coefficient = 0.9`.
+    material_damping: Viscous damping of the shaft's own material, which turns with it: the time t by which stress leads
+        strain, E (e + t de/dt), in shear as in bending: `material_damping = "0.02 ms"`. See `stability_threshold`.
     """
 
     sections: tuple[Section, ...]
@@ -183,6 +185,7 @@ class RotorTable(Device):
     poisson_ratio: Fact | None = number("ratio", choice=False, sign="not negative", most=0.5)
     shear_modulus: Fact | None = number("modulus", choice=False)
     shear_coefficient: Fact | None = number("ratio", choice=False, most=1.0)
+    material_damping: Fact | None = number("time", choice=False, sign="not negative")
 
     @model_validator(mode="after")
     def _fits(self) -> "RotorTable":
@@ -211,6 +214,15 @@ class RotorTable(Device):
     def long(self) -> float:
         """Length of the shaft [m]."""
         return sum(one.length.value for one in self.sections)
+
+    @property
+    def lags(self) -> float:
+        """Time by which the stress of its material leads the strain [s]."""
+        return self.material_damping.value if self.material_damping is not None else 0.0
+
+    @property
+    def turns_with_shaft(self) -> str:
+        return "material_damping" if self.lags else ""
 
     @property
     def places(self) -> dict[str, float]:
@@ -363,6 +375,8 @@ class RotorTable(Device):
                 static = 1.0 if kind == STIFFNESS or (weighs and i == 0) else 0.0
                 tilts = float(row[1]), float(row[3])
                 builder.add_term(kind, parts, size.times(float(share)), owner, static, tilts)
+                if kind == STIFFNESS and self.lags:
+                    builder.add_rotating_term(parts, size.times(float(share) * self.lags), owner)
                 if kind == INERTIA and not weighs:
                     builder.add_polar(parts, size.times(2.0 * float(share)), owner, tilts)
 
@@ -387,7 +401,8 @@ class RotorTable(Device):
         points = {point: self.node(place) for point, place in self.places.items()}
         phases = sum(one.length * (one.mass / one.bending) ** 0.25 for one in pieces)
         reach = ((assembly.modes + len(points)) * math.pi / phases) ** 2 if assembly.modes else 0.0
-        assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points, max(assembly.top, reach))
+        top = max(assembly.top, reach)
+        assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points, top, self.lags)
 
 
 def ends_of_span(rotor: str, k: int) -> tuple[str, str]:

@@ -202,6 +202,11 @@ class ModelBuilder:
         row, powers = self.links[link], damping.row(self.n_vars)
         self.rotating.append(Term(DAMPING, row, damping.scale, powers, link, damping.scale, across=True))
 
+    def add_rotating_term(self, row: Mapping[str, float], damping: Monomial, owner: str) -> None:
+        """As `add_rotating`, over the coordinates themselves, by name."""
+        vector = np.array([row.get(name, 0.0) for name in self.coords])
+        self.rotating.append(Term(DAMPING, vector, damping.scale, damping.row(self.n_vars), owner, 0.0))
+
     def add_hysteretic(self, link: str, stiffness: Monomial) -> None:
         self._add(HYSTERETIC, self.links[link], stiffness, link, across=True)
 

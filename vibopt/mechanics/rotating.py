@@ -6,6 +6,7 @@ deflection says both planes: forward at a positive frequency, backward at a nega
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
 from typing import Any, ClassVar
@@ -89,15 +90,20 @@ class RotatingMachine(Machine):
             start += one.size
         return found
 
-    def _dynamic(self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None) -> ComplexArray:
-        """Of the whole at frequencies (n,) [rad/s], each with its spin or that of a whirl with it, (n, size, size)."""
+    def _dynamic(
+        self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None, *, braked: bool = False
+    ) -> ComplexArray:
+        """Of the whole at frequencies (n,) [rad/s], each with its spin or that of a whirl with it, (n, size, size).
+
+        `braked` as of `WhirlingShaft.dynamic`.
+        """
         start = len(self.masses)
         size = start + sum(one.size for one in self.shafts.values())
         stiff = np.zeros((len(omega), size, size), dtype=complex)
         for i, mass in enumerate(self.masses.values()):
             stiff[:, i, i] -= mass * omega**2
         for one in self.shafts.values():
-            stiff[:, start : start + one.size, start : start + one.size] = one.dynamic(omega, spin)
+            stiff[:, start : start + one.size, start : start + one.size] = one.dynamic(omega, spin, braked=braked)
             start += one.size
         for joint, ends in self._joined(self._exact_places):
             z = joint.dynamic(np.asarray(omega))
@@ -146,7 +152,8 @@ class RotatingMachine(Machine):
         real = np.abs(found.imag) <= _REAL * np.abs(found)
         slow = np.abs(found) <= np.sort(np.abs(found))[: 2 * MODES][-1]
         here = np.flatnonzero(real & slow)
-        found[here] = np.sign(found[here].real) * self._met(np.abs(found[here].real))
+        met = np.sign(found[here].real) * self._met(np.abs(found[here].real))
+        found[here] = np.where(np.isnan(met), found[here], met)  # where peaks are looked for, and no answer itself
         return found
 
     def _cut(self, omega: float) -> RotatingMachine:
@@ -182,32 +189,40 @@ class RotatingMachine(Machine):
                 there = here - high * (here - before) / (high - low)
                 astray = left & ~(np.abs(there - omega) <= _AROUND * np.abs(omega))
             left &= ~astray
-            here[astray] = [self._between(omega[i], sense, numbers, i) for i in np.flatnonzero(astray).tolist()]
+            for i in np.flatnonzero(astray).tolist():
+                here[i] = self._between(omega[i], sense, None if numbers is None else int(numbers[i]))
             before[left], low[left], here[left] = here[left], high[left], there[left]
             high[left] = self._least(here[left], sense, None if numbers is None else numbers[left])
         return here
 
     def _least(self, omega: FloatArray, sense: float, numbers: IntArray | None) -> FloatArray:
         """Eigenvalue of the dynamic stiffness without dampers at frequencies (n,) [rad/s], scaled; as of `_met`."""
-        stiff = self._dynamic(sense * omega, omega).real / np.outer(self._size, self._size)
-        values = np.linalg.eigvalsh(stiff)
+        values = np.linalg.eigvalsh(self._scaled(omega, sense))
         ranks = np.abs(values).argmin(axis=-1) if numbers is None else np.minimum(numbers, values.shape[1] - 1)
         return np.asarray(np.take_along_axis(values, ranks[:, None], axis=-1)[:, 0])
 
-    def _between(self, near: float, sense: float, numbers: IntArray | None, which: int) -> float:
-        """As `_met` of one of them, between a lower and a higher frequency; `near` itself where it is not there."""
+    def _scaled(self, omega: FloatArray, sense: float) -> FloatArray:
+        """Dynamic stiffness without dampers at frequencies (n,) [rad/s], over its static size, (n, size, size)."""
+        return np.asarray(self._dynamic(sense * omega, omega).real / np.outer(self._size, self._size))
+
+    def _between(self, near: float, sense: float, number: int | None) -> float:
+        """As `_met` of one of them, between a lower and a higher frequency: of its number, else the nearest.
+
+        No number at all where it is not there, so that no answer stands on it.
+        """
         from scipy.optimize import brentq
 
-        if numbers is None:
-            return near
-        rank = numbers[[which]]
+        below = int((np.linalg.eigvalsh(self._scaled(np.array([near]), sense)[0]) < 0.0).sum())
+        met = [math.nan]
+        for rank in (below - 1, below) if number is None else (number,):
 
-        def falls(at: float) -> float:
-            return float(self._least(np.array([at]), sense, rank)[0])
+            def falls(at: float, rank: int = rank) -> float:
+                return float(self._least(np.array([at]), sense, np.array([rank]))[0])
 
-        low, high = near / _FAR, near * _FAR
-        there = falls(low) > 0.0 > falls(high)
-        return float(brentq(falls, low, high, xtol=_CLOSE * near, rtol=_CLOSE)) if there else near
+            low, high = near / _FAR, near * _FAR
+            if rank >= 0 and falls(low) > 0.0 > falls(high):
+                met.append(float(brentq(falls, low, high, xtol=_CLOSE * near, rtol=_CLOSE)))
+        return min(met, key=lambda one: math.inf if math.isnan(one) else abs(one - near))
 
     @cached_property
     def _size(self) -> FloatArray:
@@ -259,13 +274,18 @@ class RotatingMachine(Machine):
             for i, a in ends:
                 for j, b in ends:
                     turning[i, j] += a * b * joint.rotating
+        start = len(self.masses)
+        for one in self.shafts.values():
+            stop = start + len(one.slow[0])
+            turning[start:stop, start:stop] += one.lags * one.slow[0]
+            start = stop
         begun = _neutral(mass, damping + turning, turning, stiffness, polar)
         if begun is None:
             return float("inf")
         at, cut = np.array(begun), self._cut(1.5 * begun[0])
 
         def least(whirl: float, spin: float) -> complex:
-            stiff = cut._dynamic(np.array([whirl]), np.array([spin]))[0].astype(complex)
+            stiff = cut._dynamic(np.array([whirl]), np.array([spin]), braked=True)[0].astype(complex)
             for joint, ends in cut._joined(cut._exact_places):
                 for i, a in ends:
                     for j, b in ends:

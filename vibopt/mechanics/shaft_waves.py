@@ -86,12 +86,15 @@ class WhirlingShaft:
         Node of each name.
     top
         Frequency up to which matrices for slow motion are good at least [rad/s].
+    lags
+        Time by which the stress of its material leads the strain, in the frame that turns with it [s].
     """
 
     sections: tuple[Section, ...]
     discs: tuple[Disc, ...]
     points: Mapping[str, int]
     top: float = 0.0
+    lags: float = 0.0
 
     @property
     def size(self) -> int:
@@ -131,16 +134,19 @@ class WhirlingShaft:
             points={name: node[one] for name, one in self.points.items()},
         )
 
-    def dynamic(self, omega: ComplexArray | FloatArray, spin: ComplexArray | FloatArray | None = None) -> ComplexArray:
+    def dynamic(
+        self, omega: ComplexArray | FloatArray, spin: ComplexArray | FloatArray | None = None, *, braked: bool = False
+    ) -> ComplexArray:
         """Dynamic stiffness at frequencies omega (n,) of forward whirl at spins (n,) [rad/s], (n, size, size).
 
         Without a spin it is that of the whirl with the shaft, which an unbalance drives.  A negative frequency is
-        that of a backward whirl.
+        that of a backward whirl.  With `braked` its material damps what differs from the spin.
         """
         square = np.asarray(omega) ** 2
         turned = square if spin is None else np.asarray(omega * spin)
         kinds = tuple(dict.fromkeys(self.sections))
-        each = _stiffness(kinds, square, square - 2.0 * turned)
+        modulus = 1.0 + 1j * self.lags * (omega - spin) if braked and spin is not None else np.ones(1)
+        each = _stiffness(kinds, square / modulus, (square - 2.0 * turned) / modulus) * modulus[:, None, None]
         found = np.zeros((len(square), self.size, self.size), dtype=each.dtype)
         for i, one in enumerate(self.sections):
             found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += each[kinds.index(one)]

@@ -20,8 +20,9 @@ _ROUNDING = 1e-5
 
 @places.once
 def turning(scene: Scene) -> dict[str, str]:
-    """Links with a damping that turns with a shaft, and the key that says it."""
-    return {name: key for name, one in scene.links.items() if (key := one.turns_with_shaft)}
+    """Links and rotors with a damping that turns with a shaft, by path, and the key that says it."""
+    both = (("links", scene.links), ("rotors", scene.rotors))
+    return {f"{family}.{name}": key for family, of in both for name, one in of.items() if (key := one.turns_with_shaft)}
 
 
 def check_spin(scene: Scene, mistakes: Mistakes) -> None:
@@ -30,7 +31,7 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
     if not turns:
         return
     name, key = next(iter(turns.items()))
-    path, where = ("links", name, key), f"links.{name}.{key}"
+    path, where = (*name.split("."), key), f"{name}.{key}"
     asked = scene.responses.values()
     if is_spatial(scene) or scene.structures:
         mistakes.add(
@@ -60,17 +61,18 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
             )
     if places.raw(scene, "rotors"):
         return
+    other = [*turns, ""][1].partition(".")[2]
     empty = [body for body, one in scene.bodies.items() if one.massless]
     if len(turns) > 1 and empty:
         mistakes.add(
             path,
-            f"{where} turns with a shaft, and so does {list(turns)[1]}, beside bodies.{empty[0]} without a mass: where "
+            f"{where} turns with a shaft, and so does {other}, beside bodies.{empty[0]} without a mass: where "
             "several do, thresholds are found among bodies with a mass. Give it one, or leave one of the dampers out.",
         )
     if len(turns) > 1 and places.freedoms(scene) > MOST:
         mistakes.add(
             path,
-            f"{where} turns with a shaft, and so does {list(turns)[1]}: where several do, thresholds are found among "
+            f"{where} turns with a shaft, and so does {other}: where several do, thresholds are found among "
             f"{MOST} bodies at most, and {places.freedoms(scene)} move here. Leave bodies out, or one of the dampers.",
         )
 
@@ -92,7 +94,7 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
             spin, name = show(top, "rpm", "angular_rate", digits=6), next(iter(turns))
             mistakes.add(
                 path,
-                f"{dotted(path)} asks for a steady whirl at up to {spin}, but links.{name}.{turns[name]} makes it grow "
+                f"{dotted(path)} asks for a steady whirl at up to {spin}, but {name}.{turns[name]} makes it grow "
                 "without end beyond a threshold that hangs on what is chosen. Forbid such designs: add a limit with "
                 f'response = "{_THRESHOLD}" and at_least = "{spin}".',
             )
@@ -114,7 +116,7 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
         mistakes.add(
             path,
             f"{dotted(path)} asks for the {response.free_vibration}, which is another at every spin where "
-            f"links.{next(iter(turns))} has a damping that turns with the shaft. Ask for the {_THRESHOLD}, or leave "
+            f"{next(iter(turns))} has a damping that turns with the shaft. Ask for the {_THRESHOLD}, or leave "
             "the rotating damping out.",
         )
         return True

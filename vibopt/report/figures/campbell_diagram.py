@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _RPM, _HZ = 30.0 / np.pi, 0.5 / np.pi
+_TOGETHER = 0.03
+"""Part of the width within which critical speeds share a label."""
 
 
 def campbell_figure(found: Campbell, title: str) -> Figure:
@@ -41,7 +43,10 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
         for speed in speeds.tolist():
             axes.plot(speed * _RPM, speed * _HZ, "o", ms=6, mfc="white", mec=colour, mew=1.5, zorder=6,
                       label=f"critical speed, {way}")  # fmt: skip
-            marks.append(label(axes, f"{speed * _RPM:.4g} rpm", speed * _RPM, speed * _HZ))
+    speeds, together = np.sort(np.concatenate([found.critical, found.against])), _TOGETHER * found.spins[-1]
+    for some in np.split(speeds, np.flatnonzero(np.diff(speeds) > together) + 1) if len(speeds) else ():
+        words, middle = ", ".join(f"{round(float(f'{speed * _RPM:.4g}')):d}" for speed in some), float(some.mean())
+        marks.append(label(axes, f"{words} rpm", middle * _RPM, middle * _HZ))
     axes.set_xlim(0.0, float(rpm[-1]))
     axes.set_ylim(0.0, top)
     legend(figure, axes)

@@ -149,6 +149,8 @@ class RotorWords(TypedDict, total=False):
         Place of each from the left end.
     modulus, density, poisson_ratio, shear_modulus, shear_coefficient
         Of the shaft; a Poisson's ratio of 0.3 and Cowper's coefficient without the last three.
+    material_damping
+        Time by which the stress of its material leads the strain, in the frame that turns with it [s].
     """
 
     sections: Sequence[Mapping[str, object]]
@@ -159,6 +161,7 @@ class RotorWords(TypedDict, total=False):
     poisson_ratio: float
     shear_modulus: Bound
     shear_coefficient: float
+    material_damping: Bound
 
 
 class AbsorberWords(TypedDict, total=False):
