@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
-from vibopt.devices.device import OTHER_WAY, Device, Ends
+from vibopt.devices.device import OTHER_WAY, Ends, OneLink
 from vibopt.devices.inertia import Disc
 from vibopt.devices.spring import Shaft
 from vibopt.devices.symbols import Numbers, Symbols
@@ -65,7 +65,7 @@ _ALONG = ("mass", "stiffness", "length", "damping")
 _AROUND = ("inertia", "disc", "torsional_stiffness", "shaft", "torsional_damping")
 
 
-class AbsorberTable(Device):
+class AbsorberTable(OneLink):
     """`[absorbers.NAME]`: its mass, its spring and its damper, each in one of several ways.
 
     Its name is at once a point (its mass), a link (its spring and damper, from what it sits on to its
@@ -118,6 +118,9 @@ class AbsorberTable(Device):
     loss_factor: Value | None = number("ratio", sign="not negative", most=10.0)
     tolerance: Tolerance | None = None
 
+    along: ClassVar[tuple[str, ...]] = _ALONG
+    around: ClassVar[tuple[str, ...]] = _AROUND
+    elastic: ClassVar[tuple[str, ...]] = _SPRINGS
     exchangeable: ClassVar[bool] = True
     in_space: ClassVar[str] = "Put it on a body on a line."
     other_way: ClassVar[Mapping[str, str]] = {
@@ -163,27 +166,10 @@ class AbsorberTable(Device):
         if self.mode is not None and self.mode < 1:
             raise word("has a mode below 1. Modes are counted from 1, the lowest.")
 
-    def _given(self, keys: tuple[str, ...]) -> list[str]:
-        return [key for key in keys if getattr(self, key) is not None]
-
     @property
     def host(self) -> str:
         """What it sits on; of several places the first."""
         return self.on if isinstance(self.on, str) else self.on.names[0]
-
-    @property
-    def says_line(self) -> str:
-        """A key that says that it moves along a line; "" where none does."""
-        return next(iter(self._given(_ALONG)), "")
-
-    @property
-    def says_axis(self) -> str:
-        """A key that says that it turns; "" where none does."""
-        return next(iter(self._given(_AROUND)), "")
-
-    @property
-    def has_spring(self) -> bool:
-        return bool(self._given(_SPRINGS))
 
     def lacks(self, word: str, alone: bool) -> str:
         viscous = bool(self._given(("damping", "torsional_damping")))
@@ -200,11 +186,6 @@ class AbsorberTable(Device):
         }
         return "" if there.get(word, True) else word
 
-    @property
-    def damper(self) -> str:
-        """The key that says the viscous damping."""
-        return "torsional_damping" if self.torsional_damping is not None else "damping"
-
     def parts(self) -> dict[str, str]:
         found = {key: key for key in (*self._given(_MASSES), *self._given(_DAMPERS))}
         for key in self._given(_SPRINGS):
@@ -215,15 +196,8 @@ class AbsorberTable(Device):
     def moving_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
         return (name,)
 
-    @classmethod
-    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
-        return (name,)
-
     def joins(self, name: str) -> dict[str, Ends]:
         return {name: (self.host, name)}
-
-    def springs(self, name: str) -> tuple[str, ...]:
-        return (name,) if self.has_spring else ()
 
     def declare(self, builder: ModelBuilder, name: str) -> None:
         builder.add_coordinate(name)

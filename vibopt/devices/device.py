@@ -148,3 +148,46 @@ class Device(Table):
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """The second route, for the check: add masses and forces as built, from the file's own words."""
         raise NotImplementedError(f"{type(self).__name__} cannot be built")
+
+
+class OneLink(Device):
+    """A device that is a link between two points by its own name, each of its numbers said by one of several keys.
+
+    along, around
+        Keys that say that it acts along a line, and about an axis.
+    elastic
+        Keys that say its stiffness.
+    """
+
+    along: ClassVar[tuple[str, ...]] = ()
+    around: ClassVar[tuple[str, ...]] = ()
+    elastic: ClassVar[tuple[str, ...]] = ()
+
+    def _given(self, keys: tuple[str, ...]) -> list[str]:
+        said = vars(self)
+        return [key for key in keys if said[key] is not None]
+
+    @property
+    def says_line(self) -> str:
+        return next(iter(self._given(self.along)), "")
+
+    @property
+    def says_axis(self) -> str:
+        return next(iter(self._given(self.around)), "")
+
+    @property
+    def has_spring(self) -> bool:
+        """Whether it has a stiffness."""
+        return bool(self._given(self.elastic))
+
+    @property
+    def damper(self) -> str:
+        """The key that says the viscous damping."""
+        return "torsional_damping" if self._given(("torsional_damping",)) else "damping"
+
+    @classmethod
+    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        return (name,)
+
+    def springs(self, name: str) -> tuple[str, ...]:
+        return (name,) if self.has_spring else ()

@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.devices.device import Device, Ends
+from vibopt.devices.device import Ends, OneLink
 from vibopt.devices.link import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
@@ -19,7 +19,7 @@ from vibopt.values.directions import Direction, Place
 _SAID = ("inertance", "mass_ratio", "torsional_inertance")
 
 
-class InerterTable(Device):
+class InerterTable(OneLink):
     """`[inerters.NAME]`: force over relative acceleration [kg], or moment over angular acceleration [kg m^2].
 
     As a number, or as the ratio of it to the mass of a body, `relative_to`.  Between bodies in space it stands `at` a
@@ -46,6 +46,8 @@ class InerterTable(Device):
     direction: Direction | None = None
     tolerance: Tolerance | None = None
 
+    along: ClassVar[tuple[str, ...]] = ("inertance",)
+    around: ClassVar[tuple[str, ...]] = ("torsional_inertance",)
     between_points: ClassVar[bool] = True
     in_space: ClassVar[str] = 'Say where it stands and which way: at = ["0.5 m", "0 m", "0 m"], direction = "z".'
     exchangeable: ClassVar[bool] = True
@@ -57,7 +59,7 @@ class InerterTable(Device):
 
     @model_validator(mode="after")
     def _consistent(self) -> "InerterTable":
-        said = [key for key in _SAID if getattr(self, key) is not None]
+        said = self._given(_SAID)
         if len(said) != 1:
             raise word('needs one of inertance, mass_ratio and torsional_inertance. Write inertance = "40 kg".')
         if (self.mass_ratio is None) != (self.relative_to is None):
@@ -69,23 +71,11 @@ class InerterTable(Device):
         return self
 
     @property
-    def says_line(self) -> str:
-        return "inertance" if self.inertance is not None else ""
-
-    @property
-    def says_axis(self) -> str:
-        return "torsional_inertance" if self.torsional_inertance is not None else ""
-
-    @property
     def placed(self) -> bool:
         return self.at is not None
 
     def parts(self) -> dict[str, str]:
-        return {key: key for key in _SAID if getattr(self, key) is not None}
-
-    @classmethod
-    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
-        return (name,)
+        return {key: key for key in self._given(_SAID)}
 
     def joins(self, name: str) -> dict[str, Ends]:
         return {name: self.between}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, ValidationError, model_validator
 
-from vibopt.devices.device import OTHER_WAY, Device, Ends
+from vibopt.devices.device import OTHER_WAY, Ends, OneLink
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
@@ -43,7 +43,7 @@ _TURNING = ("rotating_damping", "rotating_damping_ratio")
 _RUBS = "friction_force"
 
 
-class LinkTable(Device):
+class LinkTable(OneLink):
     """`[links.NAME]`: stiffness and damping of one single mount, and how many there are.
 
     Keys
@@ -99,6 +99,9 @@ class LinkTable(Device):
     tolerance: Tolerance | None = None
     part: Part | None = None
 
+    along: ClassVar[tuple[str, ...]] = _ALONG
+    around: ClassVar[tuple[str, ...]] = _AROUND
+    elastic: ClassVar[tuple[str, ...]] = _SPRINGS
     between_points: ClassVar[bool] = True
     exchangeable: ClassVar[bool] = True
     in_space: ClassVar[str] = "Write [mounts.NAME] with a place."
@@ -156,24 +159,6 @@ class LinkTable(Device):
             raise word("has relative_to without damping_ratio. Remove it, or give the damping ratio.")
         return self
 
-    def _given(self, keys: tuple[str, ...]) -> list[str]:
-        said = vars(self)
-        return [key for key in keys if said[key] is not None]
-
-    @property
-    def says_line(self) -> str:
-        """A key that says that it is along a line; "" where none does."""
-        return next(iter(self._given(_ALONG)), "")
-
-    @property
-    def says_axis(self) -> str:
-        """A key that says that it is about an axis; "" where none does."""
-        return next(iter(self._given(_AROUND)), "")
-
-    @property
-    def has_spring(self) -> bool:
-        return bool(self._given(_SPRINGS))
-
     @property
     def rubs(self) -> bool:
         return self.friction_force is not None and getattr(self.friction_force, "value", 1.0) != 0.0
@@ -181,11 +166,6 @@ class LinkTable(Device):
     @property
     def spreads_mass(self) -> bool:
         return self.beam is not None and self.beam.heavy
-
-    @property
-    def damper(self) -> str:
-        """The key that says the viscous damping."""
-        return "torsional_damping" if self.torsional_damping is not None else "damping"
 
     @property
     def brought(self) -> tuple[str, ...]:
@@ -243,15 +223,8 @@ class LinkTable(Device):
         """The key of a damping that turns with the shaft; "" without."""
         return next((key for key in self._given(_TURNING) if getattr(getattr(self, key), "value", 1.0) != 0.0), "")
 
-    @classmethod
-    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
-        return (name,)
-
     def joins(self, name: str) -> dict[str, Ends]:
         return {name: self.between}
-
-    def springs(self, name: str) -> tuple[str, ...]:
-        return (name,) if self.has_spring else ()
 
     def spring(self, name: str, symbols: Symbols) -> Monomial | None:
         """Stiffness of one single mount [N/m] or [N m/rad]; None where there is no spring."""

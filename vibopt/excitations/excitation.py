@@ -1,7 +1,7 @@
 """What all excitations have in common: a place, speeds, and how the amplitude varies with speed."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -12,7 +12,7 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
 from vibopt.signals import Amplitude, Band, Line, Noise, Piece, Segment, Sort
 from vibopt.units import read_quantity
-from vibopt.values import SpeedRange, Table, read_speeds, word
+from vibopt.values import SpeedRange, Table, read_speeds
 from vibopt.values.fields import CLOSED, ReadBy, complaint
 from vibopt.values.speeds import ROTATION
 
@@ -374,24 +374,6 @@ def unit_line(order: float, direction: FloatArray, phase: float, amplitude: Ampl
     return Line(order, turned, amplitude)
 
 
-def order_lines(shaker: Excitation, harmonics: Sequence[Any], direction: FloatArray) -> tuple[Line, ...]:
-    """A line for each order of one speed, by its `order`, `amplitude` and `phase`."""
-    phases = [one.phase.value if one.phase is not None else 0.0 for one in harmonics]
-    return tuple(
-        unit_line(one.order.value, direction, phase, shaker.varied(one.amplitude.value))
-        for one, phase in zip(harmonics, phases, strict=True)
-    )
-
-
-def check_orders(harmonics: Sequence[Any], example: str) -> None:
-    """There are some, and each order once."""
-    orders = [one.order.value for one in harmonics]
-    if not orders:
-        raise word(f"has no harmonics. Write harmonics = [{example}].")
-    if len(set(orders)) < len(orders):
-        raise word("gives an order twice. Add the two as phasors and give the order once.")
-
-
 __all__ = [
     "Excitation",
     "NoSpeed",
@@ -400,7 +382,5 @@ __all__ = [
     "Speeds",
     "Transient",
     "Varies",
-    "check_orders",
-    "order_lines",
     "unit_line",
 ]

@@ -2,16 +2,25 @@
 
 from typing import ClassVar
 
-from pydantic import model_validator
-
 from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, check_orders, order_lines, unit_line
+from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.harmonics import OfOrders, Order
 from vibopt.signals import Line
-from vibopt.values import Fact, Table, number
+from vibopt.values import Fact, number
 from vibopt.values.directions import AXES, Direction, Vector
 
 
-class Moment(Excitation):
+class _About(Excitation):
+    """What turns a body to and fro about an axis."""
+
+    axis: Direction | None = None
+
+    @property
+    def acts(self) -> dict[str, complex]:
+        return super().acts if self.axis is None else about(self.on, self.axis)
+
+
+class Moment(_About):
     """`kind = "moment"`: T cos(w t), amplitude [N m] peak.
 
     Keys
@@ -23,36 +32,22 @@ class Moment(Excitation):
         "2000 rpm"`.
     """
 
-    axis: Direction | None = None
     amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
     moment: ClassVar[str] = "force"
 
-    @property
-    def acts(self) -> dict[str, complex]:
-        return super().acts if self.axis is None else about(self.on, self.axis)
-
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         return (unit_line(1.0, direction, 0.0, self.varied(self.amplitude.value)),)
 
 
-class MomentHarmonic(Table):
-    """One order: moment [N m] peak at `order` times the speed, leading by `phase`.
+class MomentHarmonic(Order):
+    """One order: moment [N m] peak at `order` times the speed, leading by `phase`."""
 
-    Keys
-    ----
-    order: How many times the speed: `order = 2`.
-    amplitude: Amplitude of this order.
-    phase: How far it leads; zero without it.
-    """
-
-    order: Fact = number("ratio", choice=False, required=True)
     amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)
-    phase: Fact | None = number("angle", choice=False, sign="any")
 
 
-class MomentHarmonics(Excitation):
+class MomentHarmonics(_About, OfOrders):
     """`kind = "moment_harmonics"`: sum of T_h cos(h w t + phase_h), the torque of an engine against its block.
 
     Keys
@@ -60,28 +55,11 @@ class MomentHarmonics(Excitation):
     harmonics: Orders of the torque: `harmonics = [{ order = 2, amplitude = "400 N m" }]`. An order twice is
         refused.
     axis: In space the axis of the torque: `axis = "x"`.
-    varies: How all amplitudes change away from their own speed: `varies = "constant"`, "speed", "speed^2" or a
-        table.
-    amplitude_at: The speed to which the amplitudes belong: `amplitude_at = "2000 rpm"`.
     """
 
     harmonics: tuple[MomentHarmonic, ...]
-    axis: Direction | None = None
-    varies: Varies = None
-    amplitude_at: OneSpeed | None = None
     moment: ClassVar[str] = "harmonics"
-
-    @model_validator(mode="after")
-    def _orders_differ(self) -> "MomentHarmonics":
-        check_orders(self.harmonics, '{ order = 2, amplitude = "400 N m" }')
-        return self
-
-    @property
-    def acts(self) -> dict[str, complex]:
-        return super().acts if self.axis is None else about(self.on, self.axis)
-
-    def lines(self, direction: FloatArray) -> tuple[Line, ...]:
-        return order_lines(self, self.harmonics, direction)
+    example: ClassVar[str] = '{ order = 2, amplitude = "400 N m" }'
 
 
 def about(place: str, axis: Vector) -> dict[str, complex]:
