@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibopt.answer.console import Console
+    from vibopt.charts.cost import Size
 
 _SHORT = {"branch_and_bound": "b&b", "equal_peaks": "equal peaks"}
 """Names in the figures; a number behind a name is a setting."""
@@ -101,8 +102,8 @@ def accuracy_table(result: Chart, console: Console) -> None:
         rows = [
             (
                 one.method,
-                _time(one.seconds) + _spread(one),
-                _time(one.kernel),
+                time_of(one.seconds) + spread(one),
+                time_of(one.kernel),
                 _ratio(result.ratio(one)),
                 _part(one.error),
                 one.status,
@@ -346,13 +347,14 @@ def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
     )
 
 
-def _time(seconds: float) -> str:
+def time_of(seconds: float) -> str:
+    """CPU seconds as shown; "-" where there are none."""
     if not math.isfinite(seconds):
         return "-"
     return f"{seconds * 1e3:.3g} ms" if seconds < 1.0 else f"{seconds:.3g} s"
 
 
-def _spread(one: Trial) -> str:
+def spread(one: Trial | Size) -> str:
     """Half of the distance between the quartiles, as a part of the median."""
     low, high = one.quartiles
     return f" ±{50.0 * (high - low) / one.seconds:.0f} %" if one.runs > 2 else ""

@@ -217,12 +217,13 @@ def slivers() -> list[Case]:
 def many() -> list[Case]:
     """Several presses in one file, all to be chosen together; the best for one is that of a press alone."""
     return [
-        Case(f"{count} presses, {2 * count} unknowns", _presses(count), FEASIBLE, _PRESS, "40 digits", "many unknowns")
+        Case(f"{count} presses, {2 * count} unknowns", presses(count), FEASIBLE, _PRESS, "40 digits", "many unknowns")
         for count in (1, 2, 3, 5)
     ]
 
 
-def _presses(count: int) -> str:
+def presses(count: int) -> str:
+    """So many presses in one file, two unknowns each."""
     parts = ['title = "Presses in one hall"']
     for i in range(1, count + 1):
         parts.append(f"""

@@ -38,7 +38,7 @@ _figure = click.option(
 
 @click.group()
 def chart() -> None:
-    """Chart methods against each other: speed and accuracy, stability, profiles, fidelity of the model."""
+    """Chart methods against each other: speed and accuracy, stability, profiles, cost, fidelity of the model."""
 
 
 @chart.command("speed-accuracy", cls=Once)
@@ -161,6 +161,37 @@ def _code(trials: Iterable[Trial], *, cut: bool) -> int:
     if any(one.verdict == SILENT and one.method == DEFAULT for one in trials):
         return SILENTLY_WRONG
     return ASKED_LESS if cut else 0
+
+
+@chart.command(cls=Once)
+@click.option(
+    "--ladder",
+    type=click.Choice(
+        ["bodies", "variables", "absorbers", "limits", "harmonics", "readings", "planes", "parts", "points"]
+    ),
+    help="What grows; all if left out.",
+)
+@_quick
+@limited
+@_figure
+@force
+@as_json
+def cost(ladder: str | None, quick: bool, figure: str | None, force: bool, as_json: bool) -> int:
+    """CPU time and memory of whole answers as a job grows, with fitted exponents and their intervals.
+
+    Exit code 5 if less was asked than the chart promises.
+    """
+    from vibopt.charts import cost_views as views
+    from vibopt.charts.cost import cost as run
+    from vibopt.cli.progress import Bar
+
+    targets = _targets(figure, force=force)
+    with Bar() as bar:
+        sizes = run(ladder, quick=quick, progress=bar)
+    data = views.cost_json(sizes)
+    _write(targets, data, lambda: views.draw_cost(sizes))
+    _say(data, lambda console: views.cost_table(sizes, console), targets, as_json=as_json)
+    return ASKED_LESS if any(one.cut for one in sizes) else 0
 
 
 def _scenes(files: tuple[str, ...], family: str | None) -> list[Scene]:

@@ -45,7 +45,7 @@ VERBS = {
     "report": ("picture", "Write the answer as one page that can be signed (HTML)."),
     "new": ("new", "Write a problem file to fill in."),
     "verify": ("verify", "Solve every file of a folder and compare with what it recorded."),
-    "chart": ("chart", "Chart methods: speed against accuracy, stability, profiles, fidelity of the model."),
+    "chart": ("chart", "Chart methods: speed against accuracy, stability, profiles, cost, fidelity of the model."),
     "schema": ("schema", "Print the JSON schema of the problem file."),
     "help": ("help", "Show a topic of the manual, or search it."),
     "manual": ("help", "Write the manual as one page (HTML)."),
