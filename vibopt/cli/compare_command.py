@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.cli.options import Once, anew, as_json, changes, files, force, limited, read_job
-from vibopt.cli.output import colour, say, say_json, width
+from vibopt.cli.output import colour, say, say_json, told, width
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
 
@@ -97,16 +97,7 @@ def _stepped(job: Job, limits: str, table: Path | None, *, as_json: bool) -> int
         rows = result.table()
         write_file(table, rows_text([list(rows[0]), *(list(row.values()) for row in rows)]).encode())
         written = [str(table)]
-    if as_json:
-        from vibopt.answer.jsonable import plain
-
-        say_json({"status": "ok", "written": written, **plain(result)})
-    else:
-        from vibopt.answer.text import rendered
-
-        say(rendered(lambda console: _tell_steps(result, console), width=width(), colour=colour()))
-        for name in written:
-            say(f"Written: {name}")
+    told(result, _tell_steps, as_json=as_json, written=written)
     return 0
 
 

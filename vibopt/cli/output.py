@@ -5,10 +5,14 @@ from __future__ import annotations
 import os
 import shutil
 import sys
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from typing import TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 from vibopt.errors import VibOptError
+
+if TYPE_CHECKING:
+    from vibopt.answer.console import Console
 
 _ASCII = str.maketrans(
     {
@@ -147,3 +151,21 @@ def _silence(stream: TextIO) -> None:
     """Let what is still to come fall into nothing."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def told(
+    result: Any, view: Callable[[Any, Console], None], *, as_json: bool, status: str = "ok",
+    written: Sequence[str] | None = None,
+) -> None:  # fmt: skip
+    """What was found, as JSON or as `view` sets it on a console, and the files that were written."""
+    if as_json:
+        from vibopt.answer.jsonable import plain
+
+        data = result if isinstance(result, Mapping) else plain(result)
+        say_json({"status": status, **({} if written is None else {"written": written}), **data})
+        return
+    from vibopt.answer.text import rendered
+
+    say(rendered(lambda console: view(result, console), width=width(), colour=colour()))
+    for one in written or ():
+        say(f"Written: {one}")

@@ -26,7 +26,7 @@ from vibopt.cli.options import (
     with_scenario,
     workers,
 )
-from vibopt.cli.output import colour, note_kept, say, say_json, width
+from vibopt.cli.output import note_kept, told
 from vibopt.cli.sweep_table import GrowingTable, Journal, csv_text
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
@@ -134,16 +134,7 @@ def sweep(
     if picture is not None:
         write_file(picture, _drawn(result, format_of(picture, FORMATS)))
     written = [str(one) for one in (table, picture) if one is not None]
-    if as_json:
-        from vibopt.answer.jsonable import plain
-
-        say_json({"status": "ok" if result.complete else "unproven", "written": written, **plain(result)})
-    else:
-        from vibopt.answer.text import rendered
-
-        say(rendered(lambda console: _list(result, console), width=width(), colour=colour()))
-        for one in written:
-            say(f"Written: {one}")
+    told(result, _list, as_json=as_json, status="ok" if result.complete else "unproven", written=written)
     return 0 if result.complete else UNPROVEN
 
 

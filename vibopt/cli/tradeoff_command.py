@@ -8,7 +8,7 @@ import click
 
 from vibopt.cli import completing
 from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, read_job, scenario, with_scenario
-from vibopt.cli.output import colour, say, say_json, width
+from vibopt.cli.output import told
 from vibopt.cli.sweep_command import FORMATS, MOST_ROWS, TABLES
 from vibopt.cli.sweep_table import rows_text
 from vibopt.errors import InputError
@@ -77,16 +77,7 @@ def tradeoff(
 
         write_file(picture, saved(tradeoff_figure(front_of(result)), format_of(picture, FORMATS)))
     written = [str(one) for one in (table, picture) if one is not None]
-    if as_json:
-        from vibopt.answer.jsonable import plain
-
-        say_json({"status": "ok", "written": written, **plain(result)})
-    else:
-        from vibopt.answer.text import rendered
-
-        say(rendered(lambda console: _list(result, console), width=width(), colour=colour()))
-        for one in written:
-            say(f"Written: {one}")
+    told(result, _list, as_json=as_json, written=written)
     return 0
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from vibopt.cli.options import Once, anew, as_json, changes, file, limited, read_job, scenario, with_scenario
-from vibopt.cli.output import colour, say, say_json, width
+from vibopt.cli.output import told
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
@@ -32,14 +32,7 @@ def window(file: str, changes: tuple[str, ...], scenario: str | None, as_json: b
     job = read_job(file, with_scenario(file, scenario, changes))
     with Bar() as bar:
         result = permitted(job, progress=bar)
-    if as_json:
-        from vibopt.answer.jsonable import plain
-
-        say_json({"status": "ok", **plain(result)})
-    else:
-        from vibopt.answer.text import rendered
-
-        say(rendered(lambda console: _list(result, console), width=width(), colour=colour()))
+    told(result, _list, as_json=as_json)
     return 0
 
 
