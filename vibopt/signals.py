@@ -116,13 +116,15 @@ class Output:
 
     `z_t` is the dynamic stiffness of term t.  row (n_coords,), signs (n_terms,).
     With `shared_by` naming a link, the value is divided by the number of its mounts; more general, by what the model
-    counts under that name.
+    counts under that name.  `held` are bearings, and dampers that turn with a shaft, whose force is read beside that,
+    by name, each with its sign.
     """
 
     row: FloatArray
     signs: FloatArray
     power: int = 0
     shared_by: str = ""
+    held: tuple[tuple[str, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,6 +25,7 @@ from vibopt.forms import (
     ModeRatio,
     Modulus,
     Monomials,
+    Orbit,
     PeakInRunUp,
     PeakInTime,
     PeakOverDurations,
@@ -37,6 +38,7 @@ from vibopt.forms import (
     WhirlThreshold,
 )
 from vibopt.forms.bounds import FormBounds
+from vibopt.mechanics.bearings import Bearing
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.monomial import Monomial
 from vibopt.program.held import held
@@ -52,6 +54,8 @@ _TURNS = 5.0
 """Damping between both masses that turns [N s/m]."""
 _ROW = np.array([0.0, 1.0])
 _NONE = np.zeros(6)
+_FILM = (0.3, 0.1, -0.05, 0.7, 2e-3, 1e-4, -1e-4, 1e-3)
+"""Coefficients of a bearing below the lower mass, over the second number."""
 
 
 def _model(kind: type[Form] | None = None) -> Model:
@@ -75,7 +79,9 @@ def _model(kind: type[Form] | None = None) -> Model:
     ]
     terms = tuple(Term(kind, row, scale, powers, "", scale, kind != INERTIA) for kind, row, scale, powers in rows)
     turns = (Term(DAMPING, upper, _TURNS, none, "", _TURNS, across=True),)
-    return Model({}, 2, terms, rotating=turns)
+    whole = Model({}, 2, terms, rotating=turns)
+    film = Bearing("film", lower, tuple(Monomial(one, {1: 1.0}) for one in _FILM), np.zeros(0), np.zeros(0))
+    return replace(whole, bearings=(film,)) if kind is Orbit else whole
 
 
 def _matrices(x: Any) -> tuple[Any, Any, Any]:
@@ -115,6 +121,20 @@ def _poles(x: Any) -> list[Any]:
 def _response(x: Any, speed: Any) -> Any:
     mass, damping, stiffness = _matrices(x)
     return abs(mp.lu_solve(stiffness + 1j * speed * damping - speed**2 * mass, mp.matrix([5, 0]))[1])
+
+
+def _orbit(x: Any) -> Any:
+    """Greater half axis of the upper mass under a force on the lower one that goes round, in both planes at once."""
+    mass, damping, stiffness = _matrices(x)
+    turns, w = _TURNS * mp.matrix([[1, -1], [-1, 1]]), mp.mpf(_SPEED)
+    whole = mp.zeros(4)
+    own = stiffness + 1j * w * (damping + turns) - w**2 * mass
+    whole[:2, :2], whole[2:, 2:], whole[:2, 2:], whole[2:, :2] = own, own, w * turns, -w * turns
+    for (i, j), stiff, damp in zip(((0, 0), (0, 2), (2, 0), (2, 2)), _FILM[:4], _FILM[4:], strict=True):
+        whole[i, j] += x[1] * (stiff + 1j * w * damp)
+    moved = mp.lu_solve(whole, mp.matrix([5, 0, -5j, 0]))
+    y, z = moved[1], moved[3]
+    return mp.sqrt((abs(y) ** 2 + abs(z) ** 2 + abs(y**2 + z**2)) / 2)
 
 
 def _whirls(x: Any) -> Any:
@@ -248,6 +268,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
         Monomials(np.array([3.0, 0.2]), np.array([[0.5, 0.0, 1.0], [1.0, 1.0, -1.0]])),
         lambda x: 3 * mp.sqrt(x[0]) * x[2] + mp.mpf("0.2") * x[0] * x[1] / x[2],
     ),
+    Orbit: (Orbit(_READ, (_DRIVE,), "sum"), _orbit),
     PeakInTime: (_PEAK, _peak),
     PeakOverDurations: (
         PeakOverDurations(_READ, np.array([[5.0], [0.0]]), lambda lasts: (replace(_ON, length=lasts),), 2.9, 3.0),

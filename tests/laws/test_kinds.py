@@ -197,8 +197,8 @@ def machines() -> dict[str, dict[str, Any]]:
     return made
 
 
-SPINNING = {"rotors"}
-"""Families whose inertia is that of a whirl, which need not be positive: see test_rotors.py."""
+SPINNING = {"rotors", "bearings"}
+"""Families whose inertia is that of a whirl, which need not be positive: see test_rotors.py and test_bearings.py."""
 
 
 def test_every_family_is_in_some_machine() -> None:

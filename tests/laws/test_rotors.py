@@ -462,8 +462,8 @@ REFUSED = {
     ),
     "a shaft that is not held": (
         HEAD + SHAFT + TAIL.replace('[links.b]\nbetween = ["right", "ground"]\nstiffness = "1 MN/m"\n', ""),
-        "t line 2: rotors.r is not held: springs at its stations leave it free to move or to tilt. Let links with a "
-        "stiffness end at two of its stations, and lead to the ground.",
+        "t line 2: rotors.r is not held: springs at its stations leave it free to move or to tilt. Let links or "
+        "bearings with a stiffness end at two of its stations, and lead to the ground.",
     ),
     "a force": (
         HEAD + SHAFT + TAIL.replace('"unbalance"', '"force"').replace('unbalance = "1 g m"', 'amplitude = "1 N"'),

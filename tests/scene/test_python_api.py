@@ -430,6 +430,7 @@ def test_each_part_is_a_method_with_the_words_of_the_file() -> None:
     methods["rotors"] = vo.Machine.rotor
     methods["points"] = vo.Machine.point
     methods["inerters"] = vo.Machine.inerter
+    methods["bearings"] = vo.Machine.bearing
     methods["mounts"] = vo.Machine.mount
     assert set(methods) == set(FAMILIES)
     tables: dict[str, Any] = dict(FAMILIES)

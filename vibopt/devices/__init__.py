@@ -32,6 +32,7 @@ FAMILIES: Kinds[Device] = Kinds(
         "rotors": "rotor.RotorTable",
         "absorbers": "absorber.AbsorberTable",
         "links": "link.LinkTable",
+        "bearings": "bearing.BearingTable",
         "inerters": "inerter.InerterTable",
         "points": "point.PointTable",
         "mounts": "mount.MountTable",

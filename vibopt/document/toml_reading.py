@@ -17,7 +17,7 @@ from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 
 PROBLEM = Kind("a problem file", 2_000_000, "Name an existing problem file (.toml).", "Name a problem file (.toml).")
-FILES = ("mass", "stiffness", "damping", "file")
+FILES = ("mass", "stiffness", "damping", "file", "table")
 """Keys of a structure that name a file."""
 _MOST_BITS = 1000
 """Of a whole number; a float holds 1024."""
@@ -60,7 +60,7 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
     for key in ("readings", "influence"):
         if isinstance(new.get(key), str):
             new[key] = FileText(new[key], folder)
-    for family in ("structures", "excitations"):
+    for family in ("structures", "excitations", "bearings"):
         tables = new.get(family)
         if isinstance(tables, (dict, Mapping)):
             new[family] = {name: _placed(table, folder) for name, table in tables.items()}

@@ -23,6 +23,7 @@ FORMS: Kinds[Form] = Kinds(
         "ModeRatio": "undamped.ModeRatio",
         "Modulus": "modulus.Modulus",
         "Monomials": "monomials.Monomials",
+        "Orbit": "orbit.Orbit",
         "PeakInRunUp": "peak_in_run_up.PeakInRunUp",
         "PeakInTime": "peak_in_time.PeakInTime",
         "PeakOverDurations": "any_duration.PeakOverDurations",
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
     from vibopt.forms.damped import DecayRate, FreeMotion, LogDecrement, ModeDamping
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
+    from vibopt.forms.orbit import Orbit
     from vibopt.forms.peak_in_run_up import PeakInRunUp
     from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.forms.root_mean_square import RootMeanSquare
@@ -72,6 +74,7 @@ __all__ = [
     "ModeRatio",
     "Modulus",
     "Monomials",
+    "Orbit",
     "PeakInRunUp",
     "PeakInTime",
     "PeakOverDurations",

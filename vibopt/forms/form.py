@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import field
+from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     Bounds = tuple[FloatArray, FloatArray]
 
-_STEP = 1e-6
+_STEP, _TURN = 1e-6, 1e-4
 _T = TypeVar("_T")
 WITHOUT_END = 1e30
 ROOTS = 1e-6
@@ -328,6 +329,26 @@ def by_differences(value: Callable[[FloatArray], float], x: FloatArray) -> Float
         down[i] *= 1.0 - _STEP
         slope[i] = (log_of(value(up)) - log_of(value(down))) / (2.0 * _STEP)
     return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
+
+
+def second_differences(
+    near: Callable[[FloatArray], float], n: int, *, moves: bool
+) -> tuple[FloatArray, FloatArray | None]:
+    """Slope (n,) and bend (n, n) of a function of small turns of n logs, and of one more along which it is an extreme.
+
+    That extreme moves with the others where it `moves`; None where some difference has no end.
+    """
+    steps = _TURN * np.eye(n + moves)
+    here, ups, downs = near(np.zeros(n + moves)), [near(one) for one in steps], [near(-one) for one in steps]
+    slope, bend = (np.array(ups) - downs) / (2.0 * _TURN), np.zeros(2 * steps.shape[:1])
+    for i, j in combinations_with_replacement(range(len(steps)), 2):
+        both = [near(steps[i] + steps[j]), near(-steps[i] - steps[j])] if i != j else []
+        apart = sum(both) + 2.0 * here - ups[i] - ups[j] - downs[i] - downs[j] if both else ups[i] + downs[i] - 2 * here
+        bend[i, j] = bend[j, i] = apart / ((2.0 if both else 1.0) * _TURN**2)
+    if moves and bend[n, n]:
+        bend -= np.outer(bend[:, n], bend[n]) / bend[n, n]
+    whole = np.isfinite(bend[:n, :n]).all()
+    return np.nan_to_num(slope[:n]), bend[:n, :n] if whole else None
 
 
 def bend_of_slopes(form: Form, model: Model, x: FloatArray) -> FloatArray:

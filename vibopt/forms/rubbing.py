@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import combinations_with_replacement
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms.form import Form, Local, Worst, log_of
+from vibopt.forms.form import Form, Local, Worst, log_of, second_differences
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
 
@@ -23,8 +22,8 @@ _SLOW, _QUASI = 0.03, 2e-3
 """Frequency over the natural one up to which a range is looked at by its limit at rest; below which a speed is."""
 _EVEN, _NEAR = 12, (0.34, 0.6, 0.75, 0.86, 0.93, 0.97, 0.99, 1.0, 1.01, 1.03, 1.07, 1.15, 1.3, 1.5)
 """Speeds looked at in a range, and more of them as parts of the natural frequency."""
-_STEP, _WITHIN = 1e-4, 0.8
-"""Of differences, in logs; part of the greatest that another extreme has that may overtake it, each taking long."""
+_WITHIN = 0.8
+"""Part of the greatest that another extreme has that may overtake it, each taking long."""
 _ROUNDED = 1e-9
 """Part of the motion on a free spring by which an integration may be off, whatever friction leaves of it."""
 _HOPE, _BEST, _SECOND, _LEFT = 0.6, 2, 0.5, 1e-7
@@ -89,23 +88,13 @@ class Rubbing(Form):
         if not 0.0 < value < np.inf:
             return Local(log_of(value) if np.isfinite(value) else np.inf, np.zeros(len(x)), (speed,))
         moves = all(speed not in (band.low, band.high) for band in self.shaken[0].bands)
-        n, steps = len(x), _STEP * np.eye(len(x) + moves)
+        n = len(x)
 
         def near(turn: FloatArray) -> float:
             return log_of(self.at(model, x * np.exp(turn[:n]), speed * float(np.exp(turn[n:].sum()))))
 
-        here, ups, downs = log_of(value), [near(one) for one in steps], [near(-one) for one in steps]
-        slope, bend = (np.array(ups) - downs) / (2.0 * _STEP), np.zeros(2 * steps.shape[:1])
-        for i, j in combinations_with_replacement(range(len(steps)), 2):
-            both = [near(steps[i] + steps[j]), near(-steps[i] - steps[j])] if i != j else []
-            apart = (
-                sum(both) + 2.0 * here - ups[i] - ups[j] - downs[i] - downs[j] if both else ups[i] + downs[i] - 2 * here
-            )
-            bend[i, j] = bend[j, i] = apart / ((2.0 if both else 1.0) * _STEP**2)
-        if moves and bend[n, n]:  # the extreme moves with the design
-            bend -= np.outer(bend[:, n], bend[n]) / bend[n, n]
-        whole = np.isfinite(bend[:n, :n]).all()
-        return Local(here, np.nan_to_num(slope[:n]), (speed,), bend[:n, :n] if whole else None)
+        slope, bend = second_differences(near, n, moves=moves)
+        return Local(log_of(value), slope, (speed,), bend)
 
     def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
         return [((speed,), value) for value, speed in self.tops(model, x, least_wanted)]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.mechanics.built import GROUND, Joint, Tuned
+from vibopt.mechanics.built import GROUND, Joint, PlaneBearing, Tuned
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
@@ -44,8 +44,8 @@ class Assembly:
         As of `Machine`.
     rigid, mounts, groups
         As of `SpaceMachine`.
-    carriers, shafts
-        Structures and shafts of rotors by name.
+    carriers, shafts, bearings
+        Structures, shafts of rotors, and bearings that are not alike in both planes, by name.
     gears
         As of `GearedMachine`.
     """
@@ -67,6 +67,7 @@ class Assembly:
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
     carriers: dict[str, Carrier] = field(default_factory=dict)
     shafts: dict[str, WhirlingShaft] = field(default_factory=dict)
+    bearings: dict[str, PlaneBearing] = field(default_factory=dict)
     gears: dict[str, tuple[str, float]] = field(default_factory=dict)
 
     def add_mass(self, name: str, mass: float, weight: float, said: float) -> None:
@@ -118,6 +119,10 @@ class Assembly:
                 fixed=self.fixed,
                 spatial=self.spatial,
             )
+        if self.bearings:
+            from vibopt.mechanics.orbiting import OrbitingMachine
+
+            return OrbitingMachine(self.masses, *core, shafts=self.shafts, bearings=self.bearings)
         if self.shafts:
             from vibopt.mechanics.rotating import RotatingMachine
 

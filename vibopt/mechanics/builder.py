@@ -8,6 +8,7 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.bearings import Bearing
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import dataclass
@@ -70,6 +71,7 @@ class ModelBuilder:
     turning: dict[str, bool] = field(default_factory=dict)
     properties: dict[tuple[str, str], Monomial] = field(default_factory=dict)
     rotating: list[Term] = field(default_factory=list)
+    bearings: list[Bearing] = field(default_factory=list)
     readings: dict[tuple[str, str], tuple[float, float, float]] = field(default_factory=dict)
     gears: dict[str, tuple[str, float]] = field(default_factory=dict)
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
@@ -207,6 +209,14 @@ class ModelBuilder:
         vector = np.array([row.get(name, 0.0) for name in self.coords])
         self.rotating.append(Term(DAMPING, vector, damping.scale, damping.row(self.n_vars), owner, 0.0))
 
+    def add_bearing(
+        self, name: str, powers: tuple[Monomial, ...], speeds: FloatArray | None = None, table: FloatArray | None = None
+    ) -> None:
+        """A bearing that is not alike in both planes, on a link that is there: coefficients as of `Bearing`."""
+        none = np.zeros(0)
+        speeds, table = none if speeds is None else speeds, none if table is None else table
+        self.bearings.append(Bearing(name, self.links[name], powers, speeds, table))
+
     def add_hysteretic(self, link: str, stiffness: Monomial) -> None:
         self._add(HYSTERETIC, self.links[link], stiffness, link, across=True)
 
@@ -256,6 +266,7 @@ class ModelBuilder:
             readings=self.readings,
             rotating=tuple(self.rotating),
             gears=self.gears,
+            bearings=tuple(self.bearings),
             families=self.families,
             axes=self.axes,
             left_out=self.left_out,

@@ -102,6 +102,29 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True)
+class PlaneBearing:
+    """Forces across a shaft in both planes, y and z, between two points as built.
+
+    speeds
+        Spins [rad/s], (m,), of which one alone says that nothing changes with it.
+    stiffness, damping
+        Force along each plane per displacement [N/m] and velocity [N s/m] along each, (m, 2, 2).
+    """
+
+    ends: tuple[str, str]
+    speeds: FloatArray
+    stiffness: FloatArray
+    damping: FloatArray
+
+    def at(self, spin: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Stiffness and damping at spins (k,) [rad/s], each (k, 2, 2)."""
+        both = np.stack([self.stiffness, self.damping]).reshape(2, len(self.speeds), 4)
+        found = np.array([[np.interp(spin, self.speeds, each) for each in one.T] for one in both])
+        stiff, damp = np.moveaxis(found, 1, -1).reshape(2, len(spin), 2, 2)
+        return stiff, damp
+
+
+@dataclass(frozen=True, slots=True)
 class Motion:
     """Steady motion at each speed.
 

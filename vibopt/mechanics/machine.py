@@ -182,6 +182,10 @@ class Machine:
         points = {name: rows[name] for name in number}
         return points, {one.name: rows[one.ends[1]] - rows[one.ends[0]] for one in self.joints}
 
+    def size(self, value: ComplexArray) -> ComplexArray:
+        """What of a reading counts as its amplitude, shape of the speeds: itself where all moves along one line."""
+        return value
+
     def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Force of the whole joint on its second end [N], positive along the coordinate."""
         force: ComplexArray = -joint.dynamic(motion.omega) * self.stretch_of(joint, motion)
@@ -344,7 +348,7 @@ class Machine:
         """
         return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
 
-    def threshold(self) -> float:
+    def threshold(self, top: float = 0.0) -> float:
         """Least spin [rad/s] beyond which a whirl grows under dampers that turn with a shaft; infinite of none."""
         from vibopt.mechanics.two_planes import threshold_in_planes
 

@@ -9,6 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.mechanics.bearings import Bearing
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import cached_property, dataclass
 
@@ -84,6 +85,8 @@ class Model:
         Dampers that turn with a shaft, which steady whirl does not feel.
     gears
         Per body that is geared to another that one, and how many times as fast it turns.
+    bearings
+        Those that are not alike in both planes: whirl then has a forward and a backward part.
     axes
         Per link of a mount its direction in space, shape (3,); any other link is along z.
     basis
@@ -106,6 +109,7 @@ class Model:
     families: dict[str, tuple[str, ...]] = field(default_factory=dict)
     rotating: tuple[Term, ...] = ()
     gears: dict[str, tuple[str, float]] = field(default_factory=dict)
+    bearings: tuple[Bearing, ...] = ()
     axes: dict[str, FloatArray] = field(default_factory=dict)
     basis: FloatArray = field(default_factory=lambda: np.zeros((0, 0)))
     left_out: int = 0
@@ -317,6 +321,7 @@ class Model:
             self,
             terms=tuple(map(new, self.terms)),
             rotating=tuple(map(new, self.rotating)),
+            bearings=tuple(one.changed(change) for one in self.bearings),
             counts=changed(self.counts),
             ratios=changed(self.ratios),
             properties=changed(self.properties),

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import field, replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from vibopt.mechanics.hosted import solved
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shaft_waves import MODES, WhirlingShaft
 from vibopt.records import cached_property, dataclass
+
+if TYPE_CHECKING:
+    from typing import Self
 
 _FAR = 1.3
 """Factor of a speed within which it is looked for between two others, where pieces say it badly."""
@@ -97,6 +100,16 @@ class RotatingMachine(Machine):
 
         `braked` as of `WhirlingShaft.dynamic`.
         """
+        stiff = self._shafts_alone(omega, spin, braked=braked)
+        for joint, ends in self._joined(self._exact_places):
+            z = joint.dynamic(np.asarray(omega))
+            for i, a in ends:
+                for j, b in ends:
+                    stiff[:, i, j] += a * b * z
+        return stiff
+
+    def _shafts_alone(self, omega: Any, spin: Any, *, braked: bool = False) -> ComplexArray:
+        """As `_dynamic`, without joints."""
         start = len(self.masses)
         size = start + sum(one.size for one in self.shafts.values())
         stiff = np.zeros((len(omega), size, size), dtype=complex)
@@ -105,11 +118,6 @@ class RotatingMachine(Machine):
         for one in self.shafts.values():
             stiff[:, start : start + one.size, start : start + one.size] = one.dynamic(omega, spin, braked=braked)
             start += one.size
-        for joint, ends in self._joined(self._exact_places):
-            z = joint.dynamic(np.asarray(omega))
-            for i, a in ends:
-                for j, b in ends:
-                    stiff[:, i, j] += a * b * z
         return stiff
 
     def _joined(self, places: Mapping[str, int]) -> Iterator[tuple[Any, list[tuple[int, float]]]]:
@@ -156,7 +164,7 @@ class RotatingMachine(Machine):
         found[here] = np.where(np.isnan(met), found[here], met)  # where peaks are looked for, and no answer itself
         return found
 
-    def _cut(self, omega: float) -> RotatingMachine:
+    def _cut(self, omega: float) -> Self:
         """The same in stretches that are short enough for a frequency [rad/s]."""
         shafts = {name: one.cut(omega) for name, one in self.shafts.items()}
         same = all(one is shafts[name] for name, one in self.shafts.items())
@@ -263,7 +271,7 @@ class RotatingMachine(Machine):
         sizes, ways = np.linalg.eigh(mass)
         return root @ (ways * np.sqrt(np.maximum(sizes, 0.0))), root @ polar @ root.T
 
-    def threshold(self) -> float:
+    def threshold(self, top: float = 0.0) -> float:
         """Least spin [rad/s] beyond which a whirl grows, infinite where none does: by the waves, begun at the pieces.
 
         Where a complex value of the dynamic stiffness of whirl w at spin W is nothing at once in both its parts.
@@ -360,7 +368,7 @@ def _neutral(
         return float(one.real), float(one.imag)
 
     low, slow = 0.0, float(np.sqrt(squares[0]))
-    for high in slow * np.geomspace(0.4, 1e4, 48):
+    for high in slow * np.geomspace(0.4, 300.0, 48):
         if growth(high)[0] > _REAL * slow:
             spin = float(brentq(lambda at: growth(at)[0] - _REAL * slow, low, high, rtol=1e-12))
             return growth(spin)[1], spin

@@ -155,12 +155,15 @@ class WhirlingShaft:
             found[:, 2 * disc.node + 1, 2 * disc.node + 1] -= square * disc.diametral - turned * disc.polar
         return found
 
-    def moment(self, k: int, end: int, square: ComplexArray | FloatArray, ends: ComplexArray) -> ComplexArray:
+    def moment(
+        self, k: int, end: int, square: ComplexArray | FloatArray, ends: ComplexArray, sense: float = 1.0
+    ) -> ComplexArray:
         """Moment on the left (0) or right (1) end of section k of a whirl with the shaft [N m], (n,).
 
+        With `sense` -1 of one against it, as fast.
         From deflection and tilt at both its ends (n, 4), at frequencies squared (n,) [1/s^2]; what is rounding is zero.
         """
-        parts = _stiffness((self.sections[k],), square, -square)[0, :, 1 + 2 * end] * ends
+        parts = _stiffness((self.sections[k],), square, (1.0 - 2.0 * sense) * square)[0, :, 1 + 2 * end] * ends
         whole = parts.sum(axis=-1)
         return np.asarray(np.where(np.abs(whole) > _ROUNDED * np.abs(parts).sum(axis=-1), whole, 0.0))
 

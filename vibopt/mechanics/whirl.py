@@ -14,14 +14,15 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.growth import first_growth, states
 
 MOST = 8
 """Coordinates up to which several rotating dampers, or gyroscopic moments, are answered."""
 _AXIS, _NOTHING, _SAME = 1e-5, 1e-10, 1e-14
 """Part of its size by which a root may be off its axis before it is polished; of the greatest, what is rounding."""
 
-_FOLLOWED, _STEP, _HIGHEST = 16, 1.25, 1e4
-"""Free motions of a rotor that are followed, factor from spin to spin, and the highest over its lowest frequency."""
+_FOLLOWED, _HIGHEST = 16, 300.0
+"""Free motions of a rotor that are followed, and the highest spin over its lowest frequency."""
 
 
 class TooManyError(Exception):
@@ -73,8 +74,8 @@ def rotor_threshold(
 ) -> float:
     """As `threshold`, of a rotor with gyroscopic moments W P and any number of coordinates that springs hold.
 
-    Followed over spins in its lowest free motions at rest; the first that is neutral is solved in all coordinates: a
-    quadratic form u^T D(w, W) u of the motion u that is neutral, which is good to the square of what u is off.
+    Followed over spins in its lowest free motions at rest, by steps that are sure; the first that is neutral is solved
+    in all coordinates: a quadratic form u^T D(w, W) u of that motion u, good to the square of what u is off.
     """
     from scipy.linalg import eigh
 
@@ -86,23 +87,14 @@ def rotor_threshold(
     periods, shapes = periods[::-1][told], shapes[:, ::-1][:, told]
     squares, shapes = 1.0 / periods, shapes / np.sqrt(periods)
     few = [shapes.T @ one @ shapes for one in (fixed + rotating, rotating, polar)]
-    unit = float(np.sqrt(squares[0]))
-    first, slope = _states(few[0] / unit, few[1] / unit, np.diag(squares) / unit**2, few[2])
-
-    def fastest(spin: float) -> complex:
-        rates = np.linalg.eigvals(first + spin * slope)
-        return complex(rates[rates.real.argmax()])
-
-    low, high = 0.0, 0.5
-    while (rate := fastest(high)).real <= _NOTHING * abs(rate):
-        low, high = high, high * _STEP
-        if high > _HIGHEST:
-            return float("inf")
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        grows = (rate := fastest(middle)).real > _NOTHING * abs(rate)
-        low, high = (low, middle) if grows else (middle, high)
-    whirl, spin = fastest(high).imag * unit, high * unit
+    unit, still = float(np.sqrt(squares[0])), np.zeros_like(few[0])
+    first = states(squares, few[0], still)
+    slope = states(squares, few[0] - 1j * few[2], -1j * few[1]) - first
+    begun = first_growth(first, slope, 0.0, _HIGHEST * unit, unit)
+    if begun is None:
+        return float("inf")
+    rates = np.linalg.eigvals(first + begun * slope)
+    whirl, spin = float(rates[rates.real.argmax()].imag), begun
     moved = np.ones(n, dtype=complex)
     for turn in range(40):
         dynamic = stiffness - whirl**2 * mass + 1j * whirl * (fixed + rotating) - 1j * spin * rotating

@@ -27,6 +27,7 @@ class MotionOf(HarmonicResponse):
     amplitude: ClassVar[bool] = True
     power: ClassVar[int] = 0
     moves: ClassVar[str] = "line"
+    in_planes: ClassVar[bool] = True
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body")}
@@ -102,6 +103,7 @@ class RelativeDisplacement(HarmonicResponse):
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
+    in_planes: ClassVar[bool] = True
     twin: ClassVar[str] = "twist"
     noise_twin: ClassVar[str] = "rms_relative_displacement"
     transient_twin: ClassVar[str] = "peak_relative_displacement"

@@ -97,6 +97,8 @@ class Response(Table):
         Of an absorber: what of the machine it is a ratio to, "mass" or "frequency"; "" of all else.
     whirls
         Whether it asks for modes of what spins, at the speed of the spin.
+    in_planes
+        Whether it is told of a whirl that is no circle, as the greater half axis of its ellipse.
 
     Keys
     ----
@@ -135,6 +137,7 @@ class Response(Table):
     sums: ClassVar[tuple[str, ...]] = ()
     refers_to: ClassVar[str] = ""
     whirls: ClassVar[bool] = False
+    in_planes: ClassVar[bool] = False
 
     @model_validator(mode="before")
     @classmethod
@@ -293,6 +296,8 @@ class HarmonicResponse(Response):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if model.rubbing:
             return forms.Rubbing(self.output(model), drives, self.normalised)
+        if model.bearings:
+            return forms.Orbit(self.output(model), drives, combine)
         return Modulus(self.output(model), drives, combine)
 
     def beside(self, machine: Machine) -> float:

@@ -8,6 +8,9 @@ from vibopt.mechanics.model import Model
 from vibopt.responses.response import Response
 from vibopt.signals import Combine, Drive
 
+_BEYOND = 1.5
+"""Times a limit up to which a threshold is looked for."""
+
 
 class StabilityThreshold(Response):
     """`response = "stability_threshold"`: least spin beyond which a forward whirl grows [rad/s].
@@ -23,11 +26,16 @@ class StabilityThreshold(Response):
     def free_vibration(self) -> str:
         return "stability threshold of free whirl"
 
+    @property
+    def _top(self) -> float:
+        """Highest spin that is looked at where bearings are not alike in both planes [rad/s]; 0 where nobody says."""
+        return _BEYOND * self.at_least.value if self.at_least is not None else 0.0
+
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        return WhirlThreshold()
+        return WhirlThreshold(self._top)
 
     def measure_static(self, machine: Machine) -> float:
-        return machine.threshold()
+        return machine.threshold(self._top)
 
 
 __all__ = ["StabilityThreshold"]

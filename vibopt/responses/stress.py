@@ -48,6 +48,7 @@ class BendingStress(_OfBeam, HarmonicResponse):
 
     asks: ClassVar[str] = "link or rotor"
     of_rotor: ClassVar[bool] = True
+    in_planes: ClassVar[bool] = True
     amplitude: ClassVar[bool] = True
     against_friction: ClassVar[str] = ""
     twin: ClassVar[str] = "shear_stress"
@@ -124,6 +125,7 @@ class CombinedBendingStress(BendingStress):
     against_friction: ClassVar[str] = StaticBendingStress.against_friction
     asks: ClassVar[str] = "link"
     of_rotor: ClassVar[bool] = False
+    in_planes: ClassVar[bool] = False
     amplitude: ClassVar[bool] = False
     sags: ClassVar[bool] = True
     twin: ClassVar[str] = ""

@@ -86,6 +86,7 @@ class TransmittedForce(Transmitted):
     direction: Direction | None = None
     against_friction: ClassVar[str] = ""
     moves: ClassVar[str] = "line"
+    in_planes: ClassVar[bool] = True
     twin: ClassVar[str] = "transmitted_moment"
     noise_twin: ClassVar[str] = "rms_force"
     transient_twin: ClassVar[str] = "peak_force"

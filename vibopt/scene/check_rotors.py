@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.mechanics.model import STIFFNESS
 from vibopt.mechanics.shaft_waves import MODES
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
+from vibopt.scene.check_bearings import holding_rows, planes_fault
 from vibopt.scene.scene import Scene
 from vibopt.signals import Band
 
@@ -86,15 +86,18 @@ def _driven(scene: Scene, name: str, mistakes: Mistakes) -> None:
 def _held(scene: Scene, mistakes: Mistakes) -> None:
     """Whether springs hold every rotor against moving along and against tilting."""
     model = model_of(scene)
-    rows = np.array([term.vector[: model.n_free] for term in model.terms if term.kind == STIFFNESS])
-    left = model.n_free - int(np.linalg.matrix_rank(rows / np.linalg.norm(rows, axis=1, keepdims=True), tol=1e-9))
-    if not left:
+    lefts = []
+    for rows in holding_rows(model):
+        sizes = np.linalg.norm(rows, axis=1, keepdims=True)
+        lefts.append(model.n_free - int(np.linalg.matrix_rank(rows / sizes, tol=1e-9)))
+    if not any(lefts):
         return
     free = [name for name, table in scene.rotors.items() if len(_springs(scene, table.names)) < 2] or [*scene.rotors]
+    plane = "" if all(lefts) else f" in the plane {'y' if lefts[0] else 'z'}"
     mistakes.add(
         ("rotors", free[0]),
-        f"rotors.{free[0]} is not held: springs at its stations leave it free to move or to tilt. Let links with a "
-        "stiffness end at two of its stations, and lead to the ground.",
+        f"rotors.{free[0]} is not held: springs at its stations leave it free to move or to tilt{plane}. Let links or "
+        "bearings with a stiffness end at two of its stations, and lead to the ground.",
     )
 
 
@@ -109,6 +112,8 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
     if not scene.rotors:
         return False
     key, where, name = response.response, dotted(path), next(iter(scene.rotors))
+    if planes_fault(scene, path, response, mistakes):
+        return True
     if response.modes and not response.whirls and getattr(response, "of", None) not in places.links(scene):
         mistakes.add(
             path,

@@ -8,6 +8,7 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene import places
+from vibopt.scene.check_bearings import check_bearings
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
 from vibopt.scene.check_friction import check_friction, rubs_in
@@ -34,6 +35,7 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_space(scene, mistakes)
     check_excitations(scene, mistakes)
     check_friction(scene, mistakes)
+    check_bearings(scene, mistakes)
     check_rotors(scene, mistakes)
     check_gears(scene, mistakes)
     check_joints(scene, mistakes)

@@ -8,6 +8,7 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.mechanics.whirl import MOST
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene import places
+from vibopt.scene.check_bearings import in_planes
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
@@ -105,13 +106,13 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
     """Whether a response has no meaning with, or without, dampers that turn with a shaft; adds the mistake."""
     turns = turning(scene)
     if response.response == _THRESHOLD:
-        if not turns and set(places.raw(scene, "links")) <= set(scene.links):
+        if not turns and not in_planes(scene) and set(places.raw(scene, "links")) <= set(scene.links):
             mistakes.add(
                 path,
                 f"{dotted(path)} asks for the stability_threshold, but no damper turns with a shaft: nothing makes its "
                 'whirl grow. Write rotating_damping = "40 N s/m" on a link, or ask for something else.',
             )
-        return not turns
+        return not turns and not in_planes(scene)
     if turns and response.free_vibration:
         mistakes.add(
             path,

@@ -212,7 +212,7 @@ class Shaken:
         acts = self._acts if machine is self.machine else self._acts_on(machine)
         shaken = {key: weight * drive for key, weight in acts.items()}
         forces, bases = (shaken, {}) if self.excitation.family == "bodies" else ({}, shaken)
-        return self.response.measure(self.machine, machine.shake(omega, forces, bases))
+        return machine.size(self.response.measure(self.machine, machine.shake(omega, forces, bases)))
 
     def _orders(self, machine: Machine, line: Line) -> Orders:
         key = machine is self.machine, line.order, complex(line.vector[0])

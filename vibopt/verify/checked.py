@@ -8,14 +8,16 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.answer.entry import Checked, Chosen, Entry
+from vibopt.forms import WhirlThreshold
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
+from vibopt.scene.check_bearings import in_planes
 from vibopt.scene.check_spin import turning
-from vibopt.scene.drives import unit_lines
+from vibopt.scene.drives import highest_asked, unit_lines
 from vibopt.scene.scene import MINIMISE, Scene, Variable
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
@@ -136,7 +138,7 @@ class Built:
 
     def _beyond(self, row: Checked, found: Measured) -> str:
         """Why a value is beyond what the machine, or the model of a part, is good for; "" where it is not."""
-        if isinstance(found.response, HarmonicResponse) and turning(self.scene):
+        if isinstance(found.response, HarmonicResponse) and (turning(self.scene) or in_planes(self.scene)):
             grown = beyond_threshold(self.scene, found.response, self.threshold)
             if grown:
                 return grown
@@ -149,10 +151,11 @@ class Built:
 
     @cached_property
     def threshold(self) -> float:
-        """The spin beyond which a whirl grows [rad/s]."""
-        from vibopt.responses.stability_threshold import StabilityThreshold
-
-        return StabilityThreshold(response="stability_threshold").measure_static(self.machine)
+        """The spin beyond which a whirl grows [rad/s]; where planes differ, up to the highest speed, by both routes."""
+        if not in_planes(self.scene):
+            return self.machine.threshold()
+        top = highest_asked(self.scene) * (1.0 + 1e-6)
+        return min(self.machine.threshold(top), WhirlThreshold(top).value(self.modelled.full, self.modelled.x))
 
     def compared(self, row: Checked, found: Measured) -> Checked:
         """The row, with what the model says of it where that is another number."""

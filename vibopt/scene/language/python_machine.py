@@ -12,6 +12,7 @@ from vibopt.scene.language.python_words import (
     AbsorberWords,
     Acting,
     BaseMotionWords,
+    BearingWords,
     BodyWords,
     DropWords,
     ForceWords,
@@ -72,6 +73,10 @@ class Machine(Responses):
         torsional_damping.
         """
         self._add("links", name, dict(between=between, **words))
+
+    def bearing(self, name: str, *, between: Sequence[str], **words: Unpack[BearingWords]) -> None:
+        """What holds a rotor, other along y than z.  Words: k_yy, k_zz, c_yy, c_zz, k_yz and so on; or a table."""
+        self._add("bearings", name, dict(between=between, **words))
 
     def inerter(self, name: str, *, between: Sequence[str], **words: Unpack[InerterWords]) -> None:
         """A force proportional to the relative acceleration of two points.

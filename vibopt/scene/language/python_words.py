@@ -68,6 +68,29 @@ class LinkWords(TypedDict, total=False):
     part: Mapping[str, object]
 
 
+class BearingWords(TypedDict, total=False):
+    """Keys of `[bearings.NAME]`: stiffness and damping along y and z, what couples both, or a table over the speed.
+
+    k_yy, k_yz, k_zy, k_zz
+        [N/m].
+    c_yy, c_yz, c_zy, c_zz
+        [N s/m].
+    table, tolerance
+        Rows by speed, or a CSV file of them; how far each number may be off as built.
+    """
+
+    k_yy: Given
+    k_yz: Bound
+    k_zy: Bound
+    k_zz: Given
+    c_yy: Given
+    c_yz: Bound
+    c_zy: Bound
+    c_zz: Given
+    table: Sequence[Mapping[str, object]] | str
+    tolerance: Bound
+
+
 class InerterWords(TypedDict, total=False):
     """Keys of `[inerters.NAME]`: force over relative acceleration, in one of three ways.
 

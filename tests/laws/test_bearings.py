@@ -1,0 +1,340 @@
+"""Rotors in bearings that are not alike in both planes: closed forms, both routes, what grows, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
+from vibopt.errors import InputError
+from vibopt.mechanics.growth import first_growth
+from vibopt.mechanics.orbits import spun
+from vibopt.program.pose import on_needed
+from vibopt.responses import KINDS
+from vibopt.scene.assemble import model_of
+from vibopt.scene.read import from_dict, from_text, read
+from vibopt.scene.space import members
+from vibopt.solve import solve
+from vibopt.verify.certify import measure
+
+BENDING = 200e9 * math.pi * 0.04**4 / 64.0
+KEYS = ("k_yy", "k_yz", "k_zy", "k_zz", "c_yy", "c_yz", "c_zy", "c_zz")
+
+
+def numbers(*eight: float) -> dict[str, str]:
+    said = {key: f"{one!r} N{' s' * (key[0] == 'c')}/m" for key, one in zip(KEYS, eight, strict=True)}
+    pair = {"yz": "zy", "zy": "yz"}
+    value = dict(zip(KEYS, eight, strict=True))
+    return {key: one for key, one in said.items() if value[key] or value[key[:2] + pair.get(key[2:], key[2:])]}
+
+
+def borne(document: dict[str, Any], *eight: float, **table: Any) -> dict[str, Any]:
+    """The rotor with both of its bearings exchanged for ones of eight coefficients, or of a table."""
+    said = table or numbers(*eight)
+    both = {f"{end}_film": {"between": [end, "ground"], **said} for end in ("left", "right")}
+    return {**document, "links": {}, "bearings": both}
+
+
+def at(document: dict[str, Any], speed: str) -> dict[str, Any]:
+    shaker = {**document["excitations"]["imbalance"], "speed": speed}
+    return {**document, "excitations": {"imbalance": shaker}}
+
+
+# Closed forms
+
+
+@pytest.mark.parametrize("eight", [
+    (4e6, 0.0, 0.0, 9e6, 3e3, 0.0, 0.0, 2e3),
+    (4e6, 7e5, -4e5, 9e6, 3e3, 2e2, 2e2, 6e3),
+    (2e6, 0.0, 0.0, 9e6, 0.0, 0.0, 0.0, 0.0),
+])  # fmt: skip
+@pytest.mark.parametrize("speed", [700.0, 1250.0, 1700.0])
+def test_a_disc_between_bearings_goes_round_on_the_ellipse_of_the_closed_form(eight: Any, speed: float) -> None:
+    """(K - m w^2) u = e w^2 (1, -i), K of the shaft and twice a bearing in series; half axes are singular values."""
+    omega, unit = speed * RPM, np.eye(2)
+    film = np.array(eight[:4]).reshape(2, 2) + 1j * omega * np.array(eight[4:]).reshape(2, 2)
+    series = np.linalg.inv(unit / (48.0 * BENDING) + np.linalg.inv(2.0 * film))
+    moved = np.linalg.solve(series - 20.0 * omega**2 * unit, 2e-3 * omega**2 * np.array([1.0, -1j]))
+    force = film @ np.linalg.solve(2.0 * film, series @ moved)
+    right = [np.linalg.svd(np.array([one.real, one.imag]), compute_uv=False)[0] for one in (moved, force)]
+    found = asked(
+        at(borne(light(), *eight), f"{speed!r} rpm"),
+        disc={"response": "displacement", "of": "disc"},
+        film={"response": "transmitted_force", "through": "left_film"},
+    )
+    assert [found["disc"], found["film"]] == pytest.approx(right, rel=1e-7)  # the shaft weighs something, and shears
+
+
+def test_bearings_alike_in_both_planes_are_the_links_that_they_are() -> None:
+    """By a table of two like rows, which is answered in both planes, and by numbers, which is not."""
+    measures = {
+        "whirl": {"response": "displacement", "of": "second"},
+        "force": {"response": "transmitted_force", "into": "ground"},
+        "stress": {"response": "bending_stress", "of": "rotor"},
+    }
+    plain = {**friswell(), "links": held(2e6, 3e3)}
+    rows = [{"speed": speed, "k_yy": "2 MN/m", "k_zz": "2 MN/m", "c_yy": "3 kN s/m", "c_zz": "3 kN s/m"}
+            for speed in ("0 rpm", "4000 rpm")]  # fmt: skip
+    right = asked(plain, **measures)
+    for document in (borne(friswell(), table=rows), borne(friswell(), 2e6, 0.0, 0.0, 2e6, 3e3, 0.0, 0.0, 3e3)):
+        assert asked(document, **measures) == pytest.approx(right, rel=1e-12)
+        assert bool(model_of(from_dict({**document, "measures": measures})).bearings) == ("table" in str(document))
+
+
+@pytest.mark.parametrize("drive", [60.0, 240.0])
+def test_a_film_that_drives_the_whirl_does_so_beyond_the_closed_form(drive: float) -> None:
+    """Cross-coupling a W of a film with damping c: neutral where c w = a W, at the frequency w of disc and springs."""
+    stiff, damp, last = 4e6, 900.0, 2000.0
+    rows = [{"speed": f"{spin!r} rad/s", **numbers(stiff, drive * spin, -drive * spin, stiff, damp, 0.0, 0.0, damp)}
+            for spin in (0.0, last)]  # fmt: skip
+    document = at(borne(light(), table=rows), "100 rpm")
+    whirl = math.sqrt(1.0 / (1.0 / (48.0 * BENDING) + 1.0 / (2.0 * stiff)) / 20.0)
+    right = damp * whirl / drive
+    found = asked(document, threshold={"response": "stability_threshold"})["threshold"]
+    assert found == (pytest.approx(right, rel=1e-7) if right < last else math.inf)
+
+
+# Both routes
+
+SIGNED = st.integers(-300, 300)
+
+
+@given(
+    springs=st.tuples(*[st.floats(1e6, 4e7)] * 2), dampers=st.tuples(*[st.floats(1e3, 4e4)] * 2),
+    crossed=st.tuples(*[SIGNED] * 2), drags=st.tuples(*[SIGNED] * 2), turning=st.floats(1.0, 200.0),
+)  # fmt: skip
+@settings(max_examples=16)
+def test_orbits_forces_stresses_and_thresholds_are_those_of_waves_in_both_planes(
+    springs: Any, dampers: Any, crossed: Any, drags: Any, turning: float
+) -> None:
+    """On pedestals, with a seal, and with a fit that turns with the shaft."""
+    document = friswell()
+    film = numbers(springs[0], *(1e3 * one for one in crossed), springs[1], dampers[0], *drags, dampers[1])
+    document["bodies"] = {"pedestal": {"mass": "40 kg"}}
+    document["links"] = {
+        "foot": {"between": ["pedestal", "ground"], "stiffness": "60 MN/m", "damping": "4 kN s/m"},
+        "seal": {"between": ["second", "ground"], "damping": "0.3 kN s/m", "rotating_damping": f"{turning!r} N s/m"},
+    }
+    document["bearings"] = {
+        "left_film": {"between": ["left", "pedestal"], **film},
+        "right_film": {"between": ["right", "ground"], **film},
+    }
+    document["measures"] = {
+        "orbit": {"response": "displacement", "of": "first"},
+        "film": {"response": "transmitted_force", "through": "left_film"},
+        "floor": {"response": "transmitted_force", "into": "ground"},
+        "stretch": {"response": "relative_displacement", "across": "left_film"},
+        "least": {"response": "velocity", "of": "second", "worst": "least"},
+        "stress": {"response": "bending_stress", "of": "rotor", "at": "2000 rpm"},
+        "threshold": {"response": "stability_threshold"},
+    }
+    scene = from_dict(document)
+    model = model_of(scene)
+    for response in scene.measures.values():
+        side = response.worst_side
+        values = []
+        for each in members(scene, response):
+            needed, form = on_needed(scene, model, each)
+            values.append(form.worst(needed, NONE, least_wanted=side == "at_least").value)
+        best = max(values)
+        assert measure(scene, {}, response, side).value == pytest.approx(best, rel=1e-8), response.response
+
+
+def test_what_is_found_through_whirls_is_what_all_coordinates_say() -> None:
+    """Also where a speed is that of a whirl of the shaft held in both planes alike, unknown to the whole."""
+    scene = from_dict(borne(friswell(), 1e6, 2e5, -1e5, 3e6, 3e3, 0.0, 0.0, 5e3))
+    model = model_of(scene)
+    rotor, load = spun(model, NONE), model.points["first"]
+    own = 1.0 / np.sqrt(rotor._whirls[0][0][-3:])
+    speeds = np.concatenate([[60.0, 400.0], own])
+    lines = np.array([model.points["second"], model.points["right"]])
+    n = len(load)
+    for k, one in enumerate(speeds):
+        motion = np.linalg.solve(rotor.dynamic(one, one), np.concatenate([load, np.zeros(n)]))
+        right = np.stack([lines @ half for half in np.split(motion, 2)])
+        assert np.allclose(rotor.seen(lines, load, speeds)[:, k], right, rtol=1e-9, atol=1e-12 * np.abs(right).max())
+
+
+# Growth
+
+
+@pytest.mark.parametrize("centre", [0.3, 17.3, 900.0])
+def test_no_window_of_growth_is_stepped_over(centre: float) -> None:
+    """Two motions, one of which gives what the other takes, grow within a thousandth of where they are as fast."""
+    pull, fade = 1e-3, 0.9e-3
+    first = np.array([[-fade, pull], [pull, -fade - 1j * centre]], dtype=complex)
+    slope = np.array([[0.0, 0.0], [0.0, 1j]])
+    begins = centre - 2.0 * math.sqrt(pull**2 - fade**2)
+    assert first_growth(first, slope, 0.0, 1e3, 1e-3) == pytest.approx(begins, rel=1e-6)
+    first[0, 0] = first[1, 1].real - 1e-3
+    first[1, 1] -= 1e-3
+    assert first_growth(first, slope, 0.0, 1e3, 1e-3) is None
+
+
+def test_a_rotor_beyond_its_threshold_has_no_steady_answer() -> None:
+    document = borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 200.0, 0.0, 0.0, 300.0)
+    design = solve(from_dict(document))
+    assert design.status == "check_failed"
+    assert design.claim.startswith(
+        "first is not known: excitations.imbalance spins the rotor up to 4000 rpm, beyond its stability threshold of "
+    )
+
+
+# Tables
+
+
+def test_a_table_is_straight_between_its_rows_and_may_be_a_file(tmp_path: Path) -> None:
+    rows = [(500.0, 2e6, 5e6), (2000.0, 4e6, 9e6), (5000.0, 5e6, 8e6)]
+    listed = [{"speed": f"{speed!r} rpm", **numbers(y, 0, 0, z, 3e3, 0, 0, 4e3)} for speed, y, z in rows]
+    question = {"m": {"response": "displacement", "of": "second"}}
+    there = asked(at(borne(friswell(), table=listed), "1250 rpm"), **question)
+    between = asked(at(borne(friswell(), 3e6, 0, 0, 7e6, 3e3, 0, 0, 4e3), "1250 rpm"), **question)
+    assert there["m"] == pytest.approx(between["m"], rel=1e-12)
+    lines = ["speed [rpm];k_yy [MN/m];k_zz [MN/m];c_yy [kN s/m];c_zz [kN s/m]"]
+    lines += [f"{speed:g};{y / 1e6:g};{z / 1e6:g};3;4".replace(".", ",") for speed, y, z in rows]
+    (tmp_path / "film.csv").write_text("\n".join(lines), encoding="utf-8")
+    (tmp_path / "rotor.toml").write_text(
+        HEAD + SHAFT + TAIL.replace("[links", "[bearings").replace('stiffness = "1 MN/m"', 'table = "film.csv"'),
+        encoding="utf-8",
+    )
+    assert len(model_of(read(tmp_path / "rotor.toml")).bearings[0].speeds) == 3
+
+
+def test_bearings_that_whirl_least_are_chosen() -> None:
+    document = borne(light(), 4e6, 0, 0, 9e6, 3e3, 0, 0, 2e3)
+    document["excitations"]["imbalance"]["speed"] = "200..2500 rpm"
+    for bearing in document["bearings"].values():
+        bearing["c_yy"] = bearing["c_zz"] = "3 kN s/m"
+    document["bearings"]["left_film"]["c_yy"] = {"from": "1 kN s/m", "to": "200 kN s/m"}
+    document["goal"] = {"minimise": "displacement", "of": "disc"}
+    design = solve(from_dict(document))
+    assert design.status == "optimal", design.claim
+    best, chosen = design.goal[1].value, design.variables["bearings.left_film.c_yy"].value.value
+    for part in (0.5, 0.9, 1.1, 2.0):
+        other = {**document, "bearings": {**document["bearings"]}}
+        other["bearings"]["left_film"] = {**document["bearings"]["left_film"], "c_yy": f"{part * chosen!r} N s/m"}
+        del other["goal"]
+        assert asked(other, m={"response": "displacement", "of": "disc"})["m"] >= best * (1.0 - 1e-9)
+
+
+# What is refused
+
+FILM = '[bearings.f]\nbetween = ["left", "ground"]\nk_yy = "1 MN/m"\nk_zz = "2 MN/m"\n'
+REST = TAIL.replace('[links.a]\nbetween = ["left", "ground"]\nstiffness = "1 MN/m"\n', FILM)
+ROWS = '\ntable = [{ speed = "0 rpm", k_yy = "1 MN/m", k_zz = "2 MN/m" }, { speed = "%s", k_yy = "1 MN/m" }]\n'
+BOTH = FILM.split("k_yy", maxsplit=1)[0]
+REFUSED = {
+    "no rotor": (
+        'title = "t"\n[bodies.b]\nmass = "2 kg"\n' + FILM.replace("left", "b"),
+        "t line 4: bearings.f holds a rotor, and there is none. Write [links.f] with a stiffness.",
+    ),
+    "no station": (
+        HEAD
+        + SHAFT
+        + REST.replace("[bearings.f]", '[bodies.b]\nmass = "2 kg"\n[bearings.f]').replace('"left", "g', '"b", "g'),
+        't line 10: bearings.f.between = ["b", "ground"] has no station or disc of a rotor at either end. Name one, or '
+        "write a link.",
+    ),
+    "nothing said": (
+        HEAD + SHAFT + REST.replace('k_yy = "1 MN/m"\nk_zz = "2 MN/m"\n', ""),
+        't line 7: bearings.f has neither stiffness nor damping. Write k_yy = "80 MN/m" and k_zz = "120 MN/m".',
+    ),
+    "a material that damps": (
+        HEAD + 'material_damping = "0.02 ms"\n' + SHAFT + REST,
+        "t line 5: rotors.r.material_damping stands beside bearings.f, which is not alike in both planes: the whirl is "
+        "then no circle, and bends every fibre to and fro. Leave it out, or write bearings that are alike.",
+    ),
+    "one coupling": (
+        HEAD + SHAFT + REST.replace('k_zz = "2 MN/m"', 'k_zz = "2 MN/m"\nk_yz = "3 MN/m"'),
+        "t line 11: bearings.f gives k_yz without k_zy. Write both: the same where the bearing is symmetric, of "
+        "opposite sign where a film drives the whirl.",
+    ),
+    "a negative stiffness": (
+        HEAD + SHAFT + REST.replace('k_yy = "1 MN/m"', 'k_yy = "-1 MN/m"'),
+        't line 9: bearings.f.k_yy = "-1 MN/m" is not greater than zero. Write a positive value, for example "2 '
+        'MN/m".',
+    ),
+    "two rows of one speed": (
+        HEAD + SHAFT + REST.replace(FILM, BOTH + ROWS % "0 rpm"),
+        "t line 7: bearings.f has a table with two rows for 0 rpm. Keep one of them.",
+    ),
+    "rows that fall": (
+        HEAD + SHAFT + REST.replace(FILM, BOTH + (ROWS % "500 rpm").replace('"0 rpm"', '"600 rpm"')),
+        "t line 7: bearings.f has a table that falls from 600 rpm to 500 rpm. Sort its rows.",
+    ),
+    "one row": (
+        HEAD + SHAFT + REST.replace(FILM, BOTH + '\ntable = [{ speed = "0 rpm", k_yy = "1 MN/m" }]\n'),
+        "t line 7: bearings.f has a table of 1 rows, and two at least say something of the speeds between.",
+    ),
+    "a table and a number": (
+        HEAD + SHAFT + REST.replace(FILM, BOTH + 'k_yy = "1 MN/m"' + ROWS % "600 rpm"),
+        "t line 7: bearings.f gives table and k_yy. Keep one of them.",
+    ),
+    "a table that ends": (
+        HEAD + SHAFT + REST.replace(FILM, BOTH + (ROWS % "600 rpm").replace("/m\" }]", "/m\", k_zz = \"1 MN/m\" }]")),
+        "t line 19: measures.m looks at 1000 rpm to 1000 rpm, but the tables of bearings, bearings.f among them, say "
+        "something of 0 rpm to 600 rpm alone. Write more rows, or look at these speeds.",
+    ),
+    "no table": (
+        HEAD + SHAFT + REST.replace(FILM, BOTH + "table = 3\n"),
+        "t line 9: bearings.f.table = 3 is neither a list of rows nor the name of a CSV file. Write table = [{ speed = "
+        '"1000 rpm", k_yy = "80 MN/m", k_zz = "120 MN/m" }, ...].',
+    ),
+    "a plane that is free": (
+        HEAD + SHAFT + REST.replace('k_yy = "1 MN/m"\n', ""),
+        "t line 2: rotors.r is not held: springs at its stations leave it free to move or to tilt in the plane y. Let "
+        "links or bearings with a stiffness end at two of its stations, and lead to the ground.",
+    ),
+    "a sag": (
+        HEAD + SHAFT + REST.replace('"displacement"', '"static_deflection"'),
+        "t line 19: measures.m asks for the static_deflection, but bearings.f says its stiffness about the place at "
+        "which it runs, not under the weight. Leave it out.",
+    ),
+    "a critical speed": (
+        HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"critical_speed"'),
+        "t line 19: measures.m asks for the critical_speed, but in bearings.f, which is not alike in both planes, a "
+        "whirl is forward and backward at once and damped. Ask for the displacement over a range of speeds.",
+    ),
+    "a ratio": (
+        HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"transmissibility"\ninto = "ground"'),
+        "t line 19: measures.m asks for the transmissibility, but in bearings.f, which is not alike in both planes, it "
+        "is another along each direction. Ask for the displacement, the transmitted_force or the bending_stress: the "
+        "greater half axis of the orbit.",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "said"), REFUSED.values(), ids=REFUSED)
+def test_what_is_refused_of_bearings(text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        from_text(text, name="t")
+    assert said in caught.value.messages
+
+
+SHEETS = {
+    "an unknown column": ("speed [rpm];kyy [N/m]\n0;1\n", 'film.csv has a column "kyy". It may have speed, k_yy, k_yz'),
+    "no unit": ("speed [rpm];k_yy\n0;1\n", "film.csv has a column k_yy without a unit. Write it behind:"),
+    "no speed": ("k_yy [N/m]\n1\n", "film.csv row 2: speed is not there. Write one."),
+    "a negative one": ("speed [rpm];k_yy [N/m]\n0;-1\n", 'film.csv row 2: k_yy "-1 N/m" is negative. Write a positive'),
+    "nothing": ("", "film.csv is empty. Its first row names the columns:"),
+}
+
+
+@pytest.mark.parametrize(("sheet", "said"), SHEETS.values(), ids=SHEETS)
+def test_a_file_of_a_bearing_that_cannot_be_read(sheet: str, said: str, tmp_path: Path) -> None:
+    (tmp_path / "film.csv").write_text(sheet, encoding="utf-8")
+    (tmp_path / "t.toml").write_text(HEAD + SHAFT + REST.replace(FILM, BOTH + 'table = "film.csv"\n'), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read(tmp_path / "t.toml")
+    assert any(said in one for one in caught.value.messages), caught.value.messages
+
+
+def test_what_is_told_of_an_orbit_is_said_by_the_kind() -> None:
+    told = {name for name, kind in KINDS.items() if kind.in_planes and kind.moves != "axis" and not kind.sags}
+    assert {"displacement", "velocity", "acceleration", "transmitted_force", "bending_stress"} <= told

@@ -1,0 +1,152 @@
+"""Greatest of an orbit: what whirls about bearings that are not alike in both planes, over the speeds of unbalances."""
+
+from __future__ import annotations
+
+from math import hypot
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms.form import Form, Local, Worst, by_differences, log_of, second_differences
+from vibopt.mechanics.harmonic import mount_count
+from vibopt.mechanics.orbits import spun
+from vibopt.mechanics.peaks import Extreme, least, peaks
+from vibopt.records import dataclass
+from vibopt.signals import Band, Combine, Drive, Output
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.model import Model
+
+_WITHIN, _MOST, _FROZEN = 0.5, 12, 5
+"""Part of the greatest down to which other extremes are kept, how many, and spins of a band whose poles are taken."""
+_TOGETHER, _BESIDE, _EVEN = 1e-7, 1e-6, 1e-10
+"""Part of a speed within which two are one; beside which a top is none where it rises by more than a part of itself."""
+
+
+@dataclass(frozen=True, slots=True)
+class Orbit(Form):
+    """Greater half axis of the ellipse on which a reading goes round, the greatest over bands of speeds.
+
+    With F and B the forward and the backward part it is |F| + |B|.
+    """
+
+    output: Output
+    shaken: tuple[Drive, ...]
+    combine: Combine
+    no_bounds = "is an orbit in bearings that are not alike in both planes, which has no bounds on boxes of designs"
+    not_convex = "is an orbit in bearings that are not alike in both planes, which is not convex in the design"
+    rough = "is an orbit in bearings that are not alike in both planes, whose axis has no statement as a formula"
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        return self.worst(model, x).value
+
+    def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
+        found = {one.name: self._tops(model, x, one, least_wanted)[0] for one in self.shaken}
+        return Worst(self._total([one.value for one in found.values()]), {k: one.speed for k, one in found.items()})
+
+    def _total(self, values: list[float]) -> float:
+        return hypot(*values) if self.combine == "rss" else float(sum(values))
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        return self.extremes(model, x, least_wanted=False)[0].slope
+
+    def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+        """Of one excitation each; of several the worst of all together."""
+        if len(self.shaken) > 1:
+            worst = self.worst(model, x, least_wanted=least_wanted)
+            speeds = tuple(worst.speeds.values())
+            return [Local(log_of(worst.value), self._slope(model, x, speeds), speeds)]
+        tops = self._tops(model, x, self.shaken[0], least_wanted)
+        kept = [one for one in tops if least_wanted or one.value >= within * tops[0].value][:_MOST]
+        return [self._local(model, x, one) for one in kept]
+
+    def _local(self, model: Model, x: FloatArray, top: Extreme) -> Local:
+        """Slope and bend of the log by differences, in the logs of the design and, inside a band, of the speed."""
+        drive, n, at = self.shaken[0], len(x), (top.speed,)
+        if not 0.0 < top.value < np.inf:
+            return Local(log_of(top.value) if np.isfinite(top.value) else np.inf, np.zeros(n), at)
+        ends = [end for band in drive.bands for end in (band.low, band.high)]
+        moves = min(abs(top.speed - end) for end in ends) > _BESIDE * top.speed
+
+        def near(turn: FloatArray) -> float:
+            speed = top.speed * float(np.exp(turn[n:].sum()))
+            return log_of(float(self.sizes(model, x * np.exp(turn[:n]), drive, np.array([speed]))[0]))
+
+        slope, bend = second_differences(near, n, moves=moves)
+        return Local(log_of(top.value), slope, at, bend)
+
+    def _slope(self, model: Model, x: FloatArray, speeds: tuple[float, ...]) -> FloatArray:
+        """Where the speeds stay: moving one changes nothing to first order."""
+
+        def at(y: FloatArray) -> float:
+            each = zip(self.shaken, speeds, strict=True)
+            return self._total([float(self.sizes(model, y, drive, np.array([speed]))[0]) for drive, speed in each])
+
+        return by_differences(at, x)
+
+    def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
+        if len(self.shaken) > 1:
+            worst = self.worst(model, x, least_wanted=least_wanted)
+            return [(tuple(worst.speeds.values()), worst.value)]
+        return [((one.speed,), one.value) for one in self._tops(model, x, self.shaken[0], least_wanted)]
+
+    def acting(self, model: Model) -> FloatArray:
+        held = [power.row(model.n_vars) for one in model.bearings for power in one.powers]
+        return np.vstack([model.exponents, *(one.exponents for one in model.rotating), *held])
+
+    def cost(self, model: Model) -> float:
+        return sum(2.0 if band.is_point else 60.0 for drive in self.shaken for band in drive.bands)
+
+    def parts(self, model: Model, x: FloatArray, drive: Drive, speeds: FloatArray) -> ComplexArray:
+        """Forward and backward part of the reading at speeds (k,) [rad/s], of each line of a drive, (n_lines, 2, k)."""
+        rotor, n = spun(model, x), model.n_free
+        found = []
+        for line in drive.lines:
+            omega = line.order * speeds
+            size = line.amplitude.at(speeds) * (1j * omega) ** self.output.power / mount_count(model, self.output, x)
+            found.append(rotor.reading(self.output, line.vector[:n], omega) * size)
+        return np.array(found)
+
+    def sizes(self, model: Model, x: FloatArray, drive: Drive, speeds: FloatArray) -> FloatArray:
+        """Greater half axis at speeds of any shape [rad/s]."""
+        with np.errstate(all="ignore"):
+            axes = np.abs(self.parts(model, x, drive, np.ravel(speeds))).sum(axis=1)
+        whole = np.array([self._total(one) for one in axes.T.tolist()]) if len(axes) > 1 else axes[0]
+        return np.asarray(np.where(np.isnan(whole), np.inf, whole).reshape(np.shape(speeds)))
+
+    def _tops(self, model: Model, x: FloatArray, drive: Drive, least_wanted: bool) -> list[Extreme]:
+        """Local extremes over the bands, the worst first."""
+        knots = np.unique(np.concatenate([one.speeds for one in model.bearings]))
+        spins = np.concatenate([_frozen(band, knots) for band in drive.bands])
+        singular = spun(model, x).singular(spins) if len(spins) else np.zeros(0, dtype=complex)
+
+        def response(speeds: FloatArray) -> FloatArray:
+            return self.sizes(model, x, drive, speeds)
+
+        if least_wanted:
+            return [least(response, drive.bands, singular, knots)]
+        distinct: list[Extreme] = []
+        for one in peaks(response, drive.bands, singular, knots, within=_WITHIN):
+            if all(abs(one.speed - other.speed) > _TOGETHER * one.speed for other in distinct):
+                distinct.append(one)
+        around = np.array([one.speed for one in distinct])[:, None] * np.array([1.0 - _BESIDE, 1.0 + _BESIDE])
+        inside = np.any([(around >= band.low) & (around <= band.high) for band in drive.bands], axis=0)
+        beside = np.where(inside, response(around), -np.inf).max(axis=1)
+        tops = [one for one, other in zip(distinct, beside, strict=True) if one.value * (1.0 + _EVEN) >= other]
+        return tops or distinct[:1]
+
+
+def _frozen(band: Band, knots: FloatArray) -> FloatArray:
+    """Spins at which the coefficients say where the response to an unbalance is singular; none at one speed."""
+    if band.is_point:
+        return np.zeros(0)
+    inside = knots[(knots > band.low) & (knots < band.high)]
+    if not len(knots):
+        return np.array([band.high])
+    ends = np.array([band.low, *inside, band.high])
+    middles = 0.5 * (ends[1:] + ends[:-1])
+    return np.unique(np.concatenate([ends, middles, np.linspace(band.low, band.high, _FROZEN)]))
+
+
+__all__ = ["Orbit"]

@@ -1,0 +1,267 @@
+"""A machine as built whose rotors turn in bearings that are not alike in both planes: four coordinates of each node.
+
+Deflection and tilt in the planes y and z, coupled by gyroscopic moments and by bearings; amplitudes of e^{i w t}, z a
+quarter turn ahead of y in the sense of the spin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import field
+from typing import Any, cast
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.built import Joint, Motion, PlaneBearing
+from vibopt.mechanics.hosted import solved
+from vibopt.mechanics.rotating import RotatingMachine, inverse_poles
+from vibopt.records import cached_property, dataclass
+
+_LOWEST, _ROUNDED, _REAL, _STEPS = 20, 1e-12, 1e-9, 12
+"""Free motions at rest by which singular speeds are looked for, and the part of the longest period squared below which
+one is rounding; part of itself by which a speed without damping may lie off its axis; steps of a secant."""
+FARTHEST, _SCANNED, _STILL = 50.0, 80, 1e-9
+"""Spin over the lowest frequency at rest up to which growth is looked for where nothing says how far; spins at which it
+is, evenly and near that frequency; part of the slowest frequency below which a rate is rounding."""
+_EVEN = 4
+"""Spins of the whole range of tables, beside their rows, at which singular speeds are looked for."""
+
+
+@dataclass(frozen=True)
+class OrbitingMachine(RotatingMachine):
+    """A machine with bearings in planes, by name; each stands among `joints` as well, without a force of its own."""
+
+    bearings: Mapping[str, PlaneBearing] = field(default_factory=dict)
+
+    def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
+        """As `Machine.shake`: points (2, ...) along y and z, under forces that go round with the spin."""
+        flat = np.ravel(omega)
+        cut = self._cut(float(np.abs(flat).max(initial=0.0)))
+        at, stiff = cut._exact_places, cut.planes(flat)
+        n = stiff.shape[-1] // 2
+        load = np.zeros((len(flat), 2 * n), dtype=complex)
+        for name, force in forces.items():
+            load[:, at[name]] += np.ravel(force)
+            load[:, n + at[name]] -= 1j * np.ravel(force)
+        found, shape = solved(stiff, load), np.shape(omega)
+        points = {name: np.stack([found[:, i], found[:, n + i]]).reshape(2, *shape) for name, i in at.items()}
+        both = {name: np.stack([force, -1j * force]) for name, force in forces.items()}
+        return Motion(points, both, omega, inner=found)
+
+    def size(self, value: ComplexArray) -> ComplexArray:
+        """Greater half axis of the ellipse on which (2, ...) goes round."""
+        y, z = value
+        return np.asarray(np.sqrt(0.5 * (np.abs(y) ** 2 + np.abs(z) ** 2 + np.abs(y**2 + z**2))), dtype=complex)
+
+    def planes(self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None) -> ComplexArray:
+        """Dynamic stiffness over y, then z, at frequencies (k,) [rad/s] and spins, those of an unbalance without."""
+        turn = np.asarray(omega) if spin is None else spin
+        forward, backward = (self._shafts_alone(sense * np.asarray(omega), turn) for sense in (1.0, -1.0))
+        n = forward.shape[-1]
+        found = np.zeros((len(forward), 2 * n, 2 * n), dtype=complex)
+        found[:, :n, :n] = found[:, n:, n:] = 0.5 * (forward + backward)
+        found[:, :n, n:], found[:, n:, :n] = 0.5j * (forward - backward), -0.5j * (forward - backward)
+        for joint, ends in self._joined(self._exact_places):
+            force = self.force_of(joint, np.asarray(omega), np.asarray(turn))
+            for i, a in ends:
+                for j, b in ends:
+                    found[:, [[i], [n + i]], [j, n + j]] += a * b * force
+        return found
+
+    def force_of(self, joint: Joint, omega: Any, spin: Any) -> ComplexArray:
+        """Force of a joint along each plane per stretch along each, (k, 2, 2); a damper that turns feels the spin."""
+        found = joint.dynamic(omega)[:, None, None] * np.eye(2, dtype=complex)
+        if joint.rotating:
+            turned = np.array([[0.0, 1.0], [-1.0, 0.0]])
+            found += joint.rotating * (1j * omega[:, None, None] * np.eye(2) + spin[:, None, None] * turned)
+        if joint.name in self.bearings:
+            stiff, damp = self.bearings[joint.name].at(np.abs(np.real(spin)))
+            found += stiff + 1j * omega[:, None, None] * damp
+        return found
+
+    def joint_force(self, joint: Joint, motion: Motion) -> ComplexArray:
+        flat = np.ravel(motion.omega)
+        stretch = self.stretch_of(joint, motion).reshape(2, -1).T
+        force = -(self.force_of(joint, flat, flat) @ stretch[..., None])[..., 0]
+        return np.asarray(force.T.reshape(2, *np.shape(motion.omega)))
+
+    def position(self, point: str, motion: Motion) -> ComplexArray:
+        if point in motion.points:
+            return motion.points[point]
+        return np.zeros((2, *np.shape(motion.omega)), dtype=complex)
+
+    def force_into(self, place: str, motion: Motion) -> ComplexArray:
+        """As of `Machine`, joint by joint."""
+        into = [(joint, 1.0 if joint.ends[1] == place else -1.0) for joint in self.joints if place in joint.ends]
+        none = np.zeros((2, *np.shape(motion.omega)), dtype=complex)
+        return sum((sign * self.joint_force(joint, motion) for joint, sign in into), none)
+
+    def stress_at(self, end: str, motion: Motion) -> ComplexArray:
+        """As of `RotatingMachine`, (2, ...) of bending in either plane."""
+        assert motion.inner is not None
+        flat, (rotor, _, span) = np.ravel(motion.omega), end.partition("@")
+        top, (number, _, side) = float(np.abs(flat).max(initial=0.0)), span.partition(".")
+        shafts, right = self._cut(top).shafts, int(side == "right")
+        k = self.shafts[rotor].cuts(top)[int(number) - 1 + right] - right
+        before = list(shafts).index(rotor)
+        begin = len(self.masses) + sum(one.size for one in list(shafts.values())[:before]) + 2 * k
+        y, z = (half[:, begin : begin + 4] for half in np.split(motion.inner, 2, axis=1))
+        section = shafts[rotor].sections[k].stress
+        moments = [
+            shafts[rotor].moment(k, right, flat**2, 0.5 * (y + sense * 1j * z), sense) * section
+            for sense in (1.0, -1.0)
+        ]
+        found = np.stack([moments[0] + moments[1], -1j * (moments[0] - moments[1])])
+        return found.reshape(2, *np.shape(motion.omega))
+
+    def poles(self) -> ComplexArray:
+        """Complex speeds near which the unbalance response is singular [rad/s], coefficients as at some spins."""
+        knots = np.unique([at for one in self.bearings.values() if len(one.speeds) > 1 for at in one.speeds.tolist()])
+        spins = np.zeros(1)
+        if len(knots):
+            middles = 0.5 * (knots[1:] + knots[:-1])
+            spins = np.unique(np.concatenate([knots, middles, np.linspace(knots[0], knots[-1], _EVEN)]))
+        found = []
+        for spin in spins.tolist():
+            mass, damping, stiffness = self.reduced(spin)
+            polar = self._few[1]
+            turned = np.kron(np.array([[0.0, 1j], [-1j, 0.0]]), polar)
+            found.append(inverse_poles(cast("FloatArray", mass - turned), damping, stiffness))
+        near = np.concatenate(found)
+        real = (np.abs(near.imag) <= _REAL * np.abs(near)) & (near.real > 0.0)
+        near[real] = [self._resisted_no_more(float(one)) for one in near[real].real]
+        return near
+
+    @cached_property
+    def _few(self) -> tuple[FloatArray, FloatArray]:
+        """Lowest motions at rest (n, m), held in both planes alike, of unit stiffness, and polar inertia in them."""
+        mass, _, stiffness, _, polar = self.slow
+        stiffness = stiffness.copy()
+        for bearing, ends in self._held():
+            stiff = float(np.mean(np.trace(bearing.stiffness, axis1=1, axis2=2))) / 2.0
+            for i, a in ends:
+                for j, b in ends:
+                    stiffness[i, j] += a * b * stiff
+        root = np.linalg.inv(np.linalg.cholesky(stiffness))
+        squares, vectors = np.linalg.eigh(root @ mass @ root.T)
+        lowest = np.argsort(-squares)[:_LOWEST]
+        shapes = (root.T @ vectors)[:, lowest[squares[lowest] > _ROUNDED * squares.max()]]
+        return shapes, shapes.T @ polar @ shapes
+
+    def reduced(self, spin: float) -> tuple[Any, Any, Any]:
+        """M, C and K of the lowest motions in both planes at a spin [rad/s], that of a steady whirl with it."""
+        shapes, both = self._few[0], np.eye(2)
+        mass, damping, stiffness, hysteretic, _ = (shapes.T @ one @ shapes for one in self.slow)
+        whole = [np.kron(both, one).astype(complex) for one in (damping, stiffness + 1j * hysteretic)]
+        for bearing, ends in self._held():
+            row = sum(sign * shapes[i] for i, sign in ends)
+            for target, four in zip(whole, bearing.at(np.array([spin]))[::-1], strict=True):
+                target += np.kron(four[0], np.outer(row, row))
+        for joint, ends in self._joined(self._slow_places):
+            if joint.rotating:  # y and z a quarter turn apart: nothing forward, twice as much backward
+                row = sum(sign * shapes[i] for i, sign in ends)
+                turned = np.array([[1.0, -1j], [1j, 1.0]])
+                whole[0] = whole[0] + joint.rotating * np.kron(turned, np.outer(row, row))
+        return np.kron(both, mass), whole[0], whole[1]
+
+    def _growth(self, spin: float) -> tuple[float, float]:
+        """Greatest rate of growth [1/s] of the lowest free motions at a spin, and its frequency [rad/s]."""
+        mass, damping, stiffness = self.free(spin)
+        n, inverse = len(mass), np.linalg.inv(mass)
+        state = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]])
+        rates = np.linalg.eigvals(state)
+        one = rates[rates.real.argmax()]
+        return float(one.real), float(abs(one.imag))
+
+    def free(self, spin: float) -> tuple[Any, Any, Any]:
+        """M, C and K of the lowest motions in both planes, free at a spin [rad/s]."""
+        shapes, polar = self._few
+        mass, damping, stiffness = (np.kron(np.eye(2), shapes.T @ one @ shapes) for one in self.slow[:3])
+        turned = np.array([[0.0, 1.0], [-1.0, 0.0]])
+        damping = damping + spin * np.kron(turned, polar)
+        for joint, ends in self._joined(self._slow_places):
+            row = sum((sign * shapes[i] for i, sign in ends), np.zeros(shapes.shape[1]))
+            square = np.outer(row, row)
+            damping = damping + joint.rotating * np.kron(np.eye(2), square)
+            stiffness = stiffness + spin * joint.rotating * np.kron(turned, square)
+            if joint.name in self.bearings:
+                stiff, damp = self.bearings[joint.name].at(np.array([spin]))
+                damping, stiffness = damping + np.kron(damp[0], square), stiffness + np.kron(stiff[0], square)
+        return mass, damping, stiffness
+
+    def threshold(self, top: float = 0.0) -> float:
+        """As of `RotatingMachine`, up to a spin and as far as tables go: lowest motions scanned, then the waves."""
+        from scipy.optimize import brentq
+
+        tables = [one.speeds for one in self.bearings.values() if len(one.speeds) > 1]
+        few = self._few[0]
+        slow = float(1.0 / np.sqrt(np.linalg.norm(few.T @ self.slow[0] @ few, 2)))
+        low, high = 0.0, top or FARTHEST * slow
+        if tables:
+            low, high = max(one[0] for one in tables), min([high, *(one[-1] for one in tables)])
+        spins = np.concatenate([np.linspace(low, high, _SCANNED), slow * np.geomspace(1e-3, 10.0, _SCANNED), *tables])
+        none, before = _STILL * slow, low
+        for spin in np.unique(spins[(spins >= low) & (spins <= high)]).tolist():
+            if self._growth(spin)[0] > none:
+                break
+            before = spin
+        else:
+            return float("inf")
+        if spin == low:
+            return low
+        near = float(brentq(lambda at: self._growth(at)[0] - none, before, spin, rtol=1e-12))
+        return self._neutral(self._growth(near)[1], near)
+
+    def _neutral(self, whirl: float, spin: float) -> float:
+        """The spin near one at which a whirl of about such a frequency [rad/s] neither grows nor fades."""
+        at, cut = np.array([whirl, spin]), self._cut(1.5 * whirl)
+        size = np.sqrt(np.abs(np.diagonal(cut.planes(np.zeros(1), np.zeros(1))[0])))
+        size[size == 0.0] = 1.0
+
+        def least(omega: float, turn: float) -> complex:
+            values = np.linalg.eigvals(cut.planes(np.array([omega]), np.array([turn]))[0] / np.outer(size, size))
+            return complex(values[np.abs(values).argmin()])
+
+        for _ in range(_STEPS):
+            here, steps = least(*at), 1e-6 * at
+            slopes = [(least(*(at + move)) - least(*(at - move))) / (2.0 * move.sum()) for move in np.diag(steps)]
+            table = [[one.real for one in slopes], [one.imag for one in slopes]]
+            step = np.linalg.solve(table, [-here.real, -here.imag])
+            at = at + step
+            if np.all(np.abs(step) <= 1e-13 * np.abs(at)):
+                break
+        return float(at[1])
+
+    def _held(self) -> Iterator[tuple[PlaneBearing, list[tuple[int, float]]]]:
+        """Each bearing with the slow coordinates of its ends, and their signs in its stretch."""
+        for joint, ends in self._joined(self._slow_places):
+            if joint.name in self.bearings:
+                yield self.bearings[joint.name], ends
+
+    def _resisted_no_more(self, near: float) -> float:
+        """The speed near one [rad/s] at which some motion without damping is free; by the waves."""
+        cut = self._cut(1.1 * abs(near))
+
+        def least(omega: float) -> float:
+            stiff = cut.planes(np.array([omega]))[0]
+            size = np.sqrt(np.abs(np.diagonal(cut.planes(np.zeros(1))[0])))
+            values = np.linalg.eigvals(stiff / np.outer(size, size))
+            return float(values[np.abs(values).argmin()].real)
+
+        before, here = near * (1.0 + 1e-5), near
+        low = least(before)
+        for _ in range(_STEPS):
+            high = least(here)
+            if high == low or abs(here - before) <= 1e-15 * abs(here):
+                break
+            before, here, low = here, here - high * (here - before) / (high - low), high
+        return here if abs(here - near) <= 0.05 * abs(near) else near
+
+    @cached_property
+    def loose(self) -> int:
+        """None: checked before."""
+        return 0
+
+
+__all__ = ["OrbitingMachine"]

@@ -1,0 +1,325 @@
+"""Whirl of a rotor whose bearings are not alike in both planes: forward and backward parts of one frequency.
+
+The shaft couples them nowhere; bearings do, and they and all dampers reach few stretches.  So the shaft is said by its
+undamped whirls, forward ones and backward ones, held by springs alike in both planes, and what is left of bearings and
+dampers acts between these stretches.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from itertools import pairwise
+from typing import cast
+
+import numpy as np
+
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.mechanics.growth import first_growth, states
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model, factors, kept
+from vibopt.mechanics.modes import free_matrices
+from vibopt.records import cached_property
+from vibopt.signals import Output
+
+_NEAR, _NOTHING = 1e-6, 1e-30
+"""How near a frequency may come to one of the undamped whirls, whose receptance then has too few digits."""
+FARTHEST = 50.0
+"""Spin over the lowest frequency at rest up to which growth is looked for where nothing says how far."""
+_LOWEST, _FOLLOWED = 12, 12
+"""Undamped whirls of either sense by which singular speeds are looked for, and by which growth is."""
+_REAL, _AROUND, _STILL = 1e-9, 0.05, 1e-12
+"""Part of itself by which a speed without damping may lie off its axis, that by which it moves when solved in full,
+and the part of the longest period below which one is rounding."""
+
+
+class Spun:
+    """A rotor at one design x (n_vars,); matrices over its free coordinates, (n, n)."""
+
+    def __init__(self, model: Model, x: FloatArray) -> None:
+        self.model, self.x, n = model, x, model.n_free
+        p = self.p = model.values(x)
+        forward, _, stiffness, _ = free_matrices(model, p)
+        polar = np.array([term.polar for term in model.terms])
+        self.polar = -model.matrix(INERTIA, np.where(polar, p, 0.0))[:n, :n]
+        self.mass = forward + self.polar
+        self._lossy = np.flatnonzero(np.isin(model.kinds, (DAMPING, HYSTERETIC)) & (p != 0.0))
+        rotating = [(one.vector[:n], _size(one.scale, one.exponents, x)) for one in model.rotating]
+        self._rotating = np.array([size for _, size in rotating])
+        rows = [*model.vectors[self._lossy, :n], *(row for row, _ in rotating), *(b.row[:n] for b in model.bearings)]
+        self.rows = np.array(rows).reshape(-1, n)
+        self._reference = _reference(model, x)
+        bearings = self.rows[len(self.rows) - len(self._reference) :]
+        self.held = stiffness + (bearings.T * self._reference) @ bearings
+
+    @cached_property
+    def _whirls(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
+        """Of forward and of backward whirl with the spin 1 / w^2 (n,) and motions (n, n), as `held`."""
+
+        def found(each: FloatArray) -> list[tuple[tuple[FloatArray, FloatArray], ...]]:
+            root = np.linalg.inv(np.linalg.cholesky(self.held))
+            both = (np.linalg.eigh(root @ (self.mass - sense * self.polar) @ root.T) for sense in (1.0, -1.0))
+            return [tuple((squares, root.T @ ways) for squares, ways in both)]
+
+        return kept(self.model, "whirls in planes", self._held_by, found, most=4)[0]
+
+    @property
+    def _held_by(self) -> FloatArray:
+        """What `held`, masses and gyroscopic moments hang on, (1, n): bearings of other numbers share their whirls."""
+        return np.where(np.isin(self.model.kinds, (DAMPING, HYSTERETIC)), 0.0, self.p)[None]
+
+    def coupling(
+        self, omega: ComplexArray | FloatArray, spin: FloatArray, turned: FloatArray | None = None
+    ) -> ComplexArray:
+        """What acts between the stretches beside `held`, at frequencies and spins (k,) [rad/s], (k, 2 r, 2 r).
+
+        `turned` is the spin of dampers that turn with a shaft, where coefficients are those at another.
+        """
+        r, first = len(self.rows), len(self._lossy)
+        found = np.zeros((len(spin), 2 * r, 2 * r), dtype=complex)
+        turned = spin if turned is None else turned
+        own = self.p[self._lossy] * factors(self.model.kinds[self._lossy], cast("FloatArray", omega))
+        for begin, sense in ((0, 1.0), (r, -1.0)):
+            at = np.arange(begin, begin + first)
+            found[:, at, at] = own
+            at = np.arange(begin + first, begin + first + len(self._rotating))
+            found[:, at, at] = 1j * (omega - sense * turned)[:, None] * self._rotating
+        begin = first + len(self._rotating)
+        for j, (one, held) in enumerate(zip(self.model.bearings, self._reference, strict=True), start=begin):
+            stiff, damp = one.whirling(self.x, spin)
+            at = np.array([j, r + j])
+            found[:, at[:, None], at] = stiff + 1j * omega[:, None, None] * damp - held * np.eye(2)
+        return found
+
+    def seen(self, lines: FloatArray, load: ComplexArray, omega: ComplexArray | FloatArray) -> ComplexArray:
+        """Forward and backward motion of lines (m, n) under a force that goes round with the spin, (2, k, m).
+
+        `load` (n,) is the force per unit, `omega` (k,) the speed [rad/s].
+        """
+        r = len(self.rows)
+        reads, flexible, gains, moved = [], np.zeros((len(omega), 2 * r, 2 * r), dtype=complex), [], []
+        for begin, (squares, ways) in zip((0, r), self._whirls, strict=True):
+            left = 1.0 - omega[:, None] ** 2 * squares
+            gain = 1.0 / np.where(left == 0.0, _NOTHING, left)
+            rows, here = self.rows @ ways, slice(begin, begin + r)
+            flexible[:, here, here] = (rows * gain[:, None, :]) @ rows.T
+            reads.append((lines @ ways) * gain[:, None, :])
+            gains.append(gain)
+            moved.append(rows)
+        pushed = self._whirls[0][1].T @ load
+        acts = self.coupling(omega, np.real(omega))
+        still = np.zeros((len(omega), 2 * r), dtype=complex)
+        still[:, :r] = (gains[0] * pushed) @ moved[0].T
+        stretch = _solved(np.eye(2 * r) + flexible @ acts, still)
+        back = (acts @ stretch[..., None])[..., 0]
+        forward = reads[0] @ pushed - np.einsum("kmn,rn,kr->km", reads[0], moved[0], back[:, :r])
+        backward = -np.einsum("kmn,rn,kr->km", reads[1], moved[1], back[:, r:])
+        found = np.stack([forward, backward])
+        close = np.flatnonzero(np.min([np.abs(1.0 / gain).min(axis=1) for gain in gains], axis=0) < _NEAR)
+        for k in close:
+            found[:, k] = self._direct(lines, load, omega[k])
+        return found
+
+    def dynamic(self, omega: complex, spin: float) -> ComplexArray:
+        """Dynamic stiffness over forward and backward whirl, (2 n, 2 n)."""
+        n = len(self.mass)
+        found = np.zeros((2 * n, 2 * n), dtype=complex)
+        for begin, sense in ((0, 1.0), (n, -1.0)):
+            here = slice(begin, begin + n)
+            found[here, here] = self.held - omega**2 * self.mass + sense * omega * spin * self.polar
+        rows = np.kron(np.eye(2), self.rows)
+        return np.asarray(found + rows.T @ self.coupling(np.array([omega]), np.array([spin]))[0] @ rows)
+
+    def _direct(self, lines: FloatArray, load: ComplexArray, omega: complex) -> ComplexArray:
+        whole = np.concatenate([load, np.zeros(len(load))]).astype(complex)
+        motion = _solved(self.dynamic(omega, float(np.real(omega)))[None], whole[None])[0]
+        return np.stack([lines @ half for half in np.split(motion, 2)])
+
+    def reading(self, output: Output, load: ComplexArray, omega: FloatArray) -> ComplexArray:
+        """Forward and backward part of what an output reads, without its power, (2, k)."""
+        model, n = self.model, self.model.n_free
+        taken = np.flatnonzero(output.signs)
+        pulled = dict(output.held)
+        bearings = [one for one in model.bearings if pulled.get(one.name)]
+        turning = [one for one in model.rotating if pulled.get(one.owner)]
+        lines = np.array([
+            output.row[:n], *model.vectors[taken, :n], *(b.row[:n] for b in bearings), *(t.vector[:n] for t in turning)
+        ])  # fmt: skip
+        seen = self.seen(lines, load, omega)
+        value = seen[..., 0].copy()
+        shares = output.signs[taken] * self.p[taken] * factors(model.kinds[taken], omega)
+        polar = np.array([model.terms[t].polar for t in taken], dtype=bool)
+        for plane, each in enumerate((shares, np.where(polar, -shares, shares))):
+            value[plane] += (each * seen[plane][:, 1 : 1 + len(taken)]).sum(axis=-1)
+        for j, one in enumerate(bearings, start=1 + len(taken)):
+            stiff, damp = one.whirling(self.x, omega)
+            force = (stiff + 1j * omega[:, None, None] * damp) @ np.moveaxis(seen[..., j], 0, -1)[..., None]
+            value += pulled[one.name] * np.moveaxis(force[..., 0], -1, 0)
+        for j, term in enumerate(turning, start=1 + len(taken) + len(bearings)):
+            size = _size(term.scale, term.exponents, self.x)
+            value[1] += pulled[term.owner] * 2j * omega * size * seen[1, :, j]  # with the spin it feels nothing
+        return value
+
+    def singular(self, spins: FloatArray) -> ComplexArray:
+        """Complex speeds [rad/s] near which the response to an unbalance has no end, coefficients as at each spin."""
+        both, r = [(squares[-_LOWEST:], ways[:, -_LOWEST:]) for squares, ways in self._whirls], len(self.rows)
+        squares = np.concatenate([one for one, _ in both])
+        rows, few = np.zeros((2 * r, len(squares))), len(squares) // 2
+        for k, (_, ways) in enumerate(both):
+            rows[k * r : (k + 1) * r, k * few : (k + 1) * few] = self.rows @ ways
+        found = []
+        for spin in spins.tolist():
+            at, none, one = np.array([spin]), np.zeros(1), np.ones(1)
+            still = self.coupling(none, at, none)[0]
+            fast = self.coupling(one, at, one)[0] - still
+            found.append(roots(-np.diag(squares), rows.T @ fast @ rows, np.eye(len(squares)) + rows.T @ still @ rows))
+        near = np.concatenate(found)
+        real = (np.abs(near.imag) <= _REAL * np.abs(near)) & (near.real > 0.0) & (near.real <= 1.1 * spins.max())
+        near[real] = [self._met(float(one)) for one in near[real].real]
+        return near
+
+    def _met(self, at: float) -> float:
+        """The speed near one [rad/s] at which some undamped motion is resisted no more, to all digits."""
+
+        def least(omega: float) -> float:
+            values = np.linalg.eigvals(self.dynamic(omega, abs(omega)) / self._scale)
+            return float(values[np.abs(values).argmin()].real)
+
+        before, here = at * (1.0 + 1e-6), at
+        low = least(before)
+        for _ in range(12):
+            high = least(here)
+            if high == low or abs(here - before) <= 1e-15 * abs(here):
+                break
+            before, here, low = here, here - high * (here - before) / (high - low), high
+        return here if abs(here - at) <= _AROUND * abs(at) else at
+
+    @cached_property
+    def _at_rest(self) -> tuple[FloatArray, FloatArray]:
+        """Squares of the lowest frequencies at rest, as `held` (m,) [rad^2/s^2], and motions of unit mass (n, m)."""
+
+        def found(each: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+            root = np.linalg.inv(np.linalg.cholesky(self.held))
+            periods, ways = np.linalg.eigh(root @ self.mass @ root.T)
+            most = np.argsort(-periods)[:_FOLLOWED]
+            most = most[periods[most] > _STILL * periods[most[0]]]
+            return [(1.0 / periods[most], (root.T @ ways[:, most]) / np.sqrt(periods[most]))]
+
+        return kept(self.model, "rest in planes", self._held_by, found, most=4)[0]
+
+    def rates(self, spin: float) -> ComplexArray:
+        """Of states of the lowest free motions, forward and backward, at a spin [rad/s]; straight between rows."""
+        squares, shapes = self._at_rest
+        rows, turned = np.kron(np.eye(2), self.rows @ shapes), spin * (shapes.T @ self.polar @ shapes)
+        at, none, one = np.array([spin]), np.zeros(1), np.ones(1)
+        still = self.coupling(none, at)[0]
+        damping = -1j * (rows.T @ (self.coupling(one, at)[0] - still) @ rows)
+        damping += np.kron(np.diag([-1j, 1j]), turned)
+        return states(np.tile(squares, 2), damping, rows.T @ still @ rows)
+
+    def whirls(self, spin: float) -> ComplexArray:
+        """Complex frequencies of the lowest free whirls at a spin [rad/s], Im above zero of those that fade."""
+        return np.asarray(-1j * np.linalg.eigvals(self.rates(spin)))
+
+    @property
+    def knots(self) -> FloatArray:
+        """Speeds of the rows of all tables [rad/s], ascending; those within the ends of each."""
+        tables = [one.speeds for one in self.model.bearings if len(one.speeds)]
+        if not tables:
+            return np.zeros(0)
+        every = np.unique(np.concatenate(tables))
+        inside = (every >= max(one[0] for one in tables)) & (every <= min(one[-1] for one in tables))
+        return np.asarray(every[inside])
+
+    def threshold(self, top: float = 0.0) -> float:
+        """Least spin [rad/s] beyond which a whirl grows, up to `top` and as far as tables go; infinite where none does.
+
+        Without a `top` it is looked for up to `FARTHEST` times the lowest frequency at rest.
+        """
+        unit = float(np.sqrt(self._at_rest[0].min()))
+        top = top or FARTHEST * unit
+        knots = self.knots if len(self.knots) else np.array([0.0, top])
+        knots = np.unique(np.append(knots[knots < top], min(top, knots[-1])))
+        for low, high in pairwise(knots.tolist()):
+            first, last = self.rates(low), self.rates(high)
+            slope = (last - first) / (high - low)
+            found = first_growth(first - low * slope, slope, low, high, unit)
+            if found is not None:
+                return self._neutral(found) if found > low else found
+        return float("inf")
+
+    def _neutral(self, spin: float) -> float:
+        """The spin near one at which a whirl neither grows nor fades, in all coordinates."""
+        rates, ways = np.linalg.eig(self.rates(spin))
+        which = int(rates.real.argmax())
+        whirl = float(rates[which].imag)
+        motion = np.kron(np.eye(2), self._at_rest[1] / np.sqrt(self._at_rest[0])) @ np.split(ways[:, which], 2)[0]
+        force = self._scale.diagonal() * motion
+        read = force.conj()
+
+        def resists(at: FloatArray) -> complex:
+            return complex(1.0 / (read @ np.linalg.solve(self.dynamic(at[0], float(at[1])), force)))
+
+        here = np.array([whirl, spin])
+        for _ in range(20):
+            steps = 1e-6 * np.abs(here)
+            slopes = [(resists(here + move) - resists(here - move)) / (2.0 * move.sum()) for move in np.diag(steps)]
+            value = resists(here)
+            table = [[one.real for one in slopes], [one.imag for one in slopes]]
+            step = np.linalg.solve(table, [-value.real, -value.imag])
+            here = here + step
+            if np.all(np.abs(step) <= 1e-13 * np.abs(here)):
+                break
+        return float(here[1])
+
+    @cached_property
+    def _scale(self) -> FloatArray:
+        root = np.sqrt(np.tile(np.diag(self.held), 2))
+        return np.asarray(np.outer(root, root))
+
+
+def _reference(model: Model, x: FloatArray) -> FloatArray:
+    """Stiffness alike in both planes by which each bearing holds the shaft whose whirls are taken, (n_bearings,) [N/m].
+
+    Any will do: that of the first design that is asked for.
+    """
+    known: dict[str, FloatArray] = vars(model)
+    if "held alike" not in known:
+        middle = [np.mean(one.speeds) if len(one.speeds) else 0.0 for one in model.bearings]
+        eight = [one.coefficients(x, np.array(at)) for one, at in zip(model.bearings, middle, strict=True)]
+        known["held alike"] = np.array([max(0.5 * float(one[0] + one[3]), 0.0) for one in eight])
+    return known["held alike"]
+
+
+def spun(model: Model, x: FloatArray) -> Spun:
+    """The rotor at a design; those of the last designs are kept."""
+    return kept(
+        model, "spun", np.asarray(x, dtype=float)[None], lambda each: [Spun(model, one) for one in each], most=8
+    )[0]
+
+
+def roots(second: FloatArray, first: ComplexArray, zero: ComplexArray) -> ComplexArray:
+    """Frequencies w with det(zero + w first + w^2 second) = 0, of a zero that is not singular: by those of 1 / w."""
+    n = len(zero)
+    unit = float(np.sqrt(1.0 / np.abs(second).max()))
+    still = np.linalg.solve(zero, np.hstack([-second * unit**2, -first * unit]))
+    state = np.block([[np.zeros((n, n)), np.eye(n)], [still]])
+    inverse = np.linalg.eigvals(state)
+    return np.asarray(unit / inverse[np.abs(inverse) > _STILL * np.abs(inverse).max()], dtype=complex)
+
+
+def _size(scale: float, powers: FloatArray, x: FloatArray) -> float:
+    return scale * float(np.where(powers == 0.0, 1.0, np.asarray(x) ** powers).prod())
+
+
+def _solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
+    """Solve each system (k, n, n) for its right side (k, n); a singular one gives inf."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0], dtype=complex)
+    except np.linalg.LinAlgError:
+        found = np.full(right.shape, np.inf, dtype=complex)
+        for k, (one, load) in enumerate(zip(matrix, right, strict=True)):
+            with suppress(np.linalg.LinAlgError):
+                found[k] = np.linalg.solve(one, load)
+        return found
+
+
+__all__ = ["FARTHEST", "Spun", "roots", "spun"]

@@ -1,0 +1,142 @@
+"""What bearings hold, and what is asked of rotors in bearings that are not alike in both planes."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.devices.bearing import BearingTable
+from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.mechanics.model import STIFFNESS, Model
+from vibopt.responses import HarmonicResponse, Response
+from vibopt.scene import places
+from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.scene import Scene
+from vibopt.units import show
+
+
+def bearings(scene: Scene) -> dict[str, BearingTable]:
+    """All that could be read."""
+    return cast("dict[str, BearingTable]", scene.others.get("bearings", {}))
+
+
+@places.once
+def in_planes(scene: Scene) -> list[str]:
+    """Names of the bearings that are not alike in both planes: orbits are then no circles."""
+    return [name for name, one in bearings(scene).items() if not one.alike]
+
+
+def table_ends(scene: Scene) -> tuple[str, float, float] | None:
+    """Speeds [rad/s] between which all tables of bearings say something, and the one that says least; None of none."""
+    ends = [(name, *one.ends) for name, one in bearings(scene).items() if one.ends is not None]
+    if not ends:
+        return None
+    low, high = max(one[1] for one in ends), min(one[2] for one in ends)
+    return next((one[0] for one in ends if one[2] == high), ends[0][0]), low, high
+
+
+def check_bearings(scene: Scene, mistakes: Mistakes) -> None:
+    """Add what is wrong around bearings; nothing where there are none."""
+    names = places.raw(scene, "bearings")
+    if not names:
+        return
+    first = next(iter(names))
+    if not places.raw(scene, "rotors"):
+        mistakes.add(
+            ("bearings", first),
+            f"bearings.{first} holds a rotor, and there is none. Write [links.{first}] with a stiffness.",
+        )
+        return
+    name, braked = next(iter(in_planes(scene)), ""), [one for one, table in scene.rotors.items() if table.lags]
+    if name and braked:
+        mistakes.add(
+            ("rotors", braked[0], "material_damping"),
+            f"rotors.{braked[0]}.material_damping stands beside bearings.{name}, which is not alike in both planes: "
+            "the whirl is then no circle, and bends every fibre to and fro. Leave it out, or write bearings that are "
+            "alike.",
+        )
+    stations = {point for one in scene.rotors.values() for point in one.names}
+    for name, table in bearings(scene).items():
+        if scene.rotors and not stations & {*table.between}:
+            mistakes.value(
+                ("bearings", name, "between"),
+                list(table.between),
+                "has no station or disc of a rotor at either end. Name one, or write a link.",
+            )
+        for one, other in (("k_yz", "k_zy"), ("c_yz", "c_zy")):
+            said = [key for key in (one, other) if getattr(table, key) is not None]
+            if len(said) == 1:
+                missing = other if said[0] == one else one
+                mistakes.add(
+                    ("bearings", name, said[0]),
+                    f"bearings.{name} gives {said[0]} without {missing}. Write both: the same where the bearing is "
+                    "symmetric, of opposite sign where a film drives the whirl.",
+                )
+
+
+def holding_rows(model: Model) -> list[FloatArray]:
+    """Rows of all springs on the free coordinates, (n_springs, n_free), of the plane y and of z."""
+    springs = [term.vector[: model.n_free] for term in model.terms if term.kind == STIFFNESS]
+    planes = []
+    for place in (0, 3):  # of k_yy and k_zz
+        held = []
+        for one in model.bearings:
+            least = one.table[:, place].min() if len(one.speeds) else one.powers[place].scale
+            held += [one.row[: model.n_free]] if least > 0.0 else []
+        planes.append(np.array([*springs, *held]))
+    return planes
+
+
+def planes_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
+    """Whether a response has no meaning, or no numbers, beside bearings that are not alike in both planes; adds it."""
+    names = in_planes(scene)
+    if not names:
+        return False
+    key, where, name = response.response, dotted(path), names[0]
+    if response.sags:
+        mistakes.add(
+            path,
+            f"{where} asks for the {key}, but bearings.{name} says its stiffness about the place at which it runs, not "
+            "under the weight. Leave it out.",
+        )
+        return True
+    if response.whirls and not response.in_planes:
+        mistakes.add(
+            path,
+            f"{where} asks for the {key}, but in bearings.{name}, which is not alike in both planes, a whirl is "
+            "forward and backward at once and damped. Ask for the displacement over a range of speeds.",
+        )
+        return True
+    if isinstance(response, HarmonicResponse) and not response.in_planes:
+        mistakes.add(
+            path,
+            f"{where} asks for the {key}, but in bearings.{name}, which is not alike in both planes, it is another "
+            "along each direction. Ask for the displacement, the transmitted_force or the bending_stress: the greater "
+            "half axis of the orbit.",
+        )
+        return True
+    return isinstance(response, HarmonicResponse) and _beyond_table(scene, path, response, mistakes)
+
+
+def _beyond_table(scene: Scene, path: Path, response: HarmonicResponse, mistakes: Mistakes) -> bool:
+    """Whether speeds are looked at of which a table says nothing; adds it."""
+    ends = table_ends(scene)
+    if ends is None or not set(names_for(scene, response)) <= set(scene.excitations):
+        return False
+    name, low, high = ends
+    bands = [band for one in names_for(scene, response) for band in bands_for(scene, response, one)]
+    asked = min(one.low for one in bands), max(one.high for one in bands)
+    if asked[0] >= low * (1.0 - 1e-12) and asked[1] <= high * (1.0 + 1e-12):
+        return False
+    said, known = (" to ".join(show(one, "rpm", "angular_rate") for one in two) for two in (asked, (low, high)))
+    mistakes.add(
+        path,
+        f"{dotted(path)} looks at {said}, but the tables of bearings, bearings.{name} among them, say something of "
+        f"{known} alone. Write more rows, or look at these speeds.",
+    )
+    return True
+
+
+__all__ = ["bearings", "check_bearings", "holding_rows", "in_planes", "planes_fault", "table_ends"]
