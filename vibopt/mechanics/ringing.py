@@ -268,7 +268,7 @@ class Behind:
             else:
                 before, last = self._windows[-1]
                 gone = sum(one for one, _ in self._windows)
-                length = np.minimum(2.0 * before, np.maximum(self.horizon - gone, before))
+                length = np.minimum(2.0 * before, np.maximum(self.horizon - gone, _NOTHING * before))
                 whole = (length == 2.0 * before).all()
                 along = last.doubled() if whole else Along(self.whole * length[:, None, None])
             self._windows.append((length, along))

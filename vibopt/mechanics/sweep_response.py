@@ -55,8 +55,9 @@ class RunUp:
     def peak(self, reading: Reading) -> Peak:
         """Greatest size of a reading over every angle at which it begins, from the beginning on, for ever."""
         machine = self.modal(reading)
-        if any(machine.met(speed) for speed, size in zip(self._ends, self.sweep.still, strict=True) if size):
-            return Peak(np.inf, np.inf, len(self.sweep.rates))
+        for time, speed, size in zip((0.0, np.inf), self._ends, self.sweep.still, strict=True):
+            if size and machine.met(speed):
+                return Peak(np.inf, time, len(self.sweep.rates) if time else 0)
         *turning, (begun, stays) = self.stretches(machine)
         best = Peak(0.0, 0.0)
         for number, (begin, one) in enumerate(turning):

@@ -64,8 +64,9 @@ class Followed:
         low, high = ends_of(self.excitation)
         if self._motor is not None and self._motor.sticks:
             return float("inf"), self._motor.dearest[0]
-        if not np.isfinite(self._vibrating(low)).all() or not np.isfinite(self._vibrating(high)).all():
-            return float("inf"), high
+        for speed in (low, high):
+            if not np.isfinite(self._vibrating(speed)).all():
+                return float("inf"), speed
         tops: list[_Top] = []
         steady = float(
             np.abs(self._read(response, np.array([self._length]), self._settled(np.array([self._length])), False))[0]

@@ -16,7 +16,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
 from vibopt.mechanics.combine import whole_orders
 from vibopt.mechanics.machine import Machine
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
@@ -194,8 +194,24 @@ class Simulated(MotionInTime):
         most = max(self._greatest(number, response)[0] for number in range(self._behind + 1))
         return rate * self._look > _AWAY * most
 
+    @cached_property
+    def _bent(self) -> FloatArray:
+        """Times at which signals jump or bend, ascending [s]."""
+        return np.unique(np.concatenate([one.kinks for one in self.excitations]))
+
+    @cached_property
+    def _seen(self) -> dict[tuple[int, int], tuple[TransientResponse, tuple[float, float]]]:
+        """What was greatest on stretches so far, by their numbers and that of the response, which stays."""
+        return {}
+
     def _greatest(self, number: int, response: TransientResponse) -> tuple[float, float]:
         """Greatest size on a stretch, and when."""
+        key = number, id(response)
+        if key not in self._seen:
+            self._seen[key] = response, self._measured(number, response)
+        return self._seen[key][1]
+
+    def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
         (low, high), run = self._spans[number], self._run(number)
         edge = max(min(INSIDE * (high - low), _SOON / self._fastest(number)), 8.0 * np.finfo(float).eps * high)
 
@@ -208,8 +224,8 @@ class Simulated(MotionInTime):
                 _SAMPLES * self._fastest(number) * (high - low) / (2.0 * np.pi), _SAMPLES, _MANY[bool(self._lasting)]
             )
         )
-        bent = np.concatenate([one.kinks for one in self.excitations])
-        times = np.union1d(np.linspace(low, high, count), bent[(bent > low) & (bent < high)])
+        bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
+        times = np.union1d(np.linspace(low, high, count), bent)
         values, count = value(times), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
