@@ -11,7 +11,8 @@ from vibopt.cli.output import told
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
-    from vibopt.study.window import Span, Window
+    from vibopt.study.spans import Span
+    from vibopt.study.window import Window
 
 
 @click.command(cls=Once)
@@ -40,7 +41,7 @@ def _list(result: Window, console: Console) -> None:
     from dataclasses import replace
 
     from vibopt.answer.text import grid, paragraph
-    from vibopt.study.window import BETWEEN, percent
+    from vibopt.study.window import percent
 
     alone = len(result.spans) == 1
     console.print(result.job.title, style="bold")
@@ -49,7 +50,7 @@ def _list(result: Window, console: Console) -> None:
         middle = result.centre[span.path]
         box = [replace(middle, value=middle.value * (1.0 + side * result.part)).shown for side in (-1.0, 1.0)]
         rows.append((span.path, _ends(span), " to ".join(box), middle.shown))
-    ends = "Permitted" if alone else "Least and greatest"
+    ends = "Permitted" if len(result.spans) <= 2 else "Least and greatest"
     console.print(grid(rows, ("Variable", ends, "All at once", "Centre")))
     if result.part > 0.0:
         more = " and more" if result.part > 0.499 else ""
@@ -63,7 +64,8 @@ def _list(result: Window, console: Console) -> None:
         what = f"Permitted: with exact ends, {'proven' if sound else 'as far as was found; more may be permitted'}."
     else:
         proof = "no value outside is permitted, proven" if sound else "as far as was found; more may be permitted"
-        what = f"Least and greatest: over all values of the others, {proof}. {BETWEEN}."
+        lead, _, rest = result.said.partition(". ")
+        what = f"{ends}: over all values of the others, {lead}; {proof}. {rest}."
     paragraph(console, what, 0)
     if result.around > 1e-4:
         console.print(f"Around the answer of the file ±{percent(result.around)} holds at the corners.")

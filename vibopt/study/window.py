@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from itertools import product
 from math import isfinite
@@ -16,29 +16,21 @@ from vibopt.arrays import FloatArray
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import changed
 from vibopt.errors import InputError
-from vibopt.forms import Monomials
 from vibopt.jobs import answer, of_document, scene_only
 from vibopt.program.pose import pose
-from vibopt.program.program import Aim, Program
+from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.solve.branch import Judge
-from vibopt.solve.closed_peaks import worst
-from vibopt.solve.closed_program import NotClosedError, question, value_at
 from vibopt.solve.method import Progress
-from vibopt.solve.one_range import permitted
 from vibopt.solve.ranges import closed
-from vibopt.solve.solve import answer as best_of
-from vibopt.verify.checked import checked_limits
+from vibopt.study.spans import BETWEEN, Span, Violations, between, spans_of
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 MOST_VARIABLES = 6
-BETWEEN = "A value between them may be forbidden, whatever the others are"
-"""What least and greatest of several variables leave open."""
 _GRID = {1: 65, 2: 12, 3: 7, 4: 4, 5: 3, 6: 2}
 _TRIED, _GROWN = 8, 2
 """Designs of the grid around which a box is measured, and from which the centre is sought."""
@@ -55,25 +47,6 @@ _ROOM = 1e-6
 _SHRINK = 14
 _MOST = 0.5
 """Greatest half of a box that is looked at."""
-
-
-@dataclass(frozen=True, slots=True)
-class Span:
-    """How far a variable may go while the others move as it needs.
-
-    intervals
-        From and to; where one variable is all there is, every interval.  Of several the least and the greatest value;
-        one between them may be forbidden, whatever the others are.
-    proven
-        Whether the ends are: beyond them no design is permitted.
-    opened
-        Whether it goes on beyond the last end without end.
-    """
-
-    path: str
-    intervals: tuple[tuple[Entry, Entry], ...]
-    proven: bool
-    opened: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +96,17 @@ class Window(Tabular):
     def to_json(self) -> dict[str, Any]:
         """Spans, centre and box."""
         keys = ("spans", "centre", "part", "proven", "claim", "around")
-        between = {} if len(self.spans) == 1 else {"spans_are": f"least and greatest. {BETWEEN}"}
-        return {**{key: getattr(self, key) for key in keys}, **between}
+        return {**{key: getattr(self, key) for key in keys}, **({"spans_are": self.said} if self.said else {})}
+
+    @property
+    def said(self) -> str:
+        """What the intervals of several variables are, in words."""
+        tried = max(one.tried for one in self.spans)
+        if len(self.spans) == 1:
+            return ""
+        if not tried:
+            return f"least and greatest. {BETWEEN}"
+        return f"every interval that {tried} values between the least and the greatest tell. A narrower gap may be left"
 
 
 def percent(part: float) -> str:
@@ -155,7 +137,7 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     _check(scene)
     program = replace(closed(pose(scene)), aim=None)
     begin: list[FloatArray] = []
-    spans = _only(scene, program) if len(program.axes) == 1 else tuple(_spans(scene, program, progress, begin))
+    spans = spans_of(scene, program, progress, begin)
     box = _Box(program, spans)
     if len(spans) == 1:
         centre, part = _widest(spans[0])
@@ -192,25 +174,6 @@ def _check(scene: Scene) -> None:
         )
 
 
-def _none(scene: Scene, words: str) -> InputError:
-    return InputError(f"{scene.name}: there is no permitted design ({words}). vibopt explain says which limits clash.")
-
-
-def _only(scene: Scene, program: Program) -> tuple[Span, ...]:
-    """Of one variable all intervals."""
-    (variable,) = scene.variables
-    found = permitted(program)
-    if not found.intervals:
-        raise _none(scene, "proven" if found.complete else "none was found")
-    ends = tuple(
-        (Entry(low, variable.dimension, variable.unit), Entry(high, variable.dimension, variable.unit))
-        for low, high in found.intervals
-    )
-    opened = program.axes[0].open_high and found.intervals[-1][1] >= 0.999 * program.axes[0].high
-    sound = all(one.met for low, high in found.intervals for x in (low, high) for one in _rows(scene, np.array([x])))
-    return (Span(variable.path, ends, found.complete and sound, opened),)
-
-
 def _widest(span: Span) -> tuple[FloatArray, float]:
     """Centre and half of the largest box of one variable: of a wide interval the middle by ratios."""
     low, high = max(
@@ -220,69 +183,6 @@ def _widest(span: Span) -> tuple[FloatArray, float]:
     part = min((high - low) / (high + low) if high else 0.0, _MOST)
     centre = float(np.clip(np.sqrt(low * high), low / (1.0 - part), high / (1.0 + part)))
     return np.array([centre]), part
-
-
-def _spans(scene: Scene, program: Program, progress: Progress | None, designs: list[FloatArray]) -> Iterator[Span]:
-    """Least and greatest of each variable over all permitted designs, each a program of its own.
-
-    The designs at the ends (n_vars,) are put into `designs`, and each begins at those before.
-    """
-    for index, variable in enumerate(scene.variables):
-        if progress is not None:
-            progress("window", 0.5 * index / len(scene.variables))
-        row = np.zeros((1, len(program.axes)))
-        row[0, index] = 1.0
-        form = Monomials(np.ones(1), row)
-        ends, proven, opened = [], True, False
-        for sense in (1.0, -1.0):
-            aimed = program.aiming(Aim(variable.path, program.model, form, sense))
-            found, _ = best_of(aimed, scene, None, None, designs[-1].tolist() if designs else None)
-            if found.x is None and found.status != "unbounded":
-                raise _none(scene, "proven" if found.status == "infeasible" else "none was found")
-            opened |= found.status == "unbounded"
-            designs += [] if found.x is None else [found.x]
-            end = program.axes[index].high if found.x is None else float(found.x[index])
-            sound = found.x is None or all(one.met for one in _rows(scene, found.x))
-            proven &= found.status in ("optimal", "unbounded") and sound
-            ends.append(Entry(end, variable.dimension, variable.unit))
-        yield Span(variable.path, ((ends[0], ends[1]),), proven, opened)
-
-
-def _rows(scene: Scene, x: FloatArray) -> list[Any]:
-    chosen = {one.path: float(v) for one, v in zip(scene.variables, x, strict=True)}
-    return list(checked_limits(scene, chosen).values())
-
-
-class Violations:
-    """How far limits are missed at many designs, as parts of their bounds: at once where there are closed forms."""
-
-    def __init__(self, program: Program) -> None:
-        self.judge, self.limits = Judge(program), list(program.limits)
-        try:
-            asked = question(program)
-            self.asked = None if any(one.tabled is not None for one in asked.rows) else asked
-        except NotClosedError:
-            self.asked = None
-
-    def __call__(self, index: int, x: FloatArray) -> FloatArray:
-        """Of one limit at designs x (n, n_vars), shape (n,)."""
-        if self.asked is None:
-            return np.array([self.judge.limit(self.limits[index], one)[0] for one in x])
-        design = x.T[list(self.asked.order)]
-        kind, numbers = self.asked.rows[index], self.asked.numbers
-        with np.errstate(all="ignore"):
-            if kind.kind == "harmonic":
-                return worst(self.asked, numbers, index, design)[0]
-            value, _ = value_at(self.asked, numbers, index, design, 0.0)
-            bound = numbers[f"{index}.bound"]
-            return np.asarray(kind.sign * (value - bound) / bound)
-
-    def most(self, x: FloatArray) -> FloatArray:
-        """The greatest of all limits at designs x (n, n_vars), shape (n,)."""
-        if self.asked is None:
-            self.judge.ahead(x)
-        every = [self(index, x) for index in range(len(self.limits))]
-        return np.asarray(np.max(every, axis=0, initial=-np.inf))
 
 
 class _Box:
@@ -345,7 +245,7 @@ class _Box:
 
     def largest(self, begin: FloatArray, progress: Progress | None) -> tuple[FloatArray, float]:
         """The best centre that was found, and half of its box; `begin` (n, n_vars) are designs to look at too."""
-        axes = [_between(low, high, _GRID[len(self.inner)]) for low, high in self.inner]
+        axes = [between(low, high, _GRID[len(self.inner)]) for low, high in self.inner]
         grid = np.concatenate([begin, np.array(list(product(*axes)))])
         missed = self.violations.most(grid)
         good = grid[np.argsort(missed, kind="stable")][: int((missed <= self.tolerance).sum())]
@@ -400,12 +300,6 @@ class _Box:
         return found.x[:count] if found.is_finite else np.zeros(count)
 
 
-def _between(low: float, high: float, count: int) -> FloatArray:
-    """Places inside of an interval, by ratios where it is wide."""
-    spaced = np.geomspace if low > 0.0 and high > 3.0 * low else np.linspace
-    return np.asarray(spaced(low, high, count + 2)[1:-1])
-
-
 def _tested(scene: Scene, centre: FloatArray, part: float) -> tuple[float, bool, str]:
     """The box as one of tolerances around the centre, answered for the worst machine; drawn in until it holds."""
     part *= 1.0 - _ROOM
@@ -443,4 +337,4 @@ def _own(scene: Scene) -> FloatArray | None:
     return x if len(x) == len(scene.variables) and all(map(isfinite, x)) else None
 
 
-__all__ = ["BETWEEN", "Span", "Window", "percent", "window"]
+__all__ = ["Window", "percent", "window"]
