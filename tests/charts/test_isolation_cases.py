@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import mpmath as mp
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from vibopt.charts.accuracy_figure import Dot, Scatter, accuracy_figure
 from vibopt.charts.chart_figures import LOOKS, Bars, fidelity_figure, stability_figure
@@ -20,6 +23,9 @@ from vibopt.charts.own_scenes import referenced
 from vibopt.charts.scene_rivals import RIVALS
 from vibopt.charts.trial import DEFAULT, Case, Said, judged, trial
 from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE, MISSING, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
+from vibopt.cli.answer_cache import Asked
+from vibopt.cli.options import read_job
+from vibopt.cli.solve_command import solve as solve_command
 from vibopt.program.pose import pose
 from vibopt.report.figures import saved
 from vibopt.solve.method import METHODS, OWN
@@ -282,6 +288,30 @@ def test_smaller_models_are_exact() -> None:
     assert [(row.declared, row.used) for row in rows] == [(5, 2), (5, 1)]
     assert max(row.value_error for row in rows) < 1e-10
     assert max(row.goal_error for row in rows) < 1e-6
+
+
+def test_the_whole_model_is_answered_where_it_is_asked_for(tmp_path: Path) -> None:
+    """The same stiffness, and no freedom left out; an answer that is kept is not that of the other model."""
+    file = tmp_path / "hall.toml"
+    file.write_text(hall(5))
+    found = []
+    for words in ((), ("--fidelity", "full")):
+        told = CliRunner().invoke(solve_command, [str(file), "--no-prices", "--json", *words], standalone_mode=False)
+        found.append(json.loads(told.output))
+    assert [one["model"]["used_dof"] for one in found] == [1, 5]
+    assert found[1]["model"]["why"] == "no freedom was to be left out"
+    assert found[0]["goal"]["value"] == pytest.approx(found[1]["goal"]["value"], rel=1e-9)
+    asked = [Asked(str(file), read_job(str(file), ()), whole=whole).key("answer") for whole in (False, True)]
+    assert asked[0] != asked[1]
+
+
+def test_a_rotor_has_no_freedoms_to_leave_out() -> None:
+    file = "problems/balancing/assignment_1.toml"
+    told = CliRunner().invoke(solve_command, [file, "--fidelity", "full"])
+    assert str(told.exception) == (
+        f"{file}: --fidelity full is of machines, whose models leave freedoms out that nothing needs; a rotor has "
+        "none. Leave it out."
+    )
 
 
 def test_each_class_has_its_mark_and_a_rival_its_name_at_its_finest_setting() -> None:

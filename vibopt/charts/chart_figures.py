@@ -35,6 +35,7 @@ class Bars:
     measuring: float
     solving: float
     error: float
+    noise: float = math.nan
 
 
 def headed(figure: Figure, words: str) -> None:
@@ -138,6 +139,12 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
     dress(axes[1], "Time saved", "time on the full over the reduced model", "")
     axes[1].set_xscale("log")
     axes[1].axvline(1.0, color=FAINT, lw=0.8)
+    known = [(float(y), row.noise) for y, row in zip(at, rows, strict=True) if math.isfinite(row.noise)]
+    for place, noise in known:
+        said = "the same against the same" if place == known[0][0] else ""
+        axes[1].fill_betweenx(
+            [place - 0.4, place + 0.4], 1.0 / noise, noise, color=GRID, lw=0, zorder=0, label=said
+        )  # fmt: skip
     axes[1].plot(
         [row.measuring for row in rows], at, ls="", marker="s", ms=6, mfc="white", mec=INK, label="measuring a design"
     )

@@ -244,16 +244,19 @@ def _worst_faults(result: Chart) -> list[tuple[str, str, str, str]]:
 def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
     """Declared and used, time saved and error, row by row."""
     console.print("Fidelity: the smaller model against the full one", style="bold")
-    heads = ("Scene", "Declared", "Used", "Measuring", "Solving", "Error of values", "Error of goal")
+    heads = ("Scene", "Declared", "Used", "Measuring", "Solving", "Noise", "Error of values", "Error of goal")
     listed = [
         (
             row.case, str(row.declared), str(row.used), _ratio(row.measuring_full / row.measuring),
-            _ratio(row.solving_full / row.solving), _part(row.value_error), _part(row.goal_error),
+            _ratio(row.solving_full / row.solving), _ratio(row.noise), _part(row.value_error), _part(row.goal_error),
         )
         for row in rows
     ]  # fmt: skip
     console.print(grid(listed, heads, whole=(0,)))
-    console.print("Measuring and solving: CPU time on the full model over that on the smaller one.")
+    console.print(
+        "Measuring and solving: CPU time on the full model over that on the smaller one. Noise: greatest factor "
+        "between runs of the same model; what is nearer to 1 says nothing."
+    )
     console.print(conditions().words)
     for row in rows:
         if row.cut:
@@ -340,6 +343,7 @@ def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
                 row.measuring_full / row.measuring,
                 row.solving_full / row.solving,
                 row.value_error,
+                row.noise,
             )
             for row in rows
         ],

@@ -23,7 +23,7 @@ from vibopt.solve.choose import choose
 from vibopt.solve.ranges import closed
 from vibopt.work import answering
 
-RUNS, QUICK_RUNS = 3, 1
+RUNS, QUICK_RUNS = 5, 3
 T = TypeVar("T")
 
 
@@ -45,6 +45,8 @@ class Fidelity:
         Difference of the best goals found on the two, as a part of it; nan where one is missing.
     cut
         Why less was asked than the chart promises; "" where all was.
+    noise
+        Greatest factor between the times of two runs of the same model; nan where there were none.
     """
 
     case: str
@@ -58,6 +60,7 @@ class Fidelity:
     value_error: float
     goal_error: float
     cut: str = ""
+    noise: float = math.nan
 
 
 def on_both_models(scenes: Sequence[Scene], *, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
@@ -92,6 +95,7 @@ def _compared(scene: Scene, runs: int) -> list[Fidelity]:
         solving_full=whole.seconds,
         value_error=max(_value_error(small, full, point) for point in points),
         goal_error=abs(own.goal - whole.goal) / max(abs(whole.goal), 1e-300),
+        noise=max(own.noise, whole.noise),
         cut="; ".join(f"{name}: {one.cut}" for name, one in (("smaller model", own), ("full model", whole)) if one.cut),
     )]  # fmt: skip
 
@@ -104,23 +108,28 @@ class _Solved:
     goal: float = math.nan
     x: FloatArray | None = None
     cut: str = ""
+    noise: float = math.nan
 
 
 def _solved(program: Program, runs: int) -> _Solved:
     times, goal, x = [], math.nan, None
-    for _ in range(runs):
+    for number in range(runs + 1):
         with answering() as limit:
             begin = spent()
             try:
                 found = choose(program, None).solve(program)
             except VibOptError as error:
                 return _Solved(cut=str(error))
-            times.append(spent() - begin)
+            if number or runs < 2:  # the first loads what is needed
+                times.append(spent() - begin)
         if found.x is not None:
             goal, x = Judge(program).goal(found.x).value, found.x
         if limit is not None and limit.ended:
-            return _Solved(median(times), goal, x, f"the time limit of {limit.seconds:g} s ended it")
-    return _Solved(median(times), goal, x)
+            return _Solved(
+                median(times or [spent() - begin]), goal, x, f"the time limit of {limit.seconds:g} s ended it"
+            )
+    noise = max(times) / min(times) if len(times) > 1 else math.nan
+    return _Solved(median(times), goal, x, noise=noise)
 
 
 def _designs(program: Program, best: FloatArray | None) -> list[FloatArray]:

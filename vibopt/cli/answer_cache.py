@@ -30,12 +30,17 @@ _ANY = Kind("a file", 1_000_000_000, "", "")
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What an answer depends on: the file, its changes, the method; `job` is what was read of them."""
+    """What an answer depends on: the file, its changes, the method; `job` is what was read of them.
+
+    whole
+        Whether no freedom was left out of its models.
+    """
 
     file: str
     job: Job
     changes: tuple[str, ...] = ()
     method: str | None = None
+    whole: bool = False
 
     def key(self, stage: str) -> str:
         """SHA-256 [hex] of all of it and of the program; "" where a file is gone."""
@@ -43,7 +48,7 @@ class Asked:
             held = {name: sha256(content_of(one, _ANY, counts=False)).hexdigest() for name, one in self._files()}
         except FileFault:
             return ""
-        told = [_program(), stage, self.job.name, self.method, list(self.changes), held]
+        told = [_program(), stage, self.job.name, self.method, list(self.changes), held, self.whole]
         return sha256(json.dumps(told).encode()).hexdigest()
 
     def _files(self) -> Iterator[tuple[str, Path]]:

@@ -57,6 +57,12 @@ limited = click.option(
     callback=_limited,
     help="End every search of an answer after so long; the claim says so. Without it no clock decides anything.",
 )
+fidelity = click.option(
+    "--fidelity",
+    type=click.Choice(["least", "full"]),
+    default="least",
+    help="full: leave no freedom out, needed or not, to check that what is left out by itself changes nothing.",
+)
 changes = click.option(
     "--set",
     "changes",

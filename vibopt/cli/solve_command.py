@@ -16,6 +16,7 @@ from vibopt.cli.options import (
     anew,
     as_json,
     changes,
+    fidelity,
     file,
     force,
     limited,
@@ -43,6 +44,7 @@ PROBLEMS = (".toml",)
 @method
 @limited
 @anew
+@fidelity
 @changes
 @scenario
 @click.option("--all-scenarios", is_flag=True, help="One design that keeps every limit in every scenario of the file.")
@@ -65,6 +67,7 @@ PROBLEMS = (".toml",)
 def solve(
     file: str,
     method: str | None,
+    fidelity: str,
     changes: tuple[str, ...],
     scenario: str | None,
     all_scenarios: bool,
@@ -84,12 +87,13 @@ def solve(
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
     if all_scenarios:
-        others = (scenario, method, save, save_coefficients, *rounding)
+        others = (scenario, method, fidelity == "full", save, save_coefficients, *rounding)
         return _for_all(read_job(file, changes), any(others), as_json=as_json, require_proof=require_proof)
     from vibopt.jobs import is_scene
 
     changes = with_scenario(file, scenario, changes)
     job = read_job(file, changes)
+    _whole_where_asked(file, job, fidelity)
     target = None
     if save is not None:
         from vibopt.files.writing import checked_target
@@ -97,7 +101,7 @@ def solve(
         target = checked_target(save, PROBLEMS, force=force)
     modelled = save_coefficients if is_scene(job) and job.rotors else None
     learnt = {} if modelled is not None else _coefficients(job, save_coefficients, force=force)
-    asked = Asked(file, job, changes, method)
+    asked = Asked(file, job, changes, method, fidelity == "full")
     found = answered(asked, fresh=True)
     drawn = _rounded(found, job, rounding) if rounding else None
     if drawn is not None:
@@ -126,6 +130,20 @@ def solve(
             complain(f"{found.status} is not proven, and --require-proof was asked for.")
         return UNPROVEN
     return found.exit_code
+
+
+def _whole_where_asked(file: str, job: Job, fidelity: str) -> None:
+    """Leave no freedom out until the command ends, where that is asked for."""
+    from vibopt.jobs import is_scene
+    from vibopt.program.pose import whole_models
+
+    if fidelity == "full":
+        if not is_scene(job):
+            raise InputError(
+                f"{file}: --fidelity full is of machines, whose models leave freedoms out that nothing needs; a "
+                f"{job.kind} has none. Leave it out."
+            )
+        click.get_current_context().with_resource(whole_models())
 
 
 def _for_all(job: Job, others: bool, *, as_json: bool, require_proof: bool) -> int:

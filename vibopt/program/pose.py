@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -36,6 +38,24 @@ from vibopt.signals import Drive
 RATED = ": rated load"
 """How the names of limits end that a part brings with it."""
 _RATINGS: dict[str, Side] = {"rated_max": "at_most", "rated_min": "at_least"}
+
+
+_WHOLE: ContextVar[bool] = ContextVar("whole models", default=False)
+
+
+@contextmanager
+def whole_models() -> Iterator[None]:
+    """What is posed inside leaves no freedom out, whatever a response needs."""
+    before = _WHOLE.set(True)
+    try:
+        yield
+    finally:
+        _WHOLE.reset(before)
+
+
+def are_whole() -> bool:
+    """Whether whole models are asked for."""
+    return _WHOLE.get()
 
 
 def pose(scene: Scene, *, reduce: bool = True) -> Program:
@@ -120,7 +140,7 @@ def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = T
     """The smallest exact model for a response, and its form on it."""
     full = response.seen_in(full)
     form = form_of(scene, full, response)
-    model = full if not reduce or full.n_free == 1 else reduced(full, form)
+    model = full if not reduce or are_whole() or full.n_free == 1 else reduced(full, form)
     if form.harmonic is None:
         return model, form if model is full else form_of(scene, model, response)
     smooth = graded(model, form.harmonic)

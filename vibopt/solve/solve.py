@@ -13,7 +13,7 @@ from vibopt.answer.answer import Used
 from vibopt.answer.entry import Checked, Entry
 from vibopt.forms.reduce import reason
 from vibopt.mechanics.model import Model
-from vibopt.program.pose import on_needed, pose
+from vibopt.program.pose import are_whole, on_needed, pose
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
@@ -334,7 +334,7 @@ def _used(program: Program) -> Used:
 
 def _used_of(model: Model, used: int) -> Used:
     """Degrees of freedom declared and used; what structures leave out has reasons of its own."""
-    own = reason(model.n_free, used)
+    own = "no freedom was to be left out" if are_whole() and used == model.n_free else reason(model.n_free, used)
     why = "; ".join([*model.remarks, *([own] if own and used < model.n_free else [])]) if model.remarks else own
     return Used(model.n_free + model.left_out, used, why)
 
