@@ -167,6 +167,8 @@ class Rub:
         piece = Piece(begin, pi, top, 0.0, -1)
         if not np.isnan(self._slipping.greatest(0, np.ones(1), np.zeros(1, dtype=complex))[0]):
             return (piece,)
+        if self._pushed(begin, top) != -1:  # friction holds it at the top for a while
+            return None
         rests = self._rests(Piece(begin, pi * (1.0 + 1e-4), top, 0.0, -1))
         return (piece,) if rests is not None and abs(rests - pi) < 1e-6 else None
 
