@@ -31,6 +31,7 @@ from vibopt.forms import (
     PeakOverDurations,
     RootMeanSquare,
     Rubbing,
+    StaticBending,
     StaticForce,
     StaticLoad,
     StaticMoment,
@@ -277,6 +278,10 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     PeakInRunUp: (PeakInRunUp(_READ, np.array([1.0, 0.0]), _RISING), _run_up),
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
     Rubbing: (Rubbing(Output(np.ones(1), np.zeros(3)), (_PUSH,), normalised=False), _rubbed),
+    StaticBending: (
+        StaticBending(np.array([0.0, 0.0, 0.0, -1.0, 0.0, 0.0]), _FACTOR),
+        lambda x: abs(x[0] / _RATING * _force(x)),
+    ),
     StaticForce: (StaticForce(np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])), _force),
     StaticMoment: (
         StaticMoment(np.array([1.0, 0.0]), _FACTOR, Monomials(np.array([-0.002]), np.array([[0.0, 1.0, 0.0]]))),

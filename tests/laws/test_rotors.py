@@ -457,7 +457,7 @@ REFUSED = {
     ),
     "a disc beyond the shaft": (
         HEAD + SHAFT + 'discs = [{ name = "fan", at = "1.2 m", mass = "3 kg" }]\n' + TAIL,
-        "t line 2: rotors.r has fan at 1.2 m, beyond the end of its shaft at 1 m. Write a place on the shaft, or "
+        "t line 7: rotors.r has fan at 1.2 m, beyond the end of its shaft at 1 m. Write a place on the shaft, or "
         "longer sections.",
     ),
     "a shaft that is not held": (

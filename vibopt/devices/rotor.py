@@ -198,11 +198,13 @@ class RotorTable(Device):
                 f"has sections of {min(wide):g} m and of {max(wide):g} m: where diameters differ by more than a factor "
                 f"of {_WIDEST:g}, rounding decides how the shaft bends. Write diameters nearer to each other."
             )
+        discs = [one.name for one in self.discs]
         for name, place in self.places.items():
             if place > self.long * (1.0 + _TOGETHER):
                 raise word(
                     f"has {name} at {place:g} m, beyond the end of its shaft at {self.long:g} m. Write a place on the "
-                    "shaft, or longer sections."
+                    "shaft, or longer sections.",
+                    *(("discs", discs.index(name), "at") if name in discs else ("stations", name)),
                 )
         names = [*self.stations, *(one.name for one in self.discs)]
         double = next((name for name in names if names.count(name) > 1), None)

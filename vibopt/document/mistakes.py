@@ -181,7 +181,7 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: li
     if kind == "complaint":
         mistakes.value(path, given, str(context["text"]))
     elif kind == "sentence":
-        mistakes.add(path, f"{dotted(path)} {context['text']}")
+        mistakes.add((*path, *context.get("at", ())), f"{dotted(path)} {context['text']}")
     elif kind == "sentences":
         for text in str(context["text"]).split("\n"):
             mistakes.add(path, text)

@@ -31,6 +31,7 @@ FORMS: Kinds[Form] = Kinds(
         "Rubbing": "rubbing.Rubbing",
         "StaticForce": "sags.StaticForce",
         "StaticLoad": "sags.StaticLoad",
+        "StaticBending": "sags.StaticBending",
         "StaticMoment": "sags.StaticMoment",
         "StaticRow": "sags.StaticRow",
         "WhirlThreshold": "whirling.WhirlThreshold",
@@ -49,7 +50,7 @@ if TYPE_CHECKING:
     from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.forms.root_mean_square import RootMeanSquare
     from vibopt.forms.rubbing import Rubbing
-    from vibopt.forms.sags import StaticForce, StaticLoad, StaticMoment, StaticRow
+    from vibopt.forms.sags import StaticBending, StaticForce, StaticLoad, StaticMoment, StaticRow
     from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
     from vibopt.forms.whirling import WhirlThreshold
 else:
@@ -80,6 +81,7 @@ __all__ = [
     "PeakOverDurations",
     "RootMeanSquare",
     "Rubbing",
+    "StaticBending",
     "StaticForce",
     "StaticLoad",
     "StaticMoment",

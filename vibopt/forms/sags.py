@@ -296,3 +296,37 @@ class StaticForce(UnderWeights):
         squeezed = sags_at(model, x) @ model.vectors[:, : model.n_free].T
         found: FloatArray = ((model.values(x, static=True) * self.signs) * squeezed).sum(axis=-1)
         return found, found
+
+
+@dataclass(frozen=True, slots=True)
+class StaticBending(UnderWeights):
+    """What bends a shaft under the weights: |factor(x) sum_t signs_t p_t b_t . u|, of one monomial [Pa]."""
+
+    signs: FloatArray
+    factor: Monomials
+    solved_directly = True
+    no_bounds = "is what weights bend that may pull against each other"
+    not_convex = no_bounds
+    rough = "is what weights bend that may pull against each other, and has a kink where it is nothing"
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        return abs(StaticForce(self.signs).value(model, x)) * float(self.factor.at(x))
+
+    def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
+        return self.signs, np.zeros(model.n_coords)
+
+    def reach(self, model: Model) -> Reach:
+        return StaticForce(self.signs).reach(model)
+
+    def acting(self, model: Model) -> FloatArray:
+        return np.vstack([UnderWeights.acting(self, model), self.factor.exponents])
+
+    def held(self, x: FloatArray, free: list[int]) -> StaticBending:
+        return StaticBending(self.signs, self.factor.held(x, free))
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        return self._carried(model, x, rounding) * float(self.factor.at(x))
+
+    def on_points(self, at: FormBounds, x: FloatArray) -> Bounds:
+        value = np.abs(StaticForce(self.signs).on_points(at, x)[0]) * self.factor.at(x)
+        return value, value

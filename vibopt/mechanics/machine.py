@@ -365,6 +365,10 @@ class Machine:
         """Greatest of bending at one end of a span of a rotor [Pa]; there is none."""
         raise KeyError(end)
 
+    def weight_stress_at(self, end: str) -> float:
+        """As `stress_at`, under the weights alone."""
+        raise KeyError(end)
+
     def critical_speeds(self, sense: float = 1.0) -> FloatArray:
         """Speeds at which a whirl with the spin, or against it (`sense` -1), is free, ascending [rad/s]."""
         return self.natural_frequencies()

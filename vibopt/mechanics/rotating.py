@@ -84,6 +84,25 @@ class RotatingMachine(Machine):
         moment = shafts[rotor].moment(k, right, flat**2, motion.inner[:, begin : begin + 4])
         return np.asarray(moment * shafts[rotor].sections[k].stress).reshape(np.shape(motion.omega))
 
+    def weight_stress_at(self, end: str) -> float:
+        """As `stress_at`, under the weights alone, by the balance of what lies left of there; infinite without hold."""
+        rotor, _, span = end.partition("@")
+        number, _, side = span.partition(".")
+        shaft, k, sag = self.shafts[rotor], int(number) - 1, self.sag()
+        if sag is None:
+            return math.inf
+        places = np.cumsum([0.0, *(one.length for one in shaft.sections)])
+        at = places[k + (side == "right")]
+        moment = -sum(disc.mass * GRAVITY * max(at - places[disc.node], 0.0) for disc in shaft.discs)
+        for begin, one in zip(places[: k + (side == "right")], shaft.sections, strict=False):
+            moment -= one.mass * one.length * GRAVITY * (at - begin - 0.5 * one.length)
+        for joint in self.joints:
+            for here, there in (joint.ends, joint.ends[::-1]):
+                if here in shaft.points:
+                    carries = joint.static_stiffness * (sag[here] - sag.get(there, 0.0))
+                    moment += carries * max(at - places[shaft.points[here]], 0.0)
+        return float(abs(moment) * shaft.sections[k].stress)
+
     @cached_property
     def _exact_places(self) -> dict[str, int]:
         """Number of the coordinate of each body and point in the exact dynamic stiffness."""

@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import BoolArray, FloatArray
-from vibopt.forms import Modulus
+from vibopt.forms import Form, Modulus
 from vibopt.forms.drive_response import DriveResponse, drive_extreme
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies, poles
@@ -22,7 +22,7 @@ from vibopt.report.friction_views import friction_panels
 from vibopt.report.histories import histories
 from vibopt.report.limiting_views import limiting_panels
 from vibopt.report.series import Curve, Mark, Panel, Zone, heights
-from vibopt.responses import HarmonicResponse
+from vibopt.responses import HarmonicResponse, Response
 from vibopt.responses.response import place_of
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import MINIMISE, Design, Scene
@@ -337,12 +337,18 @@ class _Drawing:
         if type(one.response).beside is HarmonicResponse.beside:
             return 0.0
         chosen = {each.path: value for each, value in zip(self.scene.variables, self.design.x, strict=True)}
-        return one.response.beside(machine_of(self.scene, chosen))
+        _, member = self._member(one)
+        return member.beside(machine_of(self.scene, chosen)) if isinstance(member, HarmonicResponse) else 0.0
+
+    def _member(self, one: _Entry) -> tuple[Form, Response]:
+        """Of the places that a response stands for the one where it is greatest, and what it is there."""
+        asked = [(form_of(self.scene, self.model, each), each) for each in members(self.scene, one.response)]
+        swings = [two for two in asked if two[0].swings is not None]
+        return max(swings, key=lambda two: two[0].value(self.model, self.x)) if len(swings) > 1 else swings[0]
 
     def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
-        asked = [form_of(self.scene, self.model, each) for each in members(self.scene, one.response)]
-        forms = [form.swings for form in asked if form.swings is not None]
-        form = max(forms, key=lambda each: each.value(self.model, self.x)) if len(forms) > 1 else forms[0]
+        form = self._member(one)[0].swings
+        assert form is not None
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 
     def _drawn(

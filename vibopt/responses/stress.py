@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import field_validator
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms import Added, Form, Monomials, StaticLoad, StaticMoment
+from vibopt.forms import Added, Form, Monomials, StaticBending, StaticLoad, StaticMoment
 from vibopt.mechanics.built import Course, Joint, Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
@@ -61,9 +61,7 @@ class BendingStress(_OfBeam, HarmonicResponse):
 
     def output(self, model: Model) -> Output:
         if "@" in self.of:
-            span, _, side = self.of.rpartition(".")
-            pulls = [term.tilts[side == "right"] if term.owner == span else 0.0 for term in model.terms]
-            return Output(np.zeros(model.n_coords), np.array(pulls), shared_by=stressed(self.of))
+            return Output(np.zeros(model.n_coords), _tilting(model, self.of), shared_by=stressed(self.of))
         if (self.of, "stress") in model.readings:
             return replace(forces_of_beam(model, self.of, "stress"), shared_by=forced(self.of))
         return self.of_shape(model)
@@ -90,12 +88,18 @@ class StaticBendingStress(_OfBeam):
     """`response = "static_bending_stress"`: greatest in a beam or shaft under all weights [Pa].
 
     As the machine stands upright along its line.  In a shaft that turns every fibre has it to and fro once a turn.
+    Of a rotor it is the greatest at its stations, discs and ends of sections, on either side of each.
     """
 
     against_friction: ClassVar[str] = "is not known, for friction holds the weight anywhere near where the spring would"
+    asks: ClassVar[str] = "link or rotor"
+    of_rotor: ClassVar[bool] = True
     sags: ClassVar[bool] = True
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        if "@" in self.of:
+            pulls = np.where(model.kinds == STIFFNESS, _tilting(model, self.of), 0.0)
+            return StaticBending(pulls, _powers(model, model.counts[stressed(self.of)] ** -1.0))
         (spring,) = (one for one in model.terms if one.owner == self.of and one.kind == STIFFNESS)
         stress = model.counts[stressed(self.of)] ** -1.0
         pulled = _powers(model, stress.times(spring.static_scale / spring.scale))
@@ -107,6 +111,8 @@ class StaticBendingStress(_OfBeam):
         return StaticMoment(-model.links[self.of], pulled, _powers(model, sagging.times(GRAVITY * alone)))
 
     def measure_static(self, machine: Machine) -> float:
+        if "@" in self.of:
+            return machine.weight_stress_at(self.of)
         joint, sag = machine.joint(self.of), machine.sag()
         if sag is None:
             return float("inf")
@@ -123,8 +129,6 @@ class CombinedBendingStress(BendingStress):
     """
 
     against_friction: ClassVar[str] = StaticBendingStress.against_friction
-    asks: ClassVar[str] = "link"
-    of_rotor: ClassVar[bool] = False
     in_planes: ClassVar[bool] = False
     amplitude: ClassVar[bool] = False
     sags: ClassVar[bool] = True
@@ -190,6 +194,12 @@ def _inert(machine: Machine, joint: Joint, read: tuple[float, float, float], mot
     """What the mass of a beam adds to what its load does, in the direction of its load."""
     support, deflected = machine.position(joint.ends[1], motion), -machine.stretch_of(joint, motion)
     return np.asarray(motion.omega**2 * (read[1] * support + read[2] * deflected))
+
+
+def _tilting(model: Model, end: str) -> FloatArray:
+    """How far tilting one end of a span of a rotor moves each term, (n_terms,): what the moment there does work on."""
+    span, _, side = end.rpartition(".")
+    return np.array([term.tilts[side == "right"] if term.owner == span else 0.0 for term in model.terms])
 
 
 def _powers(model: Model, one: Monomial) -> Monomials:

@@ -159,9 +159,9 @@ def complaint(text: str) -> PydanticCustomError:
     return PydanticCustomError("complaint", "{text}", {"text": text})
 
 
-def word(text: str) -> PydanticCustomError:
-    """An error whose text is a sentence of its own behind `<file> line N: <path>: `."""
-    return PydanticCustomError("sentence", "{text}", {"text": text})
+def word(text: str, *at: str | int) -> PydanticCustomError:
+    """An error whose text is a sentence of its own behind `<file> line N: <path>: `, the line that of the keys `at`."""
+    return PydanticCustomError("sentence", "{text}", {"text": text, "at": at})
 
 
 @dataclass(frozen=True, slots=True)

@@ -65,7 +65,8 @@ def measure(scene: Scene, chosen: Mapping[str, float], response: Response, side:
 def measure_on(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
     """As `measure`, on a machine already built; of a group of mounts the worst of them."""
     asked = members(scene, response)
-    if isinstance(response, HarmonicResponse) and response.of_rotor and len(asked) > 1 and side != "at_least":
+    whirls = isinstance(response, HarmonicResponse) and not response.sags  # what sags differs from place to place
+    if whirls and response.of_rotor and len(asked) > 1 and side != "at_least":
         asked = _foremost(scene, machine, cast("tuple[HarmonicResponse, ...]", asked))
     found = [_measured(scene, machine, one, side) for one in asked]
     return found[foremost([one.value for one in found], least=side == "at_least")] if len(found) > 1 else found[0]
