@@ -15,14 +15,16 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
+from vibopt.program.held import held
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
 from vibopt.solve.link_by_link import improved_by_links
+from vibopt.solve.local import refined
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.ranges import corners, log_box, starts
-from vibopt.solve.screen import promising, screenable
+from vibopt.solve.ranges import corners, halton, log_box, starts
+from vibopt.solve.screen import left_out, promising, screenable
 from vibopt.solve.sqp import SLOPES, Exact, Point, Sqp
 from vibopt.work import Budget, late, worked
 
@@ -37,10 +39,12 @@ _IPOPT = 50.0
 """Work of one run of IPOPT, in exact measurements."""
 _MANY, _SCREENED, _BY_LIMITS = 128, 32, 10.0
 """Points to measure where no start led anywhere, and before any where most of them lead nowhere; weight of a limit."""
-_AGREED, _BATCHES = 4, 3
-"""Starts that should agree on the best, and how many batches of them there may be."""
+_AGREED, _BATCHES, _PER_VARIABLE = 4, 3, 2
+"""Starts that should agree on the best, how many batches of them there may be, and how many there are per variable."""
 _MEASUREMENTS = 5000
 """Exact measurements of designs."""
+_HOPS, _HOP = 8, 0.8
+"""Designs beside the best that are followed, and how far (in logs) they are spread."""
 _FAR = 0.05
 """Log violation beyond which a start is not followed where a design is known and little work is to be done."""
 _ALIKE = 0.02
@@ -120,6 +124,7 @@ class _Run:
         self.judge = Judge(self.program, TOLERANCE)
         self.samples = Samples(self.program).spread(9)
         self.built = self.iterations = 0
+        self.bar = np.inf
 
     def answer(self) -> Found:
         begun, good = self._straight()
@@ -129,6 +134,7 @@ class _Run:
         if not good:
             return self._nothing(len(begun))
         good += self._mirrored(good)
+        good += self._beside(good) + self._one_less(good)
         goal, y = _first(good)
         if goal == np.inf:
             claim = "the goal is infinite at every design that was looked at"
@@ -150,7 +156,7 @@ class _Run:
         if self.method.given or not screenable(self.program):
             return [], []
         begun = promising(self.program, _BATCHES * self.method.count)
-        ends = self._sharpened(begun, enough=_AGREED)
+        ends = self._sharpened(begun, enough=_AGREED, least=_PER_VARIABLE * int(self.exact.free.sum()))
         return begun[: len(ends)], self._good(ends)
 
     def _mirrored(self, good: list[tuple[float, tuple[float, ...]]]) -> list[tuple[float, tuple[float, ...]]]:
@@ -172,6 +178,40 @@ class _Run:
             better = [one for one in self._good(self._sharpened([y])) if one[0] < goal - _SAME * abs(goal)]
             waiting = _likes(self.program) if better else waiting
             found += better
+        return found
+
+    def _beside(self, good: list[tuple[float, tuple[float, ...]]]) -> list[tuple[float, tuple[float, ...]]]:
+        """What designs beside the best lead to, where it was not found again."""
+        if self.method.brief or self.method.given or not screenable(self.program) or len(self.exact.free) < 3:
+            return []
+        found: list[tuple[float, tuple[float, ...]]] = []
+        for step in _HOP * (halton(_HOPS, len(self.low)) - 0.5):
+            best = min([*good, *found])
+            if self.budget.over or self._agree([*good, *found]) >= _AGREED:
+                break
+            found += self._good(self._sharpened([np.clip(np.array(best[1]) + step, self.low, self.high)]))
+        return found
+
+    def _one_less(self, good: list[tuple[float, tuple[float, ...]]]) -> list[tuple[float, tuple[float, ...]]]:
+        """What the best with one device left out leads to: as light as it may be, it is what the others are without it.
+
+        So more devices are not worse than one less.  Of devices that are alike one is left out; where starts agree on
+        the best, the others begin where they are.
+        """
+        weights = [] if self.method.brief else left_out(self.program)
+        found: list[tuple[float, tuple[float, ...]]] = []
+        for own, weight in weights:
+            x = self._x(np.array(min([*good, *found])[1]))
+            x[weight] = self.program.axes[weight].low
+            others = [i for i in range(len(x)) if i not in own]
+            less = held(self.program, x, others)
+            sure = self._agree([*good, *found]) >= _AGREED
+            best = refined(less, x[others]) if sure else Nlp(most=self.method.most // 4).solve(less).x
+            if best is None or self.budget.over:
+                continue
+            x[others] = best
+            y = np.clip(np.log(np.maximum(x, np.exp(self.low))), self.low, self.high)
+            found += self._good([y, *self._sharpened([y])])
         return found
 
     def _searched(self, begun: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
@@ -268,9 +308,12 @@ class _Run:
         return self._missed(y) < 0.5
 
     def _sharpened(
-        self, reached: list[FloatArray], *, rescue: bool = False, enough: float = np.inf
+        self, reached: list[FloatArray], *, rescue: bool = False, enough: float = np.inf, least: int = 0
     ) -> list[FloatArray]:
-        """Every distinct design brought to its exact local optimum, one per start, until `enough` agree on the best."""
+        """Every distinct design brought to its exact local optimum, one per start.
+
+        Until `enough` agree on the best of `least` or more.
+        """
         done: list[tuple[FloatArray, FloatArray]] = []
         found: list[FloatArray] = []
         for y in reached:
@@ -283,15 +326,18 @@ class _Run:
                 known = self._sharp(y, rescue)
                 done.append((y, known))
             found.append(known)
-            if len(found) >= enough and self._agreed(found) >= enough:
+            if len(found) >= max(enough, least) and self._agreed(found) >= enough:
                 break
         return found
 
     def _agreed(self, found: list[FloatArray]) -> int:
         """How many designs agree on the best of all."""
-        goals = [goal for goal, _ in self._good(found)]
-        best = min(goals, default=np.inf)
-        return sum(one - best <= _SAME * abs(best) for one in goals) if np.isfinite(best) else 0
+        return self._agree(self._good(found))
+
+    @staticmethod
+    def _agree(good: list[tuple[float, tuple[float, ...]]]) -> int:
+        best = min(good, default=(np.inf,))[0]
+        return sum(one - best <= _SAME * abs(best) for one, _ in good) if np.isfinite(best) else 0
 
     def _beaten(self, y: FloatArray, found: list[FloatArray]) -> bool:
         """Whether a design found is no worse than y, which holds at some speeds only, or y is far from holding."""
@@ -305,10 +351,12 @@ class _Run:
         return max(self.exact.at(y).missed, 0.0) if not self.budget.over else 0.0
 
     def _sharp(self, y: FloatArray, rescue: bool) -> FloatArray:
-        sharpener = Sqp(self.exact)
+        sharpener = Sqp(self.exact, bar=self.bar)
         if rescue:
             y = sharpener.run(y, only_feasible=True).y
         point: Point = sharpener.run(y)
+        if point.missed <= TOLERANCE and self.program.aim is not None:
+            self.bar = min(self.bar, point.goal)
         return polished(
             self.program, point.y, (self.low, self.high), self._feasible, lambda y: self.judge.goal(self._x(y)).value
         )

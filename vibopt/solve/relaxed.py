@@ -30,8 +30,9 @@ _GROUPS, _FREE = 6, 6
 """Groups of impedances of a response, and variables, up to which boxes are looked at: each doubles the work."""
 _WORK, _COST = 120_000, 0.02
 """Coefficients of responses on all boxes together, and the work of each of them [nominal ms]."""
-_PATIENCE, _FIRST = 10_000, 1000
-"""Boxes by which something must be known, and those that are looked at before any search whether there is a design."""
+_PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
+"""Part of the boxes by which something must be known, the log within which it counts as such, and boxes that are
+looked at before any search whether there is a design."""
 _BATCH, _SPEEDS = 64, 48
 _ROWS, _ROUNDS = 10, 6
 """Rows of the goal and of the limits that are weighed, and rounds of it."""
@@ -42,10 +43,11 @@ _HUNDRED = 99.5
 """Percent from which on they are whole numbers."""
 
 
-def with_least(program: Program, found: Found) -> Found:
+def with_least(program: Program, found: Found, known: float = float("nan")) -> Found:
     """An answer that starts have led to with what boxes prove about it: optimal, or how far from it at most.
 
-    Where nothing was found and no box may hold a design, that there is none.
+    They are not looked at to the end where they soon promise no better bound than the one `known`.  Where nothing was
+    found and no box may hold a design, that there is none.
     """
     aim = program.aim
     if found.status == "unproven":
@@ -59,7 +61,8 @@ def with_least(program: Program, found: Found) -> Found:
     boxes.learn(found.x)
     sign = float(np.sign(value))
     best = sign * float(np.log(abs(value)))
-    least = boxes.search(best + float(np.log1p(-_GAP)))
+    floor = sign * float(np.log(abs(known))) if known * sign > 0.0 else -np.inf
+    least = boxes.search(best + float(np.log1p(-_GAP)), max(floor, best - _HOPELESS))
     bound = sign * float(np.exp(sign * least))
     details = {**found.details, "boxes": boxes.budget.spent, "bound": bound}
     if best - least <= 1.01 * _GAP:
@@ -128,12 +131,12 @@ class _Relaxed:
         for one in self.lines.values():
             one.learn(x)
 
-    def search(self, bar: float) -> float:
-        """No design has a goal whose log is below this, which is no greater than `bar`."""
+    def search(self, bar: float, floor: float = -np.inf) -> float:
+        """No design has a goal whose log is below this, which is no greater than `bar`; given up far below `floor`."""
         frontier = Frontier(self.budget)
         frontier.add(np.array([-np.inf]), np.log(self.program.low)[None], np.log(self.program.high)[None])
         while frontier and not frontier.over:
-            if not np.isfinite(frontier.bound) and self.budget.spent > _PATIENCE:
+            if frontier.bound < floor and self.budget.spent > _PATIENCE * self.budget.most:
                 break
             known, low, high = frontier.take(_BATCH)
             self.learn(np.exp(0.5 * (low + high)[0]))

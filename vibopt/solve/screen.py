@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import product
+from itertools import chain, product, zip_longest
 
 import numpy as np
 
@@ -46,7 +46,11 @@ def screenable(program: Program) -> bool:
 
 
 def promising(program: Program, count: int) -> list[FloatArray]:
-    """Up to `count` designs y = log x (n_vars,), apart from each other, that promise most comes first."""
+    """Up to `count` designs y = log x (n_vars,), apart from each other.
+
+    In turn the one that promises most of all that are left, and the one that promises most of a part of those that are
+    spread over the ranges: the most promising may all lead to the same.
+    """
     low, high = log_box(program)
     y = np.clip(np.concatenate([starts(program, _TRIED), tuned(program)]), low, high)
     cheap = [part for part in program.parts if is_cheap(part)]
@@ -56,10 +60,14 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     if slow:
         merit[asked] += np.array([_merit(slow, np.exp(one)[None, :])[0] for one in y[asked]])
         asked = asked[np.argsort(merit[asked], kind="stable")]
+    parts = np.array_split(np.arange(_TRIED), max(count // 2, 1))
+    spread = y[[part[merit[part].argmin()] for part in parts]]
     chosen: list[FloatArray] = []
     span = np.where(high > low, high - low, np.inf)
-    for one in y[asked]:
-        if len(chosen) < count and all((np.abs(one - other) / span).max() > _APART for other in chosen):
+    for one in chain.from_iterable(zip_longest(y[asked], spread)):
+        if one is None or len(chosen) == count:
+            continue
+        if all((np.abs(one - other) / span).max() > _APART for other in chosen):
             chosen.append(one)
     return chosen
 
@@ -79,6 +87,21 @@ def tuned(program: Program) -> FloatArray:
     patterns = product(about, _SPREADS, _DAMPED, heavy, lighter)
     base = np.log(np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high))
     return np.array([_tuned(program, devices, base, *one) for one in patterns])
+
+
+def left_out(program: Program) -> list[tuple[list[int], int]]:
+    """Of each device whose mass is to be chosen, where there are several, its variables and which of them is its mass.
+
+    One of those with like ranges on the same host.
+    """
+    found: dict[tuple[object, ...], tuple[list[int], int]] = {}
+    devices = _devices(program)
+    for device in devices:
+        heavy = [i for word, i in device.axes.items() if word in ("mass", "mass_ratio")]
+        if heavy and device.last:
+            ends = [(word, program.axes[i].low, program.axes[i].high) for word, i in sorted(device.axes.items())]
+            found.setdefault((device.host, *ends), (list(device.axes.values()), heavy[0]))
+    return list(found.values()) if len(devices) > 1 else []
 
 
 def _tuned(
@@ -106,6 +129,7 @@ class _Device:
     mass: float
     depth: int
     last: bool
+    host: str
 
 
 def _devices(program: Program) -> list[_Device]:
@@ -125,7 +149,7 @@ def _devices(program: Program) -> list[_Device]:
             depth, host = depth + 1, hosts[host]
         own = [one for one in model.terms if one.owner == name and one.kind == INERTIA]
         mass = sum(one.scale for one in own if not one.exponents.any())
-        found.append(_Device(owners[name], mass, depth, name not in hosts.values()))
+        found.append(_Device(owners[name], mass, depth, name not in hosts.values(), hosts[name]))
     return found
 
 

@@ -194,15 +194,22 @@ def answer(
         if OneRange().refuses(finite) is None:
             found = _one_variable(finite, found, progress)
             said = _open_ends(finite, found, exact=bool(found.details.get("settled")))
-    found = _not_proven(finite, said)
-    if method is None and near is None:
-        found = with_least(finite, found)
-    found = with_bound(finite, found)
+    found = _bounded(
+        finite, _not_proven(finite, said), by_boxes=method is None and near is None and not uncertain(scene)
+    )
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
 
         return found, partial(hopeless_words, scene, program)
     return found, str
+
+
+def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
+    """The answer with the better of what boxes and what any passive device say of the best possible."""
+    passive = with_bound(program, found)
+    boxes = with_least(program, found, passive.bound) if by_boxes else found
+    better = boxes.status != "feasible" or boxes.bound >= passive.bound or np.isnan(passive.bound)
+    return boxes if better else passive
 
 
 def _hopeless(

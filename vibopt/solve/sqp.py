@@ -43,6 +43,8 @@ _PRICED = 1e-6
 """Part of the greatest price below which a limit has none."""
 _AWAY = 3.0
 """Log of the factor by which a mode that is looked at may be away from a forbidden band."""
+_LAGS, _AHEAD = 10, 10.0
+"""Rounds, and times what was gained in them that would have to be gained to be as good as the best known."""
 _SOFT = 1e-9
 _FLAT = 1e-12
 _STIFFER = (1.0, 10.0, 100.0, 1000.0)
@@ -169,6 +171,8 @@ class Sqp:
 
     hopeless
         Log violation beyond which a start that no longer improves is given up.
+    bar
+        Goal of the best design known: what gains little and is far above it is not followed to its end.
     guess
         The last bend of the Lagrangian, where the pieces know theirs.
     """
@@ -176,6 +180,7 @@ class Sqp:
     exact: Exact
     rounds: int = 60
     hopeless: float = 1e-3
+    bar: float = np.inf
     guess: FloatArray | None = field(default=None, init=False)
 
     def run(self, start: FloatArray, *, only_feasible: bool = False) -> Point:
@@ -208,8 +213,12 @@ class Sqp:
         radius, moved, near = 1.0, False, _NEAR
         bend = _convex(_first_bend(here))
         missed: list[float] = []
+        merits: list[float] = []
         for _ in range(self.rounds):
             missed.append(here.missed)
+            merits.append(_merit(here, weight))
+            if len(merits) > _LAGS and _AHEAD * (merits[-1 - _LAGS] - merits[-1]) < merits[-1] - self.bar:
+                break
             stuck = weight > _LIGHT and here.missed > self.hopeless and len(missed) > 8
             stuck = stuck and missed[-8] - here.missed < 0.05 * here.missed
             if stuck or here.missed <= enough or self.exact.budget.over:
