@@ -210,6 +210,17 @@ def test_units_counts_and_scales_change_nothing() -> None:
     assert same == pytest.approx(first, rel=1e-12)
 
 
+def test_a_peak_behind_the_speed_at_which_a_mount_lets_go_is_found_beside_what_holds() -> None:
+    """Up to 5.15 Hz it moves with its base by 1 mm, from there on slips: 1.0016 mm at 6.481 Hz, 0.977 mm at 6.55 Hz."""
+    mount = {"damping": "100 N s/m", "friction_force": "314.3 N"}
+    document = changed(base=True, load={"displacement": "1 mm", "speed": "1..20 Hz"}, **mount)
+    document["measures"] = {"moved": {"response": "displacement", "of": "press"}}
+    at = changed(base=True, load={"displacement": "1 mm", "speed": "6.4809 Hz"}, **mount)
+    found, there = told(document)["moved"], told({**at, "measures": document["measures"]})["moved"]
+    assert found == pytest.approx(there, rel=1e-6)
+    assert found >= there > 1.0015e-3
+
+
 def test_limits_that_clash_end_by_counted_work() -> None:
     """Below its natural frequency a force of 2 kN holds or passes on more than 1 kN, whatever rubs."""
     from vibopt.program.pose import pose

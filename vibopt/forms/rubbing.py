@@ -24,10 +24,12 @@ _EVEN, _NEAR = 12, (0.34, 0.6, 0.75, 0.86, 0.93, 0.97, 0.99, 1.0, 1.01, 1.03, 1.
 """Speeds looked at in a range, and more of them as parts of the natural frequency."""
 _WITHIN = 0.8
 """Part of the greatest that another extreme has that may overtake it, each taking long."""
+_BEHIND, _LEVEL = (1.0, 1.03, 1.08, 1.14, 1.2, 1.27, 1.36, 1.5), 1e-9
+"""Speeds as parts of that at which what held begins to slip; part of itself within which a response stays level."""
 _ROUNDED = 1e-9
 """Part of the motion on a free spring by which an integration may be off, whatever friction leaves of it."""
-_HOPE, _BEST, _SECOND, _LEFT = 0.6, 2, 0.5, 1e-7
-"""Part by which a rough look may be off; local extremes looked at more closely, the second from which part of the first
+_HOPE, _BEST, _SECOND, _LEFT = 0.6, 3, 0.5, 1e-7
+"""Part by which a rough look may be off; local extremes looked at more closely, all but the first from which part of it
 on, and what may be left of their speed."""
 _DEGREE, _ROUNDS, _CLOSER, _SETTLED, _ODD = 8, 4, 0.2, 1e-11, 0.3717
 """Of polynomials on a range with a top; how often it is made narrower and by how much on each side; what they may leave
@@ -136,10 +138,12 @@ class Rubbing(Form):
             return sign * self.sizes(model, x, some)
 
         speeds = _looked_at(band, natural_frequency(model, x) / self.shaken[0].lines[0].order)
+        speeds = np.union1d(speeds, self._freed(model, x, speeds))
         values = sign * self.sizes(model, x, speeds, hope=sign)
         found = [(sign * float(values[i]), float(speeds[i])) for i in (0, len(speeds) - 1)]
         before, after = np.append(-np.inf, values[:-1]), np.append(values[1:], -np.inf)
-        tops = np.flatnonzero((values >= before) & (values >= after) & (values > -np.inf))
+        level = np.isclose(values, after, rtol=_LEVEL, atol=0.0)  # what holds stays so: of many alike the last counts
+        tops = np.flatnonzero((values >= before) & (values >= after) & (values > -np.inf) & ~level)
         for i in tops[np.argsort(-values[tops], kind="stable")[:_BEST]]:
             if np.isinf(values[i]):
                 return [(sign * float(values[i]), float(speeds[i]))]
@@ -149,6 +153,16 @@ class Rubbing(Form):
             top, at = max((float(values[i]), float(speeds[i])), (top, at))
             found.append((sign * top, at))
         return found
+
+    def _freed(self, model: Model, x: FloatArray, speeds: FloatArray) -> FloatArray:
+        """Speeds behind those at which what holds first slips, up to the last of the speeds."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            held = np.log(self._motions(model, x, speeds)[0][2])
+            k = np.flatnonzero((held[:-1] >= 0.0) & (held[1:] < 0.0))
+            part = np.where(np.isfinite(held[k]), held[k] / (held[k] - held[k + 1]), 1.0)
+            found = speeds[k] ** (1.0 - part) * speeds[k + 1] ** part
+        every = np.outer(found, _BEHIND).ravel()
+        return np.asarray(every[(every > speeds[0]) & (every < speeds[-1])])
 
     def at(self, model: Model, x: FloatArray, speed: float, *, rough: bool = False) -> float:
         """Greatest size in a cycle at one speed [rad/s]; `rough` by equivalent damping alone."""

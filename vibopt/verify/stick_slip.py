@@ -27,8 +27,9 @@ _FIRST, _MOST = 6, 600
 _SAMPLES, _DENSE, _NEAR, _BETWEEN, _CLOSER = 120, 6.0, 0.98, 33, 3
 """Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count;
 samples between those beside a top, and how often."""
-_COARSE, _LOOKED, _KEPT = 9, 2, 256
-"""Speeds of a rough look at a range; best ones that are looked at more closely; motions that are kept."""
+_COARSE, _LOOKED, _KEPT, _SPEEDS, _FREED = 9, 2, 256, 400, (1.01, 1.1, 1.18, 1.25, 1.33, 1.45)
+"""Speeds of a rough look at a range; best ones that are looked at more closely; motions that are kept; speeds among
+which those are looked for at which what holds first slips, and parts of these."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -276,7 +277,13 @@ def rubbing(
     found = [Reached(at(band.low), band.low) for band in bands if band.is_point]
     for band in bands:
         if not band.is_point:
-            found += _over(at, band, _natural(machine) / line.order, sign)
+            grid = np.geomspace(max(band.low, 1e-3 * band.high), band.high, _SPEEDS)
+            push = np.abs(line.vector[0] * line.amplitude.at(grid))
+            if excitation.family != "bodies":
+                push = next(iter(machine.masses.values())) * (line.order * grid) ** 2 * push
+            slips = push > machine.joints[0].friction
+            freed = grid[1:][slips[1:] & ~slips[:-1]]
+            found += _over(at, band, _natural(machine) / line.order, freed, sign)
     return max(found, key=lambda one: sign * one.value if one.value == one.value else np.inf)
 
 
@@ -292,17 +299,19 @@ def _endless(rubbed: Rubbed) -> bool:
     return rubbed.joint.damping == 0.0 and tuned and 4.0 * rubbed.joint.friction <= np.pi * push
 
 
-def _over(at: Callable[..., float], band: Band, natural: float, sign: float) -> list[Reached]:
-    """Both ends and the best inside a band, after a rough look at it."""
+def _over(at: Callable[..., float], band: Band, natural: float, freed: FloatArray, sign: float) -> list[Reached]:
+    """Both ends and the best inside a band, after a rough look at it, and closer behind where what holds is `freed`."""
     from scipy.optimize import minimize_scalar
 
     low = max(band.low, 5e-2 * min(natural, band.high))
     near = natural * np.array([0.6, 0.8, 0.9, 0.96, 1.0, 1.04, 1.1, 1.3])
+    near = np.concatenate([near, np.outer(freed, _FREED).ravel()])
     speeds = np.unique(np.concatenate([np.geomspace(low, band.high, _COARSE), near[(near > low) & (near < band.high)]]))
     rough = sign * np.array([at(one, 1e-6) for one in speeds])
     rough = np.where(np.isnan(rough), -np.inf, rough)
     found = [Reached(at(one), one) for one in (low, band.high)]
-    tops = (rough >= np.append(-np.inf, rough[:-1])) & (rough >= np.append(rough[1:], -np.inf))
+    after = np.append(rough[1:], -np.inf)
+    tops = (rough >= np.append(-np.inf, rough[:-1])) & (rough >= after + 1e-9 * np.abs(rough))  # not where all holds
     hopeful = np.flatnonzero(tops & (rough >= (1.0 - 0.2 * sign) * rough.max()))
     for i in hopeful[np.argsort(-rough[hopeful])][:_LOOKED]:
         ends = speeds[max(i - 1, 0)], speeds[min(i + 1, len(speeds) - 1)]
