@@ -313,18 +313,44 @@ class HarmonicResponse(Response):
         raise NotImplementedError
 
 
-class RandomResponse(Response):
+ReadAs = tuple[str, type[HarmonicResponse]]
+"""Name and kind of a response."""
+
+
+class UnsteadyResponse(Response):
+    """The same reading as a response of steady vibration, `steady`, of a motion that is none.
+
+    read_as
+        The steady one.
+    """
+
+    due_to: tuple[str, ...] | None = None
+    read_as: ClassVar[ReadAs]
+
+    @property
+    def steady(self) -> HarmonicResponse:
+        """The same reading of a steady vibration."""
+        name, kind = self.read_as
+        return kind(response=name, **{key: value for key, value in vars(self).items() if key in PLACES})
+
+    def places(self) -> dict[str, tuple[str, str]]:
+        return self.steady.places()
+
+    def output(self, model: Model) -> Output:
+        """The row that reads this response off the motion."""
+        return self.steady.output(model)
+
+
+class RandomResponse(UnsteadyResponse):
     """A response under white noise: the square root of its mean square.
 
-    Independent noises add as mean squares.  `steady` is the harmonic response of which it is the root
-    mean square.
+    Independent noises add as mean squares.
 
     Keys
     ----
     due_to: White noises that count; all without it: `due_to = ["wind"]`.
     """
 
-    due_to: tuple[str, ...] | None = None
     sort: ClassVar[Sort] = "random"
     against_friction: ClassVar[str] = "is a root mean square of linear motion, and what rubs does not move linearly"
 
@@ -342,18 +368,6 @@ class RandomResponse(Response):
     def modes(self) -> int:
         return FEW_MODES
 
-    @property
-    def steady(self) -> HarmonicResponse:
-        """The same reading of a steady vibration."""
-        raise NotImplementedError
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return self.steady.places()
-
-    def output(self, model: Model) -> Output:
-        """The row that reads this response off the motion."""
-        return self.steady.output(model)
-
     def noise_form(self, model: Model, noises: tuple[Noise, ...]) -> Form:
         """What the optimiser gets."""
         return forms.RootMeanSquare(self.output(model), noises)
@@ -366,10 +380,10 @@ class RandomResponse(Response):
         return self.steady.measure(machine, motion)
 
 
-class TransientResponse(Response):
+class TransientResponse(UnsteadyResponse):
     """Greatest size of a response over all time, under excitations that come once; before, the machine is at rest.
 
-    Several of them begin together and add up as they are.  `steady` is the same reading of a steady vibration.
+    Several of them begin together and add up as they are.
 
     Keys
     ----
@@ -379,7 +393,6 @@ class TransientResponse(Response):
         the root of the sum of their squares: `combine = "sum"`.
     """
 
-    due_to: tuple[str, ...] | None = None
     combine: str | None = None
     sort: ClassVar[Sort] = "transient"
     against_friction: ClassVar[str] = (
@@ -414,18 +427,6 @@ class TransientResponse(Response):
                     "in run_up of its excitation. Leave it out."
                 )
         return given
-
-    @property
-    def steady(self) -> HarmonicResponse:
-        """The same reading of a steady vibration."""
-        raise NotImplementedError
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return self.steady.places()
-
-    def output(self, model: Model) -> Output:
-        """The row that reads this response off the motion."""
-        return self.steady.output(model)
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
         """The response of the built machine at the times of a course; another road than `output`."""

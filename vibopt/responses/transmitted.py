@@ -11,7 +11,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import Course, Motion
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
-from vibopt.responses.response import HarmonicResponse
+from vibopt.responses.response import HarmonicResponse, Response
 from vibopt.responses.response_rows import at_point, forces_along, link_forces
 from vibopt.signals import Output
 from vibopt.units import Quantity
@@ -28,7 +28,7 @@ def _into(model: Model, place: str) -> Output:
     return link_forces(model, signs)
 
 
-class Transmitted(HarmonicResponse):
+class IntoOrThrough(Response):
     """Total over all links `into` a place, or in one mount `through` a link.
 
     Keys
@@ -41,10 +41,9 @@ class Transmitted(HarmonicResponse):
     into: str | None = None
     through: str | None = None
     dimension: ClassVar[str] = "force"
-    amplitude: ClassVar[bool] = True
 
     @model_validator(mode="after")
-    def _one_place(self) -> "Transmitted":
+    def _one_place(self) -> "IntoOrThrough":
         if (self.into is None) == (self.through is None):
             raise word('needs either into (a place) or through (a link). Write into = "ground".')
         return self
@@ -53,6 +52,12 @@ class Transmitted(HarmonicResponse):
         if self.into is not None:
             return {"into": (self.into, "point")}
         return {"through": (self.through or "", "link")}
+
+
+class Transmitted(IntoOrThrough, HarmonicResponse):
+    """What links hand on."""
+
+    amplitude: ClassVar[bool] = True
 
     def output(self, model: Model) -> Output:
         if self.into is not None:
