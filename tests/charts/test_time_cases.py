@@ -72,6 +72,14 @@ def test_the_integrator_repeats_the_truth_of_friction(one: Slip) -> None:
     assert friction_cases.by_dop853(one).answer == pytest.approx(friction_cases.truth(one), rel=1e-6)
 
 
+def test_the_truth_follows_beats_behind_the_run_up() -> None:
+    """A run-down ends beside the lowest mode: the greatest comes seven slowest periods behind it."""
+    one = Passage(3, 0.012653972799981445, 1.5014838453268937, 0.4750134179504101, 0.10730089716375302)
+    size, when = run_up_cases.truth(one)
+    assert when > one.length + 6.0 * 2.0 * np.pi / one.modes[0]
+    assert run_up_cases.by_vibopt(one).answer == pytest.approx(size, rel=1e-9)
+
+
 def test_a_short_hold_at_the_top_of_a_slip_is_seen() -> None:
     """Friction holds for a fiftieth of a radian; without that the mass is told to swing 7e-5 too far."""
     one = Slip(0.6233381101745086, 0.01077098378593427, 0.571669752383947)

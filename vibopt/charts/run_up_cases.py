@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vibopt.charts.fidelity import Fidelity
 
 RUN_UP, CLOSE = "run-up", (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
-_CLOSE, _TINY, _LOOKS, _BEHIND, _MOST = 1e-12, 1e-14, 24, 6.0, 2000.0
+_CLOSE, _TINY, _LOOKS, _BEHIND, _MOST = 1e-12, 1e-14, 24, 20.0, 2000.0
 """Tolerances of the truth, looks in a radian of the fastest motion, slowest periods behind, turns that are followed."""
 _FRESNEL = 1.46728
 """Greatest of |integral of e^(i t^2 / 2) from minus infinity to T| over two: an edge in Fresnel's diffraction."""
