@@ -16,11 +16,14 @@ from vibopt.errors import InputError
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbits import spun
 from vibopt.program.pose import on_needed
+from vibopt.report.campbell import campbell_of
+from vibopt.report.curves import panels
 from vibopt.responses import KINDS
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict, from_text, read
 from vibopt.scene.space import members
 from vibopt.solve import solve
+from vibopt.units import to_unit
 from vibopt.verify.certify import measure
 
 BENDING = 200e9 * math.pi * 0.04**4 / 64.0
@@ -338,3 +341,29 @@ def test_a_file_of_a_bearing_that_cannot_be_read(sheet: str, said: str, tmp_path
 def test_what_is_told_of_an_orbit_is_said_by_the_kind() -> None:
     told = {name for name, kind in KINDS.items() if kind.in_planes and kind.moves != "axis" and not kind.sags}
     assert {"displacement", "velocity", "acceleration", "transmitted_force", "bending_stress"} <= told
+
+
+# Pictures
+
+
+def test_an_orbit_is_drawn_as_far_as_its_greater_half_axis() -> None:
+    document = borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 3e3, 0.0, 0.0, 5e3)
+    design = solve(from_dict(document))
+    against, orbit = panels(design)
+    worst = design.measures["first"].value.value
+    half, *parts = against.curves
+    assert half.y == pytest.approx(sum(one.y for one in parts))
+    path = np.hypot(orbit.curves[0].x, orbit.curves[0].y)
+    axis = np.hypot(orbit.curves[1].x, orbit.curves[1].y)
+    assert [path.max(), half.y.max()] == pytest.approx([axis[0]] * 2, rel=1e-3)
+    assert axis[0] == pytest.approx(to_unit(worst, orbit.y_label[-3:-1], "length"), rel=1e-9)
+
+
+def test_no_campbell_diagram_is_drawn_of_whirls_that_are_forward_and_backward_at_once() -> None:
+    design = solve(from_dict(borne(friswell(), 1e6, 0, 0, 1.5e6, 3e3, 0.0, 0.0, 5e3)))
+    with pytest.raises(InputError) as caught:
+        campbell_of(design)
+    assert caught.value.messages == (
+        "scene: bearings.left_film is not alike in both planes, and its whirls are forward and backward at once and "
+        "damped: no Campbell diagram of them is drawn. Leave --campbell out.",
+    )

@@ -258,6 +258,10 @@ class OrbitingMachine(RotatingMachine):
             before, here, low = here, here - high * (here - before) / (high - low), high
         return here if abs(here - near) <= 0.05 * abs(near) else near
 
+    def natural_frequencies(self) -> FloatArray:
+        """None: what is free is damped, changes with the spin, and is forward and backward at once."""
+        return np.zeros(0)
+
     @cached_property
     def loose(self) -> int:
         """None: checked before."""

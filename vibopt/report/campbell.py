@@ -12,6 +12,7 @@ from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 from vibopt.report.what_to_build import machine_in
+from vibopt.scene.check_bearings import in_planes
 from vibopt.scene.scene import Design, Scene
 
 if TYPE_CHECKING:
@@ -60,6 +61,11 @@ def campbell_of(design: Design) -> Campbell:
     scene, machine = design.scene, machine_in(design)
     if not scene.rotors:
         raise InputError(f"{scene.name}: --campbell is of rotors, and there is none. Leave --campbell out.")
+    if in_planes(scene):
+        raise InputError(
+            f"{scene.name}: bearings.{in_planes(scene)[0]} is not alike in both planes, and its whirls are forward and "
+            "backward at once and damped: no Campbell diagram of them is drawn. Leave --campbell out."
+        )
     if machine is None or not _spins(machine):
         raise InputError(_no_machine(design))
     bands = _running(scene)

@@ -60,6 +60,10 @@ def panels(design: Design) -> list[Panel]:
     model, without = pose(scene).model, model_without(scene)
     if model.rubbing is not None:
         return friction_panels(design, model)
+    if model.bearings:
+        from vibopt.report.orbit_views import orbit_panels
+
+        return orbit_panels(design, model)
     drawn = []
     for excitation, entries in _groups(design):
         panel = _Drawing(design, model, without, excitation, entries).panel()
