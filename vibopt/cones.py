@@ -226,7 +226,7 @@ class Cones:
         """A, compressed by columns."""
         columns, used, many = dense.T, dense.T != 0, len(self.cost)
         rows, slots, values = (
-            np.concatenate([one[k] for one in self.entries]) if self.entries else np.empty(0, int) for k in range(3)
+            np.concatenate([entry[k] for entry in self.entries]) if self.entries else np.empty(0, int) for k in range(3)
         )
         order = np.lexsort((rows, slots))
         counts = np.concatenate([used.sum(axis=1), np.bincount(slots, minlength=many)])

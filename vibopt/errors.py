@@ -183,8 +183,8 @@ def _listed(names: list[str]) -> str:
     if len(text) <= _LISTED:
         return text
     kept: list[str] = []
-    for one in names:
-        kept.append(shortened(one, 60))
+    for name in names:
+        kept.append(shortened(name, 60))
         if sum(map(len, kept)) + 2 * len(kept) > _LISTED - 20:
             break
     return f"{', '.join(kept)} and {len(names) - len(kept)} more" if len(kept) < len(names) else ", ".join(kept)

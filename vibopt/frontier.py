@@ -80,14 +80,14 @@ class Frontier:
     def take(self, most: int) -> tuple[np.ndarray[Any, Any], ...]:
         """Bounds and columns of the best sets, at most so many, best first; they are open no longer."""
         chosen = self._best(most)
-        taken = (self.bounds[chosen], *(one[chosen] for one in self.columns))
+        taken = (self.bounds[chosen], *(column[chosen] for column in self.columns))
         self._leave(chosen)
         return taken
 
     def keep(self, bar: float) -> None:
         """Only sets with a bound below the bar stay open."""
         if not (good := self.bounds < bar).all():
-            self.bounds, self.columns = self.bounds[good], tuple(one[good] for one in self.columns)
+            self.bounds, self.columns = self.bounds[good], tuple(column[good] for column in self.columns)
 
     def push(self, bound: float, item: object) -> None:
         """One set more, as any object."""
@@ -111,7 +111,7 @@ class Frontier:
     def _leave(self, chosen: IntArray) -> None:
         left = np.ones(len(self.bounds), dtype=bool)
         left[chosen] = False
-        self.bounds, self.columns = self.bounds[left], tuple(one[left] for one in self.columns)
+        self.bounds, self.columns = self.bounds[left], tuple(column[left] for column in self.columns)
 
 
 __all__ = ["Frontier"]

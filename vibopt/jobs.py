@@ -102,8 +102,8 @@ def _with_scenarios(job: J, mistakes: Mistakes) -> J:
         try:
             made = with_changes(job, changes)
         except InputError as error:
-            for one in error.messages:
-                mistakes.add(path, f"scenarios.{name}: {one.removeprefix(f'{job.name}: ')}")
+            for message in error.messages:
+                mistakes.add(path, f"scenarios.{name}: {message.removeprefix(f'{job.name}: ')}")
             continue
         if made.document == job.document or _is_same(job, made, changes):
             mistakes.add(path, f"scenarios.{name} changes nothing: the file says all of it already. Leave it out.")
@@ -116,7 +116,7 @@ def _with_scenarios(job: J, mistakes: Mistakes) -> J:
 
 def _is_same(job: Job, made: Job, changes: Mapping[str, Any]) -> bool:
     """Whether changes of numbers alone say the same ones in other units: "0.3 t" for "300 kg"."""
-    before, after = ({one.path: one for one in facts(of)} for of in (job, made))
+    before, after = ({fact.path: fact for fact in facts(of)} for of in (job, made))
     numbers = {*before, *(one.place for one in before.values())}
     return changes.keys() <= numbers and before.keys() == after.keys() and all(
         isclose(one.value, after[path].value, rel_tol=1e-12) and one.dimension == after[path].dimension
@@ -201,7 +201,7 @@ def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tupl
 
 def part_at(job: Job, path: str) -> FactAt | None:
     """The number at a path that is a part of a text."""
-    return next((one for one in facts(job) if one.place and one.path == path), None)
+    return next((fact for fact in facts(job) if fact.place and fact.path == path), None)
 
 
 def facts(job: Job) -> Iterator[FactAt]:

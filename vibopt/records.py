@@ -113,7 +113,7 @@ def _fields(made: type, text: dict[str, Any], said: dict[str, Any], kw_only: boo
 
 def _words(kind: Any, *, named: bool) -> dict[str, str]:
     """Parameters of the `__init__` by field, those that are given by name only or the others."""
-    return {one.name: _word(one) for one in dataclasses.fields(kind) if one.init and one.kw_only is named}
+    return {field.name: _word(field) for field in dataclasses.fields(kind) if field.init and field.kw_only is named}
 
 
 def _first_init(kind: type, frozen: bool) -> Callable[..., None]:
@@ -136,16 +136,16 @@ def _filled(new: Any, kind: Any, given: tuple[Any, ...], named: dict[str, Any]) 
     values = dict(zip(kind.__match_args__, given)) | named  # noqa: B905  # too many are found out below
     if len(values) < len(given) + len(named):
         return False
-    for one in kind.__dataclass_fields__.values():
-        if one.name in values and one.init:
-            value = values.pop(one.name)
-        elif one.default_factory is not MISSING:
-            value = one.default_factory()
+    for field in kind.__dataclass_fields__.values():
+        if field.name in values and field.init:
+            value = values.pop(field.name)
+        elif field.default_factory is not MISSING:
+            value = field.default_factory()
         else:
-            value = one.default
+            value = field.default
         if value is MISSING:
             return False
-        object.__setattr__(new, one.name, value)
+        object.__setattr__(new, field.name, value)
     if not values and hasattr(kind, "__post_init__"):
         new.__post_init__()
     return not values
@@ -159,7 +159,7 @@ def _init(kind: type, frozen: bool) -> Callable[..., None]:
     known: dict[str, Any] = {"_set": object.__setattr__, "_missing": MISSING}
     for one in fields:
         known[f"_{one.name}"] = one.default if one.default_factory is MISSING else one.default_factory
-    values = [(one.name, _value(one)) for one in fields if one.init or known[f"_{one.name}"] is not MISSING]
+    values = [(field.name, _value(field)) for field in fields if field.init or known[f"_{field.name}"] is not MISSING]
     lines = [f"_set(self, {name!r}, {value})" if frozen else f"self.{name} = {value}" for name, value in values]
     if hasattr(kind, "__post_init__"):
         lines.append("self.__post_init__()")
@@ -186,7 +186,7 @@ def _value(one: Field[Any]) -> str:
 @cache
 def _compared(kind: Any) -> Callable[[Any], Any]:
     """What of an object is compared, as one tuple."""
-    names = [one.name for one in dataclasses.fields(kind) if one.compare]
+    names = [field.name for field in dataclasses.fields(kind) if field.compare]
     if len(names) == 1:
         return lambda given: (getattr(given, names[0]),)
     return attrgetter(*names) if names else lambda given: ()
@@ -204,7 +204,7 @@ def _hash(self: Any) -> int:
 
 
 def _repr(self: Any) -> str:
-    said = (f"{one.name}={getattr(self, one.name)!r}" for one in dataclasses.fields(self) if one.repr)
+    said = (f"{field.name}={getattr(self, field.name)!r}" for field in dataclasses.fields(self) if field.repr)
     return f"{self.__class__.__qualname__}({', '.join(said)})"
 
 
@@ -217,9 +217,9 @@ def _delete(self: Any, name: str) -> None:
 
 
 def _state(self: Any) -> list[Any]:
-    return [getattr(self, one.name) for one in dataclasses.fields(self)]
+    return [getattr(self, field.name) for field in dataclasses.fields(self)]
 
 
 def _restore(self: Any, state: list[Any]) -> None:
-    for one, value in zip(dataclasses.fields(self), state, strict=True):
-        object.__setattr__(self, one.name, value)
+    for field, value in zip(dataclasses.fields(self), state, strict=True):
+        object.__setattr__(self, field.name, value)

@@ -109,9 +109,9 @@ class Conflict:
 
     def others_said(self, quote: str = "") -> tuple[str, ...]:
         """The other sets in words, and that some may be missing; `quote` stands around each name."""
-        rows = [", ".join(f"{quote}{name}{quote}" for name in one) for one in self.others]
+        rows = [", ".join(f"{quote}{name}{quote}" for name in other) for other in self.others]
         said = [
-            f"Nor {'these' if len(one) > 1 else 'this'}: {row}." for one, row in zip(self.others, rows, strict=True)
+            f"Nor {'these' if len(other) > 1 else 'this'}: {row}." for other, row in zip(self.others, rows, strict=True)
         ]
         said += [] if self.complete else ["There may be further sets: not all were looked at."]
         return tuple(said)
@@ -126,7 +126,7 @@ class Conflict:
     def to_json(self) -> dict[str, Any]:
         steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]
         said = {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
-        return {**said, "others": [list(one) for one in self.others], "complete": self.complete}
+        return {**said, "others": [list(other) for other in self.others], "complete": self.complete}
 
 
 @dataclass(frozen=True, slots=True)
@@ -172,7 +172,7 @@ class Nearest:
     left: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
-        variables = {path: one.value.to_json() for path, one in self.variables.items()}
+        variables = {path: variable.value.to_json() for path, variable in self.variables.items()}
         named = {**self.places, **self.values}
         return {
             "values": {**variables, **{path: one.to_json() for path, one in named.items()}}, "words": list(self.words),
@@ -302,8 +302,8 @@ class Answer(Tabular, Generic[J_co]):
     def entries(self) -> dict[str, Value]:
         """Every number and word by its path, as the records of a problem file name them."""
         found: dict[str, Value] = {"status": Word(self.status), **self.plan.entries(), **self.values}
-        found.update({f"variables.{path}": one for path, one in self.places.items()})
-        found.update({f"variables.{path}": one.value for path, one in self.variables.items()})
+        found.update({f"variables.{path}": place for path, place in self.places.items()})
+        found.update({f"variables.{path}": variable.value for path, variable in self.variables.items()})
         for family, rows in (("limits", self.limits), ("measures", self.measures)):
             found.update({f"{family}.{name}.value": row.value for name, row in rows.items()})
         if self.goal is not None:
@@ -320,7 +320,7 @@ class Answer(Tabular, Generic[J_co]):
     def table(self) -> list[dict[str, Any]]:
         """A row for each number and word, by its path: value and unit in SI, as shown, and of a limit its bound."""
         rows = {f"{family}.{name}.value": one for family in ("limits", "measures") for name, one in self._rows(family)}
-        return [_row(path, one, rows.get(path)) for path, one in self.entries().items()]
+        return [_row(path, entry, rows.get(path)) for path, entry in self.entries().items()]
 
     def _rows(self, family: str) -> Iterable[tuple[str, Checked]]:
         found: Mapping[str, Checked] = getattr(self, family)
@@ -330,7 +330,7 @@ class Answer(Tabular, Generic[J_co]):
         """Title, verdict and how it is known."""
         from vibopt.answer.text import claim, verdict
 
-        return self.title, verdict(self), claim(self), *(f"Note: {one}" for one in self.notes)
+        return self.title, verdict(self), claim(self), *(f"Note: {note}" for note in self.notes)
 
     def report(self) -> str:
         """The answer as text, as the command line prints it."""

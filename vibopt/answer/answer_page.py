@@ -73,10 +73,10 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
     from markupsafe import Markup
 
     views, blocks = views_of(answer), blocks_of(answer)
-    titles = {one.title for one in blocks}
+    titles = {block.title for block in blocks}
     blocks += [Block(title, rows=tuple(rows)) for title, rows in also if title not in titles]
     document = answer.job.document
-    stand = [one for one in blocks if _stands(one, sheet)]
+    stand = [block for block in blocks if _stands(block, sheet)]
     close = sheet or sum(len(one.rows) for one in stand) > LONG
     figures = [
         Markup(inline(svg, "plan" if sheet else f"f{index}", title))
@@ -91,11 +91,11 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
         "verdict": verdict(answer).partition(": ")[2],
         "claim": claim(answer),
         "reason": answer.reason,
-        "lead": [line for one in blocks if one.kind == LEAD for line in one.lines],
-        "warnings": [line for one in blocks if one.title == WARNING for line in one.lines],
-        "todo": [line for one in blocks if one.kind == TODO for line in one.lines],
+        "lead": [line for block in blocks if block.kind == LEAD for line in block.lines],
+        "warnings": [line for block in blocks if block.title == WARNING for line in block.lines],
+        "todo": [line for block in blocks if block.kind == TODO for line in block.lines],
         "tables": [_table(one, sheet, close) for one in stand],
-        "foot": [one for one in blocks if one.kind == FOOT],
+        "foot": [block for block in blocks if block.kind == FOOT],
         "figures": figures,
         "signs": () if answer.status in (*EMPTY, "violated") else views.signs(answer),
         "unsigned": "the limits are not met" if answer.status in ("violated", "infeasible") else "it is no design",

@@ -89,7 +89,7 @@ def spoken(response: str, place: str = "") -> str:
 def spoken_path(path: str) -> str:
     """A number by its path, as one says it: "mass of press", "limit start_up, at most"."""
     family, *steps = path.split(".")
-    words = [one.replace("_", " ") for one in steps]
+    words = [step.replace("_", " ") for step in steps]
     if not words:
         return family.replace("_", " ")
     if len(words) == 1:
@@ -116,12 +116,14 @@ def limits_block(answer: Answer[Any], title: str = "Limits", *, states: bool = T
     """One row of two lines per limit: what and where, how far, what is allowed, what is left over."""
     rows = [
         (
-            f"{one.name}\n  {spoken(one.response, one.place)}",
-            f"{cleaned(one.value, one.limit).shown}\n{f'at {at}' if (at := at_words(one.worst_at)) else ''}".rstrip(),
-            f"{SIDES.get(one.side, '')}\n{one.limit.shown if one.limit is not None else ''}",
-            f"{one.margin_shown}\n{one.state if states else ''}".strip("\n"),
+            f"{limit.name}\n  {spoken(limit.response, limit.place)}",
+            "\n".join(
+                [cleaned(limit.value, limit.limit).shown, *(f"at {at}" for at in [at_words(limit.worst_at)] if at)]
+            ),
+            f"{SIDES.get(limit.side, '')}\n{limit.limit.shown if limit.limit is not None else ''}",
+            f"{limit.margin_shown}\n{limit.state if states else ''}".strip("\n"),
         )
-        for one in answer.limits.values()
+        for limit in answer.limits.values()
     ]
     return Block(title, heads=("Limit", "Worst", "Allowed", "Margin"), rows=tuple(rows))
 
@@ -132,15 +134,15 @@ def nearest_block(answer: Answer[Any], of_which: str = "") -> Block:
     if near is None:
         return Block("")
     rows = []
-    for key, one in near.limits.items():
+    for key, limit in near.limits.items():
         least = near.least.get(key)
-        at = at_words(one.worst_at)
+        at = at_words(limit.worst_at)
         rows.append(
             (
-                f"{one.name}\n  {spoken(one.response, one.place)}",
-                f"{SIDES.get(one.side, '')}\n{one.limit.shown if one.limit is not None else ''}",
-                f"{cleaned(one.value, one.limit).shown}\n{f'at {at}' if at else ''}".rstrip(),
-                "met" if one.met else one.margin_shown.removeprefix("-") or "without end",
+                f"{limit.name}\n  {spoken(limit.response, limit.place)}",
+                f"{SIDES.get(limit.side, '')}\n{limit.limit.shown if limit.limit is not None else ''}",
+                f"{cleaned(limit.value, limit.limit).shown}\n{f'at {at}' if at else ''}".rstrip(),
+                "met" if limit.met else limit.margin_shown.removeprefix("-") or "without end",
                 f"{least.value.shown}\n{least.known}{'' if least.enough else ', not enough'}"
                 if least is not None
                 else "",
@@ -153,14 +155,16 @@ def nearest_block(answer: Answer[Any], of_which: str = "") -> Block:
 
 def prices_block(answer: Answer[Any]) -> Block:
     """What a wider limit or cap buys."""
-    bought = {name: one.price for name, one in answer.limits.items() if one.price is not None} | dict(answer.prices)
+    bought = {name: limit.price for name, limit in answer.limits.items() if limit.price is not None} | dict(
+        answer.prices
+    )
     return pairs("What loosening a limit buys", [(name, one.words) for name, one in bought.items() if one.words])
 
 
 def measures_block(answer: Answer[Any]) -> Block:
     """One row per measure."""
-    values = in_one_unit(one.value for one in answer.measures.values())
-    shown = [replace(one, value=value) for one, value in zip(answer.measures.values(), values, strict=True)]
+    values = in_one_unit(measure.value for measure in answer.measures.values())
+    shown = [replace(measure, value=value) for measure, value in zip(answer.measures.values(), values, strict=True)]
     rows = [(one.name, spoken(one.response, one.place), value_at(one)) for one in shown]
     return pairs("Measures", rows)
 

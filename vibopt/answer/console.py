@@ -173,13 +173,13 @@ def _reduced(total: int, which: Sequence[bool], most: Sequence[int], widths: Seq
     """Widths with a total taken off some of them in equal parts, of each no more than `most`."""
     shares = sum(may and bool(one) for may, one in zip(which, most, strict=True))
     found = []
-    for may, limit, one in zip(which, most, widths, strict=True):
+    for may, limit, width in zip(which, most, widths, strict=True):
         if may and limit:
             taken = min(limit, round(total / shares))
-            found.append(one - taken)
+            found.append(width - taken)
             total, shares = total - taken, shares - 1
         else:
-            found.append(one)
+            found.append(width)
     return found
 
 

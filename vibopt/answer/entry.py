@@ -108,7 +108,7 @@ def in_one_unit(column: Iterable[Cell]) -> list[Cell]:
     Texts, and numbers in a unit of the user's, stay as they are.
     """
     cells = list(column)
-    free = [one for one in cells if isinstance(one, Entry) and not one.unit and not one.text]
+    free = [cell for cell in cells if isinstance(cell, Entry) and not cell.unit and not cell.text]
     for dimension in dict.fromkeys(one.dimension for one in free):
         alike = [one for one in free if one.dimension == dimension]
         ladder = dict.fromkeys(
@@ -118,8 +118,8 @@ def in_one_unit(column: Iterable[Cell]) -> list[Cell]:
             longest = {unit: max(len(replace(one, unit=unit).shown) for one in alike) for unit in ladder}
             unit = min(ladder, key=longest.__getitem__)
             cells = [
-                cast("Cell", replace(one, unit=unit)) if isinstance(one, Entry) and one in alike else one
-                for one in cells
+                cast("Cell", replace(cell, unit=unit)) if isinstance(cell, Entry) and cell in alike else cell
+                for cell in cells
             ]
     return cells
 

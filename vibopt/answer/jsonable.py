@@ -73,7 +73,7 @@ def plain(data: object) -> Any:
     if isinstance(data, (Sequence, Set)):
         return [plain(one) for one in data]
     if is_dataclass(data) and not isinstance(data, type):
-        return {one.name: plain(getattr(data, one.name)) for one in fields(data)}
+        return {field.name: plain(getattr(data, field.name)) for field in fields(data)}
     if isinstance(data, Mapping):
         return {str(key): plain(one) for key, one in data.items()}
     if hasattr(data, "tolist"):

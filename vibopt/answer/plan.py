@@ -125,7 +125,7 @@ class PlaneAnswer:
             "mass" if self.mass.dimension == "mass" else "unbalance": self.mass.to_json(),
             "angle": self.angle.to_json(),
             "radius": None if self.radius is None else self.radius.to_json(),
-            "weights": [_weight_json(one, self.mass) for one in self.weights],
+            "weights": [_weight_json(weight, self.mass) for weight in self.weights],
             "words": self.words,
         }
 
@@ -236,7 +236,7 @@ class Fitting:
                 worst["residual"],
                 max((s["found"] for s in one["speeds"]), key=lambda e: e["value"]),
             )
-        return {"planes": {one.name: one.to_json() for one in self.planes}, "sensors": sensors}
+        return {"planes": {plane.name: plane.to_json() for plane in self.planes}, "sensors": sensors}
 
     def entries(self, before: str = "") -> dict[str, Value]:
         """Every number by its path, with `before` in front."""
@@ -310,6 +310,6 @@ class Plan:
         first = self.fittings[0].to_json() if self.fittings else {"planes": {}, "sensors": {}}
         return {
             "words": self.words, **first,
-            "answers": [one.to_json() for one in self.fittings] if len(self.fittings) > 1 else [],
+            "answers": [fitting.to_json() for fitting in self.fittings] if len(self.fittings) > 1 else [],
             "remedies": self.remedies, "beside": self.beside, "condition": self.condition, "gap": self.gap,
         }  # fmt: skip

@@ -26,9 +26,9 @@ def _classes() -> Mapping[str, type[Any]]:
     found = {}
     for home in _HOMES:
         module = import_module(home)
-        for name, one in vars(module).items():
-            if isinstance(one, type) and one.__module__ == home and hasattr(one, "__dataclass_params__"):
-                found[name] = one
+        for name, var in vars(module).items():
+            if isinstance(var, type) and var.__module__ == home and hasattr(var, "__dataclass_params__"):
+                found[name] = var
     return found
 
 
@@ -52,8 +52,8 @@ def packed(data: Any, job: Callable[[Any], Any]) -> Any:
     kind = type(data)
     if _classes().get(kind.__name__) is kind:
         held = {
-            one.name: job(data.job) if one.name == _JOB else packed(getattr(data, one.name), job)
-            for one in fields(data)
+            field.name: job(data.job) if field.name == _JOB else packed(getattr(data, field.name), job)
+            for field in fields(data)
         }
         return {_KIND: kind.__name__, "of": held}
     if isinstance(data, Mapping):

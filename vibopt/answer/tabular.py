@@ -56,11 +56,11 @@ class Tabular:
         rows = self.table()
         every = list(rows[0]) if rows else []
         texts = [one for one in every if one.endswith("shown")]
-        raw = {*_RAW, *(one.removesuffix(_SHOWN) for one in texts if one.endswith(_SHOWN))} if texts else set()
+        raw = {*_RAW, *(text.removesuffix(_SHOWN) for text in texts if text.endswith(_SHOWN))} if texts else set()
         keys = [one for one in every if one not in raw]
         from html import escape
 
-        head = "".join(f"<th{_LEFT}>{escape(_head(one))}</th>" for one in keys)
+        head = "".join(f"<th{_LEFT}>{escape(_head(key))}</th>" for key in keys)
         body = "".join(f"<tr>{_cells(row, keys)}</tr>" for row in rows)
         lines = [f"<p>{escape(one)}</p>" for one in self.heading() if one]
         return "\n".join([*lines, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"])

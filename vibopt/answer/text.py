@@ -40,7 +40,7 @@ def claim(answer: Answer[Any]) -> str:
 
 def blocks_of(answer: Answer[Any]) -> list[Block]:
     """Everything the answer says, in the order in which it is needed."""
-    return [one for one in views_of(answer).blocks(answer) if one.lines or one.rows]
+    return [block for block in views_of(answer).blocks(answer) if block.lines or block.rows]
 
 
 def text_of(
@@ -71,7 +71,7 @@ def next_step(answer: Answer[Any], file: str = "", changes: Sequence[str] = ()) 
     if not command or not answer.name.endswith(".toml"):
         return "", []
     verb, _, options = command.partition(" FILE ")
-    kept = [one for one in changes if f"--set {one.partition('=')[0]}=" not in options]
+    kept = [change for change in changes if f"--set {change.partition('=')[0]}=" not in options]
     sets = [f"--set {quote(one)}" for one in kept]
     page = quote(f"{answer.name.removesuffix('.toml')}.html")
     return purpose, [f"{verb} {quote(file or answer.name)}", *sets, options.replace("NAME.html", page)]

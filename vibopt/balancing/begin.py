@@ -45,7 +45,7 @@ def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Value]] | None = No
     if later is not None:
         known, further = values, later
         values = DeferredMapping(lambda: {**known, **further()})
-    own = {one.name: more.pop(one.name) for one in fields(Plan) if one.name in more}
+    own = {field.name: more.pop(field.name) for field in fields(Plan) if field.name in more}
     plan = Plan(conventions=job.conventions.sentences(bool(job.runs)), **own)
     return Answer(job=job, values=values, notes=notes, plan=plan, **more)
 
@@ -97,13 +97,13 @@ def answered(job: RotorJob, posed: Posed, solver: Solver = solve_question) -> So
     """The correction that is best, or the one that is decided in every plane."""
     if job.choices:
         return solver(posed.question)
-    u = np.array([0.0 if one is None else one.u[0] for one in posed.options], dtype=complex)
-    return Solved(u, "met", GIVEN, chosen=tuple(-1 if one is None else 0 for one in posed.options))
+    u = np.array([0.0 if option is None else option.u[0] for option in posed.options], dtype=complex)
+    return Solved(u, "met", GIVEN, chosen=tuple(-1 if option is None else 0 for option in posed.options))
 
 
 def kept_or_broken(limits: Mapping[str, Checked]) -> tuple[str, str]:
     """Status and claim of weights that are decided."""
-    broken = [name for name, one in limits.items() if not one.met]
+    broken = [name for name, limit in limits.items() if not limit.met]
     return ("violated", f"limits that do not hold: {', '.join(broken)}") if broken else ("met", GIVEN)
 
 
@@ -182,7 +182,7 @@ def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, Checked]) -> F
     """Rows with the price of the limit that bounds them."""
 
     def rows() -> Sequence[RowAnswer]:
-        own = [limits[one.name] for one in reversed(job.residual_limits)]
+        own = [limits[limit.name] for limit in reversed(job.residual_limits)]
         prices = {one.place: one.price.words if one.price is not None else "" for one in own}
         found = [replace(row, price=prices.get(job.row_name(k), "")) for k, row in enumerate(fitting.rows)]
         return found if any(prices.values()) else fitting.rows

@@ -24,13 +24,13 @@ SMALL = 1e-6
 def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
     """What the answer for known masses says, in the order in which it is needed."""
     job = outcome.job
-    planes = [one for one in job.planes if outcome.status != "infeasible"]
+    planes = [plane for plane in job.planes if outcome.status != "infeasible"]
     return [
         *known_nearest(outcome),
-        Block("What to do", TODO, tuple(plane_words(outcome, one) for one in planes)),
+        Block("What to do", TODO, tuple(plane_words(outcome, plane) for plane in planes)),
         _planes(outcome, planes), _left(outcome, job), *(rows_of(outcome) if outcome.nearest is None else ()),
         Block("Conventions", FOOT, job.notes),
-        Block("Notes", FOOT, tuple(one for one in outcome.notes if one not in job.notes)),
+        Block("Notes", FOOT, tuple(note for note in outcome.notes if note not in job.notes)),
         Block("Method", FOOT, (outcome.method,) if job.planes else ()),
     ]  # fmt: skip
 
@@ -40,7 +40,7 @@ def known_nearest(outcome: Answer[KnownJob]) -> list[Block]:
     if outcome.nearest is None:
         return []
     near = replace(outcome, values=outcome.nearest.values)
-    words = tuple(plane_words(near, one) for one in outcome.job.planes)
+    words = tuple(plane_words(near, plane) for plane in outcome.job.planes)
     return [Block("The nearest weights", TEXT, words), nearest_block(outcome)]
 
 
@@ -67,7 +67,7 @@ def _planes(outcome: Answer[KnownJob], planes: list[Plane]) -> Block:
         path = f"planes.{plane.name}"
         cells = [outcome.values.get(f"{path}.{key}") for key in ("mass", "angle", "unbalance")]
         radius = show(plane.radius, plane.length_unit, "length") if plane.radii else ""
-        rows.append((plane.name, *("" if one is None else one for one in cells), radius))
+        rows.append((plane.name, *("" if cell is None else cell for cell in cells), radius))
     return table("Weights, each plane together", ("Plane", "Weight", "Angle", "Unbalance", "Radius"), rows)
 
 
@@ -75,8 +75,8 @@ def _left(outcome: Answer[KnownJob], job: KnownJob) -> Block:
     """Static and couple unbalance and each bearing's reaction, before and after."""
     keys = [("static unbalance", "static", "static_angle"), ("couple unbalance", "couple", "couple_angle")]
     keys += [
-        (f"reaction of bearing {one.name}", f"bearings.{one.name}.reaction", f"bearings.{one.name}.angle")
-        for one in job.bearings
+        (f"reaction of bearing {bearing.name}", f"bearings.{bearing.name}.reaction", f"bearings.{bearing.name}.angle")
+        for bearing in job.bearings
     ]
     times = ("as_found", "residual")
     sizes = [[outcome.values.get(f"{when}.{size}") for when in times] for _, size, _ in keys]
@@ -157,8 +157,8 @@ class _Hung:
 def _hung(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
     """Counterweights opposite the cranks, then the weights that have names."""
     yield from _opposite(outcome, job)
-    for one in job.weights:
-        yield _named(outcome, job, one)
+    for weight in job.weights:
+        yield _named(outcome, job, weight)
 
 
 def _opposite(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
@@ -168,10 +168,14 @@ def _opposite(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
     parts = [outcome.values[share.name] for share in job.shares]
     turning = "all" if parts[1].value == 1.0 else parts[1].shown
     some = [*([f"{parts[0].shown} of the reciprocating"] if size_of(parts[0]) else [])]
-    some += [f"{turning} of the rotating"] if size_of(parts[1]) and any(one.rotating for one in job.cylinders) else []
+    some += (
+        [f"{turning} of the rotating"]
+        if size_of(parts[1]) and any(cylinder.rotating for cylinder in job.cylinders)
+        else []
+    )
     carries = f": {' and '.join(some)} mass" if some else ""
-    for throw in dict.fromkeys(one.throw for one in job.cylinders):
-        mine = {k: one for k, one in enumerate(job.cylinders, start=1) if one.throw == throw}
+    for throw in dict.fromkeys(cylinder.throw for cylinder in job.cylinders):
+        mine = {k: cylinder for k, cylinder in enumerate(job.cylinders, start=1) if cylinder.throw == throw}
         size = sum(
             size_of(part) * share.of(one)
             for share, part in zip(job.shares, parts, strict=True)
@@ -227,10 +231,10 @@ def _cranks(outcome: Answer[EngineJob], job: EngineJob) -> Block:
         (
             str(k),
             outcome.values[f"cylinders.{k}.crank"].shown,
-            show_angle(one.bank) if any(other.bank for other in job.cylinders) else "",
-            show(one.at, "mm", "length"),
+            show_angle(cylinder.bank) if any(other.bank for other in job.cylinders) else "",
+            show(cylinder.at, "mm", "length"),
         )
-        for k, one in enumerate(job.cylinders, start=1)
+        for k, cylinder in enumerate(job.cylinders, start=1)
     ]
     return table("Cylinders", ("Cylinder", "Crank", "Bank", "From the reference"), rows)
 

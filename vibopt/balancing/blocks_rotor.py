@@ -39,11 +39,11 @@ _ACTIONS = {"remove": "take away", "keep": "untouched", "nothing": "no weight"}
 def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
     """What a rotor's plan says, in the order in which it is needed."""
     several = len(plan.plan.fittings) > 1
-    warnings = tuple(one for one in plan.notes if _WARNS.search(one))
-    further = tuple(one for one in plan.notes if one.startswith("Make one more run"))
-    notes = tuple(one for one in plan.notes if one not in (*warnings, *further))
-    answers = tuple(one for one in plan.plan.words if one.startswith("Answer ")) if several else ()
-    todo = (*further, *(one for one in plan.plan.words if one not in answers)) if not several else further
+    warnings = tuple(note for note in plan.notes if _WARNS.search(note))
+    further = tuple(note for note in plan.notes if note.startswith("Make one more run"))
+    notes = tuple(note for note in plan.notes if note not in (*warnings, *further))
+    answers = tuple(word for word in plan.plan.words if word.startswith("Answer ")) if several else ()
+    todo = (*further, *(word for word in plan.plan.words if word not in answers)) if not several else further
     found = [
         Block(WARNING, TEXT, warnings),
         *nearest_blocks(plan),
@@ -56,7 +56,7 @@ def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
         found += [_weights(fitting, f"{weights}{which}"), _rows(fitting, f"What will be left{which}")]
     return [
         *found,
-        replace(limits_block(plan), on_sheet=any(one.response != "residual" for one in plan.limits.values())),
+        replace(limits_block(plan), on_sheet=any(limit.response != "residual" for limit in plan.limits.values())),
         prices_block(plan),
         _side_by_side(plan, plan.plan.beside, "Plans by other runs, side by side"),
         _side_by_side(plan, plan.plan.remedies, "Planes almost alike: the ways round, side by side"),
@@ -84,7 +84,7 @@ def _plane(plane: PlaneAnswer) -> list[tuple[str, ...]]:
     what = _ACTIONS.get(plane.action, "")
     if not plane.weights:
         return [(plane.name, "-", "", "", "", "", what)]
-    return [(plane.name, *_weight(one, plane.mass), what) for one in plane.weights]
+    return [(plane.name, *_weight(weight, plane.mass), what) for weight in plane.weights]
 
 
 def _weight(one: Weight, mass: Entry) -> tuple[str, ...]:
@@ -98,10 +98,10 @@ def _weight(one: Weight, mass: Entry) -> tuple[str, ...]:
 
 
 def _rows(fitting: Fitting, title: str) -> Block:
-    band = " (95 % band)" if any(one.band for one in fitting.rows) else ""
-    fit = " (fit of all runs)" if any(one.fitted_phasor for one in fitting.rows) else ""
+    band = " (95 % band)" if any(row.band for row in fitting.rows) else ""
+    fit = " (fit of all runs)" if any(row.fitted_phasor for row in fitting.rows) else ""
     heads = ("Sensor", "Speed", f"As found{fit}", f"After{band}", "At most", "Margin")
-    rows = [_row(one) for one in fitting.rows]
+    rows = [_row(row) for row in fitting.rows]
     return replace(table(title, heads, rows, whole=(1, 2, 3, 4, 5)), measured=True)
 
 
@@ -117,7 +117,7 @@ def _row(one: RowAnswer) -> tuple[str, ...]:
 
 
 def _side_by_side(plan: Answer[RotorJob], plans: tuple[Remedy, ...], title: str) -> Block:
-    scale = max((one.found for one in plan.plan.rows), key=lambda one: float(one.value), default=None)
+    scale = max((row.found for row in plan.plan.rows), key=lambda one: float(one.value), default=None)
     rows = [
         (one.name, cleaned(one.worst, scale).shown, cleaned(one.rms, scale).shown, ", ".join(one.masses), one.band)
         for one in plans
@@ -128,7 +128,9 @@ def _side_by_side(plan: Answer[RotorJob], plans: tuple[Remedy, ...], title: str)
 
 def _quality(plan: Answer[RotorJob]) -> list[Block]:
     """Permissible unbalances by place, and the grade earned."""
-    values = {path.removeprefix("quality."): one for path, one in plan.values.items() if path.startswith("quality.")}
+    values = {
+        path.removeprefix("quality."): value for path, value in plan.values.items() if path.startswith("quality.")
+    }
     if not values:
         return []
     rows = []
@@ -138,7 +140,7 @@ def _quality(plan: Answer[RotorJob]) -> list[Block]:
             keys = ("permissible", "may_show", "left")
             cells = [values.get(f"{family}.{name}.{key}") for key in keys]
             allowed = values.get(f"{family}.{name}.permissible")
-            shown = ["" if one is None else cleaned(one, allowed).shown for one in cells]
+            shown = ["" if cell is None else cleaned(cell, allowed).shown for cell in cells]
             if shown[1].startswith("-"):
                 shown[1] = "nothing"
             rows.append((f"{word} {name}", *shown))
@@ -166,15 +168,17 @@ def _earned(plan: Answer[RotorJob], values: Mapping[str, Value]) -> Value:
 
 
 def _trials(plan: Answer[RotorJob]) -> Block:
-    found = [(path.split(".")[1], one) for path, one in plan.values.items() if path.startswith("planes_first.")]
-    if any(one.endswith(".") and "first trial" in one for one in plan.plan.words):
+    found = [(path.split(".")[1], value) for path, value in plan.values.items() if path.startswith("planes_first.")]
+    if any(word.endswith(".") and "first trial" in word for word in plan.plan.words):
         found = []
     lines = tuple(f"{name}: at most {one.short(3)}." for name, one in found)
     return Block("First trial weights", TEXT, lines)
 
 
 def _coefficients(plan: Answer[RotorJob]) -> Block:
-    found = {path: one for path, one in plan.values.items() if path.startswith("influence.") and path.endswith("value")}
+    found = {
+        path: value for path, value in plan.values.items() if path.startswith("influence.") and path.endswith("value")
+    }
     title = "Influence coefficients, for the next job ([[influence]])"
     if len(found) > MOST_COEFFICIENTS:
         return Block(title, WORK, (f"{len(found)} values; vibopt solve --json prints them under influence.",))

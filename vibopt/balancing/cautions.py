@@ -58,7 +58,7 @@ def remedies(
 
 def last_one(ways: Sequence[Remedy]) -> tuple[str, ...]:
     """What the last of the planes buys, in words: the best plan without one of them against the plan as asked."""
-    fewer = [one for one in ways if one.name.endswith(LEFT_OUT)]
+    fewer = [way for way in ways if way.name.endswith(LEFT_OUT)]
     if not fewer:
         return ()
     best = min(fewer, key=lambda one: float(one.worst.value))
@@ -88,7 +88,7 @@ def penalised(question: Question, free: Sequence[int]) -> Question:
 def remedy_of(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
     """A plan beside the others: what it would leave by these runs."""
     left = np.abs(identified.residual(u))
-    weight = np.ones(len(left)) if len({one.dimension for one in job.sensors}) == 1 else job.importance
+    weight = np.ones(len(left)) if len({sensor.dimension for sensor in job.sensors}) == 1 else job.importance
     row = first_greatest(weight * left)
     masses = tuple(weight_text(job, plane, complex(one)) for plane, one in enumerate(u))
     band = ""
@@ -173,7 +173,7 @@ def with_bands(job: RotorJob, limits: Mapping[str, Checked], fitting: Fitting) -
 def unsure(limits: Mapping[str, Checked]) -> tuple[str, ...]:
     """Limits that hold for the prediction only."""
     return tuple(
-        f"Limit {name} holds for the prediction, not for the upper end of its 95 % band ({one.band[1].shown})."
-        for name, one in limits.items()
-        if one.met and one.met_by_band is False and one.band is not None
+        f"Limit {name} holds for the prediction, not for the upper end of its 95 % band ({limit.band[1].shown})."
+        for name, limit in limits.items()
+        if limit.met and limit.met_by_band is False and limit.band is not None
     )

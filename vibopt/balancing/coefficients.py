@@ -58,7 +58,7 @@ def _of_file(saved: Saved, conventions: Conventions, planes: Sequence[Plane], me
     if wrong := _other_zero(conventions.zero, own.zero):
         mistakes.add(("conventions", "zero"), wrong)
     listed = listed_tables(document, "influence", mistakes)
-    mine = {"plane": [one.name for one in planes], "sensor": [one.name for one in measured.sensors]}
+    mine = {"plane": [plane.name for plane in planes], "sensor": [sensor.name for sensor in measured.sensors]}
     kept = [one for one in listed if not isinstance(one, Mapping) or _is_mine(one, mine, measured)]
     if not kept:
         mistakes.add(

@@ -155,7 +155,7 @@ def _kept_by_bands(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
 
 
 def _named(job: RotorJob, runs: Sequence[int]) -> str:
-    return " and ".join(f'run "{job.runs[one].name}"' for one in runs)
+    return " and ".join(f'run "{job.runs[run].name}"' for run in runs)
 
 
 def _either(job: RotorJob, sets: Sequence[Runs]) -> str:

@@ -92,7 +92,11 @@ class CsvMistakes(Mistakes):
         if len(path) < 2 or int(path[1]) >= len(self.rows):
             return 0, None
         row, cells = self.rows[int(path[1])]
-        there = (one for cell, one in zip(cells, self.columns, strict=False) if one is not None and cell.strip(_NONE))
+        there = (
+            column
+            for cell, column in zip(cells, self.columns, strict=False)
+            if column is not None and cell.strip(_NONE)
+        )
         return row, next((one for one in there if one.is_at(path[2:])), None)
 
     def at(self, path: Path) -> str:
@@ -308,7 +312,7 @@ def read_csv(
 
 def _plain(columns: Sequence[Column | None], sensors: Sequence[str]) -> Plain | None:
     """How rows of numbers are read in one piece: every sensor has a column for its size and one for its angle."""
-    at = {(one.name, one.what): index for index, one in enumerate(columns) if one is not None}
+    at = {(column.name, column.what): index for index, column in enumerate(columns) if column is not None}
     sizes, angles = ([at.get((name, what), -1) for name in sensors] for what in ("amplitude", "angle"))
     if -1 in sizes or -1 in angles or not sensors:
         return None

@@ -51,7 +51,7 @@ def with_fitted(path: Path, plane: Plane, table: Mapping[str, Any], mistakes: Mi
 def _decided_table(table: Mapping[str, Any], plane: Plane, weights: Iterable[Fitted]) -> dict[str, Any]:
     """The table of a plane with its weights as facts, and without what was there to choose them."""
     kept = {key: one for key, one in table.items() if key not in (*_CHOOSING, "weight", "unbalance", "most_weights")}
-    texts = [text_of(one, plane) for one in weights]
+    texts = [text_of(weight, plane) for weight in weights]
     return {**kept, plane.kind_word: texts[0] if len(texts) == 1 else texts}
 
 
@@ -71,7 +71,7 @@ MINIMISED = "minimised"
 def of_planes(job: RotorJob | KnownJob, plan: Answer[Any]) -> dict[str, Any]:
     """The file of a measured rotor, or of known masses, with the weights of the first answer."""
     weights = [
-        [Fitted(one.mass, one.radius or plane.radius, one.angle, one.hole) for one in answer.weights]
+        [Fitted(weight.mass, weight.radius or plane.radius, weight.angle, weight.hole) for weight in answer.weights]
         for plane, answer in zip(job.planes, plan.plan.fittings[0].planes, strict=True)
     ]
     return _with_weights(job.document, job.planes, weights)

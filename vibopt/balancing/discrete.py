@@ -64,7 +64,7 @@ def _each_plane(question: Question, u: ComplexArray, chosen: list[int]) -> tuple
 def _exchanged(question: Question, u: ComplexArray, chosen: list[int]) -> tuple[ComplexArray, list[int]]:
     """Planes with the same list whose choices may be exchanged, the earlier plane with the earlier one."""
     value = _no_worse(question, question.chosen_only(chosen).value(u))
-    listed = [plane for plane, one in enumerate(question.options) if one is not None]
+    listed = [plane for plane, option in enumerate(question.options) if option is not None]
     for first, second in combinations(listed, 2):
         if chosen[first] <= chosen[second] or not _same_lists(question, first, second):
             continue

@@ -35,7 +35,7 @@ def _rotor(job: RotorJob) -> dict[str, Any]:
     notes = (*(job.conventions.sentences() if job.runs else ()), *job.notes)
     return {
         "title": job.title, **counts, "limits": limits, "expected": len(job.expected),
-        "asked": _rotor_goal(job), "choices": {f"planes.{one.name}": _plane(one) for one in job.planes},
+        "asked": _rotor_goal(job), "choices": {f"planes.{plane.name}": _plane(plane) for plane in job.planes},
         "notes": list(notes),
     }  # fmt: skip
 
@@ -79,7 +79,7 @@ def _known(job: KnownJob) -> dict[str, Any]:
     return {
         "title": job.title, "masses": len(job.masses), "planes": len(job.planes), "bearings": len(job.bearings),
         "limits": len(job.limits), "measures": len(job.measures), "expected": len(job.expected), "asked": goal,
-        "choices": {f"planes.{one.name}": _plane(one) for one in job.planes}, "notes": list(job.notes),
+        "choices": {f"planes.{plane.name}": _plane(plane) for plane in job.planes}, "notes": list(job.notes),
     }  # fmt: skip
 
 
@@ -141,7 +141,7 @@ def of_rotor(job: RotorJob, found: Answer[Any]) -> tuple[Model, Methods]:
 def _not_closed(job: RotorJob) -> str:
     """What the closed form does not take; "" where it takes the job."""
     free = [plane for plane in job.planes if not plane.keep]
-    limits = [*(one.name for one in job.residual_limits), *(one.name for one in job.correction_limits)]
+    limits = [*(limit.name for limit in job.residual_limits), *(limit.name for limit in job.correction_limits)]
     reasons = (
         (any(plane.is_discrete for plane in free), "no holes with weights of a shelf"),
         (any(plane.split for plane in free), "no holes"),

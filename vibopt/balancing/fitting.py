@@ -44,7 +44,7 @@ def fitted_planes(
     planes: Sequence[Plane], spoken: Conventions, u: ComplexArray, options: Sequence[Options | None], tiny: float = 0.0
 ) -> tuple[PlaneAnswer, ...]:
     """What is done in each plane for the correction u (n_planes,); unbalances up to `tiny` [kg m] are none."""
-    return tuple(_plane(p, spoken, complex(z), one, tiny) for p, z, one in zip(planes, u, options, strict=True))
+    return tuple(_plane(p, spoken, complex(z), option, tiny) for p, z, option in zip(planes, u, options, strict=True))
 
 
 def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | None, tiny: float) -> PlaneAnswer:
@@ -77,7 +77,7 @@ def _weights(spoken: Conventions, plane: Plane, u: complex, options: Options | N
     if plane.fitted is not None:
         return tuple(_decided(plane, one) for one in plane.fitted)
     if options is not None:
-        return tuple(_in_hole(plane, *one) for one in options.weights(int(np.argmin(np.abs(options.u - u)))))
+        return tuple(_in_hole(plane, *weight) for weight in options.weights(int(np.argmin(np.abs(options.u - u)))))
     size, angle = plane.amount(u), spoken.weight_angle(-u if plane.remove else u)
     if plane.split:
         return split(plane, size, angle)
@@ -134,7 +134,7 @@ def _words(spoken: Conventions, plane: Plane, action: str, weights: Sequence[Wei
     verb = "take away" if plane.remove else "fit"
     parts = [_one(spoken, plane, weight) for weight in weights]
     counted = _counted(spoken)
-    parts[:-1] = [one.replace(counted, "") for one in parts[:-1]]  # said once is enough
+    parts[:-1] = [part.replace(counted, "") for part in parts[:-1]]  # said once is enough
     return f"{plane.name}: {verb} {' and '.join(parts)}."
 
 
@@ -211,7 +211,7 @@ def _without_rounding(identified: Identified, u: ComplexArray) -> ComplexArray:
 def greatest_readings(job: RotorJob) -> dict[str, float]:
     """Greatest amplitude of the rotor as found [SI peak], by what sensors measure."""
     read = np.abs(job.as_found)
-    kinds = [one.dimension for one in job.sensors]
+    kinds = [sensor.dimension for sensor in job.sensors]
     of_sensor = read.reshape(-1, len(kinds)).max(axis=0).tolist()
     return {kind: max(one for one, own in zip(of_sensor, kinds, strict=True) if own == kind) for kind in set(kinds)}
 
@@ -225,7 +225,7 @@ def amplitude(job: RotorJob, row: int, value: float) -> Entry:
 def put_back(job: RotorJob, identified: Identified, fitting: Fitting) -> tuple[FloatArray, FloatArray]:
     """What a simulated rotor shows with the plan per row [SI peak], and how far off that is, over the readings."""
     shown = simulated(job, plan_text(job, fitting))
-    scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs([one.u for one in fitting.planes])
+    scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs([plane.u for plane in fitting.planes])
     return shown, np.abs(shown - np.abs(fitting.left)) / np.maximum(scale, 1e-300)
 
 

@@ -93,16 +93,16 @@ def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray
         cost, _ = _sum(cones, goal, box, scale / size, size, 1.0)
     else:
         cones.least(goal.by, goal.slope * scale / size, goal.constant / size, goal.huber / size)
-    for one in limits:
-        reached = float((np.abs(one.constant) + np.abs(one.slope) @ scale).max()) or size
+    for limit in limits:
+        reached = float((np.abs(limit.constant) + np.abs(limit.slope) @ scale).max()) or size
         own = (
-            one.limit if one.limit > _TIGHT * reached else reached
+            limit.limit if limit.limit > _TIGHT * reached else reached
         )  # limits far below are met in the size of their rows
-        if one.by == "worst":
-            cones.moduli(one.slope * scale / own, one.constant / own, one.limit / own)
+        if limit.by == "worst":
+            cones.moduli(limit.slope * scale / own, limit.constant / own, limit.limit / own)
             continue
-        row, heads = _sum(cones, one, box, scale / own, own, 0.0)
-        cones.linear(row[None], np.array([one.limit / own]), (0 * heads, heads, np.ones(len(heads))))
+        row, heads = _sum(cones, limit, box, scale / own, own, 0.0)
+        cones.linear(row[None], np.array([limit.limit / own]), (0 * heads, heads, np.ones(len(heads))))
     return _Posed(cones, cost)
 
 
@@ -172,7 +172,7 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
         return Least(None, np.nan, -np.inf, "unproven", f"the solver stopped ({run.status}) without an answer")
     x = _kept(into_box(run.x[: box.size] * scale, box), limits, box, scale)
     value = goal.value(x)
-    broken = [one for one in limits if one.value(x) > one.limit * (1.0 + 1e-6) + 1e-9 * size]
+    broken = [limit for limit in limits if limit.value(x) > limit.limit * (1.0 + 1e-6) + 1e-9 * size]
     if broken or not np.isfinite(value):
         return Least(None, np.nan, -np.inf, "unproven", f"the solver stopped ({run.status}) without keeping the limits")
     bound, whole = size**power * run.bound, size**power
@@ -189,7 +189,7 @@ def _kept(x: FloatArray, limits: Sequence[Lengths], box: Box, scale: FloatArray)
     """
     best, least_excess = x, _excess(x, limits)
     for _ in range(_PULLS):
-        broken = [one for one in limits if one.limit < one.value(x) * (1.0 - _INSIDE)]
+        broken = [limit for limit in limits if limit.limit < limit.value(x) * (1.0 - _INSIDE)]
         if least_excess <= _INSIDE or not broken:
             break
         rows, moves = [], []
@@ -210,15 +210,15 @@ def _kept(x: FloatArray, limits: Sequence[Lengths], box: Box, scale: FloatArray)
 
 def _excess(x: FloatArray, limits: Sequence[Lengths]) -> float:
     """Greatest part by which a limit is broken; limits of nothing are told by their rows alone."""
-    return max((one.value(x) / one.limit - 1.0 for one in limits if one.limit > 0.0), default=0.0)
+    return max((limit.value(x) / limit.limit - 1.0 for limit in limits if limit.limit > 0.0), default=0.0)
 
 
 def _scales(rows: Sequence[Lengths], box: Box) -> FloatArray:
     """Size of each x that matters: what cancels the constants and fills the limits of any row, no more than its cap."""
     scale = np.zeros(box.size)
-    for one in rows:
-        wanted = float(np.abs(one.constant).max(initial=0.0)) + (one.limit if np.isfinite(one.limit) else 0.0)
-        slopes = np.abs(one.slope).max(axis=0, initial=0.0)
+    for row in rows:
+        wanted = float(np.abs(row.constant).max(initial=0.0)) + (row.limit if np.isfinite(row.limit) else 0.0)
+        slopes = np.abs(row.slope).max(axis=0, initial=0.0)
         scale = np.maximum(scale, np.divide(wanted, slopes, out=np.zeros(box.size), where=slopes > 0.0))
     first = len(box.shares)
     for k, cap in enumerate(box.caps):

@@ -62,7 +62,7 @@ def limit_answers(
     limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
     greatest, masses = greatest_readings(job), there.question.masses(u)
     answers = {limit.name: measured(job, there, limit, u, greatest) for limit in limits}
-    reached = {one: one.measured(there.question, u, masses) / one.at_most for one in own_caps(job)}
+    reached = {cap: cap.measured(there.question, u, masses) / cap.at_most for cap in own_caps(job)}
     value = asked.question.chosen_only(solved.chosen).value(u)
     priced: list[Known] = [one for one in limits if job.choices and (steps or answers[one.name].margin < ACTIVE)]
     priced += [one for one, part in reached.items() if job.choices and (steps or 1.0 - part < ACTIVE)]
@@ -194,12 +194,12 @@ def with_limits(job: RotorJob, posed: Posed) -> Question:
     times = -(-posed.question.n_readings // posed.n_rows)
     rows = np.tile(row_limits(job), times)[: posed.question.n_readings]
     full = np.where(np.isfinite(posed.question.limits), rows, np.inf)
-    total = min((one.at_most for one in job.correction_limits if one.plane is None), default=np.inf)
+    total = min((limit.at_most for limit in job.correction_limits if limit.plane is None), default=np.inf)
     return replace(posed.question, limits=full, caps=caps(job), total_cap=total)
 
 
 def _exchanged(limits: tuple[Any, ...], old: Known, new: Known) -> tuple[Any, ...]:
-    return tuple(new if one is old else one for one in limits)
+    return tuple(new if limit is old else limit for limit in limits)
 
 
 def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = False) -> tuple[Conflict | None, str]:
@@ -210,15 +210,15 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
     limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
 
     def possible(kept: tuple[str, ...]) -> bool:
-        residual = tuple(one for one in job.residual_limits if one.name in kept)
-        correction = tuple(one for one in job.correction_limits if one.name in kept)
+        residual = tuple(limit for limit in job.residual_limits if limit.name in kept)
+        correction = tuple(limit for limit in job.correction_limits if limit.name in kept)
         question = with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
         return solve_question(question).status != "infeasible"
 
     budget = allowance(thorough)
     most = None if thorough or not posed.question.is_search else float(budget.most)
     return clash(
-        [one.name for one in limits], possible, lambda names: loosenings(job, posed, names, most),
+        [limit.name for limit in limits], possible, lambda names: loosenings(job, posed, names, most),
         solved.claim, 1 + len(limits) + len(job.residual_limits), solved.work, budget,
     )  # fmt: skip
 

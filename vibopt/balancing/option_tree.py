@@ -106,7 +106,7 @@ class Open:
     limit_weights: FloatArray
 
     def take(self, rows: Places) -> Open:
-        return Open(*(one[rows] for one in self.columns))
+        return Open(*(column[rows] for column in self.columns))
 
     @property
     def columns(self) -> tuple[np.ndarray[Any, Any], ...]:

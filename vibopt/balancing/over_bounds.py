@@ -88,17 +88,20 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
 
 def _joined(parts: Sequence[Plans]) -> Plans:
     masses, angles, goal, left = (
-        np.concatenate([getattr(one, name) for one in parts]) for name in ("masses", "angles", "goal", "left")
+        np.concatenate([getattr(part, name) for part in parts]) for name in ("masses", "angles", "goal", "left")
     )
-    margins = {name: np.concatenate([one.margins[name] for one in parts]) for name in parts[0].margins}
-    return Plans([status for one in parts for status in one.status], masses, angles, goal, left, margins)
+    margins = {name: np.concatenate([part.margins[name] for part in parts]) for name in parts[0].margins}
+    return Plans([status for part in parts for status in part.status], masses, angles, goal, left, margins)
 
 
 def _is_plain(job: RotorJob, question: Question) -> bool:
     """Whether the weights are free, and least squares or the worst residual are asked for."""
-    said = (one.shelf or one.split or one.forbidden or one.holes or one.drill or one.radii[1:] for one in job.planes)
-    total = any(isinstance(one, CorrectionLimit) and one.plane is None for one in _limits(job))
-    free = all(one.is_open for one in job.planes) and not any(said)
+    said = (
+        plane.shelf or plane.split or plane.forbidden or plane.holes or plane.drill or plane.radii[1:]
+        for plane in job.planes
+    )
+    total = any(isinstance(limit, CorrectionLimit) and limit.plane is None for limit in _limits(job))
+    free = all(plane.is_open for plane in job.planes) and not any(said)
     return bool(job.choices) and free and not (job.pairs or total or job.goal.robust) and question.goal in _GOALS
 
 
@@ -127,7 +130,7 @@ def _rows(job: RotorJob, named: Sequence[FloatArray], caps: FloatArray) -> tuple
             limits[:, rows] = np.minimum(limits[:, rows], bound[:, None])
         elif limit.plane is not None:
             caps[:, limit.plane] = np.minimum(caps[:, limit.plane], bound)
-    return limits, caps * [one.radius for one in job.planes]
+    return limits, caps * [plane.radius for plane in job.planes]
 
 
 def _plans(job: RotorJob, identified: Identified, question: Question, bounds: FloatArray) -> Plans:
@@ -137,7 +140,7 @@ def _plans(job: RotorJob, identified: Identified, question: Question, bounds: Fl
     u, status, goal = _Following(question, caps, limits).answers()
     tiny = NOTHING * np.maximum(felt(identified.y0, identified.H), np.abs(u).max(axis=1, keepdims=True))
     u = np.where(np.abs(u) > tiny, u, 0.0)
-    radii, taken = (np.array([getattr(one, name) for one in job.planes]) for name in ("radius", "remove"))
+    radii, taken = (np.array([getattr(plane, name) for plane in job.planes]) for name in ("radius", "remove"))
     masses = np.abs(u) / radii
     angles = np.where(u != 0.0, job.conventions.weight_sense * np.angle(np.where(taken, -u, u)) % tau, 0.0)
     scale = np.abs(identified.y0) + np.abs(u) @ np.abs(identified.H).T

@@ -239,7 +239,7 @@ def _least_correction(
             mistakes.add(("goal", key), f'goal.{key} belongs to minimise = "residual". Remove it.')
     limits = document.get("limits", {})
     if not isinstance(limits, Mapping) or not any(
-        isinstance(one, Mapping) and one.get("response") == "residual" for one in limits.values()
+        isinstance(limit, Mapping) and limit.get("response") == "residual" for limit in limits.values()
     ):
         mistakes.add(
             ("goal",),

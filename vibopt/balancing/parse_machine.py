@@ -85,7 +85,7 @@ def read_conventions(document: Mapping[str, Any], has_angles: bool, mistakes: Mi
 
 def _choice(key: str, given: Mapping[str, Any], has_angles: bool, mistakes: Mistakes) -> str:
     options, meaning = CHOICES[key]
-    listed = " or ".join(f'{key} = "{one}"' for one in options)
+    listed = " or ".join(f'{key} = "{option}"' for option in options)
     value = given.get(key)
     if value is None:
         if key in ("detector", "angles") or (has_angles and not (key == "phase" and given.get("readings") == MARK)):

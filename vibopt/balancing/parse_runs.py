@@ -106,9 +106,9 @@ def read_runs(
     _check_names(raws, [speed for speed, _ in speeds])
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
         return None
-    initial = [not any(one.tolist()) for one in weights]
+    initial = [not any(weight.tolist()) for weight in weights]
     groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], initial)
-    near = {speed: [abs(one - speed) for one in groups] for speed, _ in dict.fromkeys(speeds)}
+    near = {speed: [abs(group - speed) for group in groups] for speed, _ in dict.fromkeys(speeds)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
         Run(raw.label, of_speed[speed], speed, total, y, _fitted(raw, planes), own, raw.stayed, raw.verification)
@@ -219,7 +219,7 @@ def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[
         return None
     values = [_values(raw, row) for raw, row in zip(raws, rows, strict=True) if row is not None]
     scales = _scales([declared.get(name, _undeclared(name, conventions)) for name in names], rows[0], conventions)
-    if scales is None or any(one is None for one in values):
+    if scales is None or any(value is None for value in values):
         return None
     sensors, factors, turns = scales
     sizes, angles = np.swapaxes(np.array(values), 0, 1)
@@ -422,7 +422,7 @@ def _groups(
     names: list[str] = []
     order = sorted(range(len(speeds)), key=lambda index: not initial[index])
     for index in order:
-        if speeds[index] not in groups and not any(same_speed(speeds[index], one) for one in groups):
+        if speeds[index] not in groups and not any(same_speed(speeds[index], group) for group in groups):
             groups.append(speeds[index])
             names.append(units[index])
     return tuple(groups), tuple(names)

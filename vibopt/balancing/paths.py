@@ -105,7 +105,7 @@ def _leaf(path: tuple[str, ...], value: Any, above: Any, detector: Detector | No
     parts = [_amount(said, found, _dimensions(path, above), detector)]
     if found["rest"]:
         parts += _rest(said, value, found)
-    return tuple(one for one in parts if one is not None)
+    return tuple(part for part in parts if part is not None)
 
 
 def _dimensions(path: tuple[str, ...], above: Any) -> tuple[str, ...]:

@@ -179,14 +179,14 @@ def telling_weight(job: RotorJob, answers: Answers) -> tuple[int, complex, Float
     for plane in job.free:
         sizes = [abs(run.weights[plane]) for run in job.runs if run.weights[plane]]
         candidates = _candidates(job, plane, sizes[0])
-        shown = np.abs([one.y0[:, None] + np.outer(one.H[:, plane], candidates) for one in answers.rotors])
+        shown = np.abs([rotor.y0[:, None] + np.outer(rotor.H[:, plane], candidates) for rotor in answers.rotors])
         pairs = [np.abs(one - other).max(axis=0) for one, other in combinations(shown, 2)]
         gaps: FloatArray = np.min(pairs, axis=0)
         index = int(np.argmax(gaps))
         if gaps[index] > best[0]:
             best = (float(gaps[index]), plane, complex(candidates[index]))
     _, plane, weight = best
-    predicted = np.abs(np.stack([one.y0 + one.H[:, plane] * weight for one in answers.rotors]))
+    predicted = np.abs(np.stack([rotor.y0 + rotor.H[:, plane] * weight for rotor in answers.rotors]))
     return plane, weight, predicted
 
 
@@ -272,7 +272,7 @@ def _one(job: RotorJob, answers: Answers, fitting: Fitting, solved: Solved) -> t
 
 def _by_squares(job: RotorJob, fitting: Fitting, solved: Solved, size: float) -> tuple[str, str]:
     """Status of an answer that explains every run, after the residuals were found again without circles."""
-    u = np.array([one.u for one in fitting.planes], dtype=complex)
+    u = np.array([plane.u for plane in fitting.planes], dtype=complex)
     shown = np.array([simulated_without_phase(job, row, u) for row in range(len(fitting.rows))])
     said = np.array([float(one.residual.value) for one in fitting.rows])
     checked = np.isfinite(shown)
@@ -287,7 +287,9 @@ def _by_squares(job: RotorJob, fitting: Fitting, solved: Solved, size: float) ->
 
 def _words_of(fittings: list[Fitting]) -> tuple[str, ...]:
     return tuple(
-        f"Answer {number}: {one.words}" for number, fitting in enumerate(fittings, start=1) for one in fitting.planes
+        f"Answer {number}: {plane.words}"
+        for number, fitting in enumerate(fittings, start=1)
+        for plane in fitting.planes
     )
 
 
@@ -329,6 +331,6 @@ def _telling_rows(predicted: FloatArray) -> list[int]:
     gaps = np.array([np.abs(one - other) for one, other in pairs])
     enough = 0.5 * gaps.max(axis=1)
     rows: list[int] = []
-    while (open_ := np.array([not (one[rows] >= least).any() for one, least in zip(gaps, enough, strict=True)])).any():
+    while (open_ := np.array([not (gap[rows] >= least).any() for gap, least in zip(gaps, enough, strict=True)])).any():
         rows.append(int(np.argmax(gaps[open_].sum(axis=0))))
     return sorted(rows)

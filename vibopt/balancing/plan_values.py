@@ -77,12 +77,15 @@ def quality_values(job: RotorJob, identified: Identified | None, u: ComplexArray
         ("planes", "permissible", allowed.at_planes),
         ("planes", "may_show", allowed.to_measure),
     ):
-        found |= {f"quality.{family}.{name}.{key}": Entry(one, "unbalance", "g mm") for name, one in amounts.items()}
+        found |= {
+            f"quality.{family}.{name}.{key}": Entry(amount, "unbalance", "g mm") for name, amount in amounts.items()
+        }
     left = dict(quality.residual) or _remaining(job, identified, u)
     if left:
         result = earned(quality, left)
         found |= {
-            f"quality.bearings.{name}.left": Entry(one, "unbalance", "g mm") for name, one in result.at_bearings.items()
+            f"quality.bearings.{name}.left": Entry(bearing, "unbalance", "g mm")
+            for name, bearing in result.at_bearings.items()
         }
         found["quality.earned"] = Entry(result.grade, "velocity", "mm/s")
         found["quality.met"] = Word("yes" if result.met else "no")
@@ -114,12 +117,12 @@ ANEW = "Or take every weight off and fit the whole anew, on the rotor as found:"
 
 def todo(job: RotorJob, fitting: Fitting) -> tuple[str, ...]:
     """What to do, one sentence a line: the trim first where a verification run was made."""
-    whole = tuple(one.words for one in fitting.planes)
+    whole = tuple(plane.words for plane in fitting.planes)
     run = verification_run(job.runs)
     if run is None:
         return (OFF, *whole)
     stays = f'The weights of run "{run.name}" stay on. What changes them into the best ones:'
-    return (stays, *(_trim(job, run, k, one) for k, one in enumerate(fitting.planes)), ANEW, *whole)
+    return (stays, *(_trim(job, run, k, plane) for k, plane in enumerate(fitting.planes)), ANEW, *whole)
 
 
 def trims(job: RotorJob, fitting: Fitting) -> dict[str, Entry]:

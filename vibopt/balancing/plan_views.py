@@ -104,7 +104,7 @@ def goal_words(answer: Answer[BalancingJob]) -> str:
 def _without_rounding(answer: Answer[BalancingJob], value: Entry) -> Entry:
     """Zero where nothing but rounding is left at any sensor."""
     rows = answer.plan.rows
-    nothing = bool(rows) and all(one.left == 0.0 for one in rows)
+    nothing = bool(rows) and all(row.left == 0.0 for row in rows)
     if nothing and answer.goal is not None and answer.goal[0] != "correction":
         return replace(value, value=0.0)
     return value

@@ -63,15 +63,15 @@ def choices_of(planes: Sequence[Plane], conventions: Conventions) -> tuple[tuple
     stock = counted([plane for plane in planes if plane.is_discrete])
     options = tuple(options_of(one, conventions, tuple(stock)) if one.is_discrete else None for one in planes)
     fans = tuple(_fan(plane, conventions) for plane in planes)
-    listed = any(one is not None for one in options)
+    listed = any(option is not None for option in options)
     return options, {
         "sectors": tuple(() if plane.is_discrete else plane.internal_sectors(conventions) for plane in planes),
-        "options": tuple(None if one is None else one.u for one in options) if listed else (),
+        "options": tuple(None if option is None else option.u for option in options) if listed else (),
         "mass_per_unbalance": np.array([1.0 / plane.radius for plane in planes]),
-        "option_masses": tuple(None if one is None else one.masses for one in options),
+        "option_masses": tuple(None if option is None else option.masses for option in options),
         "stock": np.array(list(stock.values())),
-        "option_uses": tuple(None if one is None else one.uses for one in options) if stock else (),
-        "fans": fans if any(one is not None for one in fans) else (),
+        "option_uses": tuple(None if option is None else option.uses for option in options) if stock else (),
+        "fans": fans if any(fan is not None for fan in fans) else (),
     }
 
 
@@ -172,10 +172,10 @@ def _without_doubles(options: Options, kept: np.ndarray[tuple[int], np.dtype[np.
 
 def listed_twice(holes: Sequence[float]) -> str:
     """What is wrong with angles of holes [rad] of which two are the same; "" where none are."""
-    for k, one in enumerate(holes):
+    for k, hole in enumerate(holes):
         for other in holes[:k]:
-            if abs((one - other + pi) % tau - pi) < _HAIR:
-                same = f"{show_angle(one)} twice" if one == other else f"{show_angle(other)} again, a full turn on"
+            if abs((hole - other + pi) % tau - pi) < _HAIR:
+                same = f"{show_angle(hole)} twice" if hole == other else f"{show_angle(other)} again, a full turn on"
                 return f"lists {same}. List each hole once."
     return ""
 
@@ -228,8 +228,8 @@ class OwnCap:
     def taken(self, weights: Sequence[Weight]) -> float:
         """What the weights of its plane take of it."""
         if not self.drilled or self.owner.drill is None:
-            return sum((one.mass for one in weights), 0.0)
-        return max((self.owner.drill.depth(one.mass) for one in weights), default=0.0)
+            return sum((weight.mass for weight in weights), 0.0)
+        return max((self.owner.drill.depth(weight.mass) for weight in weights), default=0.0)
 
     def moved(self, job: J, at_most: float) -> J:
         """The job with another cap."""

@@ -194,7 +194,9 @@ class Corrected:
     @property
     def decided_at(self) -> tuple[str, ...]:
         """Where the weights stand that are chosen freely, once they are decided."""
-        return tuple(f"planes.{one.name}.{one.kind_word}." for one in self.planes if one.is_open and not one.shelf)
+        return tuple(
+            f"planes.{plane.name}.{plane.kind_word}." for plane in self.planes if plane.is_open and not plane.shelf
+        )
 
     def beyond(self, decided: Corrected) -> list[str]:
         """Planes whose decided weights are not among those that this job may choose, by path."""

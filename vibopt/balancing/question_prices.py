@@ -240,7 +240,7 @@ class Priced:
         """The limits with their prices."""
         said = {name: Price(words) for name, words in self.words.items() if words}
         said |= {name: Price(self.words.get(name, ""), rate=rate) for name, rate in self.rates.items()}
-        return {name: replace(one, price=said.get(name)) for name, one in self.limits.items()}
+        return {name: replace(limit, price=said.get(name)) for name, limit in self.limits.items()}
 
     def caps(self) -> dict[str, Price]:
         """Prices of the planes' own caps, by their path."""

@@ -35,7 +35,9 @@ class Posed:
         """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
         if not chosen or not self.question.is_discrete:
             return self
-        options = tuple(None if one is None else one.only(k) for one, k in zip(self.options, chosen, strict=True))
+        options = tuple(
+            None if option is None else option.only(k) for option, k in zip(self.options, chosen, strict=True)
+        )
         return replace(self, question=self.question.chosen_only(chosen), options=options)
 
 
@@ -48,7 +50,7 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
         importance=job.importance,
         limits=row_limits(job),
         caps=caps(job),
-        total_cap=min((one.at_most for one in job.correction_limits if one.plane is None), default=inf),
+        total_cap=min((limit.at_most for limit in job.correction_limits if limit.plane is None), default=inf),
         goal=cast(Goal, job.goal.goal),
         huber=job.goal.huber,
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
@@ -108,7 +110,7 @@ def caps(job: RotorJob) -> FloatArray:
 def _cap(job: RotorJob, index: int, plane: Plane) -> float:
     if plane.keep:
         return 0.0
-    own = min([plane.most, *(one.at_most for one in job.correction_limits if one.plane == index)])
+    own = min([plane.most, *(limit.at_most for limit in job.correction_limits if limit.plane == index)])
     return own * plane.radius
 
 

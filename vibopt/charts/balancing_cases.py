@@ -48,7 +48,7 @@ def table_of(cases: Sequence[Asked], runs: int, less: Sequence[str] = SLOWER) ->
         if name not in less and (name != GIVEN_CLARABEL or installed())
     }  # fmt: skip
     warm = asked("", worst(8, 2), 1.0, "")
-    return Table([(one.case, one) for one in cases], methods, judged_question, runs, [(warm.case, warm)])
+    return Table([(case.case, case) for case in cases], methods, judged_question, runs, [(warm.case, warm)])
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:

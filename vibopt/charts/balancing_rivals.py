@@ -87,8 +87,8 @@ def _milp(sides: int) -> Callable[[Question], Said]:
         if not question.is_discrete or question.goal not in ("worst", "correction"):
             return Said(REFUSES, "takes lists in every plane, for the worst residual or the least mass")
         word, u = chosen_weights(
-            question.y0, question.H, question.limits, [one for one in question.options if one is not None],
-            [one for one in question.option_masses if one is not None],
+            question.y0, question.H, question.limits, [option for option in question.options if option is not None],
+            [mass for mass in question.option_masses if mass is not None],
             by_mass=question.goal == "correction", sides=sides, nodes=_NODES,
         )  # fmt: skip
         if u is None:
@@ -198,7 +198,7 @@ def best_choice(question: Question) -> ComplexArray | None:
     the first that cannot win any more.
     """
     options = [option for option in question.options if option is not None]
-    masses = [one for one in question.option_masses if one is not None]
+    masses = [mass for mass in question.option_masses if mass is not None]
     effects = [np.outer(option, column) for option, column in zip(options, question.H.T, strict=True)]
     reach = np.abs(effects[2]).max(axis=0)
     left = question.y0 + effects[0][:, None, :] + effects[1][None, :, :]

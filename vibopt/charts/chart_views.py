@@ -35,7 +35,7 @@ _LONG = 100
 
 def accuracy_json(result: Chart) -> dict[str, Any]:
     """Trials with their times over that of the default, as plain data."""
-    trials = [{**as_row(one), "ratio": result.ratio(one)} for one in result.trials]
+    trials = [{**as_row(trial), "ratio": result.ratio(trial)} for trial in result.trials]
     return {
         "chart": "speed-accuracy",
         "conditions": conditions(),
@@ -61,7 +61,7 @@ def stability_json(result: Chart) -> dict[str, Any]:
         family: {method: dict(result.count(family, method)) for method in result.asked(family)}
         for family in result.families
     }
-    trials = [as_row(one) for one in result.trials]
+    trials = [as_row(trial) for trial in result.trials]
     return {
         "chart": "stability", "conditions": conditions(), "counts": counts, "left": list(result.left),
         "cases": cases, "trials": trials,
@@ -142,12 +142,12 @@ def stability_table(result: Chart, console: Console) -> None:
     wrong = _worst_faults(result)
     if wrong:
         section(console, "Silently wrong", grid(wrong, ("Method", "Family", "Scenes", "Worst")))
-    stops = Counter((one.method, _note(one)) for one in result.trials if one.status == "error")
+    stops = Counter((trial.method, _note(trial)) for trial in result.trials if trial.status == "error")
     if stops:
         rows = [(method, str(count), words) for (method, words), count in stops.items()]
         section(console, "Stopped", grid(rows, ("Method", "Scenes", "With the words")))
     _say_left(result, console)
-    for method, how in {one.method: one.claim for one in result.trials if one.status == MISSING}.items():
+    for method, how in {trial.method: trial.claim for trial in result.trials if trial.status == MISSING}.items():
         console.print(f"\n{method} is not installed: {how}")
     _say_cut(result, console)
 
@@ -160,7 +160,7 @@ def profiles_json(result: Profiles) -> dict[str, Any]:
         "counts": {family: {method: dict(chart.count(family, method)) for method in chart.methods}
                    for family, chart in result.charts.items()},
         "cases": [{**_about(case), "text": case.text} for chart in charts for case in chart.cases],
-        "trials": [{**as_row(one), "ratio": chart.ratio(one)} for chart in charts for one in chart.trials],
+        "trials": [{**as_row(trial), "ratio": chart.ratio(trial)} for chart in charts for trial in chart.trials],
     }  # fmt: skip
 
 
@@ -189,8 +189,10 @@ def profiles_table(result: Profiles, console: Console) -> None:
         rows = []
         for method in chart.methods:
             count = chart.count(family, method)
-            ratios = [chart.ratio(one) for one in chart.trials if one.method == method and one.status != REFUSES]
-            good = sorted(one for one in ratios if math.isfinite(one))
+            ratios = [
+                chart.ratio(trial) for trial in chart.trials if trial.method == method and trial.status != REFUSES
+            ]
+            good = sorted(ratio for ratio in ratios if math.isfinite(ratio))
             within = (str(int(np.isfinite(one[method]).sum())) for one in (fine, fair))
             rows.append((method, *(str(count[name]) for name in CLASSES), *within, _ratio(median(good or [math.nan]))))
         section(console, family, grid(rows, heads, whole=(0,)))
@@ -233,8 +235,8 @@ def _worst_faults(result: Chart) -> list[tuple[str, str, str, str]]:
     for method in result.methods:
         for family in result.families:
             names = {case.name for case in result.cases if case.family == family}
-            trials = [one for one in result.trials if one.method == method and one.case in names]
-            wrong = [one for one in trials if one.verdict == SILENT]
+            trials = [trial for trial in result.trials if trial.method == method and trial.case in names]
+            wrong = [trial for trial in trials if trial.verdict == SILENT]
             if wrong:
                 worst = max(wrong, key=lambda one: math.inf if math.isnan(one.error) else one.error)
                 found.append((method, family, f"{len(wrong)} of {len(trials)}", f"{worst.case}: {worst.fault}"))
@@ -287,7 +289,7 @@ def draw_accuracy(result: Chart) -> Figure:
         seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
         error = "excess price or broken limit (part)" if case.family == MOUNTS else "true error (part)"
         cases.append(Scatter(case.name, seconds, dots, silent, error))
-    runs = sorted({one.runs for one in result.trials if one.runs})
+    runs = sorted({trial.runs for trial in result.trials if trial.runs})
     how = f"CPU seconds, median of {' or '.join(map(str, runs))} runs, bars over the middle half. " if runs else ""
     return accuracy_figure(cases, DEFAULT, how + conditions().words)
 

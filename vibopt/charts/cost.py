@@ -191,8 +191,8 @@ def _timed(ladder: str, size: int, answered: Answered, runs: int) -> Size:
 def fits(sizes: tuple[Size, ...]) -> list[Fit]:
     """A straight line in logarithms through each stretch of sizes that one method answers, of two sizes or more."""
     found = []
-    for ladder in dict.fromkeys(one.ladder for one in sizes):
-        rows = [one for one in sizes if one.ladder == ladder]
+    for ladder in dict.fromkeys(size.ladder for size in sizes):
+        rows = [size for size in sizes if size.ladder == ladder]
         begins = [0, *(i + 1 for i, (a, b) in enumerate(pairwise(rows)) if a.method != b.method), len(rows)]
         for first, last in pairwise(begins):
             if last - first > 1:
@@ -203,12 +203,12 @@ def fits(sizes: tuple[Size, ...]) -> list[Fit]:
 def _fit(rows: list[Size]) -> Fit:
     from scipy.stats import t
 
-    x, y = np.log([one.size for one in rows]), np.log([one.seconds for one in rows])
+    x, y = np.log([row.size for row in rows]), np.log([row.seconds for row in rows])
     x, y = x - x.mean(), y - y.mean()
     exponent, free = float(x @ y / (x @ x)), len(rows) - 2
     left = y - exponent * x  # not by the correlation: near 1 its digits are gone
     half = float(t.ppf(0.975, free) * np.sqrt(left @ left / free / (x @ x))) if free else math.nan
-    return Fit(rows[0].ladder, rows[0].method, exponent, half, tuple(one.size for one in rows))
+    return Fit(rows[0].ladder, rows[0].method, exponent, half, tuple(row.size for row in rows))
 
 
 __all__ = ["LADDERS", "Fit", "Size", "cost", "fits"]

@@ -38,10 +38,10 @@ def cost_table(sizes: tuple[Size, ...], console: Console) -> None:
     )
     console.print(conditions().words)
     lines = fits(sizes)
-    for ladder in dict.fromkeys(one.ladder for one in sizes):
+    for ladder in dict.fromkeys(size.ladder for size in sizes):
         rows = [
-            (str(one.size), time_of(one.seconds) + spread(one), f"{one.memory / 2**20:.3g} MB", one.method)
-            for one in sizes if one.ladder == ladder
+            (str(size.size), time_of(size.seconds) + spread(size), f"{size.memory / 2**20:.3g} MB", size.method)
+            for size in sizes if size.ladder == ladder
         ]  # fmt: skip
         section(console, ladder, grid(rows, ("Size", "Time", "Memory", "Method"), whole=(0, 1, 2)))
         for line in lines:
@@ -50,19 +50,19 @@ def cost_table(sizes: tuple[Size, ...], console: Console) -> None:
                 console.print(
                     f"  {line.method}, {line.sizes[0]} to {line.sizes[-1]}: exponent {line.exponent:.2f}{half}"
                 )
-    for one in sizes:
-        if one.cut:
-            console.print(f"Less was asked than this chart promises: {one.ladder} of {one.size}, {one.cut}")
+    for size in sizes:
+        if size.cut:
+            console.print(f"Less was asked than this chart promises: {size.ladder} of {size.size}, {size.cut}")
 
 
 def draw_cost(sizes: tuple[Size, ...]) -> Figure:
     """CPU time over size, a panel a ladder."""
     lines = fits(sizes)
     panels = {
-        name: ([one for one in sizes if one.ladder == name], [line for line in lines if line.ladder == name])
-        for name in dict.fromkeys(one.ladder for one in sizes)
+        name: ([size for size in sizes if size.ladder == name], [line for line in lines if line.ladder == name])
+        for name in dict.fromkeys(size.ladder for size in sizes)
     }
-    runs = " or ".join(str(count) for count in sorted({one.runs for one in sizes}))
+    runs = " or ".join(str(count) for count in sorted({size.runs for size in sizes}))
     return cost_figure(panels, f"CPU seconds, median of {runs} runs, bars over the middle half. {conditions().words}")
 
 
@@ -83,9 +83,9 @@ def _ladder(panel: Any, ladder: str, sizes: Sequence[Size], lines: Sequence[Fit]
     dress(panel, "", ladder, "CPU seconds" if first else "")
     panel.set_xscale("log")
     panel.set_yscale("log")
-    methods = list(dict.fromkeys(one.method for one in sizes))
+    methods = list(dict.fromkeys(size.method for size in sizes))
     for index, method in enumerate(methods):
-        some = [one for one in sizes if one.method == method]
+        some = [size for size in sizes if size.method == method]
         panel.plot([one.size for one in some], [one.seconds for one in some], ls="", marker=_MARKS[index % len(_MARKS)],
                    ms=5.5, mfc=COLOURS[index % len(COLOURS)], mec=INK, mew=0.6, zorder=5)  # fmt: skip
         first_place = some[0].size, some[0].seconds
@@ -95,7 +95,7 @@ def _ladder(panel: Any, ladder: str, sizes: Sequence[Size], lines: Sequence[Fit]
         for one in some:
             panel.plot([one.size] * 2, one.quartiles, color=INK, lw=1.2, zorder=4)
     for line in lines:
-        place = [one for one in sizes if one.size in line.sizes]
+        place = [size for size in sizes if size.size in line.sizes]
         logs = [math.log(one.seconds) - line.exponent * math.log(one.size) for one in place]
         middle = math.exp(sum(logs) / len(logs))
         ends = np.array([line.sizes[0], line.sizes[-1]], dtype=float)
@@ -105,10 +105,10 @@ def _ladder(panel: Any, ladder: str, sizes: Sequence[Size], lines: Sequence[Fit]
             panel.axvline(math.sqrt(before.size * behind.size), color=FAINT, lw=0.8, ls=(0, (4, 3)), zorder=1)
     words = [_words(line) for line in lines]
     panel.set_title("\n".join(words) or " ", fontsize=SIZE - 2.5, color=INK, loc="left")
-    ticks = [one.size for one in sizes]
+    ticks = [size.size for size in sizes]
     panel.set_xticks(ticks, [f"{tick:g}" for tick in ticks], fontsize=SIZE - 2)
     panel.minorticks_off()
-    low, high = (end([one.seconds for one in sizes]) for end in (min, max))
+    low, high = (end([size.seconds for size in sizes]) for end in (min, max))
     panel.set_ylim(low / 3.0, high * 3.0)
 
 

@@ -180,7 +180,7 @@ def _leaves(one: Slip, theta: float, z: float, until: float) -> tuple[float, flo
 def speed(*, quick: bool) -> Table:
     """From half the resonance to twice it, with weak and strong friction."""
     rows = [Slip(r, 0.02, f) for r in ((0.6, 0.98, 1.5) if quick else (0.6, 0.9, 0.98, 1.05, 1.5)) for f in (0.2, 0.6)]
-    cases = [(_case(one, FRICTION), one) for one in rows]
+    cases = [(_case(row, FRICTION), row) for row in rows]
     left = ("0.9 and 1.05 of the resonance", "3 runs instead of 1", "dop853 at five tolerances") if quick else ()
     return Table(cases, QUICK_METHODS if quick else METHODS, judge, 1 if quick else 3, cases[-1:], left=left)
 

@@ -57,7 +57,7 @@ def machine_on(motion: str, parts: int, groups: int, seed: int, steel: bool) -> 
     shelf = drawn(seed, parts, 0.4 * share, 5.0 * share, steel=steel)
     centre = (round(float(rng.uniform(-0.15, 0.15)), 2), 0.0, round(float(rng.uniform(0.2, 0.5)), 2))
     lengths = np.array([2.2, 2.0 * wide, 0.9])
-    inertia = tuple(float(f"{mass / 12.0 * (lengths @ lengths - one * one):.3g}") for one in lengths)
+    inertia = tuple(float(f"{mass / 12.0 * (lengths @ lengths - length * length):.3g}") for length in lengths)
     rows = np.linspace(0.95, -0.95, groups)
     places = tuple(tuple((round(float(x), 3), side * round(float(wide), 2), 0.0) for side in (1, -1)) for x in rows)
     title = f"{motion}, {parts} {'steel springs' if steel else 'rubber mounts'}, {groups} groups"

@@ -46,13 +46,13 @@ def hard(*, quick: bool) -> Table:
 
 def methods(*, quick: bool) -> dict[str, Method]:
     """All of them, or with `quick` those that look at few speeds or at none."""
-    return {name: one for name, one in METHODS.items() if not quick or name not in _SLOWER}
+    return {name: method for name, method in METHODS.items() if not quick or name not in _SLOWER}
 
 
 def table_of(cases: Sequence[Asked], methods: dict[str, Method], runs: int) -> Table:
     """Machines and their shelves given to these methods."""
     warm = asked(*machine_on("space", 6, 2, 3, False))
-    return Table([(one.case, one) for one in cases], methods, judged_parts, runs, [(warm.case, warm)])
+    return Table([(case.case, case) for case in cases], methods, judged_parts, runs, [(warm.case, warm)])
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
@@ -100,7 +100,9 @@ def _rows_in(machine: Machine, shelf: Shelf, folder: Path, runs: int) -> list[Fi
     chosen = np.random.default_rng(13).integers(0, _PARTS, (_CHOICES, len(machine.groups)))
     true = truth(machine, shelf, chosen)
     own = _Side(small, runs)
-    used = max(one.model.n_free for one in own.limits)  # the static loads are asked of the whole machine in any case
+    used = max(
+        limit.model.n_free for limit in own.limits
+    )  # the static loads are asked of the whole machine in any case
     rows = [_row(f"{machine.title}, {AUTOMATIC}", used, reason(full.model.n_free, used), own, whole, chosen, true)]
     for motion, words in _WORDS.items():
         less = closed(pose(replace(machine, motion=motion).scene(folder, shelf), reduce=False))
@@ -121,9 +123,9 @@ class _Side:
 
     def __init__(self, program: Program, runs: int) -> None:
         self.program, self.judge = program, Judge(program)
-        self.limits = [next(one for one in program.limits if one.name == name) for name in ("floor", "sway")]
+        self.limits = [next(limit for limit in program.limits if limit.name == name) for name in ("floor", "sway")]
         x = self.design(np.zeros(len(program.ties), dtype=int))
-        self.measuring = seconds(lambda: [self.judge.limit(one, x) for one in self.limits], 4 * runs)[0]
+        self.measuring = seconds(lambda: [self.judge.limit(limit, x) for limit in self.limits], 4 * runs)[0]
         self.solving, first = seconds(lambda: Catalogue().solve(program), runs)
         best = first.x
         self.goal = math.nan if best is None else self.judge.goal(best).value
@@ -138,7 +140,7 @@ class _Side:
     def values(self, chosen: IntArray) -> FloatArray:
         """Both limits of every choice, (n_choices, 2)."""
         designs = [self.design(parts) for parts in chosen]
-        return np.array([[self.judge.limit(one, x)[1].value for one in self.limits] for x in designs])
+        return np.array([[self.judge.limit(limit, x)[1].value for limit in self.limits] for x in designs])
 
 
 def _row(case: str, used: int, why: str, side: _Side, whole: _Side, chosen: IntArray, true: FloatArray) -> Fidelity:

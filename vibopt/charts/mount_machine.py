@@ -241,4 +241,4 @@ def alike(parts: int, **columns: float | FloatArray) -> Shelf:
 
 def rounded(values: FloatArray) -> FloatArray:
     """To four digits, as on a data sheet."""
-    return np.array([float(f"{one:.4g}") for one in values])
+    return np.array([float(f"{value:.4g}") for value in values])

@@ -51,7 +51,7 @@ _PROOF_BOXES = 600_000
 
 def has_parts(scene: Scene) -> bool:
     """Whether a part of a catalogue is to be chosen."""
-    return any(".part." in one.path for one in scene.variables)
+    return any(".part." in variable.path for variable in scene.variables)
 
 
 def speed(scenes: Sequence[Scene], *, quick: bool) -> Table:
@@ -158,8 +158,8 @@ def _every(program: Program, most: int) -> Said:
     if size > most:
         why = f"{size} choices are more than the {most} that are measured one by one"
         return Said("unproven", why, cut=why)
-    entries = product(*(range(len(one.table)) for one in choices.factors))
-    x, count = _best(program, (choices.designs(np.array([one]))[0] for one in entries))
+    entries = product(*(range(len(factor.table)) for factor in choices.factors))
+    x, count = _best(program, (choices.designs(np.array([entry]))[0] for entry in entries))
     if count < size:
         return Said("unproven", f"ended after {count} of {size} choices")
     if x is None:
@@ -170,7 +170,7 @@ def _every(program: Program, most: int) -> Said:
 def _random(program: Program) -> Said:
     """The best of 300 choices at random."""
     choices, rng = Choices(factors_of(program), len(program.axes)), np.random.default_rng(0)
-    drawn = np.stack([rng.integers(0, len(one.table), DRAWS) for one in choices.factors], axis=1)
+    drawn = np.stack([rng.integers(0, len(factor.table), DRAWS) for factor in choices.factors], axis=1)
     x, _ = _best(program, iter(choices.designs(drawn)))
     return Said("unproven", "no draw keeps the limits") if x is None else Said("feasible", "best of the draws", x)
 

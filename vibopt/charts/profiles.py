@@ -104,8 +104,8 @@ def times(chart: Chart, error: float, *, absolute: bool = False) -> dict[str, Fl
             best[one.case] = min(best.get(one.case, math.inf), one.seconds)
     return {
         method: np.array([
-            one.seconds / (1.0 if absolute else best[one.case]) if one.error <= error else math.inf
-            for one in chart.trials if one.method == method
+            trial.seconds / (1.0 if absolute else best[trial.case]) if trial.error <= error else math.inf
+            for trial in chart.trials if trial.method == method
         ])
         for method in chart.methods
     }  # fmt: skip

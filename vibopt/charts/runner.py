@@ -44,10 +44,10 @@ class Chart:
     @classmethod
     def joined(cls, parts: Sequence[Chart]) -> Chart:
         """Several charts as one."""
-        methods = dict.fromkeys(method for one in parts for method in one.methods)
-        cases = tuple(case for one in parts for case in one.cases)
-        left = tuple(dict.fromkeys(name for one in parts for name in one.left))
-        return cls(cases, tuple(methods), tuple(trial for one in parts for trial in one.trials), left)
+        methods = dict.fromkeys(method for part in parts for method in part.methods)
+        cases = tuple(case for part in parts for case in part.cases)
+        left = tuple(dict.fromkeys(name for part in parts for name in part.left))
+        return cls(cases, tuple(methods), tuple(trial for part in parts for trial in part.trials), left)
 
     @property
     def families(self) -> list[str]:
@@ -56,11 +56,11 @@ class Chart:
     @property
     def cut(self) -> tuple[Trial, ...]:
         """Trials that were asked less than the chart promises."""
-        return tuple(one for one in self.trials if one.cut)
+        return tuple(trial for trial in self.trials if trial.cut)
 
     def of(self, case: str) -> list[Trial]:
         """Trials of one case that gave any answer to its question, in the order of the methods."""
-        return [one for one in self.trials if one.case == case and one.status != REFUSES]
+        return [trial for trial in self.trials if trial.case == case and trial.status != REFUSES]
 
     def ratio(self, one: Trial) -> float:
         """Time over that of the default on the same case."""
@@ -70,13 +70,13 @@ class Chart:
     def asked(self, family: str) -> tuple[str, ...]:
         """Methods that a family of cases was given to."""
         names = {case.name for case in self.cases if case.family == family}
-        given = {one.method for one in self.trials if one.case in names}
+        given = {trial.method for trial in self.trials if trial.case in names}
         return tuple(method for method in self.methods if method in given)
 
     def verdicts(self, family: str, method: str) -> list[str]:
         """Class of each answer, in the order of the cases."""
         names = {case.name for case in self.cases if case.family == family}
-        return [one.verdict for one in self.trials if one.case in names and one.method == method]
+        return [trial.verdict for trial in self.trials if trial.case in names and trial.method == method]
 
     def count(self, family: str, method: str) -> Counter[str]:
         """How often each class occurs."""
@@ -103,9 +103,9 @@ def charted(table: Table, progress: Progress | None = None) -> Chart:
             progress(f"{case.name}: {method}", number / len(pairs))
         found[index, method] = table.tried(case, given, method)
     trials = [found[index, method] for index in range(len(table.cases)) for method in table.methods]
-    answering = {one.method for one in trials if one.status != REFUSES}
+    answering = {trial.method for trial in trials if trial.status != REFUSES}
     methods = tuple(name for name in table.methods if name in answering or not table.drops)
-    kept = tuple(one for one in trials if one.method in methods)
+    kept = tuple(trial for trial in trials if trial.method in methods)
     return Chart(tuple(case for case, _ in table.cases), methods, kept, tuple(table.left))
 
 

@@ -78,7 +78,7 @@ def _program() -> list[Any]:
     """The state of the program's files: after a change nothing kept is used."""
     home = Path(__file__).parents[1]
     files = list(_sources(str(home)))
-    return [str(home), len(files), max(one.st_mtime_ns for one in files), sum(one.st_size for one in files)]
+    return [str(home), len(files), max(file.st_mtime_ns for file in files), sum(file.st_size for file in files)]
 
 
 def _sources(home: str) -> Iterator[os.stat_result]:
@@ -169,8 +169,8 @@ def _told(job: Job, made: Any, answer: Answer[Any]) -> Any:
     if made is job:
         return None
     told = {
-        "places": {path: one.value for path, one in answer.places.items()},
-        "positions": {path: one.value.value for path, one in answer.variables.items()},
+        "places": {path: place.value for path, place in answer.places.items()},
+        "positions": {path: variable.value.value for path, variable in answer.variables.items()},
     }
     if _job(job, told).document != made.document:
         raise NotStoredError("the job of the answer cannot be made again")

@@ -135,8 +135,8 @@ def profiles(
 
     made = partial(run, family, seed=seed, count=count, quick=quick)
     result = _charted("profiles", made, figure, force=force, as_json=as_json)
-    trials = [one for part in result.charts.values() for one in part.trials]
-    return _code(trials, cut=any(one.cut for one in trials))
+    trials = [trial for part in result.charts.values() for trial in part.trials]
+    return _code(trials, cut=any(trial.cut for trial in trials))
 
 
 def _charted(name: str, make: Callable[..., Any], figure: str | None, *, force: bool, as_json: bool) -> Any:
@@ -158,7 +158,7 @@ def _code(trials: Iterable[Trial], *, cut: bool) -> int:
     from vibopt.charts.trial import DEFAULT
     from vibopt.charts.verdicts import SILENT
 
-    if any(one.verdict == SILENT and one.method == DEFAULT for one in trials):
+    if any(trial.verdict == SILENT and trial.method == DEFAULT for trial in trials):
         return SILENTLY_WRONG
     return ASKED_LESS if cut else 0
 
@@ -191,7 +191,7 @@ def cost(ladder: str | None, quick: bool, figure: str | None, force: bool, as_js
     data = views.cost_json(sizes)
     _write(targets, data, lambda: views.draw_cost(sizes))
     _say(data, lambda console: views.cost_table(sizes, console), targets, as_json=as_json)
-    return ASKED_LESS if any(one.cut for one in sizes) else 0
+    return ASKED_LESS if any(size.cut for size in sizes) else 0
 
 
 def _scenes(files: tuple[str, ...], family: str | None) -> list[Scene]:

@@ -88,8 +88,8 @@ def _stepped(job: Job, limits: str, table: Path | None, *, as_json: bool) -> int
     from vibopt.study.scenarios import part_of, stepped
 
     steps = tuple(one.strip() for one in limits.split(","))
-    for one in steps:
-        part_of(one)
+    for step in steps:
+        part_of(step)
     with Bar() as bar:
         result = stepped(job, steps, progress=bar)
     written = []
@@ -126,7 +126,7 @@ def _read(files: tuple[str, ...], changes: tuple[str, ...]) -> dict[str, Job]:
         try:
             jobs[name] = read_job(file, changes)
         except InputError as error:
-            mistakes += [one if Path(file).name in one else f"{file}: {one}" for one in error.messages]
+            mistakes += [message if Path(file).name in message else f"{file}: {message}" for message in error.messages]
     if mistakes:
         raise InputError(mistakes)
     return jobs
@@ -135,9 +135,9 @@ def _read(files: tuple[str, ...], changes: tuple[str, ...]) -> dict[str, Job]:
 def _names(files: tuple[str, ...]) -> tuple[str, ...]:
     """Short names where they differ, else the files as they were given."""
     if len(set(files)) < len(files):
-        twice = next(one for one in files if files.count(one) > 1)
+        twice = next(file for file in files if files.count(file) > 1)
         raise InputError(f"{twice} is named twice. Name each variant once.")
-    short = tuple(Path(one).stem for one in files)
+    short = tuple(Path(file).stem for file in files)
     return short if len(set(short)) == len(short) else files
 
 
@@ -145,7 +145,7 @@ def _plain(result: Variants, written: list[str]) -> dict[str, Any]:
     from vibopt.answer.jsonable import plain
 
     return {
-        "variants": {name: one.to_json() for name, one in zip(result.names, result.designs, strict=True)},
+        "variants": {name: design.to_json() for name, design in zip(result.names, result.designs, strict=True)},
         "rows": plain(result.rows),
         "written": written,
     }
@@ -159,7 +159,7 @@ def csv_text(result: Variants) -> str:
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["kind", "row", "unit", *result.names])
     for row in result.rows:
-        cells = [_csv_cell(one, number) for one in row.cells]
+        cells = [_csv_cell(cell, number) for cell in row.cells]
         writer.writerow([row.kind, f"margin of {row.name}" if row.kind == "limit" else row.name, row.unit, *cells])
     return stream.getvalue()
 
@@ -186,7 +186,7 @@ def _tell(result: Variants, console: Console) -> None:
 
 
 def _line(row: Row) -> tuple[str, ...]:
-    return _folded(row.name), *("-" if one is None else _said(one) for one in row.cells)
+    return _folded(row.name), *("-" if cell is None else _said(cell) for cell in row.cells)
 
 
 def _folded(name: str) -> str:

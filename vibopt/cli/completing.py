@@ -15,7 +15,7 @@ _SHELLS = ("bash", "zsh", "fish")
 
 def begin(words: Iterable[str], incomplete: str) -> Items:
     """Those of the words that begin so."""
-    return [one for one in words if one.startswith(incomplete)]
+    return [word for word in words if word.startswith(incomplete)]
 
 
 def problem_files(ctx: click.Context, param: click.Parameter, incomplete: str) -> Items:
@@ -35,14 +35,14 @@ def _paths(ctx: click.Context, *, chosen: bool) -> Iterable[str]:
     from vibopt.jobs import facts, is_scene, open_job
 
     words = [ctx.params.get("file"), *(ctx.params.get("files") or ()), *ctx.args]  # behind an open option all is there
-    named = [str(one) for one in words if str(one).endswith(".toml")]
+    named = [str(word) for word in words if str(word).endswith(".toml")]
     try:
         job = open_job(named[0] if named else "")
     except VibOptError:
         return
-    yield from (one.path for one in facts(job))
+    yield from (fact.path for fact in facts(job))
     if chosen and is_scene(job):
-        yield from (one.path for one in job.variables)
+        yield from (variable.path for variable in job.variables)
 
 
 def changes(ctx: click.Context, param: click.Parameter, incomplete: str) -> Items:

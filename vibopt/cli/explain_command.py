@@ -60,7 +60,7 @@ def _tell(job: Job, result: Explanation, console: Console) -> None:
     methods = [(one.name, f"{'answers' if one.chosen else 'cannot'}: {one.why}") for one in result.methods]
     section(console, "Method", grid(methods, whole=(0,)))
     if result.limits:
-        section(console, "Limits", grid([(one.name, one.words) for one in result.limits], whole=(0,)))
+        section(console, "Limits", grid([(limit.name, limit.words) for limit in result.limits], whole=(0,)))
     if result.prices is not None and result.prices.now is not None and result.prices.rows:
         paragraph(console, f"{result.prices.first} What each fact buys: vibopt whatif FILE.")
     if result.absorbers is not None:
@@ -71,7 +71,7 @@ def _tell(job: Job, result: Explanation, console: Console) -> None:
     for block in views_of(found).nearest_blocks(found):
         show(block, console)
     if found.notes:
-        section(console, "Notes", grid([(one,) for one in found.notes]))
+        section(console, "Notes", grid([(note,) for note in found.notes]))
     work = [(key, str(value)) for key, value in found.details.items() if isinstance(value, int)]
     if work:
         section(console, "Work done", grid(work, whole=(0,)))

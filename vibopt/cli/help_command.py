@@ -33,7 +33,7 @@ def help_(words: tuple[str, ...], as_json: bool) -> int:
 
     book = whole_book()
     if not words:
-        listed = {group: [one.name for one in topics] for group, topics in book.groups.items()}
+        listed = {group: [topic.name for topic in topics] for group, topics in book.groups.items()}
         say_json({"status": "ok", "topics": listed}) if as_json else say(contents(book, width()))
         return 0
     found, more = book.find(" ".join(words))
@@ -74,7 +74,7 @@ def whole_book() -> Book:
     for verb, (_, line) in VERBS.items():
         pages.append(Topic(verb, COMMANDS, partial(_page, verb, vibopt, context), line.rstrip(".")))
     topics = list(the_book().topics.values())
-    after = max((k + 1 for k, one in enumerate(topics) if one.group in ("Begin", "Guides")), default=0)
+    after = max((k + 1 for k, topic in enumerate(topics) if topic.group in ("Begin", "Guides")), default=0)
     return Book([*topics[:after], *pages, *topics[after:]])
 
 
@@ -84,7 +84,7 @@ def _page(verb: str, group: click.Group, above: click.Context) -> str:
     assert command is not None
     context = click.Context(command, info_name=verb, parent=above)
     usage = " ".join(command.collect_usage_pieces(context))
-    options = [one.get_help_record(context) for one in command.get_params(context)]
+    options = [param.get_help_record(context) for param in command.get_params(context)]
     table = rows_of(("option", ""), [(f"`{names}`", text) for names, text in filter(None, options)])
     text = "\n\n".join(" ".join(part.split()) for part in (command.help or "").split("\n\n"))
     return "\n\n".join([f"# {verb}", text, f"```text\nvibopt {verb} {usage}\n```", table])

@@ -176,7 +176,7 @@ def _tell_all(found: OneForAll, console: Console) -> None:
     console.print(f"{found.status}{goal}")
     paragraph(console, f"{found.claim}. {found.reason}".rstrip(), 0)
     if found.variables:
-        console.print(grid([(path, one.shown) for path, one in found.variables.items()]))
+        console.print(grid([(path, variable.shown) for path, variable in found.variables.items()]))
     names = list(dict.fromkeys(key for rows in found.limits.values() for key in rows))
     rows = [
         (name, *(f"{one.value.shown} {one.state}".strip() if (one := held.get(name)) else "-"
@@ -258,7 +258,9 @@ def _rounding(drawn: Rounded, console: Console) -> None:
     """Exact values beside those on the drawing, and the goal of both."""
     from vibopt.answer.text import grid, section
 
-    rows = [(path.removesuffix(".value"), one.exact.shown, one.rounded.shown) for path, one in drawn.values.items()]
+    rows = [
+        (path.removesuffix(".value"), value.exact.shown, value.rounded.shown) for path, value in drawn.values.items()
+    ]
     exact, now = drawn.exact.goal, drawn.design.goal
     if exact is not None and now is not None:
         rows.append((f"goal: {exact[0]}", exact[1].shown, now[1].shown))

@@ -269,7 +269,7 @@ def _large(entries: Mapping[str, Entry]) -> dict[str, Entry]:
     most: dict[str, float] = {}
     for one in entries.values():
         most[one.dimension] = max(most.get(one.dimension, 0.0), abs(one.value))
-    return {path: one for path, one in entries.items() if abs(one.value) > 1e-9 * most[one.dimension]}
+    return {path: entry for path, entry in entries.items() if abs(entry.value) > 1e-9 * most[entry.dimension]}
 
 
 def _columns(result: Sweep) -> list[str]:
@@ -290,12 +290,12 @@ def _columns(result: Sweep) -> list[str]:
     goal = scene.goal.response if scene.goal is not None else None
     same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""
     inner = tied(scene)
-    free = [one.path for one in scene.variables if one.path != same and one.path not in inner]
+    free = [variable.path for variable in scene.variables if variable.path != same and variable.path not in inner]
     return [*open_positions(scene), *free]
 
 
 def _tight(margins: Mapping[str, float]) -> str:
     """Limits that are broken, else those without any margin, else the tightest."""
-    broken = [f"{name} BROKEN" for name, one in margins.items() if one < -1e-6]
-    active = [name for name, one in margins.items() if abs(one) <= 1e-6]
+    broken = [f"{name} BROKEN" for name, margin in margins.items() if margin < -1e-6]
+    active = [name for name, margin in margins.items() if abs(margin) <= 1e-6]
     return ", ".join(broken or active)

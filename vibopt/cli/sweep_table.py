@@ -84,7 +84,7 @@ class Journal:
                 "out to begin anew."
             )
         try:
-            self._points = [_point_of(json.loads(one)) for one in lines[1:]]
+            self._points = [_point_of(json.loads(line)) for line in lines[1:]]
         except (ValueError, TypeError, KeyError, AttributeError):
             raise InputError(f"--resume: {shown} is damaged. Leave --resume out to begin anew.") from None
         return [*self._points]
@@ -115,7 +115,7 @@ class Journal:
             add_line(self.target, f"{json.dumps(_told(point))}\n")
         else:
             lines = [self._head, *(json.dumps(_told(one)) for one in self._points)]
-            write_file(self.target, "".join(f"{one}\n" for one in lines).encode())
+            write_file(self.target, "".join(f"{line}\n" for line in lines).encode())
             self._begun = True
 
     def end(self) -> None:

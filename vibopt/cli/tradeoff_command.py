@@ -136,5 +136,5 @@ def _columns(result: Tradeoff) -> list[str]:
     job = result.job
     goal = job.goal.response if is_scene(job) and job.goal is not None else None
     same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""
-    paths = dict.fromkeys(path for one in result.points for path in one.variables)
+    paths = dict.fromkeys(path for point in result.points for path in point.variables)
     return [path for path in paths if path != same and not path.endswith(".angle")][:4]

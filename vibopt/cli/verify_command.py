@@ -95,7 +95,7 @@ def verify(
             _tell_missing(result)
         for one in written:
             say(f"Written: {one}")
-    alike = all(one.verdict != "differs" for one in comparisons)
+    alike = all(comparison.verdict != "differs" for comparison in comparisons)
     return 0 if result.ok and alike else DIFFERENT
 
 
@@ -150,7 +150,7 @@ def _report(result: Verification, page: Path) -> Path:
 
 
 def _say_json(result: Verification, comparisons: Sequence[Comparison], written: Sequence[Path]) -> None:
-    alike = result.ok and all(one.verdict != "differs" for one in comparisons)
+    alike = result.ok and all(comparison.verdict != "differs" for comparison in comparisons)
     say_json(
         {
             "status": "ok" if alike else "different",
@@ -167,16 +167,16 @@ def _tell_comparisons(comparisons: Sequence[Comparison], kept: Mapping[str, Any]
     from vibopt.study.archive import CLOSE, EQUAL, changed_versions
 
     say(f"\nAgainst {against}:")
-    for one in comparisons:
-        say(f"{one.file}: {one.words}")
-        for difference in one.differences[:MOST_DIFFERENCES]:
+    for comparison in comparisons:
+        say(f"{comparison.file}: {comparison.words}")
+        for difference in comparison.differences[:MOST_DIFFERENCES]:
             say(f"  {difference}")
-        if len(one.differences) > MOST_DIFFERENCES:
-            say(f"  and {len(one.differences) - MOST_DIFFERENCES} more")
-    verdicts = [one.verdict for one in comparisons]
+        if len(comparison.differences) > MOST_DIFFERENCES:
+            say(f"  and {len(comparison.differences) - MOST_DIFFERENCES} more")
+    verdicts = [comparison.verdict for comparison in comparisons]
     counts = ((EQUAL, verdicts.count(EQUAL)), (CLOSE, verdicts.count(CLOSE)), ("different", verdicts.count("differs")))
     say(f"{len(verdicts)} file{'s' * (len(verdicts) != 1)}: {', '.join(f'{count} {word}' for word, count in counts)}.")
-    if rest := len(set(kept["answers"]) - {one.kept_as or one.file for one in comparisons}):
+    if rest := len(set(kept["answers"]) - {comparison.kept_as or comparison.file for comparison in comparisons}):
         say(f"{rest} more kept answer{'s' * (rest != 1)} not asked for.")
     for words in changed_versions(kept):
         say(f"{words}.")

@@ -89,7 +89,7 @@ def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
         section(console, title, grid(rows_of(found), HEADS, whole=(1, 2, 3)))
         section(console, "How far that goes on, and what takes over", grid(range_rows(found)))
         if found.notes:
-            section(console, "Notes", grid([(one,) for one in found.notes]))
+            section(console, "Notes", grid([(note,) for note in found.notes]))
 
     say(rendered(tell, width=width(), colour=colour()))
     return found.found.exit_code
@@ -175,7 +175,7 @@ def _cells(job: Job, found: Answer[Any], result: WhatIf) -> dict[str, str]:
     if goal is not None:  # what a kept design measures was the goal before
         cells |= dict.fromkeys(became, goal.shown)
     rows = {**found.limits, **found.measures}
-    cells |= {name: _cell(one, told=found.found is None) for name, one in rows.items()}
+    cells |= {name: _cell(row, told=found.found is None) for name, row in rows.items()}
     few = not (result.before.limits or result.before.measures)
     return cells | ({path: one.shown for path, one in results(job, found).items()} if few and not taken else {})
 
@@ -213,7 +213,7 @@ def _say_thresholds(result: WhatIf, console: Console) -> None:
     section(
         console, f"How far each fact may go{when}", grid(rows, heads, whole=kept) if rows else "as far as was looked"
     )
-    free = [one.path for one in result.thresholds if one.free]
+    free = [threshold.path for threshold in result.thresholds if threshold.free]
     if free:
         paragraph(console, f"No limit breaks over {', '.join(free)}.")
     paragraph(console, METHOD)
@@ -223,9 +223,14 @@ def _say_thresholds(result: WhatIf, console: Console) -> None:
 
 def _thresholds(result: WhatIf) -> list[tuple[str, ...]]:
     return [
-        (one.path, one.now.shown, edge_words(one, one.below, one.limits[0]), edge_words(one, one.above, one.limits[1]))
-        for one in result.thresholds
-        if not one.free
+        (
+            threshold.path,
+            threshold.now.shown,
+            edge_words(threshold, threshold.below, threshold.limits[0]),
+            edge_words(threshold, threshold.above, threshold.limits[1]),
+        )
+        for threshold in result.thresholds
+        if not threshold.free
     ]
 
 

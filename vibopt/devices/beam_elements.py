@@ -75,8 +75,8 @@ def bent(kind: str, at: float, length: float = 1.0) -> Bent:
     sizes = np.abs(tables[0][1])
     worst = int(np.flatnonzero(sizes >= (1.0 - _EQUAL) * sizes.max())[0])
     sign = np.sign(tables[0][1][worst])
-    moment = tuple(float(sign * one[1][worst]) for one in tables)
-    right = tuple(float(one[0]) for one in tables)
+    moment = tuple(float(sign * table[1][worst]) for table in tables)
+    right = tuple(float(table[0]) for table in tables)
     total = float(along @ mass @ along)
     means = float(along @ mass @ shape) / total, float(shape @ mass @ shape) / total
     return Bent(float(force), means, moment, right, _own(kind, spans, places.index(at)))  # type: ignore[arg-type]

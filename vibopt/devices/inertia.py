@@ -242,12 +242,12 @@ class Piece(Table):
 def together(pieces: tuple[Piece, ...]) -> Solid:
     """The sum of pieces: mass, common centre, tensor about it."""
     solids = [piece.solid for piece in pieces]
-    mass = sum(one.mass for one in solids)
-    centre = sum((one.mass * one.centre for one in solids), np.zeros(3)) / mass
+    mass = sum(solid.mass for solid in solids)
+    centre = sum((solid.mass * solid.centre for solid in solids), np.zeros(3)) / mass
     tensor = np.zeros((3, 3))
-    for one in solids:
-        arm = one.centre - centre
-        tensor = tensor + one.tensor + one.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+    for solid in solids:
+        arm = solid.centre - centre
+        tensor = tensor + solid.tensor + solid.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
     return Solid(mass, centre, tensor)
 
 

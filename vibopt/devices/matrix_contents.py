@@ -77,13 +77,13 @@ def _said(content: bytes) -> _Market:
     found = _BANNER.match(banner)
     if not found:
         raise QuantityError(_MATRIX_MARKET.format("its first line does not say so"))
-    form, field, symmetry = (one.decode().lower() for one in found.groups())
+    form, field, symmetry = (group.decode().lower() for group in found.groups())
     if field == "pattern":
         raise QuantityError(f"cannot be used. It {NO_VALUES}")
     start = _COMMENTS.match(rest)
     line, _, body = rest[start.end() if start else 0 :].partition(b"\n")
     sizes = line.split()
-    if len(sizes) != (3 if form == "coordinate" else 2) or not all(one.isdigit() and len(one) < 20 for one in sizes):
+    if len(sizes) != (3 if form == "coordinate" else 2) or not all(size.isdigit() and len(size) < 20 for size in sizes):
         raise QuantityError(_MATRIX_MARKET.format("the line behind its comments has no sizes"))
     rows, columns, *entries = map(int, sizes)
     _check_sizes(rows, columns)
@@ -239,12 +239,12 @@ def _sparse(held: Archive, before: str, form: str) -> Any:
 
     rows, columns = _shape(held.array(f"{before}shape"), before)
     parts = {"coo": ("data", "row", "col"), "dia": ("data", "offsets")}.get(form, ("data", "indices", "indptr"))
-    if any(f"{before}{one}" not in held.names for one in parts):
+    if any(f"{before}{part}" not in held.names for part in parts):
         raise QuantityError(_NPZ)
-    data, *places = (held.array(f"{before}{one}") for one in parts)
+    data, *places = (held.array(f"{before}{part}") for part in parts)
     if data.dtype.kind not in "fiubc":
         _unfit(before, "its values are no numbers")
-    if any(one.ndim != 1 or one.dtype.kind not in "iu" for one in places):
+    if any(place.ndim != 1 or place.dtype.kind not in "iu" for place in places):
         _unfit(before, "its places are no lists of whole numbers")
     if form == "coo":
         _check_places(before, places[0], rows, len(data) if data.ndim == 1 else -1)

@@ -52,8 +52,8 @@ def add_offset(
         }
         for axis, arm in arms.items():
             _product(builder, name, moved, arm, [mass * one for one in deltas[axis]], weighs=k == "z")
-            for one in _times(deltas[axis], deltas[axis]):
-                builder.add_term(INERTIA, arm, mass * one, name, 0.0)
+            for time in _times(deltas[axis], deltas[axis]):
+                builder.add_term(INERTIA, arm, mass * time, name, 0.0)
         for one_axis, other in combinations(arms, 2):
             both = _times(deltas[one_axis], deltas[other])
             _product(builder, name, arms[one_axis], arms[other], [mass * one for one in both])

@@ -70,7 +70,7 @@ def _headings(given: object) -> object:
 def _are_headings(given: object) -> bool:
     """Whether it is a table of texts, or of lists of texts."""
     rows = list(given.values()) if isinstance(given, Mapping) else [None]
-    listed = [text for one in rows for text in (one if isinstance(one, list) else [one])]
+    listed = [text for row in rows for text in (row if isinstance(row, list) else [row])]
     return all(isinstance(one, str) for one in listed)
 
 

@@ -115,9 +115,9 @@ class RotorDisc(Table):
         ring = read("width").times(0.25 * math.pi * self.density.value)
         squares = [ring * read("outer_diameter") ** 2.0, *([ring.times(-(hole**2))] if hole else [])]
         fourths = [ring * read("outer_diameter") ** 4.0, *([ring.times(-(hole**4))] if hole else [])]
-        flat = [one * read("width") ** 2.0 for one in squares]
-        diametral = [one.times(1.0 / 16.0) for one in fourths] + [one.times(1.0 / 12.0) for one in flat]
-        return squares, diametral, [one.times(1.0 / 8.0) for one in fourths]
+        flat = [square * read("width") ** 2.0 for square in squares]
+        diametral = [fourth.times(1.0 / 16.0) for fourth in fourths] + [one.times(1.0 / 12.0) for one in flat]
+        return squares, diametral, [fourth.times(1.0 / 8.0) for fourth in fourths]
 
     def built(self, path: str, numbers: Numbers) -> tuple[float, float, float]:
         """Mass [kg], diametral and polar moment of inertia [kg m^2], of radii."""
@@ -191,14 +191,16 @@ class RotorTable(Device):
     def _fits(self) -> "RotorTable":
         if not self.sections:
             raise word('has no sections. Write sections = [{ length = "0.5 m", diameter = "60 mm" }].')
-        ends = [getattr(one.diameter, end, None) or 0.0 for one in self.sections for end in ("value", "low", "high")]
+        ends = [
+            getattr(section.diameter, end, None) or 0.0 for section in self.sections for end in ("value", "low", "high")
+        ]
         wide = [end for end in ends if 0.0 < end < math.inf]
         if max(wide, default=1.0) > _WIDEST * min(wide, default=1.0):
             raise word(
                 f"has sections of {min(wide):g} m and of {max(wide):g} m: where diameters differ by more than a factor "
                 f"of {_WIDEST:g}, rounding decides how the shaft bends. Write diameters nearer to each other."
             )
-        discs = [one.name for one in self.discs]
+        discs = [disc.name for disc in self.discs]
         for name, place in self.places.items():
             if place > self.long * (1.0 + _TOGETHER):
                 raise word(
@@ -206,7 +208,7 @@ class RotorTable(Device):
                     "shaft, or longer sections.",
                     *(("discs", discs.index(name), "at") if name in discs else ("stations", name)),
                 )
-        names = [*self.stations, *(one.name for one in self.discs)]
+        names = [*self.stations, *(disc.name for disc in self.discs)]
         double = next((name for name in names if names.count(name) > 1), None)
         if double is not None:
             raise word(f"has two places called {double}. Give each a name of its own; a disc is a station, too.")
@@ -215,7 +217,7 @@ class RotorTable(Device):
     @property
     def long(self) -> float:
         """Length of the shaft [m]."""
-        return sum(one.length.value for one in self.sections)
+        return sum(section.length.value for section in self.sections)
 
     @property
     def lags(self) -> float:
@@ -229,7 +231,9 @@ class RotorTable(Device):
     @property
     def places(self) -> dict[str, float]:
         """Place of every station and disc from the left end [m]."""
-        return {name: one.value for name, one in self.stations.items()} | {one.name: one.at.value for one in self.discs}
+        return {name: station.value for name, station in self.stations.items()} | {
+            disc.name: disc.at.value for disc in self.discs
+        }
 
     @property
     def names(self) -> list[str]:
@@ -239,7 +243,7 @@ class RotorTable(Device):
     @property
     def nodes(self) -> list[float]:
         """Ends of sections, stations and discs from left to right, those that are together once [m]."""
-        ends = np.cumsum([0.0, *(one.length.value for one in self.sections)])
+        ends = np.cumsum([0.0, *(section.length.value for section in self.sections)])
         found: list[float] = []
         for place in sorted([*ends.tolist(), *self.places.values()]):
             if not found or place > found[-1] + _TOGETHER * self.long:
@@ -253,7 +257,7 @@ class RotorTable(Device):
     @property
     def spans(self) -> list[tuple[int, float]]:
         """From node to node the number of the section there, and the length [m]."""
-        ends = np.cumsum([one.length.value for one in self.sections])
+        ends = np.cumsum([section.length.value for section in self.sections])
         between = list(pairwise(self.nodes))
         last = len(self.sections) - 1
         return [(min(int(np.searchsorted(ends, 0.5 * (a + b))), last), b - a) for a, b in between]
@@ -314,7 +318,7 @@ class RotorTable(Device):
 
     def _reach(self, spans: list[Span], modes: int) -> float:
         """Frequency that so many whirls of the bare shaft do not exceed, however stations hold it [rad/s]."""
-        phases = sum(one.phase(1.0) for one in spans)
+        phases = sum(span.phase(1.0) for span in spans)
         return ((modes + len(self.stations) - 0.5) * math.pi / phases) ** 2 if modes else 0.0
 
     def bent(self, name: str) -> tuple[str, ...]:
@@ -401,7 +405,7 @@ class RotorTable(Device):
             for j, disc in enumerate(self.discs)
         ]
         points = {point: self.node(place) for point, place in self.places.items()}
-        phases = sum(one.length * (one.mass / one.bending) ** 0.25 for one in pieces)
+        phases = sum(piece.length * (piece.mass / piece.bending) ** 0.25 for piece in pieces)
         reach = ((assembly.modes + len(points)) * math.pi / phases) ** 2 if assembly.modes else 0.0
         top = max(assembly.top, reach)
         assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points, top, self.lags)

@@ -23,7 +23,7 @@ class Sites:
     @property
     def names(self) -> tuple[str, ...]:
         """A single place by its coordinates, a set by its number."""
-        if all(len(one) == 1 for one in self.options):
+        if all(len(option) == 1 for option in self.options):
             return tuple(", ".join(str(part) for part in one) for one in self.given if isinstance(one, list))
         return tuple(f"set {index + 1}" for index in range(len(self.options)))
 
@@ -55,9 +55,9 @@ def _at(given: object) -> object:
             '"0 m"]] }.'
         )
     options: tuple[Any, ...] = tuple(_set(one) for one in listed)
-    if any(is_open(place) for one in options for place in one):
+    if any(is_open(place) for option in options for place in option):
         raise complaint("has a range in a place of one_of. Keep one of them: a list of places, or places with ranges.")
-    if len({len(one) for one in options}) > 1:
+    if len({len(option) for option in options}) > 1:
         raise complaint("names sets of different sizes. Every set needs a place for each mount of the group.")
     return options[0] if len(options) == 1 else Sites(options, tuple(listed))
 

@@ -196,10 +196,10 @@ class StructureTable(Device):
             assert self.file is not None
             raise MatrixError("file", self.file.name, str(error)) from None
         size = parts["M"].shape[0]
-        for key, one in parts.items():
-            if one is not None and one.shape[0] != size:
+        for key, part in parts.items():
+            if part is not None and part.shape[0] != size:
                 raise word(
-                    f"has matrices that are not of one size: mass {size}, {WORDS[key]} {one.shape[0]}. Take them from "
+                    f"has matrices that are not of one size: mass {size}, {WORDS[key]} {part.shape[0]}. Take them from "
                     "one model."
                 )
         assert self.points is not None
@@ -318,7 +318,7 @@ class StructureTable(Device):
         if isinstance(points, Mapping):
             return tuple(points)
         modes = given.get("modes")
-        shapes = [one.get("shape") for one in modes if isinstance(one, Mapping)] if isinstance(modes, list) else []
+        shapes = [mode.get("shape") for mode in modes if isinstance(mode, Mapping)] if isinstance(modes, list) else []
         return tuple(dict.fromkeys(point for shape in shapes if isinstance(shape, Mapping) for point in shape))
 
     @classmethod

@@ -169,7 +169,7 @@ def _tables(annotation: Any) -> list[type[BaseModel]]:
     """Kinds of table that an annotation speaks of."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [one for part in get_args(annotation) for one in _tables(part)]
+    return [table for part in get_args(annotation) for table in _tables(part)]
 
 
 def _is_tag(step: Any) -> bool:

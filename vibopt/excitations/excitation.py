@@ -99,8 +99,8 @@ def _varies_table(given: object) -> Amplitude:
         factors = [read_quantity(row[1], "ratio").value for row in rows]
     except QuantityError as error:
         raise complaint(f"has a row that cannot be read: it {error}") from None
-    at = [one.bands[0].low for one in speeds]
-    if any(one.dimension != ROTATION or not one.is_one_speed for one in speeds):
+    at = [speed.bands[0].low for speed in speeds]
+    if any(speed.dimension != ROTATION or not speed.is_one_speed for speed in speeds):
         raise complaint('has a row without one speed of rotation. Write each row as ["1500 rpm", 0.4].')
     if any(b <= a for a, b in pairwise(at)):
         raise complaint("has speeds that do not rise from row to row. Sort the rows by speed.")

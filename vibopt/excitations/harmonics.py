@@ -58,10 +58,10 @@ class OfOrders(Excitation):
         harmonics: tuple[Any, ...] = vars(self)["harmonics"]
         return tuple(
             unit_line(
-                one.order.value, direction, one.phase.value if one.phase is not None else 0.0,
-                self.varied(one.amplitude.value),
+                harmonic.order.value, direction, harmonic.phase.value if harmonic.phase is not None else 0.0,
+                self.varied(harmonic.amplitude.value),
             )
-            for one in harmonics
+            for harmonic in harmonics
         )  # fmt: skip
 
 

@@ -161,7 +161,7 @@ def _ramp(excitation: Excitation) -> RunUpTable:
 def ends_of(excitation: Excitation) -> tuple[float, float]:
     """Speeds at which its run-up begins and stays [rad/s]."""
     table = _ramp(excitation)
-    return table.begins, table.to.value if table.to is not None else max(one.high for one in excitation.own_bands())
+    return table.begins, table.to.value if table.to is not None else max(band.high for band in excitation.own_bands())
 
 
 def motor_of(excitation: Excitation) -> Motor | None:

@@ -60,7 +60,7 @@ def together(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
     if len(signals) == 1:
         return signals[0]
     lengths = [[one.length for one in signal if not one.endless] for signal in signals]
-    begins = [np.concatenate([[0.0], np.cumsum(one)]) for one in lengths]
+    begins = [np.concatenate([[0.0], np.cumsum(length)]) for length in lengths]
     joints = np.unique(np.concatenate(begins))
     spans = np.diff(joints)
     joints = joints[np.concatenate([[True], spans > 1e-12 * joints[-1]])]

@@ -96,7 +96,7 @@ class PeakOverDurations(Form):
         every = [np.abs(poles(model, model.values(one))) for one in x]
         slow = np.array([one[one > _NOTHING * one.max(initial=0.0)].min(initial=np.inf) for one in every])
         times = [durations(self.low, self.high, float(one.max(initial=0.0))) for one in every]
-        of = np.repeat(np.arange(len(x)), [len(one) for one in times])
+        of = np.repeat(np.arange(len(x)), [len(time) for time in times])
 
         def look(machine: Transient, read: Reading, of: IntArray) -> FloatArray:
             return machine.glimpses(read, _BEHIND / slow[of])
@@ -148,7 +148,7 @@ class PeakOverDurations(Form):
         from vibopt.mechanics.transient import Transient
 
         p, found = model.values(x), np.zeros(len(times))
-        signals = [self.signals(float(one)) for one in times]
+        signals = [self.signals(float(time)) for time in times]
         kinds = [tuple((*one.rates.shape, one.endless) for one in signal) for signal in signals]
         for kind in dict.fromkeys(kinds):  # several pulses may come in another order
             alike = np.flatnonzero([one == kind for one in kinds])

@@ -61,14 +61,14 @@ def added(parts: list[Curved], power: float) -> Curved:
     """Log of (sum of value^power)^(1 / power) from the logs of the values."""
     if len(parts) == 1:
         return parts[0]
-    top = max(one.log for one in parts)
-    weight = np.array([np.exp(power * (one.log - top)) for one in parts])
+    top = max(part.log for part in parts)
+    weight = np.array([np.exp(power * (part.log - top)) for part in parts])
     log = top + float(np.log(weight.sum())) / power
     weight = weight / weight.sum()
-    slope: FloatArray = sum((w * one.slope for w, one in zip(weight, parts, strict=True)), 0.0 * parts[0].slope)
+    slope: FloatArray = sum((w * part.slope for w, part in zip(weight, parts, strict=True)), 0.0 * parts[0].slope)
     bend = -power * np.outer(slope, slope)
-    for w, one in zip(weight, parts, strict=True):
-        bend = bend + w * (one.bend + power * np.outer(one.slope, one.slope))
+    for w, part in zip(weight, parts, strict=True):
+        bend = bend + w * (part.bend + power * np.outer(part.slope, part.slope))
     return Curved(log, slope, bend)
 
 

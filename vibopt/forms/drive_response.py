@@ -29,7 +29,7 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
     """Extreme of the response to one excitation over its bands."""
     closed = closed_form(model, form, drive, x)
     if closed is not None:
-        ends = [one for band in drive.bands for one in closed.candidates(band)]
+        ends = [candidate for band in drive.bands for candidate in closed.candidates(band)]
         return (min if least_wanted else max)(ends, key=lambda one: one.value)
     if not least_wanted:
         from vibopt.forms.few import few_peaks

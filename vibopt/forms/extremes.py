@@ -72,7 +72,7 @@ def extremes_of(
     """Local extremes of the response to one excitation over its bands, the worst first."""
     closed = closed_form(model, form, drive, x)
     if closed is not None:
-        found = [one for band in drive.bands for one in closed.candidates(band)]
+        found = [candidate for band in drive.bands for candidate in closed.candidates(band)]
         values = [one.value for one in found]
         if least_wanted:
             return sorted((o for o in found if o.value * within <= min(values)), key=lambda o: o.value)
@@ -206,7 +206,7 @@ def candidates_of(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
     """Every local extreme of the response to one excitation that could be the worst, each speed once."""
     closed = closed_form(model, form, drive, x)
     if closed is not None:
-        return _once([one for band in drive.bands for one in closed.candidates(band)])
+        return _once([candidate for band in drive.bands for candidate in closed.candidates(band)])
     few = None if least_wanted else few_peaks(model, form, drive, x, 0.9)
     if few is not None:
         return _once([one.at for one in few])

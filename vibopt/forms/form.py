@@ -339,7 +339,7 @@ def second_differences(
     That extreme moves with the others where it `moves`; None where some difference has no end.
     """
     steps = _TURN * np.eye(n + moves)
-    here, ups, downs = near(np.zeros(n + moves)), [near(one) for one in steps], [near(-one) for one in steps]
+    here, ups, downs = near(np.zeros(n + moves)), [near(step) for step in steps], [near(-step) for step in steps]
     slope, bend = (np.array(ups) - downs) / (2.0 * _TURN), np.zeros(2 * steps.shape[:1])
     for i, j in combinations_with_replacement(range(len(steps)), 2):
         both = [near(steps[i] + steps[j]), near(-steps[i] - steps[j])] if i != j else []

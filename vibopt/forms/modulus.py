@@ -130,9 +130,9 @@ class Modulus(Form):
         if len(per_drive) == 1:
             return [((one.speed,), one.value) for one in per_drive[0]]
         tops = [(min if least_wanted else max)(one, key=lambda e: e.value) for one in per_drive]
-        values = np.array([one.value for one in tops])
+        values = np.array([top.value for top in tops])
         total = float(np.sqrt((values**2).sum())) if self.combine == "rss" else float(values.sum())
-        return [(tuple(one.speed for one in tops), total)]
+        return [(tuple(top.speed for top in tops), total)]
 
     def watched(self, ends: tuple[float, ...]) -> list[float]:
         found: list[float] = []
@@ -144,7 +144,7 @@ class Modulus(Form):
     def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
         shared = self.output.shared_by
         share = model.counts[shared].row(model.n_vars)[order] if shared else np.zeros(0)
-        drives = tuple((one.name, one.bands) for one in self.drives)
+        drives = tuple((drive.name, drive.bands) for drive in self.drives)
         row, shares = (tuple(float(one) + 0.0 for one in some) for some in (self.output.row, share))
         return (row, self.output.power, shares, self.combine, self.rigid_link, drives)
 
@@ -170,7 +170,7 @@ class Modulus(Form):
     def lines_at(self, model: Model, name: str, speed: float, reference: FloatArray) -> dict[tuple[str, int], Sampled]:
         """N and D of each line of a drive at one speed; with the link rigid as well, under ~index."""
         found, speeds = {}, np.array([speed])
-        for index, line in enumerate(next(one for one in self.drives if one.name == name).lines):
+        for index, line in enumerate(next(drive for drive in self.drives if drive.name == name).lines):
             found[name, index] = sampled(model, self.output, line, speeds, reference)
             if self.rigid_link:
                 from vibopt.forms.drive_response import rigid_form
@@ -187,7 +187,7 @@ class Modulus(Form):
             if not known.speeds.get(drive.name):
                 return np.zeros(count), np.full(count, np.inf)
             squares = [self._line_on(known, drive.name, i, low, high) for i in range(len(drive.lines))]
-            small, large = (np.array([one[side] for one in squares]) for side in (0, 1))
+            small, large = (np.array([square[side] for square in squares]) for side in (0, 1))
             if self.combine == "rss":
                 lower += small.sum(axis=0).max(axis=-1)
                 upper += large.sum(axis=0).min(axis=-1)

@@ -99,7 +99,7 @@ class PeakInTime(Form):
 
         peaks = self.peaks(model, x)
         found: list[list[Tangent]] = [[] for _ in x]
-        known = [i for i, one in enumerate(peaks) if np.isfinite(one.value)]
+        known = [i for i, peak in enumerate(peaks) if np.isfinite(peak.value)]
         if not known or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
             return found
         machine, reading = self.transient(model, model.values(x[known]))
@@ -113,8 +113,8 @@ class PeakInTime(Form):
         which = np.array([*known, *(i for i, _ in other)])
         within = np.concatenate([[peaks[i].within for i in known], within])
         part = np.concatenate([[peaks[i].part for i in known], part])
-        for i, one in zip(which, self._tangents(model, x[which], reach[which], within, part), strict=True):
-            found[i] += [one] if np.isfinite(one.rest) else []
+        for i, tangent in zip(which, self._tangents(model, x[which], reach[which], within, part), strict=True):
+            found[i] += [tangent] if np.isfinite(tangent.rest) else []
         return found
 
     def _tangents(
@@ -160,7 +160,7 @@ class PeakInTime(Form):
         return kept(model, self, x, lambda some: self._measured(model, some))
 
     def _measured(self, model: Model, x: FloatArray) -> list[Peak]:
-        most = max(1, _STATES // sum(one.start.shape[-1] for one in self.segments))
+        most = max(1, _STATES // sum(segment.start.shape[-1] for segment in self.segments))
         found = []
         for k in range(0, len(x), most):
             machine, read = self.transient(model, model.values(x[k : k + most]))

@@ -254,14 +254,14 @@ def _paired(line: Sampled) -> tuple[ComplexArray, ComplexArray, tuple[_Pair, ...
             continue
         ratio = line.scale[:, mass] / line.scale[:, link]
         at = 1 + left.index(link), 1 + left.index(mass)
-        cuts = [np.moveaxis(one, at, (1, 2)).reshape(samples, 2, 2, -1) for one in tables]
-        if all(_hangs(one, ratio[:, None]) for one in cuts):
+        cuts = [np.moveaxis(table, at, (1, 2)).reshape(samples, 2, 2, -1) for table in tables]
+        if all(_hangs(cut, ratio[:, None]) for cut in cuts):
             shape = (samples, 2, *([2] * (len(left) - 2)))
-            each = [np.stack([one[:, 1, 0], one[:, 1, 1] / ratio[:, None]], axis=1).reshape(shape) for one in cuts]
+            each = [np.stack([cut[:, 1, 0], cut[:, 1, 1] / ratio[:, None]], axis=1).reshape(shape) for cut in cuts]
             left.remove(mass)
             tables = [np.moveaxis(one, 1, 1 + left.index(link)) for one in each]
             pairs.append(_Pair(link, mass))
-    top, bottom = (one.reshape(samples, -1) for one in tables)
+    top, bottom = (table.reshape(samples, -1) for table in tables)
     return top, bottom, tuple(pairs)
 
 

@@ -83,7 +83,7 @@ class Rubbing(Form):
         """Local extremes over the speeds; moving one changes nothing to first order, and an end stays."""
         tops = self.tops(model, x, least_wanted)
         near = max(within, _WITHIN)
-        return [self._local(model, x, *one) for one in tops if least_wanted or one[0] >= near * tops[0][0]]
+        return [self._local(model, x, *top) for top in tops if least_wanted or top[0] >= near * tops[0][0]]
 
     def _local(self, model: Model, x: FloatArray, value: float, speed: float) -> Local:
         """Slope and bend of the log by differences, in the logs of the design and, inside a band, of the speed."""
@@ -106,7 +106,7 @@ class Rubbing(Form):
         ends = [end for band in self.shaken[0].bands for end in (band.low, band.high) if np.isfinite(end)]
         sizes = [abs(part) + abs(phasor) for _, _, (_, part, phasor) in (self.motion(model, x, end) for end in ends)]
         at = np.array(max(ends, default=0.0))
-        free = max((one for one in sizes if np.isfinite(one)), default=0.0) / float(self.per(model, x, at))
+        free = max((size for size in sizes if np.isfinite(size)), default=0.0) / float(self.per(model, x, at))
         return 1e-7 * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]) + _ROUNDED * free
 
     def acting(self, model: Model) -> FloatArray:

@@ -29,7 +29,7 @@ class WhirlThreshold(Form):
 
     def acting(self, model: Model) -> FloatArray:
         rows = [term.exponents for term in model.rotating]
-        rows += [power.row(model.n_vars) for one in model.bearings for power in one.powers]
+        rows += [power.row(model.n_vars) for bearing in model.bearings for power in bearing.powers]
         own = model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA, DAMPING))]
         return np.vstack([own, *rows])
 

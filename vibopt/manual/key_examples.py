@@ -37,7 +37,7 @@ def python_table(method: str, lines: Iterable[str]) -> str:
     """A device or an excitation in Python, from its lines in a file."""
     words = tomli.loads("\n".join(lines))
     words.pop("kind", None)
-    return "\n".join([f"machine.{method}", *(f"    {key}={_python(one)}," for key, one in words.items()), ")"])
+    return "\n".join([f"machine.{method}", *(f"    {key}={_python(word)}," for key, word in words.items()), ")"])
 
 
 def method_of(family: str) -> str:

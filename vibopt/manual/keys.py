@@ -193,7 +193,7 @@ def text_of(node: ast.expr) -> str:
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
     if isinstance(node, ast.JoinedStr):
-        return "".join(text_of(one) if isinstance(one, ast.Constant) else "…" for one in node.values)
+        return "".join(text_of(value) if isinstance(value, ast.Constant) else "…" for value in node.values)
     return ""
 
 

@@ -24,7 +24,7 @@ def page_of(book: Book) -> str:
 
     template = Environment(loader=FileSystemLoader(_HERE), autoescape=True).get_template("page.html.j2")
     groups = {
-        group: [{"name": one.name, "title": one.title, "body": Markup(body_of(one))} for one in topics]
+        group: [{"name": topic.name, "title": topic.title, "body": Markup(body_of(topic))} for topic in topics]
         for group, topics in book.groups.items()
     }
     return template.render(groups=groups, generator=Markup(marks.GENERATOR), idle=sorted(IDLE))

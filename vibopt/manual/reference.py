@@ -104,13 +104,13 @@ def _balancing_file(name: str) -> str:
         f"The guide is [{_GUIDE[name]}]({_GUIDE[name]}.md).",
     ]
     shapes = made(lambda kind: {"kind": kind, "properties": {}}, lambda one: {"named": one})["properties"]
-    words += ["## Above all tables", described({key: one for key, one in shapes.items() if _is_text(one)})]
+    words += ["## Above all tables", described({key: shape for key, shape in shapes.items() if _is_text(shape)})]
     for key, (heading, kinds) in balancing_tables(made).items():
         words += [f"## {heading}", "" if kinds else described(shapes[key]["properties"])]
         for kind in kinds:
             words += [_said(kind), key_table(keys_of(kind)), *_inner(kind), *_refusals([kind], "###")]
     words += ["## [scenarios.NAME]", "Named sets of changes, values by path: [studies](studies.md)."]
-    return "\n\n".join(one for one in words if one)
+    return "\n\n".join(word for word in words if word)
 
 
 _GUIDE = {"rotor": "balancing", "known": "known_masses", "engine": "engines"}
@@ -155,7 +155,10 @@ def tables() -> Mapping[str, Callable[[], str]]:
         ),
         "units": lambda: rows_of(
             ("what", "for example", "units", "SI"),
-            [(one.noun, f"`{one.example}`", ", ".join(one.units), one.si) for one in DIMENSIONS.values()],
+            [
+                (dimension.noun, f"`{dimension.example}`", ", ".join(dimension.units), dimension.si)
+                for dimension in DIMENSIONS.values()
+            ],
         ),
     }
 
@@ -180,11 +183,11 @@ COMMON = frozenset(key.name for kind in _MODELS.values() for key in keys_of(kind
 def _called(parameters: Iterable[inspect.Parameter]) -> Iterator[str]:
     """Names of parameters, a star before the first that must be named."""
     named = False
-    for one in parameters:
-        if one.kind is one.KEYWORD_ONLY and not named:
+    for parameter in parameters:
+        if parameter.kind is parameter.KEYWORD_ONLY and not named:
             named = True
             yield "*"
-        yield one.name
+        yield parameter.name
 
 
 def _said(kind: type[Table]) -> str:
@@ -199,7 +202,7 @@ def _family(kind: type[Response]) -> str:
 
 def _facts(kind: type[Response]) -> str:
     dimension = DIMENSIONS[kind.dimension]
-    known = [one for one in dimension.units[:5] if not (kind.complement and one == "dB")]
+    known = [unit for unit in dimension.units[:5] if not (kind.complement and unit == "dB")]
     units = f" ({', '.join(known)})" if known else ""
     size = f"It is {dimension.noun}{units}"
     size += ", an amplitude: peak unless `pp` or `rms` stands behind its unit." if kind.amplitude else "."

@@ -68,8 +68,8 @@ def problem_schema() -> dict[str, Any]:
             "source": _TEXT,
             **families,
             "excitations": _named({"oneOf": excitations}),
-            "limits": _named({"oneOf": [_limit(one, name) for name, one in responses.items()]}),
-            "measures": _named({"oneOf": [_measure(one, name) for name, one in responses.items()]}),
+            "limits": _named({"oneOf": [_limit(response, name) for name, response in responses.items()]}),
+            "measures": _named({"oneOf": [_measure(response, name) for name, response in responses.items()]}),
             "goal": {"oneOf": [_find_all(), *_goals(responses)]},
             "scenarios": _SCENARIOS,
             "expected": {"type": "array", "items": _record()},
@@ -145,7 +145,7 @@ def _measure(one: dict[str, Any], name: str) -> dict[str, Any]:
 def _goals(responses: Mapping[str, dict[str, Any]]) -> list[dict[str, Any]]:
     from vibopt.scene.scene import MAXIMISE, MINIMISE
 
-    return [_goal(one, name, sense) for sense in (MAXIMISE, MINIMISE) for name, one in responses.items()]
+    return [_goal(response, name, sense) for sense in (MAXIMISE, MINIMISE) for name, response in responses.items()]
 
 
 def _goal(one: dict[str, Any], name: str, sense: str) -> dict[str, Any]:

@@ -32,11 +32,11 @@ class Index:
 
     def __init__(self, sections: Iterable[Section]) -> None:
         self.sections = tuple(sections)
-        self.counts = [_counted(one) for one in self.sections]
-        self.lengths = [sum(one.values()) for one in self.counts]
+        self.counts = [_counted(section) for section in self.sections]
+        self.lengths = [sum(count.values()) for count in self.counts]
         self.mean = sum(self.lengths) / max(1, len(self.lengths))
-        self.spread = Counter(word for one in self.counts for word in one)
-        self.pairs = [_pairs(one.text) for one in self.sections]
+        self.spread = Counter(word for count in self.counts for word in count)
+        self.pairs = [_pairs(section.text) for section in self.sections]
         self.pair_spread = Counter(pair for one in self.pairs for pair in one)
 
     def hits(self, asked: str) -> tuple[Section, ...]:
@@ -48,7 +48,7 @@ class Index:
             + sum(self._rare(self.pair_spread[one]) for one in pairs & there)
             for k, there in enumerate(self.pairs)
         ]
-        scores = [_ASIDE.get(one.topic, 1.0) * score for one, score in zip(self.sections, scores, strict=True)]
+        scores = [_ASIDE.get(section.topic, 1.0) * score for section, score in zip(self.sections, scores, strict=True)]
         order = sorted(range(len(scores)), key=lambda k: (-scores[k], k))
         return tuple(self.sections[k] for k in order if scores[k] > 0.0)
 
@@ -71,7 +71,7 @@ def words_of(text: str) -> list[str]:
     found = []
     for word in re.findall(r"[^\W_]+(?:[_-][^\W_]+)*", text.lower()):
         parts = re.split(r"[_-]", word)
-        found += [_stem(one) for one in dict.fromkeys([word.replace("-", "_"), *parts]) if one not in IDLE]
+        found += [_stem(fromkey) for fromkey in dict.fromkeys([word.replace("-", "_"), *parts]) if fromkey not in IDLE]
     return found
 
 

@@ -48,10 +48,10 @@ def contents(book: Book, width: int) -> str:
         lines.append(group)
         if len(topics) > _LONG and group != "Guides":
             lines += textwrap.wrap(
-                ", ".join(one.name for one in topics), width - 2, initial_indent="  ", subsequent_indent="  "
+                ", ".join(topic.name for topic in topics), width - 2, initial_indent="  ", subsequent_indent="  "
             )
         else:
-            lines += [_row(one, width) for one in topics]
+            lines += [_row(topic, width) for topic in topics]
         lines.append("")
     return "\n".join([*lines, "The whole as one page with contents and search: vibopt manual -o manual.html"])
 

@@ -85,13 +85,13 @@ class Assembly:
     def add_mounts(self, group: str, mounts: Sequence[Spring3]) -> None:
         """Forces between two places in space, several of one name."""
         self.mounts += mounts
-        self.groups[group] = tuple(one.name for one in mounts)
+        self.groups[group] = tuple(mount.name for mount in mounts)
 
     @property
     def points(self) -> set[str]:
         """What is there to be joined."""
-        held = [point for one in self.carriers.values() for point in one.coordinates.points]
-        held += [point for one in self.shafts.values() for point in one.points]
+        held = [point for carrier in self.carriers.values() for point in carrier.coordinates.points]
+        held += [point for shaft in self.shafts.values() for point in shaft.points]
         return {GROUND, *self.masses, *self.rigid, *self.bases, *held}
 
     def machine(self, order: Mapping[str, int], *, space: bool) -> Machine:

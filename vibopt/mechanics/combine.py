@@ -91,7 +91,7 @@ def foremost(values: Sequence[float] | FloatArray, *, least: bool = False, even:
     even
         Part by which equals may differ.
     """
-    size = [-one if least else one for one in values]
+    size = [-value if least else value for value in values]
     top = max(size)
     if not isfinite(top):
         return size.index(top)

@@ -88,7 +88,7 @@ class GearedMachine(Machine):
 
     def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """M, C, K and hysteretic stiffness over the bodies that are not geared to another, each (n_free, n_free)."""
-        mass, damping, stiffness, hysteretic = (self._free.T @ one @ self._free for one in super().matrices())
+        mass, damping, stiffness, hysteretic = (self._free.T @ matrix @ self._free for matrix in super().matrices())
         return mass, damping, stiffness, hysteretic
 
     def spring_rows(self) -> FloatArray:
@@ -96,7 +96,7 @@ class GearedMachine(Machine):
 
     def force_into(self, place: str, motion: Motion) -> ComplexArray:
         """Dynamic torque of all joints into a body, base or the ground, joint by joint [N m]."""
-        ends = [(one, 1.0 if one.ends[1] == place else -1.0) for one in self.joints if place in one.ends]
+        ends = [(joint, 1.0 if joint.ends[1] == place else -1.0) for joint in self.joints if place in joint.ends]
         return sum((s * self.joint_force(j, motion) for j, s in ends), np.zeros(motion.omega.shape, dtype=complex))
 
 

@@ -81,7 +81,7 @@ class HostedMachine(Machine):
     @cached_property
     def host_points(self) -> tuple[str, ...]:
         """Points of all structures."""
-        return tuple(point for one in self.carriers.values() for point in one.coordinates.points)
+        return tuple(point for carrier in self.carriers.values() for point in carrier.coordinates.points)
 
     @property
     def places(self) -> tuple[str, ...]:
@@ -97,12 +97,12 @@ class HostedMachine(Machine):
         start = len(self.masses)
         for i, mass in enumerate(self.masses.values()):
             stiff[:, i, i] -= mass * flat**2
-        for one in self.carriers.values():
-            stop = start + len(one.coordinates.points)
+        for carrier in self.carriers.values():
+            stop = start + len(carrier.coordinates.points)
             here = slice(start, stop)
-            moved = one.answer(flat, full=self.full)
+            moved = carrier.answer(flat, full=self.full)
             rows = np.arange(start, stop)
-            stiff[:, rows, rows] -= 1j * flat[:, None] * one.dash
+            stiff[:, rows, rows] -= 1j * flat[:, None] * carrier.dash
             stiff[:, here] = moved @ stiff[:, here]
             stiff[:, rows, rows] += 1.0
             load[:, here] = (moved @ load[:, here, None])[..., 0]
@@ -135,34 +135,34 @@ class HostedMachine(Machine):
     @cached_property
     def _rows(self) -> dict[str, FloatArray]:
         """Per body and point its row over [bodies, coordinates of the structures]."""
-        count = len(self.masses) + sum(one.coordinates.count for one in self.carriers.values())
+        count = len(self.masses) + sum(carrier.coordinates.count for carrier in self.carriers.values())
         found: dict[str, FloatArray] = dict(zip(self.masses, np.eye(count), strict=False))
         start = len(self.masses)
-        for one in self.carriers.values():
-            for point, row in one.coordinates.points.items():
+        for carrier in self.carriers.values():
+            for point, row in carrier.coordinates.points.items():
                 found[point] = np.zeros(count)
                 found[point][start : start + len(row)] = row
-            start += one.coordinates.count
+            start += carrier.coordinates.count
         return found
 
     def _extensions(self) -> FloatArray:
         """Row of every joint over [bodies, coordinates], shape (n_joints, count)."""
         rows = self._rows
         zero = np.zeros(len(next(iter(rows.values()))))
-        return np.array([rows.get(b, zero) - rows.get(a, zero) for a, b in (one.ends for one in self.joints)])
+        return np.array([rows.get(b, zero) - rows.get(a, zero) for a, b in (joint.ends for joint in self.joints)])
 
     def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """M, C, K and hysteretic stiffness over bodies and coordinates of the structures."""
-        hosts = [one.coordinates for one in self.carriers.values()]
-        mass = np.diag(np.concatenate([list(self.masses.values()), *(one.mass for one in hosts)]))
+        hosts = [carrier.coordinates for carrier in self.carriers.values()]
+        mass = np.diag(np.concatenate([list(self.masses.values()), *(host.mass for host in hosts)]))
         damping, stiffness, hysteretic = (np.zeros_like(mass) for _ in range(3))
         start = len(self.masses)
-        for one in hosts:
-            here = slice(start, start + one.count)
-            damping[here, here] = one.damping
-            stiffness[here, here] = np.diag(one.stiffness)
-            hysteretic[here, here] = one.loss_factor * np.diag(one.stiffness)
-            start += one.count
+        for host in hosts:
+            here = slice(start, start + host.count)
+            damping[here, here] = host.damping
+            stiffness[here, here] = np.diag(host.stiffness)
+            hysteretic[here, here] = host.loss_factor * np.diag(host.stiffness)
+            start += host.count
         if self.joints:
             rows = self._extensions()
             for target, values in zip((mass, damping, stiffness, hysteretic), self._fours, strict=True):
@@ -174,20 +174,20 @@ class HostedMachine(Machine):
         mass = self.matrices()[0]
         columns = [np.diag(np.concatenate([np.zeros(len(self.masses)), *self._host_roots()]))]
         if self.joints:
-            stiffness = np.array([one.stiffness for one in self.joints])
+            stiffness = np.array([joint.stiffness for joint in self.joints])
             columns.append(self._extensions().T * np.sqrt(stiffness))
         return np.sort(np.linalg.svd(inverse_root(mass) @ np.hstack(columns), compute_uv=False))[: len(mass)]
 
     def _host_roots(self) -> list[FloatArray]:
-        return [np.sqrt(one.coordinates.stiffness) for one in self.carriers.values()]
+        return [np.sqrt(carrier.coordinates.stiffness) for carrier in self.carriers.values()]
 
     def sag(self) -> dict[str, float] | None:
         """Displacement of every point under the weights of the bodies [m]; structures are drawn as they hang."""
-        hosts = [one.coordinates.stiffness for one in self.carriers.values()]
+        hosts = [carrier.coordinates.stiffness for carrier in self.carriers.values()]
         stiffness = np.diag(np.concatenate([np.zeros(len(self.masses)), *hosts]))
         if self.joints:
             rows = self._extensions()
-            stiffness += (rows.T * np.array([one.static_stiffness for one in self.joints])) @ rows
+            stiffness += (rows.T * np.array([joint.static_stiffness for joint in self.joints])) @ rows
         size = np.sqrt(np.diag(stiffness))
         if not size.all() or np.linalg.cond(scaled := stiffness / np.outer(size, size)) > 1e14:
             return None

@@ -110,14 +110,14 @@ def nearby(
     blown = any(segment.blows.any() for segment in machine.segments)
     if (
         order > 2
-        or (reading.power and any(one.weight for one in elements))
-        or (blown and any(one.kind == INERTIA for one in elements))
+        or (reading.power and any(element.weight for element in elements))
+        or (blown and any(element.kind == INERTIA for element in elements))
     ):
         return None
-    if machine.jointed is not None and any(one.vector[machine.jointed.quick].any() for one in elements):
+    if machine.jointed is not None and any(element.vector[machine.jointed.quick].any() for element in elements):
         return None
-    every = [*(Reading(*_split(one), power=0) for one in elements), reading]
-    vectors = np.array([one.vector[: machine.n_free] for one in elements])
+    every = [*(Reading(*_split(element), power=0) for element in elements), reading]
+    vectors = np.array([element.vector[: machine.n_free] for element in elements])
     pushes = (machine.struck @ vectors.T).mT
     rows = _rows(machine, every, machine.own) / wide(machine.scale)
     count = len(elements)
@@ -134,7 +134,7 @@ def nearby(
         at_once=direct[:, :count],
         energies=np.sqrt(squares),
         now=np.abs(now[:, :-1]),
-        weights=np.abs([one.weight for one in elements]),
+        weights=np.abs([element.weight for element in elements]),
     )
 
 
@@ -147,7 +147,7 @@ def _split(element: Element) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 def _rows(machine: Transient, readings: Sequence[Reading], a: FloatArray) -> FloatArray:
     """Of each reading over the states, (n, n_readings, N)."""
-    return np.stack([machine.row(one, a) for one in readings], axis=1)
+    return np.stack([machine.row(reading, a) for reading in readings], axis=1)
 
 
 def _at_once(machine: Transient, reading: Reading, pushes: FloatArray) -> FloatArray:
@@ -198,15 +198,15 @@ def _along(
     """Integrals of the squares of all readings but the last up to the time (or a little later), and all at the time."""
     count = len(within)
     squares, now, begun = np.zeros((count, len(readings) - 1)), np.zeros((count, len(readings))), 0
-    for one in machine.stretches:
-        rows, each = _rows(machine, readings, one.a / wide(machine.rate * one.length)), one.starts.shape[1]
-        kept = one.starts * (np.arange(each) <= (within - begun)[:, None])[..., None]
-        seen = _integrals(one.a.mT, rows[:, :-1], np.ones(count))
-        squares += one.length * np.einsum("nsi,nsj,neij->ne", kept, kept, seen, optimize=True)
+    for stretch in machine.stretches:
+        rows, each = _rows(machine, readings, stretch.a / wide(machine.rate * stretch.length)), stretch.starts.shape[1]
+        kept = stretch.starts * (np.arange(each) <= (within - begun)[:, None])[..., None]
+        seen = _integrals(stretch.a.mT, rows[:, :-1], np.ones(count))
+        squares += stretch.length * np.einsum("nsi,nsj,neij->ne", kept, kept, seen, optimize=True)
         inside = (within >= begun) & (within < begun + each)
         if inside.any():
             start = kept[np.arange(count), np.clip(within - begun, 0, each - 1)]
-            moved = rows @ exponential(one.a * wide(part / one.length)) @ start[..., None]
+            moved = rows @ exponential(stretch.a * wide(part / stretch.length)) @ start[..., None]
             now = np.where(inside[:, None], moved[..., 0], now)
         begun += each
     behind = within >= begun

@@ -82,7 +82,7 @@ class Path:
     @cached_property
     def struck(self) -> BoolArray:
         """Whether a blow comes at each joint but the last."""
-        return np.array([bool((one.blows @ self.mix) != 0.0) for one in self.segments])
+        return np.array([bool((segment.blows @ self.mix) != 0.0) for segment in self.segments])
 
     @cached_property
     def pushes(self) -> FloatArray:

@@ -80,7 +80,7 @@ class LoneMachine(Machine):
     def _sums(self) -> tuple[Any, Any, Any, Any]:
         """Mass, damping, stiffness and hysteretic stiffness on the body."""
         (body, mass), *_ = self.masses.items()
-        fours = [one.four for one in self.joints if body in one.ends]
+        fours = [joint.four for joint in self.joints if body in joint.ends]
         inertance, damping, stiffness, hysteretic = map(sum, zip(*fours, strict=True)) if fours else (0.0,) * 4
         return mass + inertance, damping, stiffness, hysteretic
 
@@ -98,7 +98,7 @@ class LoneMachine(Machine):
     def sag(self) -> dict[str, Any] | None:
         """As of any machine."""
         (body, weight), *_ = self.weights.items()
-        held = sum(one.static_stiffness for one in self.joints if body in one.ends)
+        held = sum(joint.static_stiffness for joint in self.joints if body in joint.ends)
         return {body: weight * GRAVITY / held} if not some(held <= 0.0) else None
 
     def poles(self) -> ComplexArray:

@@ -82,7 +82,7 @@ class Machine:
     @property
     def rubs(self) -> bool:
         """Whether a joint has dry friction."""
-        return any(one.friction for one in self.joints)
+        return any(joint.friction for joint in self.joints)
 
     def joint(self, name: str) -> Joint:
         """The joint of a name."""
@@ -137,7 +137,7 @@ class Machine:
         rows, n, flat = self._stretched, len(self.masses), np.ravel(omega)
         own, extensions = (np.array([*kind.values()]).reshape(-1, n + len(self.bases)) for kind in rows)
         own = own[:n]
-        inert, damper, spring, lossy = ((extensions.T * one) @ extensions for one in self._fours)
+        inert, damper, spring, lossy = ((extensions.T * four) @ extensions for four in self._fours)
         heavy = (own.T * np.array([*self.masses.values()])) @ own + inert
         elastic = spring[:n] - flat[:, None, None] ** 2 * heavy[:n]
         turned = flat[:, None, None] * damper[:n] + lossy[:n]
@@ -159,7 +159,7 @@ class Machine:
     @property
     def _fours(self) -> FloatArray:
         """What each joint adds to M, C, K and the hysteretic stiffness, shape (4, n_joints)."""
-        return np.array([one.four for one in self.joints]).reshape(-1, 4).T
+        return np.array([joint.four for joint in self.joints]).reshape(-1, 4).T
 
     @cached_property
     def _stretched(self) -> tuple[dict[str, FloatArray], dict[str, FloatArray]]:
@@ -180,7 +180,7 @@ class Machine:
             known, new = leads.ends if leads.ends[0] in rows else leads.ends[::-1]
             rows[new] = rows[known] + unit[number[new]]
         points = {name: rows[name] for name in number}
-        return points, {one.name: rows[one.ends[1]] - rows[one.ends[0]] for one in self.joints}
+        return points, {joint.name: rows[joint.ends[1]] - rows[joint.ends[0]] for joint in self.joints}
 
     def size(self, value: ComplexArray) -> ComplexArray:
         """What of a reading counts as its amplitude, shape of the speeds: itself where all moves along one line."""
@@ -220,7 +220,7 @@ class Machine:
         """
         if place in self.masses:
             return np.asarray(self.own(place) * course.points[place][2] - course.forces.get(place, np.zeros(1)))
-        into = [one for one in self.joints if place in one.ends]
+        into = [joint for joint in self.joints if place in joint.ends]
         forces = [(1.0 if one.ends[1] == place else -1.0) * self.joint_course(one, course) for one in into]
         return np.asarray(sum(forces, np.zeros(1)))
 
@@ -240,7 +240,7 @@ class Machine:
             zero = np.zeros(motion.omega.shape, dtype=complex)
             return sum((s * self.joint_force(j, motion) for s, j in zip(signs, into, strict=True)), zero)
         total = np.zeros(motion.omega.shape, dtype=complex)
-        for body in (one for one in self.masses if one in group):  # a set has an order of its own in each process
+        for body in (mass for mass in self.masses if mass in group):  # a set has an order of its own in each process
             total = total + self._external(body, motion) - self._inertia(body, motion)
         return total
 

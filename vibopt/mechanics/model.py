@@ -321,7 +321,7 @@ class Model:
             self,
             terms=tuple(map(new, self.terms)),
             rotating=tuple(map(new, self.rotating)),
-            bearings=tuple(one.changed(change) for one in self.bearings),
+            bearings=tuple(bearing.changed(change) for bearing in self.bearings),
             counts=changed(self.counts),
             ratios=changed(self.ratios),
             properties=changed(self.properties),

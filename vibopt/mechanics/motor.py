@@ -62,7 +62,7 @@ class Motor:
             return None
         changed = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.log(rise))))])
         steps = np.linspace(0.0, changed[-1], int(np.ceil(changed[-1] / _CHANGE)) + 1)
-        ends = [self.begins, self.stays, *(one for one in self._joints if grid[0] < one < grid[-1])]
+        ends = [self.begins, self.stays, *(joint for joint in self._joints if grid[0] < joint < grid[-1])]
         speeds = np.unique(np.concatenate([np.interp(steps, changed, grid), ends]))
         middle, half = 0.5 * (speeds[1:] + speeds[:-1]), 0.5 * np.diff(speeds)
         inside = middle[:, None] + half[:, None] * _PLACES

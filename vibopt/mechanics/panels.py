@@ -327,5 +327,5 @@ class Along:
         self.step(0)
         found = Along.__new__(Along)
         found.halvings, found._signals = self.halvings[which], self._signals[which]
-        found._steps = [one[which] for one in self._steps[self.depth - found.depth :]]
+        found._steps = [step[which] for step in self._steps[self.depth - found.depth :]]
         return found

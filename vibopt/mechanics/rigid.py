@@ -299,28 +299,28 @@ class SpaceMachine(Machine):
             many = float(len(self.groups[name]))
             return Joint(name, self.mount(self.groups[name][0]).ends, 0.0, 0.0, 0.0, 0.0, many)
         single, _, axis = name.rpartition(".")
-        if axis in _LETTERS and any(one.name == single for one in self.mounts):
+        if axis in _LETTERS and any(mount.name == single for mount in self.mounts):
             own, k = self.mount(single), _LETTERS.index(axis)
             numbers = own.stiffness[k], own.damping[k], own.loss_factor, own.static_stiffness[k]
-            stiff, dash, lossy, still = (float(one) for one in numbers)
+            stiff, dash, lossy, still = (float(number) for number in numbers)
             return Joint(name, own.ends, stiff, dash, lossy, still, 1.0)
-        if any(one.name == name and len(one.axes) == 1 for one in self.mounts):
+        if any(mount.name == name and len(mount.axes) == 1 for mount in self.mounts):
             own = self.mount(name)
             numbers = own.stiffness, own.damping, own.loss_factor, own.static_stiffness
-            stiff, dash, lossy, still = (float(np.ravel(one)[0]) for one in numbers)
+            stiff, dash, lossy, still = (float(np.ravel(number)[0]) for number in numbers)
             return Joint(name, own.ends, stiff, dash, lossy, still, 1.0, inertance=float(np.ravel(own.inertance)[0]))
         return super().joint(name)
 
     def stretch_of(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Second end of a joint less its first [m]; of one that stands in space along its own axis."""
-        if any(one.name == joint.name for one in self.mounts):
+        if any(mount.name == joint.name for mount in self.mounts):
             return self.stretch(self.mount(joint.name), motion)[..., 0]
         return super().stretch_of(joint, motion)
 
     def _hanging_on(self, place: str) -> set[str] | None:
         """As of a machine on a line; None too where a mount holds or pushes any of it."""
         group = super()._hanging_on(place)
-        return None if group is None or any(group & set(one.ends) for one in self.mounts) else group
+        return None if group is None or any(group & set(mount.ends) for mount in self.mounts) else group
 
     def force_along(self, place: str, way: tuple[float, float, float], motion: Motion) -> ComplexArray:
         """Dynamic force of all mounts and links into a place, along a direction [N].
@@ -352,7 +352,9 @@ class SpaceMachine(Machine):
 
     def _only(self, place: str, along: FloatArray) -> bool:
         """Whether every path to a support ends at this place, and nothing is guided across the direction."""
-        standing = {end for one in self.mounts for end in one.ends} | {end for one in self.joints for end in one.ends}
+        standing = {end for mount in self.mounts for end in mount.ends} | {
+            end for joint in self.joints for end in joint.ends
+        }
         supports = standing - set(self.rigid) - set(self.line)
         free = all(along[k] == 0.0 or _LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3))
         return supports == {place} and free and (not self.line or not along[:2].any())

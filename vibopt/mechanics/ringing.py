@@ -87,7 +87,7 @@ class Peaks:
     def each(self) -> list[Peak]:
         """One by one."""
         columns = (self.value, self.time, self.within, self.part, self.open)
-        return [Peak(*row) for row in zip(*(one.tolist() for one in columns), strict=True)]
+        return [Peak(*row) for row in zip(*(column.tolist() for column in columns), strict=True)]
 
 
 def _drifts(stiff: FloatArray, damped: FloatArray, heavy: int) -> tuple[FloatArray, FloatArray]:

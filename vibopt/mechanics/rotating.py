@@ -47,12 +47,12 @@ class RotatingMachine(Machine):
 
     @property
     def places(self) -> tuple[str, ...]:
-        return (*self.masses, *(point for one in self.shafts.values() for point in one.points))
+        return (*self.masses, *(point for shaft in self.shafts.values() for point in shaft.points))
 
     @property
     def spinning(self) -> float:
-        shafts = sum(part.mass * part.length for one in self.shafts.values() for part in one.sections)
-        return shafts + sum(disc.mass for one in self.shafts.values() for disc in one.discs)
+        shafts = sum(part.mass * part.length for shaft in self.shafts.values() for part in shaft.sections)
+        return shafts + sum(disc.mass for shaft in self.shafts.values() for disc in shaft.discs)
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
@@ -80,7 +80,7 @@ class RotatingMachine(Machine):
         shafts, right = self._cut(top).shafts, int(side == "right")
         k = self.shafts[rotor].cuts(top)[int(number) - 1 + right] - right
         before = list(shafts).index(rotor)
-        begin = len(self.masses) + sum(one.size for one in list(shafts.values())[:before]) + 2 * k
+        begin = len(self.masses) + sum(shaft.size for shaft in list(shafts.values())[:before]) + 2 * k
         moment = shafts[rotor].moment(k, right, flat**2, motion.inner[:, begin : begin + 4])
         return np.asarray(moment * shafts[rotor].sections[k].stress).reshape(np.shape(motion.omega))
 
@@ -91,11 +91,11 @@ class RotatingMachine(Machine):
         shaft, k, sag = self.shafts[rotor], int(number) - 1, self.sag()
         if sag is None:
             return math.inf
-        places = np.cumsum([0.0, *(one.length for one in shaft.sections)])
+        places = np.cumsum([0.0, *(section.length for section in shaft.sections)])
         at = places[k + (side == "right")]
         moment = -sum(disc.mass * GRAVITY * max(at - places[disc.node], 0.0) for disc in shaft.discs)
-        for begin, one in zip(places[: k + (side == "right")], shaft.sections, strict=False):
-            moment -= one.mass * one.length * GRAVITY * (at - begin - 0.5 * one.length)
+        for begin, section in zip(places[: k + (side == "right")], shaft.sections, strict=False):
+            moment -= section.mass * section.length * GRAVITY * (at - begin - 0.5 * section.length)
         for joint in self.joints:
             for here, there in (joint.ends, joint.ends[::-1]):
                 if here in shaft.points:
@@ -107,9 +107,9 @@ class RotatingMachine(Machine):
     def _exact_places(self) -> dict[str, int]:
         """Number of the coordinate of each body and point in the exact dynamic stiffness."""
         found, start = {name: i for i, name in enumerate(self.masses)}, len(self.masses)
-        for one in self.shafts.values():
-            found |= {point: start + 2 * node for point, node in one.points.items()}
-            start += one.size
+        for shaft in self.shafts.values():
+            found |= {point: start + 2 * node for point, node in shaft.points.items()}
+            start += shaft.size
         return found
 
     def _dynamic(
@@ -130,7 +130,7 @@ class RotatingMachine(Machine):
     def _shafts_alone(self, omega: Any, spin: Any, *, braked: bool = False) -> ComplexArray:
         """As `_dynamic`, without joints."""
         start = len(self.masses)
-        size = start + sum(one.size for one in self.shafts.values())
+        size = start + sum(shaft.size for shaft in self.shafts.values())
         stiff = np.zeros((len(omega), size, size), dtype=complex)
         for i, mass in enumerate(self.masses.values()):
             stiff[:, i, i] -= mass * omega**2
@@ -150,15 +150,15 @@ class RotatingMachine(Machine):
     @cached_property
     def slow(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
         """M, C, K, hysteretic stiffness and polar inertia of all pieces, each (n, n), good for slow motion."""
-        parts = [one.slow for one in self.shafts.values()]
-        size = len(self.masses) + sum(len(one[0]) for one in parts)
+        parts = [shaft.slow for shaft in self.shafts.values()]
+        size = len(self.masses) + sum(len(part[0]) for part in parts)
         mass, damping, stiffness, hysteretic, polar = (np.zeros((size, size)) for _ in range(5))
         mass[range(len(self.masses)), range(len(self.masses))] = list(self.masses.values())
         places, start = {name: i for i, name in enumerate(self.masses)}, len(self.masses)
-        for one, (stiff, inertia, tilted) in zip(self.shafts.values(), parts, strict=True):
+        for shaft, (stiff, inertia, tilted) in zip(self.shafts.values(), parts, strict=True):
             here = slice(start, start + len(stiff))
             stiffness[here, here], mass[here, here], polar[here, here] = stiff, inertia, tilted
-            places |= {point: start + one.place(point) for point in one.points}
+            places |= {point: start + shaft.place(point) for point in shaft.points}
             start += len(stiff)
         for joint, ends in self._joined(places):
             for target, value in zip((mass, damping, stiffness, hysteretic), joint.four, strict=True):
@@ -185,8 +185,8 @@ class RotatingMachine(Machine):
 
     def _cut(self, omega: float) -> Self:
         """The same in stretches that are short enough for a frequency [rad/s]."""
-        shafts = {name: one.cut(omega) for name, one in self.shafts.items()}
-        same = all(one is shafts[name] for name, one in self.shafts.items())
+        shafts = {name: shaft.cut(omega) for name, shaft in self.shafts.items()}
+        same = all(shaft is shafts[name] for name, shaft in self.shafts.items())
         return self if same else replace(self, shafts=shafts)
 
     def _met(self, omega: FloatArray, sense: float = 1.0, numbers: IntArray | None = None) -> FloatArray:
@@ -196,7 +196,7 @@ class RotatingMachine(Machine):
         `numbers` (n,), the lowest is 0, it is the value of that number which falls through zero; else the nearest.
         """
         found, cuts = omega.copy(), [self._cut(float(one)) for one in omega]
-        sizes = np.array([sum(one.size for one in cut.shafts.values()) for cut in cuts])
+        sizes = np.array([sum(shaft.size for shaft in cut.shafts.values()) for cut in cuts])
         for size in np.unique(sizes):
             here = np.flatnonzero(sizes == size)
             ranks = None if numbers is None else numbers[here]
@@ -264,7 +264,7 @@ class RotatingMachine(Machine):
         mass, _, stiffness, _, polar = self.slow
         squares = inverse_squares(mass - sense * polar, stiffness)
         speeds = np.sqrt(1.0 / squares[squares > _ROUNDED * squares.max()])
-        quick = min(one.quick for one in self.shafts.values())
+        quick = min(shaft.quick for shaft in self.shafts.values())
         lowest = np.sort(speeds[speeds <= quick])[:MODES]
         return np.sort(self._met(lowest, sense, np.arange(len(lowest))))
 
@@ -277,7 +277,7 @@ class RotatingMachine(Machine):
         n = len(moved)
         periods = np.linalg.eigvalsh(np.block([[-spin * turned, moved], [moved.T, np.zeros((n, n))]]))
         found = 1.0 / periods[np.abs(periods) > _REAL * np.abs(periods).max()]
-        return np.sort(found[np.abs(found) <= min(one.quick for one in self.shafts.values())])
+        return np.sort(found[np.abs(found) <= min(shaft.quick for shaft in self.shafts.values())])
 
     @cached_property
     def _at_rest(self) -> tuple[FloatArray, FloatArray]:
@@ -302,9 +302,9 @@ class RotatingMachine(Machine):
                 for j, b in ends:
                     turning[i, j] += a * b * joint.rotating
         start = len(self.masses)
-        for one in self.shafts.values():
-            stop = start + len(one.slow[0])
-            turning[start:stop, start:stop] += one.lags * one.slow[0]
+        for shaft in self.shafts.values():
+            stop = start + len(shaft.slow[0])
+            turning[start:stop, start:stop] += shaft.lags * shaft.slow[0]
             start = stop
         begun = _neutral(mass, damping + turning, turning, stiffness, polar)
         if begun is None:
@@ -323,7 +323,7 @@ class RotatingMachine(Machine):
         for _ in range(_NEWTON):
             here, steps = least(*at), 1e-6 * at
             slopes = [(least(*(at + move)) - least(*(at - move))) / (2.0 * move.sum()) for move in np.diag(steps)]
-            table = [[one.real for one in slopes], [one.imag for one in slopes]]
+            table = [[slope.real for slope in slopes], [slope.imag for slope in slopes]]
             step = np.linalg.solve(table, [-here.real, -here.imag])
             at = at + step
             if np.all(np.abs(step) <= 1e-13 * np.abs(at)):
@@ -348,9 +348,9 @@ class RotatingMachine(Machine):
         down = np.zeros(len(mass))
         down[: len(self.masses)] = [self.weights[name] for name in self.masses]
         start = len(self.masses)
-        for one in self.shafts.values():
-            stop = start + len(one.slow[0])
-            down[start:stop] = one.slow[1] @ np.tile([1.0, 0.0], (stop - start) // 2)
+        for shaft in self.shafts.values():
+            stop = start + len(shaft.slow[0])
+            down[start:stop] = shaft.slow[1] @ np.tile([1.0, 0.0], (stop - start) // 2)
             start = stop
         found = np.linalg.solve(scaled, GRAVITY * down / size) / size
         return {name: float(found[i]) for name, i in self._slow_places.items()}
@@ -358,9 +358,9 @@ class RotatingMachine(Machine):
     @cached_property
     def _slow_places(self) -> dict[str, int]:
         found, start = {name: i for i, name in enumerate(self.masses)}, len(self.masses)
-        for one in self.shafts.values():
-            found |= {point: start + one.place(point) for point in one.points}
-            start += len(one.slow[0])
+        for shaft in self.shafts.values():
+            found |= {point: start + shaft.place(point) for point in shaft.points}
+            start += len(shaft.slow[0])
         return found
 
 

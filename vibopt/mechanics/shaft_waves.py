@@ -104,18 +104,18 @@ class WhirlingShaft:
     @property
     def pieces(self) -> int:
         """Into how many each section is cut for slow motion."""
-        slender = [replace(one, shear=np.inf, rotary=0.0) for one in self.sections]
+        slender = [replace(section, shear=np.inf, rotary=0.0) for section in self.sections]
         longest = max(one.stretches(self.top, _SHORT) for one in slender)
         return max(_FEWEST, -(-_PIECES // len(self.sections)), longest)
 
     @property
     def quick(self) -> float:
         """Frequency up to which the whole is slow [rad/s]."""
-        return min(one.quick(self.pieces) for one in self.sections)
+        return min(section.quick(self.pieces) for section in self.sections)
 
     def cuts(self, omega: float) -> list[int]:
         """Number of each node where sections are cut so short."""
-        return [0, *np.cumsum([one.stretches(omega, _WHOLE) for one in self.sections]).tolist()]
+        return [0, *np.cumsum([section.stretches(omega, _WHOLE) for section in self.sections]).tolist()]
 
     def cut(self, omega: float) -> WhirlingShaft:
         """The same with its sections cut to stretches short enough for a frequency [rad/s].
@@ -126,12 +126,14 @@ class WhirlingShaft:
         counts = np.diff(node).tolist()
         if max(counts) == 1:
             return self
-        shorter = [replace(one, length=one.length / n) for one, n in zip(self.sections, counts, strict=True)]
+        shorter = [
+            replace(section, length=section.length / n) for section, n in zip(self.sections, counts, strict=True)
+        ]
         return replace(
             self,
             sections=tuple(one for one, n in zip(shorter, counts, strict=True) for _ in range(n)),
-            discs=tuple(replace(one, node=node[one.node]) for one in self.discs),
-            points={name: node[one] for name, one in self.points.items()},
+            discs=tuple(replace(disc, node=node[disc.node]) for disc in self.discs),
+            points={name: node[point] for name, point in self.points.items()},
         )
 
     def dynamic(
@@ -148,8 +150,8 @@ class WhirlingShaft:
         modulus = 1.0 + 1j * self.lags * (omega - spin) if braked and spin is not None else np.ones(1)
         each = _stiffness(kinds, square / modulus, (square - 2.0 * turned) / modulus) * modulus[:, None, None]
         found = np.zeros((len(square), self.size, self.size), dtype=each.dtype)
-        for i, one in enumerate(self.sections):
-            found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += each[kinds.index(one)]
+        for i, section in enumerate(self.sections):
+            found[:, 2 * i : 2 * i + 4, 2 * i : 2 * i + 4] += each[kinds.index(section)]
         for disc in self.discs:
             found[:, 2 * disc.node, 2 * disc.node] -= square * disc.mass
             found[:, 2 * disc.node + 1, 2 * disc.node + 1] -= square * disc.diametral - turned * disc.polar
@@ -214,7 +216,12 @@ def _stiffness(sections: tuple[Section, ...], square: Any, tilting: Any, pieces:
     pieces
         Into how many each section is cut; the stiffness is that of one of them.
     """
-    table = np.array([(one.length / pieces, one.bending, one.shear, one.mass, one.rotary) for one in sections])
+    table = np.array(
+        [
+            (section.length / pieces, section.bending, section.shear, section.mass, section.rotary)
+            for section in sections
+        ]
+    )
     long, bending, shear, mass, rotary = table.T[..., None]
     system = np.zeros((len(sections), len(square), 4, 4), dtype=np.result_type(square, tilting, float))
     system[..., 0, 1], system[..., 0, 2] = 1.0, bending / (shear * long**2)

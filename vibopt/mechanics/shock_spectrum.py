@@ -53,7 +53,7 @@ def spectra(mix: FloatArray, segments: tuple[Segment, ...], rates: FloatArray, r
     rates, ratios
         Natural frequencies [rad/s], above zero, and damping ratios, arrays that fit together.
     """
-    w, z = (one.ravel() for one in np.broadcast_arrays(np.asarray(rates, float), np.asarray(ratios, float)))
+    w, z = (array.ravel() for array in np.broadcast_arrays(np.asarray(rates, float), np.asarray(ratios, float)))
     shape = np.broadcast_shapes(np.shape(rates), np.shape(ratios))
     state, during = np.zeros((len(w), 2)), np.zeros((2, len(w)))
     for run in _runs(mix, segments):

@@ -53,7 +53,7 @@ class Slipping:
     def tops(self) -> tuple[FloatArray, FloatArray]:
         """Angle and size of the greatest place; not a number where no half cycle closes."""
         first, second = self.poles
-        slow, fast = (np.tanh(0.5 * pi * np.maximum(one.real, -200.0) + 0.5j * pi * one.imag) for one in self.poles)
+        slow, fast = (np.tanh(0.5 * pi * np.maximum(pole.real, -200.0) + 0.5j * pi * pole.imag) for pole in self.poles)
         apart = second - first
         half = 0.5 * pi * apart
         with np.errstate(all="ignore"):

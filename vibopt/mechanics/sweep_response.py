@@ -265,7 +265,7 @@ class Stretch:
         fast = ends.max(axis=0)
         near = np.clip(self.poles.imag, ends.min(axis=0), fast)
         away = np.hypot(near - self.poles.imag, self.poles.real)
-        size, *more = (_polynomial(np.abs(one), fast) for one in self.powers)
+        size, *more = (_polynomial(np.abs(power), fast) for power in self.powers)
         with np.errstate(divide="ignore", invalid="ignore"):
             short = abs(self.rate) / away
             later = sum((short**k * one for k, one in enumerate(more, start=1)), short / away * size)
@@ -327,7 +327,7 @@ class Stretch:
     def _series(self, speed: FloatArray, away: ComplexArray) -> ComplexArray:
         """As `_driven`, far from a pole; speeds and i W - pole, (n,)."""
         small, numbers = self.rate / away**2, np.arange(len(speed))
-        terms = np.array([_polynomial(one, speed) for one in self.powers], dtype=complex)
+        terms = np.array([_polynomial(power, speed) for power in self.powers], dtype=complex)
         whole, step, order = terms[0].copy(), self.rate / away, 1j * np.arange(len(terms))[:, None]
         for m in range(_TERMS):
             higher = step * terms[1:]
@@ -364,8 +364,8 @@ class Stretch:
 def _polynomial(powers: Numbers, speed: FloatArray) -> Numbers:
     """A polynomial at speeds, shape of `speed`."""
     found = np.full(np.shape(speed), powers[-1])
-    for one in powers[-2::-1]:
-        found = found * speed + one
+    for power in powers[-2::-1]:
+        found = found * speed + power
     return np.asarray(found)
 
 

@@ -111,13 +111,13 @@ class Transient:
     def _peaks(self, reading: Reading) -> Peaks:
         count = len(self.mass)
         found, begun, ended, seen = Peaks.none(count), 0, np.zeros(count), np.zeros((count, self.size))
-        for one in self.stretches:
-            seen = np.maximum(seen, np.abs(one.starts[..., : self.size]).max(axis=1))
-            best = greatest(one.a, self.row(reading, one.a / wide(self.rate * one.length)), one.starts,
-                            np.abs(found.value), one.along)  # fmt: skip
-            part = best.at * one.length
-            found.take(best.value, ended + best.start * one.length + part, begun + best.start, part)
-            begun, ended = begun + one.starts.shape[-2], ended + one.starts.shape[-2] * one.length
+        for stretch in self.stretches:
+            seen = np.maximum(seen, np.abs(stretch.starts[..., : self.size]).max(axis=1))
+            best = greatest(stretch.a, self.row(reading, stretch.a / wide(self.rate * stretch.length)), stretch.starts,
+                            np.abs(found.value), stretch.along)  # fmt: skip
+            part = best.at * stretch.length
+            found.take(best.value, ended + best.start * stretch.length + part, begun + best.start, part)
+            begun, ended = begun + stretch.starts.shape[-2], ended + stretch.starts.shape[-2] * stretch.length
         self.behind.follow(reading, found, begun, ended, seen)
         return found
 
@@ -130,7 +130,7 @@ class Transient:
         """One machine of many, in a row."""
         those = slice(index, index + 1)
         return replace(self, mass=self.mass[those], damping=self.damping[those], stiffness=self.stiffness[those],
-                       segments=tuple(one.of(those) for one in self.segments))  # fmt: skip
+                       segments=tuple(segment.of(those) for segment in self.segments))  # fmt: skip
 
     @cached_property
     def behind(self) -> Behind:
@@ -154,11 +154,11 @@ class Transient:
     def _samples(self, reading: Reading, behind: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
         """Times [s] and values at them, (..., n, many): of each segment of a stretch, and of what follows so long."""
         ended: FloatArray = np.zeros(())
-        for one in self.stretches:
-            parts, values = self._sampled(reading, one.a, one.starts, one.length)
-            begins = ended[..., None] + np.arange(one.starts.shape[-2]) * one.length[..., None]
-            yield begins[..., None] + parts * wide(one.length), values
-            ended = ended + one.starts.shape[-2] * one.length
+        for stretch in self.stretches:
+            parts, values = self._sampled(reading, stretch.a, stretch.starts, stretch.length)
+            begins = ended[..., None] + np.arange(stretch.starts.shape[-2]) * stretch.length[..., None]
+            yield begins[..., None] + parts * wide(stretch.length), values
+            ended = ended + stretch.starts.shape[-2] * stretch.length
         a, start = self.onward(self.left)
         parts, values = self._sampled(reading, a * wide(self.rate * behind), start[..., None, :], behind)
         yield wide(ended) + parts * wide(behind), values
@@ -176,14 +176,14 @@ class Transient:
         """The reading so many seconds behind the beginning of a segment, each (...), as of a peak of a like machine."""
         within, part = np.broadcast_arrays(within, part)
         begun, found = 0, np.zeros(within.shape, dtype=np.result_type(self.own, reading.row, reading.rates))
-        for one in self.stretches:
-            inside = (within >= begun) & (within < begun + one.starts.shape[-2])
+        for stretch in self.stretches:
+            inside = (within >= begun) & (within < begun + stretch.starts.shape[-2])
             if inside.any():
-                which = np.clip(within - begun, 0, one.starts.shape[-2] - 1)
-                starts = np.take_along_axis(one.starts, which[..., None, None], axis=-2)[..., 0, :]
-                row = self.row(reading, one.a / wide(self.rate * one.length))
-                found = np.where(inside, _moved(row, one.a * wide(part / one.length), starts), found)
-            begun += one.starts.shape[-2]
+                which = np.clip(within - begun, 0, stretch.starts.shape[-2] - 1)
+                starts = np.take_along_axis(stretch.starts, which[..., None, None], axis=-2)[..., 0, :]
+                row = self.row(reading, stretch.a / wide(self.rate * stretch.length))
+                found = np.where(inside, _moved(row, stretch.a * wide(part / stretch.length), starts), found)
+            begun += stretch.starts.shape[-2]
         if (within >= begun).any():
             a, start = self.onward(self.left)
             found = np.where(within >= begun, _moved(self.row(reading, a), a * wide(self.rate * part), start), found)
@@ -198,14 +198,14 @@ class Transient:
     def history(self, reading: Reading, times: FloatArray) -> FloatArray:
         """The reading of a lone machine at times [s] that rise, (n,)."""
         found, ended = np.zeros(len(times)), 0.0
-        for one in self.stretches:
-            length = float(one.length)
-            through = ended + len(one.starts) * length
+        for stretch in self.stretches:
+            length = float(stretch.length)
+            through = ended + len(stretch.starts) * length
             inside = np.flatnonzero((times >= ended * (1.0 - _JOINED)) & (times < through * (1.0 - _JOINED)))
             parts = (times[inside] - ended) / length
-            which = np.minimum((parts * (1.0 + _JOINED) + _JOINED).astype(int), len(one.starts) - 1)
-            row = self.row(reading, one.a / (self.rate * length))
-            found[inside] = _read(row, one.a, np.clip(parts - which, 0.0, 1.0), one.starts[which])
+            which = np.minimum((parts * (1.0 + _JOINED) + _JOINED).astype(int), len(stretch.starts) - 1)
+            row = self.row(reading, stretch.a / (self.rate * length))
+            found[inside] = _read(row, stretch.a, np.clip(parts - which, 0.0, 1.0), stretch.starts[which])
             ended = through
         a, begin = self.onward(self.left)
         behind = np.flatnonzero(times >= ended * (1.0 - _JOINED))
@@ -264,7 +264,7 @@ class Transient:
         """A rate [1/s] that none of the first n coordinates has by itself."""
         stiff, damped = (root.mT @ one[..., :n, :n] @ root for one in (self.parts[2], self.parts[1]))
         fast = np.sqrt(_row_sum(stiff.real)) + _row_sum(damped.real)
-        return np.where(fast > 0.0, fast, 1.0 / sum(one.length for one in self.segments))
+        return np.where(fast > 0.0, fast, 1.0 / sum(segment.length for segment in self.segments))
 
     @cached_property
     def rate(self) -> FloatArray:

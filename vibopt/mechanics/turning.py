@@ -102,7 +102,7 @@ def _real_roots(level: list[Any]) -> FloatArray:
     roots = np.where(np.abs(inverse.imag) <= 1e-7 * np.abs(inverse), 1.0 / inverse.real, np.nan)
     for _ in range(3):
         value, slope = rows[-1], np.zeros(rows.shape[1:])
-        for one in rows[-2::-1]:
-            value, slope = value * roots + one, slope * roots + value
+        for row in rows[-2::-1]:
+            value, slope = value * roots + row, slope * roots + value
         roots = roots - value / slope
     return np.asarray(roots)

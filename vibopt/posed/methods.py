@@ -47,7 +47,7 @@ def solver_of(job: Any, method: str) -> Callable[..., Any]:
         found = run(named)
         if found.u is None:
             return found
-        chosen = tuple(-1 if one is None else 0 for one in question.options)
+        chosen = tuple(-1 if option is None else 0 for option in question.options)
         return replace(found, u=found.u + named.fixed if len(named.fixed) else found.u, chosen=chosen)
 
     return solver
@@ -147,13 +147,13 @@ def ran(program: NonlinearProgram, margin: float = 0.0) -> tuple[dict[str, Any],
 def _engine_by_ipopt(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     """The choices of an engine by IPOPT, in the place of `vibopt.balancing.lengths.least`."""
     paths = engine.plain_names(box)
-    program = engine.smooth(goal, [(f"limit {k}", one) for k, one in enumerate(limits)], box, paths)
+    program = engine.smooth(goal, [(f"limit {k}", limit) for k, limit in enumerate(limits)], box, paths)
     word = ""
     for margin in MARGINS:
         values, word = ran(program, margin)
         found = [values[path] for path in paths]
         flat = [part for z in found[len(box.shares) :] for part in (z.real, z.imag)]
         x = into_box(np.array([*found[: len(box.shares)], *flat], dtype=float), box)
-        if all(one.value(x) <= one.limit * (1.0 + KEPT) for one in limits):
+        if all(limit.value(x) <= limit.limit * (1.0 + KEPT) for limit in limits):
             return Least(x, goal.value(x), -np.inf, "feasible", _claim(word))
     return Least(None, np.nan, -np.inf, "unproven", f"IPOPT ends without weights that keep the limits: {word}")

@@ -71,8 +71,8 @@ class NonlinearProgram:
 
         point = np.array(x, dtype=float).ravel()
         found = {}
-        for path, one in self.variables.items():
-            numbers = np.array(casadi.Function("value", [self.x], [one])(point)).ravel()
+        for path, variable in self.variables.items():
+            numbers = np.array(casadi.Function("value", [self.x], [variable])(point)).ravel()
             found[path] = complex(*numbers) if len(numbers) == 2 else float(numbers[0])
         return found
 

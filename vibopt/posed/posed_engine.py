@@ -26,9 +26,9 @@ Limits = Sequence[tuple[str, Lengths]]
 
 def asked(job: EngineJob) -> tuple[Lengths, Limits, Box, tuple[str, ...]]:
     """Goal, limits by path, bounds and the path of each share and weight, of an engine whose cranks are given."""
-    here = arms(job, tuple(one or 0.0 for one in job.cranks))
-    limits = [(f"limits.{name}", lengths(one, here, one.bound)) for name, one in job.limits.items()]
-    paths = [f"engine.{one.name}" for one in free_shares(job)]
+    here = arms(job, tuple(crank or 0.0 for crank in job.cranks))
+    limits = [(f"limits.{name}", lengths(limit, here, limit.bound)) for name, limit in job.limits.items()]
+    paths = [f"engine.{share.name}" for share in free_shares(job)]
     paths += [f"{job.weights[k].family}.{job.weights[k].name}" for k in free_weights(job)]
     return lengths(goal_table(job), here), limits, box_of(job), tuple(paths)
 
@@ -51,7 +51,7 @@ def convex(goal: Lengths, limits: Limits, box: Box, paths: Sequence[str], *, mar
     first = len(box.shares)
     shares = [cp.Variable(name=path) for path in paths[:first]]
     weights = [cp.Variable(complex=True, name=path) for path in paths[first:]]
-    columns = [*shares, *(part(one) for one in weights for part in (cp.real, cp.imag))]
+    columns = [*shares, *(part(weight) for weight in weights for part in (cp.real, cp.imag))]
 
     def measure(one: Lengths, size: float) -> Any:
         rows = [column * (one.slope[:, k] / size) for k, column in enumerate(columns)]
@@ -78,7 +78,7 @@ def choices(problem: Any, box: Box, paths: Sequence[str]) -> FloatArray:
 def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     """The best choices by cvxpy, with our own bound, in the place of `vibopt.balancing.lengths.least`."""
     paths, size = plain_names(box), size_of(goal)
-    named = [(f"limit {k}", one) for k, one in enumerate(limits)]
+    named = [(f"limit {k}", limit) for k, limit in enumerate(limits)]
     bound = -np.inf
     for margin in (0.0, 2e-9, 2e-8):
         problem = convex(goal, named, box, paths, margin=margin)
@@ -88,7 +88,7 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
             claim = f"cvxpy finds no weights that keep the limits (Clarabel: {run.status}), which is not proven here"
             return Least(None, np.nan, -np.inf, "unproven", claim)
         x = into_box(choices(problem, box, paths), box)
-        if all(one.value(x) <= one.limit * (1.0 + 1e-9) for one in limits):
+        if all(limit.value(x) <= limit.limit * (1.0 + 1e-9) for limit in limits):
             break
     value = goal.value(x)
     gap = relative_gap(value, bound, size)

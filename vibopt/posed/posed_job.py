@@ -52,17 +52,17 @@ def named_rotor(job: RotorJob) -> Named:
     of, _, _, whole = asked_of(job)
     job, question = of.job, whole.question
     limits = []
-    for one in job.residual_limits:
-        own = np.array(rows_of(job, one.sensor, one.speed))
+    for limit in job.residual_limits:
+        own = np.array(rows_of(job, limit.sensor, limit.speed))
         times = question.n_readings // whole.n_rows if job.goal.robust == "worst" else 1
         rows = np.concatenate([own + k * whole.n_rows for k in range(times)])
-        limits.append((f"limits.{one.name}", rows, np.full(len(rows), one.at_most)))
+        limits.append((f"limits.{limit.name}", rows, np.full(len(rows), limit.at_most)))
     caps = []
     for index, plane in enumerate(job.planes):
-        own_limits = [one for one in job.correction_limits if one.plane == index and one.at_most <= plane.cap]
+        own_limits = [limit for limit in job.correction_limits if limit.plane == index and limit.at_most <= plane.cap]
         least = min(own_limits, key=lambda one: one.at_most, default=None)
         caps.append(f"limits.{least.name}" if least is not None else f"planes.{plane.name}.{_cap_word(plane.kind)}")
-    total = next((f"limits.{one.name}" for one in job.correction_limits if one.plane is None), "limits.total")
+    total = next((f"limits.{limit.name}" for limit in job.correction_limits if limit.plane is None), "limits.total")
     return Named.of(question, tuple(f"planes.{plane.name}" for plane in job.planes), limits, caps, total)
 
 

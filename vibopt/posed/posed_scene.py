@@ -40,11 +40,14 @@ def posed_scene(scene: Scene) -> Posed:
 
 def _measured(scene: Scene, values: Mapping[str, float]) -> Design:
     """The machine with values [SI] for what was to be chosen, the goal among its measures no more."""
-    left = [one.path for one in scene.variables if one.path not in values]
+    left = [variable.path for variable in scene.variables if variable.path not in values]
     if left or len(values) > len(scene.variables):
-        asked = ", ".join(one.path for one in scene.variables)
+        asked = ", ".join(variable.path for variable in scene.variables)
         raise InputError(f"{scene.name}: a design has a value for each of {asked}, and nothing else.")
-    texts = {one.path: f"{float(values[one.path])!r} {si_unit(one.dimension)}".strip() for one in scene.variables}
+    texts = {
+        variable.path: f"{float(values[variable.path])!r} {si_unit(variable.dimension)}".strip()
+        for variable in scene.variables
+    }
     document = changed(scene.document, texts)
     return solve(from_dict({key: one for key, one in document.items() if key != "goal"}, name=scene.name))
 
@@ -102,7 +105,7 @@ class Ipopt:
         """A local optimum, which keeps every limit at its exact peaks."""
         exchange = Exchange(program)
         y, missed = exchange.run()
-        speeds = sum(len(one) for one in exchange.samples.speeds.values())
+        speeds = sum(len(speed) for speed in exchange.samples.speeds.values())
         details = {"exchanges": exchange.rounds, "speeds": speeds}
         if y is None:
             claim = f"IPOPT ends where a limit is missed by {missed:.1e} of its bound ({exchange.words})"
@@ -126,7 +129,7 @@ class Cvxpy:
         """The best design, as far as the gap by our own bound goes."""
         stated = Convex(program)
         run, missed = stated.solve()
-        details = {"exchanges": stated.rounds, "speeds": sum(len(one) for one in stated.speeds.values())}
+        details = {"exchanges": stated.rounds, "speeds": sum(len(speed) for speed in stated.speeds.values())}
         if not run.claims or missed > EXACT:
             word = f"missed by {missed:.1e} of a bound" if run.claims else run.status
             claim = f"cvxpy finds no design (Clarabel: {word}), which is not proven here"

@@ -74,7 +74,7 @@ class Named:
         rows = np.flatnonzero(np.isfinite(question.limits))
         planes = planes or tuple(f"planes.{k}" for k in range(question.n_planes))
         limits = (("limits.readings", rows, question.limits[rows]),) if len(rows) else ()
-        return cls.of(question, planes, limits, [f"{one}.cap" for one in planes], "limits.total")
+        return cls.of(question, planes, limits, [f"{plane}.cap" for plane in planes], "limits.total")
 
     @property
     def free(self) -> list[int]:
@@ -357,7 +357,7 @@ class _Smooth:
                 self.rows += [(named.caps[k], side, False) for side in sides]
         if np.isfinite(q.total_cap):
             if q.goal == "correction":
-                heads = [one for one in self.unknowns if str(one).startswith("mass of")]
+                heads = [unknown for unknown in self.unknowns if str(unknown).startswith("mass of")]
                 self.rows.append((named.total, sum(heads[1:], heads[0]) * named.size / q.total_cap - 1.0, False))
             else:
                 heads = [self.amount(k) for k in self.parts]

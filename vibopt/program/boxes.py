@@ -94,9 +94,9 @@ def amplitude_on(boxes: Boxes, line: Line, power: int) -> Scalar:
     """amplitude * frequency**power of a line on boxes that lie within one piece of it each."""
     speed, wide = boxes.middle[:, -1], boxes.half[:, -1]
     pieces = line.amplitude.pieces
-    which = np.searchsorted([one.band.high for one in pieces[:-1]], speed, side="left")
+    which = np.searchsorted([piece.band.high for piece in pieces[:-1]], speed, side="left")
     first, steep, own = (
-        np.array([getattr(one, key) for one in pieces])[which] for key in ("constant", "slope", "power")
+        np.array([getattr(piece, key) for piece in pieces])[which] for key in ("constant", "slope", "power")
     )
     k, size = own + float(power), abs(line.order) ** power
     bent, tilted = first * k * (k - 1.0), steep * k * (k + 1.0)

@@ -68,7 +68,11 @@ class Samples:
     def add(self, index: int, drive: str, speeds: Sequence[float]) -> bool:
         """Look at more speeds; whether any was new."""
         known = self.speeds.setdefault((index, drive), [])
-        fresh = [one for one in speeds if np.isfinite(one) and all(abs(one - old) > 1e-9 * abs(one) for old in known)]
+        fresh = [
+            speed
+            for speed in speeds
+            if np.isfinite(speed) and all(abs(speed - old) > 1e-9 * abs(speed) for old in known)
+        ]
         known.extend(fresh)
         return bool(fresh)
 
@@ -177,7 +181,7 @@ class SampledProgram:
             return
         sense = 1.0 if limit.side == "at_most" else -1.0
         logs = self._logs(limit.model, limit.form, index, samples, limit.bound, sense)
-        self.rows += [sense * one for one in logs]
+        self.rows += [sense * log for log in logs]
 
     def _goal(self, aim: Aim, index: int, samples: Samples) -> Any:
         """The goal; on several machines one unknown that none of them passes."""
@@ -189,7 +193,7 @@ class SampledProgram:
                 start = 1.0 if self.squared else 0.0
                 self.worst, self.typical = self._unknown("t", start), self._typical(aim, aim.form.harmonic, samples)
             logs = self._logs(aim.model, aim.form, index, samples, self.typical, aim.sense)
-            grown = [casadi.exp(2.0 * one) if self.squared else one for one in logs]
+            grown = [casadi.exp(2.0 * log) if self.squared else log for log in logs]
             self.rows += [aim.sense * one - self.worst for one in grown]
             return self.worst
         size = aim.form.value(aim.model, x)
@@ -252,7 +256,7 @@ class SampledProgram:
             shares.append(share)
             if len(speeds):
                 logs.append(sense * self._drive(model, form, drive, speeds, bound) - share * sense)
-        rows = [sense * row for one in logs for row in casadi.vertsplit(one)]
+        rows = [sense * row for log in logs for row in casadi.vertsplit(log)]
         if not several:
             return rows
         power = 2.0 if form.combine == "rss" else 1.0
@@ -287,7 +291,7 @@ class SampledProgram:
         squares = [self._square(sampled(model, output, line, speeds, self.reference), bounds) for line in lines]
         if form.combine == "rss" or len(squares) == 1:
             return 0.5 * casadi.log(sum(squares[1:], squares[0]))
-        return casadi.log(sum(casadi.sqrt(one) for one in squares))
+        return casadi.log(sum(casadi.sqrt(square) for square in squares))
 
     def _square(self, line: Sampled, bounds: FloatArray) -> Any:
         """|N|^2 / (bound |D|)^2 at each sample, a column; kept within 1e-14 and 1e14."""

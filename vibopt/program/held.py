@@ -28,9 +28,9 @@ def held(program: Program, x: FloatArray, free: Sequence[int]) -> Program:
     def moved(part: Part) -> Part:
         return replace(part, model=smaller(part.model), form=part.form.held(x, chosen))
 
-    limits = tuple(moved(one) for one in program.limits)
+    limits = tuple(moved(limit) for limit in program.limits)
     aim = program.aim
     if aim is not None:
-        aim = replace(moved(aim), others=tuple(moved(one) for one in aim.others))
+        aim = replace(moved(aim), others=tuple(moved(other) for other in aim.others))
     axes = tuple(program.axes[i] for i in chosen)
     return replace(program, model=smaller(program.model), axes=axes, limits=limits, aim=aim)

@@ -100,8 +100,8 @@ def _aim(scene: Scene, goal: Goal, full: Model, reduce: bool) -> Aim:
 
 def _ties(scene: Scene) -> Iterator[Tie]:
     places = {variable.path: i for i, variable in enumerate(scene.variables)}
-    for one in bound_parts(scene):
-        yield Tie(one.path, tuple(places[path] for path in one.paths), one.table, one.names)
+    for part in bound_parts(scene):
+        yield Tie(part.path, tuple(places[path] for path in part.paths), part.table, part.names)
 
 
 def ratings(full: Model, *, reduce: bool = True) -> Iterator[Limit]:
@@ -125,7 +125,7 @@ def ratings(full: Model, *, reduce: bool = True) -> Iterator[Limit]:
 def _pressing(full: Model, name: str) -> FloatArray:
     """Row that reads how far a mount is pressed along its own axis under the weights; below zero it is lifted."""
     first = full.ends[name][0]
-    hangs = not any(one == first or one.startswith(f"{first}.") for one in full.points)
+    hangs = not any(point == first or point.startswith(f"{first}.") for point in full.points)
     up = full.axes[name][2] >= 0.0
     return full.links[name] * (1.0 if up == hangs else -1.0)
 

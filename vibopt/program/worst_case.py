@@ -60,7 +60,7 @@ def around(scene: Scene, x: FloatArray) -> Program:
 
 def doubts_at(scene: Scene, x: FloatArray) -> tuple[Uncertain, ...]:
     """Numbers that may be off at a design x (n_vars,)."""
-    return uncertain_at(scene, {one.path: float(v) for one, v in zip(scene.variables, x, strict=True)})
+    return uncertain_at(scene, {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)})
 
 
 def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Aim]:
@@ -149,7 +149,7 @@ class _Hunt:
 
     def best_corner(self) -> Hit:
         corners = self.corners()
-        values = np.array([self.value(one) for one in corners])
+        values = np.array([self.value(corner) for corner in corners])
         index = foremost(values, least=self.sign < 0.0)
         factors, value = corners[index], float(values[index])
         return Hit(self._without_idle(factors, value, 1e-13), value, True, self.tried)
@@ -205,8 +205,8 @@ class _Hunt:
         """From the middle, from corners and from factors given, up along exact slopes."""
         few = 2 ** int(self.free.sum()) <= _FEW_CORNERS
         starts = [*near, *(self.corners() if few else ())] if quick and near else self._everywhere(near)
-        values = [self.value(one) for one in starts]
-        order = np.argsort([-self.sign * float(f"{one:.9g}") for one in values], kind="stable")
+        values = [self.value(start) for start in starts]
+        order = np.argsort([-self.sign * float(f"{value:.9g}") for value in values], kind="stable")
         reached = [(starts[order[0]], values[order[0]])]
         for index in order[:_STARTS]:
             if not np.isfinite(values[order[0]]):

@@ -44,7 +44,7 @@ class Part:
     @property
     def words(self) -> str:
         """All of it as one sentence."""
-        said = [f"{key.replace('_', ' ')} {one.shown}" for key, one in self.numbers.items()]
+        said = [f"{key.replace('_', ' ')} {number.shown}" for key, number in self.numbers.items()]
         return f"on {self.on}: {', '.join(said)}"
 
 
@@ -94,7 +94,7 @@ class Modes:
 
 def chosen_in(design: Design) -> dict[str, float]:
     """Value of each variable by path [SI]."""
-    return {one.path: float(v) for one, v in zip(design.scene.variables, design.x, strict=True)}
+    return {variable.path: float(v) for variable, v in zip(design.scene.variables, design.x, strict=True)}
 
 
 def has_absorbers(design: Design) -> bool:
@@ -189,19 +189,21 @@ def strokes(design: Design) -> Strokes | None:
     if not bars:
         return None
     scene = design.scene
-    given = [one.at_most for one in scene.limits.values() if isinstance(one, Stroke) and one.at_most is not None]
-    sizes = [one.value for one in bars if isfinite(one.value)] + [one.limit for one in bars if one.limit is not None]
+    given = [
+        limit.at_most for limit in scene.limits.values() if isinstance(limit, Stroke) and limit.at_most is not None
+    ]
+    sizes = [bar.value for bar in bars if isfinite(bar.value)] + [bar.limit for bar in bars if bar.limit is not None]
     around = set(scene.absorbers) <= turning(scene)
     dimension = "angle" if around else "length"
     unit = given[0].unit if given else best_unit(max(sizes, default=1.0), dimension)
     factor = to_unit(1.0, unit, dimension)
-    said = tuple(f"{show(one.value, unit, dimension, amplitude=True)} at {at_words({'': one.at})}" for one in bars)
+    said = tuple(f"{show(bar.value, unit, dimension, amplitude=True)} at {at_words({'': bar.at})}" for bar in bars)
     bare_unit = unit if unit.endswith(("pp", "rms", "pk")) else f"{unit} pk"
     return Strokes(
         label=f"stroke [{bare_unit}]",
         bars=bars,
-        values=tuple(one.value * factor for one in bars),
-        limits=tuple(None if one.limit is None else one.limit * factor for one in bars),
+        values=tuple(bar.value * factor for bar in bars),
+        limits=tuple(None if bar.limit is None else bar.limit * factor for bar in bars),
         words=said,
     )
 
@@ -209,7 +211,7 @@ def strokes(design: Design) -> Strokes | None:
 def modes(design: Design) -> Modes | None:
     """Natural frequencies without and with absorbers; None without steady excitations."""
     scene = design.scene
-    steady = {name: one for name, one in scene.excitations.items() if one.sort == "steady"}
+    steady = {name: excitation for name, excitation in scene.excitations.items() if excitation.sort == "steady"}
     if not has_absorbers(design) or not steady:
         return None
     chosen = chosen_in(design)

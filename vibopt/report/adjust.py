@@ -74,7 +74,7 @@ def adjusting(design: Design) -> tuple[Adjusting, ...]:
     if not has_absorbers(design):
         return ()
     program, x = pose(design.scene), np.array(design.x, dtype=float)
-    if all(one.form.powers is not None for one in program.parts):
+    if all(part.form.powers is not None for part in program.parts):
         return ()
     found = []
     for name, table in design.scene.absorbers.items():
@@ -97,7 +97,7 @@ class _Worse:
 
     def __init__(self, program: Program, x: FloatArray, name: str, slack: float) -> None:
         self.x, self.name, self.slack = x, name, slack
-        self.limits = [one for one in program.limits if one.form.powers is None]
+        self.limits = [limit for limit in program.limits if limit.form.powers is None]
         aim = program.aim if program.aim is not None and program.aim.form.powers is None else None
         self.aim = aim
         self.level = 0.0
@@ -106,7 +106,7 @@ class _Worse:
         self.because = ""
 
     def __call__(self, s: float) -> float:
-        missed = {one.name: self._missed(one, s) for one in self.limits}
+        missed = {limit.name: self._missed(limit, s) for limit in self.limits}
         if self.aim is not None and 0.0 < self.level < math.inf:
             here = self._worst(self.aim.model, self.aim.form, self.aim.sense < 0, s)
             grown = _log(here / self.level) * self.aim.sense
@@ -127,10 +127,10 @@ class _Worse:
     def _worst(self, model: Model, form: Form, least_wanted: bool, s: float) -> float:
         off = math.exp(s)
         terms = tuple(
-            replace(one, scale=one.scale * off, static_scale=one.static_scale * off)
-            if one.owner == self.name and one.kind in (STIFFNESS, HYSTERETIC)
-            else one
-            for one in model.terms
+            replace(term, scale=term.scale * off, static_scale=term.static_scale * off)
+            if term.owner == self.name and term.kind in (STIFFNESS, HYSTERETIC)
+            else term
+            for term in model.terms
         )
         return form.worst(replace(model, terms=terms), self.x, least_wanted=least_wanted).value
 

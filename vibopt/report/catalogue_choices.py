@@ -21,7 +21,7 @@ MOST_NAMES = 6
 
 def tied(scene: Scene) -> dict[str, str]:
     """Path of the part of every number that a part brings."""
-    return {path: one.path for one in bound_parts(scene) for path in one.paths}
+    return {path: part.path for part in bound_parts(scene) for path in part.paths}
 
 
 def choices_of(design: Design) -> list[dict[str, Any]]:

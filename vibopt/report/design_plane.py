@@ -82,25 +82,25 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
     if pair is None:
         return None
     program = pose(design.scene)
-    slow = any(one.form.harmonic is not None and one.form.harmonic.rigid_link for one in program.limits)
+    slow = any(limit.form.harmonic is not None and limit.form.harmonic.rigid_link for limit in program.limits)
     slow |= program.model.n_free >= LARGE or any(part.form.screened for part in program.parts)
     whole = np.array(design.x) if len(design.x) == len(design.scene.variables) else None
     variables = [design.scene.variables[i] for i in pair]
     best = None if whole is None else (float(whole[pair[0]]), float(whole[pair[1]]))
     side = SMALL_SIDE if slow else MIDDLE_SIDE if absorber and program.model.n_free > 2 else SIDE
-    axes = [_values(one, best[i] if best else None, side) for i, one in enumerate(variables)]
+    axes = [_values(variable, best[i] if best else None, side) for i, variable in enumerate(variables)]
     if design.scene.absorbers and best is not None:
         axes = [(_closer(values, here), log) for (values, log), here in zip(axes, best, strict=True)]
     grid = np.stack(np.meshgrid(axes[0][0], axes[1][0]), axis=-1)
     flat = np.tile(whole if whole is not None else np.zeros(2), (grid[..., 0].size, 1))
     flat[:, list(pair)] = grid.reshape(-1, 2)
     shape = grid.shape[:2]
-    units = [_unit(one, values) for one, (values, _) in zip(variables, axes, strict=True)]
+    units = [_unit(variable, values) for variable, (values, _) in zip(variables, axes, strict=True)]
     shown = [
         PlaneAxis(_axis_words(design, program.aim, i, unit), _scaled(values, unit, design.scene.variables[i]), log)
         for i, unit, (values, log) in zip(pair, units, axes, strict=True)
     ]
-    excesses = [_excess(one, flat) for one in program.limits]
+    excesses = [_excess(limit, flat) for limit in program.limits]
     goal, label = _goal(design, program.aim, flat, shape)
     if goal is None and design.scene.absorbers:
         goal, label = _worst_of(design, program.limits, excesses, shape)
@@ -123,7 +123,7 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
 
 def _chosen_words(design: Design, variables: Sequence[Variable]) -> str:
     """What was chosen for both, a line each."""
-    chosen = [one.path for one in variables if one.path in design.variables]
+    chosen = [variable.path for variable in variables if variable.path in design.variables]
     return "\n".join(f"{_plain(path)} {design.variables[path].value.shown}" for path in chosen)
 
 
@@ -164,12 +164,16 @@ def _pair(design: Design, absorber: str) -> tuple[int, int] | None:
     """Which two variables are the axes."""
     variables = design.scene.variables
     if not absorber:
-        plain = len(variables) == 2 and all(one.values is None for one in variables)
+        plain = len(variables) == 2 and all(variable.values is None for variable in variables)
         return (0, 1) if plain else None
     if len(design.x) != len(variables):
         return None
     order = {word: rank for rank, words in enumerate((_SPRINGS, _DAMPERS, _MASSES)) for word in words}
-    own = [i for i, one in enumerate(variables) if one.path.startswith(f"absorbers.{absorber}.") and one.values is None]
+    own = [
+        i
+        for i, variable in enumerate(variables)
+        if variable.path.startswith(f"absorbers.{absorber}.") and variable.values is None
+    ]
     own.sort(key=lambda i: order.get(variables[i].path.split(".")[2], len(order)))
     return (own[0], own[1]) if len(own) >= 2 else None
 

@@ -43,15 +43,15 @@ class _Asked:
 
 
 def _asked(scene: Scene, model: Model, rows: Mapping[str, Checked]) -> Iterator[_Asked]:
-    for where, one in scene.responses.items():
-        if isinstance(one, HarmonicResponse):
-            form = cast("Rubbing", form_of(scene, model, one))
-            yield _Asked(where, one, form, rows.get(where.partition(".")[2]))
+    for where, response in scene.responses.items():
+        if isinstance(response, HarmonicResponse):
+            form = cast("Rubbing", form_of(scene, model, response))
+            yield _Asked(where, response, form, rows.get(where.partition(".")[2]))
 
 
 def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """What equivalent viscous damping would say, where friction bounds a resonance, and where the start decides."""
-    model, x, notes = model_of(scene), np.array([chosen[one.path] for one in scene.variables]), list[str]()
+    model, x, notes = model_of(scene), np.array([chosen[variable.path] for variable in scene.variables]), list[str]()
     endless: set[float] = set()
     for one in _asked(scene, model, {}):
         worst = one.form.worst(model, x)

@@ -161,7 +161,7 @@ def _torques(design: Design, name: str) -> Panel | None:
     scene = design.scene
     motor, chosen = (
         motor_of(scene.excitations[name]),
-        dict(zip([one.path for one in scene.variables], design.x, strict=True)),
+        dict(zip([variable.path for variable in scene.variables], design.x, strict=True)),
     )
     if motor is None:
         return None
@@ -193,7 +193,7 @@ def _torques(design: Design, name: str) -> Panel | None:
 
 def _end(model: Model, form: PeakInTime, peak: Peak, x: FloatArray) -> float:
     """To where a history is shown [s]: the load, some periods behind it, and the peak."""
-    load = sum(one.length for one in form.segments)
+    load = sum(segment.length for segment in form.segments)
     modes = natural_frequencies(model, model.values(x))
     slow = modes[modes > 0.0].min(initial=np.inf)
     behind = _PERIODS * 2.0 * np.pi / float(slow) if np.isfinite(slow) else load

@@ -90,11 +90,11 @@ def mode_block(design: Design, shapes: list[Shape]) -> Block:
     rows = [
         (
             plain(number),
-            Entry(one.frequency, "angular_rate", "Hz"),
-            Entry(one.damping, "ratio", digits=3) if one.damping is not None else "",
-            one.words if one.frequency > 0.0 else f"{one.words}: free, nothing holds it",
+            Entry(shape.frequency, "angular_rate", "Hz"),
+            Entry(shape.damping, "ratio", digits=3) if shape.damping is not None else "",
+            shape.words if shape.frequency > 0.0 else f"{shape.words}: free, nothing holds it",
         )
-        for number, one in enumerate(shapes[:MOST_MODES], start=1)
+        for number, shape in enumerate(shapes[:MOST_MODES], start=1)
     ]
     more = len(shapes) - MOST_MODES
     title = f"{MODES}{_without(design)}{f' (the first {MOST_MODES} of {len(shapes)})' if more > 0 else ''}"
@@ -135,7 +135,7 @@ def isolators_of(scene: Scene, machine: Machine, shapes: list[Shape] | None = No
     told = shapes_of(machine) if shapes is None else shapes
     found = []
     for ends, names in _groups(machine):
-        joints = [one for one in machine.joints if one.name in names]
+        joints = [joint for joint in machine.joints if joint.name in names]
         mode = None if machine.in_space or machine.on_structures else _mode(machine, joints)
         found.append(
             Isolator(
@@ -154,11 +154,11 @@ def _groups(machine: Machine) -> list[tuple[tuple[str, str], list[str]]]:
     """Two ends and the names of what is between them, where that is a spring; mounts in space by group."""
     names: dict[tuple[str, str], list[str]] = {}
     held: set[tuple[str, str]] = set()
-    for one in machine.joints:
-        if one.name not in machine.tuned:
-            ends = one.ends[::-1] if one.ends[::-1] in names else one.ends
-            names.setdefault(ends, []).append(one.name)
-            held |= {ends} if one.stiffness > 0.0 else set()
+    for joint in machine.joints:
+        if joint.name not in machine.tuned:
+            ends = joint.ends[::-1] if joint.ends[::-1] in names else joint.ends
+            names.setdefault(ends, []).append(joint.name)
+            held |= {ends} if joint.stiffness > 0.0 else set()
     found = [(ends, some) for ends, some in names.items() if ends in held]
     if is_in_space(machine):
         found += [(machine.mount(singles[0]).ends, [group]) for group, singles in machine.groups.items()]
@@ -170,8 +170,8 @@ def _mode(machine: Machine, joints: list[Joint]) -> tuple[int, float] | None:
     omega, modes = machine.mode_shapes()
     rows = {name: machine.row(name) @ modes for name in machine.masses}
     still = np.zeros(len(omega))
-    apart = [rows.get(one.ends[1], still) - rows.get(one.ends[0], still) for one in joints]
-    energy = np.sum([one.stiffness * stretch**2 for one, stretch in zip(joints, apart, strict=True)], axis=0)
+    apart = [rows.get(joint.ends[1], still) - rows.get(joint.ends[0], still) for joint in joints]
+    energy = np.sum([joint.stiffness * stretch**2 for joint, stretch in zip(joints, apart, strict=True)], axis=0)
     share = np.divide(energy, omega**2, out=np.zeros(len(omega)), where=omega > 0.0)
     best = int(np.argmax(share))
     return (best + 1, float(min(share[best], 1.0))) if share[best] > 0.0 else None
@@ -183,17 +183,17 @@ def _support(ends: tuple[str, str]) -> str:
 
 def _sag(scene: Scene, machine: Machine, names: list[str]) -> Checked | None:
     """Of the group the greatest; of a machine that is not held none."""
-    found = [row for one in names if (row := asked(scene, machine, "static_deflection", of=one)) is not None]
+    found = [row for name in names if (row := asked(scene, machine, "static_deflection", of=name)) is not None]
     return max(found, key=lambda row: row.value.value, default=None)
 
 
 def _along(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator[tuple[str, Checked]]:
     """Into a support of what shakes a body, and of a body from the base that shakes; at own speeds the least."""
-    for name, one in scene.excitations.items():
-        if one.sort != "steady":
+    for name, excitation in scene.excitations.items():
+        if excitation.sort != "steady":
             continue
         for here, there in (ends, ends[::-1]):
-            words = {"of": here} if there == one.on else {"into": there}
+            words = {"of": here} if there == excitation.on else {"into": there}
             held = there == GROUND or there in scene.bases
             row = asked(scene, machine, "isolation", **words, due_to=[name]) if held else None
             if row is not None:
@@ -202,13 +202,13 @@ def _along(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator[tu
 
 def _in_space(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator[tuple[str, Checked]]:
     """As along a line, way by way: of the force that comes through most, or of the body's motion beside its base's."""
-    for name, one in scene.excitations.items():
-        lines = one.lines(np.ones(1)) if one.sort == "steady" else ()
+    for name, excitation in scene.excitations.items():
+        lines = excitation.lines(np.ones(1)) if excitation.sort == "steady" else ()
         for here, there in (ends, ends[::-1]) if len(lines) == 1 else ():
-            held, moved = there == GROUND or there in scene.bases, there == one.on
-            if not held or one.family != ("bases" if moved else "bodies"):
+            held, moved = there == GROUND or there in scene.bases, there == excitation.on
+            if not held or excitation.family != ("bases" if moved else "bodies"):
                 continue
-            for said, way, share in _ways(one):
+            for said, way, share in _ways(excitation):
                 kind, words = ("displacement", {"of": here}) if moved else ("transmitted_force", {"into": there})
                 row = asked(scene, machine, kind, **words, direction=way, due_to=[name])
                 if row is None or name not in row.worst_at:

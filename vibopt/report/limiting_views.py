@@ -191,7 +191,7 @@ def _support(design: Design, model: Model, machine: Machine, peak: _Asked, room:
     if peak.response.response == "peak_acceleration":
         return (body, support) if peak.response.of == body else None  # type: ignore[attr-defined]
     heavy = [name for name, mass in machine.masses.items() if mass > 0.0]
-    between = all(not set(one.ends) & fixed or set(one.ends) & fixed == held for one in machine.joints)
+    between = all(not set(joint.ends) & fixed or set(joint.ends) & fixed == held for joint in machine.joints)
     doubtful = any(one.path.startswith("bodies.") for one in uncertain(design.scene))
     into, through = getattr(peak.response, "into", None), getattr(peak.response, "through", None)
     alone = into == support or (into == body and len(machine.masses) == 1)

@@ -78,8 +78,10 @@ def lifted(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     machine, found = machine_of(scene, chosen), []
     for name, mount in scene.mounts.items():
         asked = any(
-            one.response == "static_load" and one.at_least is not None and str(getattr(one, "of", "")).startswith(name)
-            for one in scene.limits.values()
+            limit.response == "static_load"
+            and limit.at_least is not None
+            and str(getattr(limit, "of", "")).startswith(name)
+            for limit in scene.limits.values()
         )
         rated = mount.part is not None and mount.part.rated_min is not None
         from vibopt.responses.space_responses import StaticLoadOfMount
@@ -100,8 +102,8 @@ def unasked(scene: Scene) -> list[str]:
     for name, mount in scene.mounts.items():
         for key, response in (("rating", "static_load"), ("gap", "travel")):
             asked = any(
-                one.response == response and str(getattr(one, "of", "")).split(".")[0] == name
-                for one in scene.limits.values()
+                limit.response == response and str(getattr(limit, "of", "")).split(".")[0] == name
+                for limit in scene.limits.values()
             )
             if getattr(mount, key) is not None and not asked:
                 found.append(
@@ -115,19 +117,19 @@ def needless(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """A hint for every absorber whose mass is the least that is allowed."""
     fewer = {1: "none may do", 2: "one absorber may do"}.get(len(scene.absorbers), "one absorber less may do")
     return [
-        f"{one.path} rests on the least that is allowed: {fewer}; try without it (vibopt explain does)."
-        for one in scene.variables
-        if one.path.startswith("absorbers.")
-        and one.path.rsplit(".", 1)[-1] in ("mass", "mass_ratio", "inertia")
-        and one.values is None
-        and chosen[one.path] <= one.low * (1.0 + 1e-9)
+        f"{variable.path} rests on the least that is allowed: {fewer}; try without it (vibopt explain does)."
+        for variable in scene.variables
+        if variable.path.startswith("absorbers.")
+        and variable.path.rsplit(".", 1)[-1] in ("mass", "mass_ratio", "inertia")
+        and variable.values is None
+        and chosen[variable.path] <= variable.low * (1.0 + 1e-9)
     ]
 
 
 def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """A warning of bodies that are held less than ten times as stiffly as what stands on them."""
     machine = machine_of(scene, chosen)
-    mounts = [one for one in machine.joints if one.name not in machine.tuned]
+    mounts = [joint for joint in machine.joints if joint.name not in machine.tuned]
     softest: dict[str, tuple[float, str]] = {}
     for mount in mounts:
         floor = mount.ends[1]
@@ -147,7 +149,7 @@ def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def static_shapes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """Of beams with a mass, how good their static shape is at the highest frequency that is asked."""
-    if not any(one.spreads_mass for one in scene.links.values()):
+    if not any(link.spreads_mass for link in scene.links.values()):
         return []
     from vibopt.scene.drives import highest_asked
 
@@ -167,7 +169,7 @@ def static_shapes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """What is said of peaks in time of a machine without any damping, which rings on for ever."""
-    if not any(one.sort == "transient" for one in scene.responses.values()):
+    if not any(response.sort == "transient" for response in scene.responses.values()):
         return []
     machine = machine_of(scene, chosen)
     damping = machine.matrices()[1]
@@ -187,15 +189,19 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 def duration_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """At which duration each response to a pulse of unknown duration is greatest, and how that is known."""
     notes = []
-    for where, one in scene.responses.items():
-        between = durations_of(scene, one) if isinstance(one, TransientResponse) and one.combine is None else None
+    for where, response in scene.responses.items():
+        between = (
+            durations_of(scene, response)
+            if isinstance(response, TransientResponse) and response.combine is None
+            else None
+        )
         if between is None:
             continue
         from vibopt.program.pose import form_of
         from vibopt.scene.assemble import model_of
 
         model = model_of(scene)
-        form = cast("PeakOverDurations", form_of(scene, model, one))
+        form = cast("PeakOverDurations", form_of(scene, model, response))
         value, found = form.worst_of(model, np.array([chosen[each.path] for each in scene.variables]))
         if np.isfinite(value):
             low, high, at = (show(each, best_unit(each, "time"), "time") for each in (*between, found))
@@ -212,11 +218,11 @@ def _slow(machine: Machine) -> bool:
 
 def left_out(scene: Scene) -> list[str]:
     """Steady excitations that the greatest in time does not count."""
-    steady = [name for name, one in scene.excitations.items() if one.sorts == ("steady",)]
+    steady = [name for name, excitation in scene.excitations.items() if excitation.sorts == ("steady",)]
     alone = [
         where
-        for where, one in scene.responses.items()
-        if isinstance(one, TransientResponse) and one.combine is None and one.due_to is None
+        for where, response in scene.responses.items()
+        if isinstance(response, TransientResponse) and response.combine is None and response.due_to is None
     ]
     if not steady or not alone:
         return []
@@ -228,7 +234,7 @@ def left_out(scene: Scene) -> list[str]:
 
 def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """How noises add up, and why a root mean square is infinite."""
-    random = {where: one for where, one in scene.responses.items() if isinstance(one, RandomResponse)}
+    random = {where: response for where, response in scene.responses.items() if isinstance(response, RandomResponse)}
     notes = []
     if any(len(names_for(scene, one)) > 1 for one in random.values()):
         notes.append("White noises are taken as independent: their mean squares add.")

@@ -75,18 +75,18 @@ def sketch_of(design: Design) -> Sketch:
     tables = {link: (family, name, table) for family, name, table in devices(scene) for link in table.joins(name)}
     links = tuple(_link(design, link, two, *tables[link]) for link, two in joined.items())
     shakes = tuple(
-        Shake(name, str(one.on or ""), shake_words(scene, name), one.on in supports(scene))
-        for name, one in scene.excitations.items()
+        Shake(name, str(excitation.on or ""), shake_words(scene, name), excitation.on in supports(scene))
+        for name, excitation in scene.excitations.items()
     )
     looks = {**scene.limits, **scene.measures}
-    sites = tuple(dict.fromkeys(place for one in looks.values() for place, _ in one.places().values()))
+    sites = tuple(dict.fromkeys(place for look in looks.values() for place, _ in look.places().values()))
     return Sketch(tuple(_piece(design, name, name in still) for name in names), links, shakes, sites, notes_of(scene))
 
 
 def notes_of(scene: Scene) -> tuple[str, ...]:
     """Where the machine is looked at, in a sentence."""
     looks = {**scene.limits, **scene.measures}
-    said = [f"{name}: {one.response.replace('_', ' ')} {place_of(one)}".rstrip() for name, one in looks.items()]
+    said = [f"{name}: {look.response.replace('_', ' ')} {place_of(look)}".rstrip() for name, look in looks.items()]
     more = f"; and {len(said) - MOST_SITES} more" if len(said) > MOST_SITES else ""
     return (f"Looked at (circles): {'; '.join(said[:MOST_SITES])}{more}.",) if said else ()
 
@@ -107,7 +107,7 @@ def _link(design: Design, link: str, two: tuple[str, str], family: str, name: st
     placed, bought = design.places.get(f"{path}.part"), given.get("part")
     part = placed.value if placed is not None else bought.get("name", "") if isinstance(bought, Mapping) else ""
     numbers = [drawn(str(part), LONGEST)] if part else list(_numbers(design, path, _NUMBERS))[:3]
-    many = next((one.removeprefix("count ") for one in _numbers(design, path, ("count",))), "1")
+    many = next((number.removeprefix("count ") for number in _numbers(design, path, ("count",))), "1")
     if many != "1":  # of each, not of all together
         numbers = [f"{many} x {numbers[0]}", *numbers[1:]] if numbers else [f"{many} alike"]
         numbers = numbers if part or len(numbers[0]) > LONGEST else [f"{numbers[0]} each", *numbers[1:]]

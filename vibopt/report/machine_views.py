@@ -75,8 +75,8 @@ def own_json(design: Design) -> dict[str, Any]:
     """Variables and places, parts to build, the set of good speeds, the model, tolerances, choices."""
     return {
         "variables": {
-            **{path: _placed(one) for path, one in design.places.items()},
-            **{path: _chosen(one) for path, one in design.variables.items()},
+            **{path: _placed(place) for path, place in design.places.items()},
+            **{path: _chosen(variable) for path, variable in design.variables.items()},
         },
         **({} if not design.scene.absorbers else {"build": {one.name: one for one in parts_of(design)}}),
         "set": None if design.found is None else design.found,
@@ -156,8 +156,8 @@ def _at_ends(design: Design) -> Block:
     names = list(ends[0].rows) if ends else []
     return table(
         "Measured at the ends",
-        ("", *(one.value.shown for one in ends)),
-        [(name, *(one.rows[name].value for one in ends)) for name in names],
+        ("", *(end.value.shown for end in ends)),
+        [(name, *(end.rows[name].value for end in ends)) for name in names],
     )
 
 
@@ -170,11 +170,16 @@ def _values(design: Design) -> list[tuple[str | Value, ...]]:
         if part in design.places
     }
     placed: list[tuple[str | Value, ...]] = [
-        (path, one.value, f"chosen from {one.among or ', '.join(one.options)}") for path, one in design.places.items()
+        (path, place.value, f"chosen from {place.among or ', '.join(place.options)}")
+        for path, place in design.places.items()
     ]
     return placed + [
-        (path, one.value, ENDS.get(one.at_bound, "") or brought.get(path, f"chosen from {ranges.get(path, '')}"))
-        for path, one in design.variables.items()
+        (
+            path,
+            variable.value,
+            ENDS.get(variable.at_bound, "") or brought.get(path, f"chosen from {ranges.get(path, '')}"),
+        )
+        for path, variable in design.variables.items()
         if ".part." not in path
     ]
 
@@ -182,7 +187,7 @@ def _values(design: Design) -> list[tuple[str | Value, ...]]:
 def _shelf(design: Design) -> list[Block]:
     """The best choices from a catalogue, what was dropped, and what free values would do."""
     choices, free = choice_rows(design), free_words(design)
-    costs = "" if not any(one[2] for one in choices) else "Price"
+    costs = "" if not any(choice[2] for choice in choices) else "Price"
     heads = ("Order", "Goal", costs, "Tightest limit")
     best = [Block(f"The best {len(choices)} choices", heads=heads, rows=tuple(choices))] if len(choices) > 1 else []
     order = Block("Stiffness and damping made to order", TEXT, (free,) if free else ())

@@ -54,7 +54,7 @@ def verdict(design: Design) -> str:
     """What the first line of the answer says behind its status, without its proof."""
     if design.found is not None and design.status != "check_failed":
         return found_words(design)
-    broken = listed([f'"{name}"' for name, one in design.limits.items() if not one.met])
+    broken = listed([f'"{name}"' for name, limit in design.limits.items() if not limit.met])
     said = _PLAIN[design.status].format(broken=broken or "a limit")
     if design.status == "met" and not design.limits:
         said = "no limit was set; the measures below are what was asked"
@@ -104,12 +104,14 @@ def tolerance_rows(design: Design) -> list[tuple[str, str, str]]:
     rows = []
     if design.goal is not None and both.goal is not None:
         rows.append((design.goal[0], both.goal.shown, design.goal[1].shown))
-    bought = {path for one in bound_parts(design.scene) for path in one.paths}
+    bought = {path for part in bound_parts(design.scene) for path in part.paths}
     for path, name in both.parts.items():
         rows.append((path, name, design.places[path].value if path in design.places else "none"))
-    for path, one in both.variables.items():
+    for path, variable in both.variables.items():
         if path not in bought:
-            rows.append((path, one.shown, design.variables[path].value.shown if path in design.variables else "none"))
+            rows.append(
+                (path, variable.shown, design.variables[path].value.shown if path in design.variables else "none")
+            )
     return rows
 
 
@@ -132,7 +134,7 @@ def range_words(variable: Variable) -> str:
         if len(variable.choice.options) > MOST_LISTED:
             ends = (_short(one, variable) for one in (variable.low, variable.high))
             return f"one of {len(variable.choice.options)} values from {' to '.join(ends)}"
-        return "one of " + ", ".join(_short(one, variable) for one in variable.choice.options)
+        return "one of " + ", ".join(_short(option, variable) for option in variable.choice.options)
     low, high = _short(variable.low, variable), _short(variable.high, variable)
     whole = ", whole" if variable.choice.whole else ""
     if not isfinite(variable.high):
@@ -150,7 +152,7 @@ def _short(value: float, variable: Variable) -> str:
 def quiet_notes(design: Design, notes: Iterable[str]) -> list[str]:
     """Without the reading of amplitudes where nothing that is asked is one: then it changes nothing."""
     asked = design.scene.responses.values()
-    return [one for one in notes if one != PEAK or any(response.amplitude for response in asked)]
+    return [note for note in notes if note != PEAK or any(response.amplitude for response in asked)]
 
 
 def model_words(design: Design) -> str:
@@ -179,8 +181,8 @@ def _all_words(design: Design) -> list[str]:
     """By how much every limit at once has to give way, as the nearest design shows."""
     near = design.nearest
     rows = [] if near is None else list(near.limits.values())
-    worst = max((-one.margin for one in rows), default=0.0)
-    sides = {one.side for one in rows}
+    worst = max((-row.margin for row in rows), default=0.0)
+    sides = {row.side for row in rows}
     if len(rows) < 2 or not 0.0 < worst < (9.0 if sides == {"at_most"} else 1.0) or "outside" in sides:
         return []
     return [f"With every limit wider by {outward(100.0 * worst, 'at_most'):.12g} % all could hold."]
@@ -208,7 +210,7 @@ def next_step(design: Design) -> tuple[str, str]:
         return _WHY
     if design.status == "check_failed":
         return "", ""
-    exact = any(one.values is None for one in scene.variables) and "rounded" not in design.details
+    exact = any(variable.values is None for variable in scene.variables) and "rounded" not in design.details
     if scene.finds == "values":
         (one,) = scene.variables
         ends = "..".join(show(end, one.unit, one.dimension, digits=6) for end in (one.low, one.high))
@@ -233,16 +235,16 @@ def _wider(design: Design) -> str:
     """
     from vibopt.scene.read import with_changes
 
-    for one in design.scene.variables:
-        chosen = design.variables.get(one.path)
+    for variable in design.scene.variables:
+        chosen = design.variables.get(variable.path)
         end = chosen.at_bound if chosen is not None else ""
-        wide = {"from": 0.5 * one.low, "to": 2.0 * one.high}.get(end, 0.0)
+        wide = {"from": 0.5 * variable.low, "to": 2.0 * variable.high}.get(end, 0.0)
         if not 0.0 < wide < inf:
             continue
-        change = show(wide, one.unit, one.dimension, digits=3)
+        change = show(wide, variable.unit, variable.dimension, digits=3)
         with suppress(InputError):
-            with_changes(design.scene, {f"{one.path}.{end}": change})
-            return f'--set {one.path}.{end}="{change}"'
+            with_changes(design.scene, {f"{variable.path}.{end}": change})
+            return f'--set {variable.path}.{end}="{change}"'
     return ""
 
 
@@ -274,12 +276,12 @@ def notes_of(scene: Scene) -> list[str]:
 
 def _says_amplitude(scene: Scene) -> bool:
     """Whether an amplitude is given or bounded without a word that says peak, pp or rms."""
-    given = [getattr(one, key) for one in scene.excitations.values() for key in _amplitudes(one)]
+    given = [getattr(excitation, key) for excitation in scene.excitations.values() for key in _amplitudes(excitation)]
     if any(isinstance(one, Fact) and not split_detector(one.unit)[1] for one in given):
         return True
-    bounds = [bound for one in scene.limits.values() if one.amplitude for bound in (one.at_most, one.at_least)]
+    bounds = [bound for limit in scene.limits.values() if limit.amplitude for bound in (limit.at_most, limit.at_least)]
     return any(bound is not None and bound.detector is None for bound in bounds) or any(
-        one.amplitude and not one.unit for one in scene.measures.values()
+        measure.amplitude and not measure.unit for measure in scene.measures.values()
     )
 
 

@@ -154,10 +154,10 @@ def words_of(parts: Sequence[Part]) -> str:
     """Motions in words, the greatest first; those with little of the energy are left out."""
     if not parts:
         return ""
-    several = len({one.body for one in parts}) > 1
+    several = len({part.body for part in parts}) > 1
     if not several and parts[0].way in ("", "turn"):
         return f"{parts[0].body} {'turns' if parts[0].way else 'moves'}"
-    said = [parts[0], *(one for one in parts[1 : 2 if several else MOST_SAID] if one.share >= WORTH_SAYING)]
+    said = [parts[0], *(part for part in parts[1 : 2 if several else MOST_SAID] if part.share >= WORTH_SAYING)]
     words = []
     for i, one in enumerate(said):
         who = one.body if several and (i == 0 or one.body != said[i - 1].body) else ""

@@ -53,7 +53,7 @@ def balancing_document(design: Design) -> dict[str, Any]:
     scene, machine = design.scene, machine_in(design)
     if machine is None:
         raise InputError(f"{scene.name}: there is no design ({design.status}), so no rotor to balance.")
-    sensors, planes = _sensors(scene), [disc.name for one in scene.rotors.values() for disc in one.discs]
+    sensors, planes = _sensors(scene), [disc.name for rotor in scene.rotors.values() for disc in rotor.discs]
     there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
     for lacks in (words for words, one in there.items() if not one):
         raise InputError(f"{scene.name}: {lacks}")
@@ -62,9 +62,9 @@ def balancing_document(design: Design) -> dict[str, Any]:
     speeds = _speeds(scene, machine, sensors)
     effects = {plane: _effects(scene, design, machine, plane, list(sensors), speeds) for plane in planes}
     found = sum(
-        one.swung * part * _effects(scene, design, machine, place, list(sensors), speeds)
-        for one in scene.excitations.values()
-        for place, part in one.acts.items()
+        excitation.swung * part * _effects(scene, design, machine, place, list(sensors), speeds)
+        for excitation in scene.excitations.values()
+        for place, part in excitation.acts.items()
     )
     written = [f"{speed * _RPM:.15g} rpm" for speed in speeds]
     runs = [
@@ -81,7 +81,7 @@ def balancing_document(design: Design) -> dict[str, Any]:
         for j, point in enumerate(sensors)
         for plane in planes
     ]
-    limits = {key: row for one in sensors.values() for limit in one for key, row in _limits(scene, limit, speeds)}
+    limits = {key: row for sensor in sensors.values() for limit in sensor for key, row in _limits(scene, limit, speeds)}
     return {
         "title": f"Balancing of {scene.title}, modelled",
         "conventions": _CONVENTIONS,
@@ -110,7 +110,7 @@ def _sensors(scene: Scene) -> dict[str, list[str]]:
 
 def _asked(scene: Scene) -> list[tuple[str, Response]]:
     goal = [] if scene.goal is None else [("", scene.goal.response)]
-    return [*scene.limits.items(), *((f"measures.{key}", one) for key, one in scene.measures.items()), *goal]
+    return [*scene.limits.items(), *((f"measures.{key}", measure) for key, measure in scene.measures.items()), *goal]
 
 
 def _limits(scene: Scene, name: str, speeds: FloatArray) -> Iterator[tuple[str, dict[str, str]]]:
@@ -175,7 +175,7 @@ def _effects(
 ) -> ComplexArray:
     """Displacement of points per unbalance at a place, (n_speeds, n_points) [m per kg m], agreed on by both routes."""
     model, chosen = model_of(scene), chosen_in(design)
-    p = model.values(np.array([chosen[one.path] for one in scene.variables]))
+    p = model.values(np.array([chosen[variable.path] for variable in scene.variables]))
     moved = motion(model, p, model.points[place].astype(complex), speeds)
     one = np.array([moved @ model.points[point] for point in points]).T * speeds[:, None] ** 2
     shaken = machine.shake(speeds, {place: (speeds**2).astype(complex)}, {})

@@ -30,17 +30,17 @@ _SPEEDS, _TURNS, _ROOM = 400, 181, 1.25
 def orbit_panels(design: Design, model: Model) -> list[Panel]:
     """Every response against the speed, each under it with its orbit where it is a displacement."""
     x, panels, seen = np.array(design.x), list[Panel](), set[tuple[str, str]]()
-    for where, one in design.scene.responses.items():
-        if not isinstance(one, HarmonicResponse) or (one.response, place_of(one)) in seen:
+    for where, response in design.scene.responses.items():
+        if not isinstance(response, HarmonicResponse) or (response.response, place_of(response)) in seen:
             continue
-        seen.add((one.response, place_of(one)))
-        forms = [cast("Orbit", form_of(design.scene, model, each)) for each in members(design.scene, one)]
+        seen.add((response.response, place_of(response)))
+        forms = [cast("Orbit", form_of(design.scene, model, each)) for each in members(design.scene, response)]
         form = max(forms, key=lambda each: each.value(model, x))
         for drive in form.shaken:
-            panels.append(_against_speed(design, model, x, where, one, replace(form, shaken=(drive,))))
+            panels.append(_against_speed(design, model, x, where, response, replace(form, shaken=(drive,))))
             worst = form.worst(model, x)
-            if one.response == "displacement" and isfinite(worst.value) and worst.speeds[drive.name] > 0.0:
-                panels.append(_orbit(design, model, x, one, form, worst.speeds[drive.name]))
+            if response.response == "displacement" and isfinite(worst.value) and worst.speeds[drive.name] > 0.0:
+                panels.append(_orbit(design, model, x, response, form, worst.speeds[drive.name]))
     return panels
 
 

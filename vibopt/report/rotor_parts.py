@@ -23,10 +23,10 @@ def rotors_of(design: Design) -> list[Rotor]:
 
 def _rotor(design: Design, name: str, table: RotorTable) -> Rotor:
     sections, left = [], 0.0
-    for number, one in enumerate(table.sections, start=1):
-        wide = _known(design, f"rotors.{name}.sections.{number}.diameter", one.diameter)
-        sections.append((left, left + one.length.value, wide, bore(one) * wide))
-        left += one.length.value
+    for number, section in enumerate(table.sections, start=1):
+        wide = _known(design, f"rotors.{name}.sections.{number}.diameter", section.diameter)
+        sections.append((left, left + section.length.value, wide, bore(section) * wide))
+        left += section.length.value
     discs = []
     for number, disc in enumerate(table.discs, start=1):
         path = f"rotors.{name}.discs.{number}"

@@ -24,8 +24,11 @@ _SAME = 5e-3
 
 def run_up_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """Each response in a run-up beside the steady vibration at the same speeds; run-ups that nothing asks of."""
-    once = {where: one for where, one in scene.responses.items() if isinstance(one, TransientResponse)}
-    machine, rising = machine_of(scene, chosen), [n for n, one in scene.excitations.items() if one.ramp is not None]
+    once = {where: response for where, response in scene.responses.items() if isinstance(response, TransientResponse)}
+    machine, rising = (
+        machine_of(scene, chosen),
+        [n for n, excitation in scene.excitations.items() if excitation.ramp is not None],
+    )
     notes, told = [], set[str]()
     for where, one in once.items():
         [name, *_] = names = names_for(scene, one)
@@ -75,8 +78,8 @@ def _beside(scene: Scene, machine: Machine, where: str, name: str, response: Tra
 def _never(scene: Scene, machine: Machine, name: str) -> list[str]:
     """That a run-up passes no natural frequency."""
     unit, band = scene.excitations[name].speed.unit, band_of(scene.excitations[name])
-    modes = [float(one) for one in machine.natural_frequencies()]
-    if any(band.low <= one <= band.high for one in modes):
+    modes = [float(frequency) for frequency in machine.natural_frequencies()]
+    if any(band.low <= mode <= band.high for mode in modes):
         return []
     near = min(modes, key=lambda one: max(band.low - one, one - band.high))
     return [

@@ -86,7 +86,7 @@ def heights(
 ) -> tuple[tuple[float, float], bool]:
     """Span of the y axis, and whether it is logarithmic."""
     values = np.concatenate([curve.y[np.isfinite(curve.y)] for curve in curves])
-    named = [one.bound for one in zones] + [one.y for one in marks if isfinite(one.y)]
+    named = [zone.bound for zone in zones] + [mark.y for mark in marks if isfinite(mark.y)]
     if split_detector(unit)[0] == "dB":
         low, high = float(np.percentile(values, 1)), float(np.percentile(values, 99))
         low, high = min([low, *named]), max([high, *named])

@@ -72,24 +72,24 @@ class _Page:
 
     def _notes(self) -> list[str]:
         notes = list(self.sketch.notes)
-        far = [one.words.replace("\n", " ") for one in self.sketch.shakes if self._crowded(one.on)]
+        far = [shake.words.replace("\n", " ") for shake in self.sketch.shakes if self._crowded(shake.on)]
         if far:
             notes.insert(0, f"Shaken by {'; '.join(far)}.")
         return [line for words in notes for line in wrap(words, int(self.width * 17))]
 
     def _shaken(self, name: str) -> str:
         """The excitations of a box in words, to stand beside it; "" where there is no room."""
-        words = [one.words for one in self.sketch.shakes if one.on == name]
+        words = [shake.words for shake in self.sketch.shakes if shake.on == name]
         if len(words) <= 1:
             return "".join(words)
         more = [f"and {len(words) - MOST_SHAKES} more"] if len(words) > MOST_SHAKES else []
-        return "\n".join([*(one.replace("\n", " ") for one in words[:MOST_SHAKES]), *more])
+        return "\n".join([*(word.replace("\n", " ") for word in words[:MOST_SHAKES]), *more])
 
     def _crowded(self, name: str) -> bool:
         """Whether the boxes of a level with the words beside them are wider than the page."""
         if name not in self.level:
             return True
-        row = [one.name for one in self.sketch.boxes if self.level[one.name] == self.level[name]]
+        row = [box.name for box in self.sketch.boxes if self.level[box.name] == self.level[name]]
         return sum(self._room(one) for one in row) > self.width - 0.1
 
     def _tall(self, gap: int) -> float:
@@ -111,7 +111,7 @@ class _Page:
         """Middles of the boxes of a level: above what they stand on, beside each other where that is the same."""
         found: dict[str, float] = {}
         for k in range(self.count):
-            row = [one.name for one in self.sketch.boxes if self.level[one.name] == k]
+            row = [box.name for box in self.sketch.boxes if self.level[box.name] == k]
             below = {name: self._below(name, found) for name in row}
             row.sort(key=lambda name: below[name])
             room = [min(self._room(name), (self.width - 0.1) / len(row)) for name in row]
@@ -121,21 +121,21 @@ class _Page:
 
     def _room(self, name: str) -> float:
         """Inches that a box takes with the words on both sides of its middle."""
-        own = wide(next(one.words for one in self.sketch.boxes if one.name == name), SMALL)
-        words = [one.words for one in self.sketch.links if name in one.ends and self._gap(one) == self.level[name]]
-        right = max((wide(one, SMALL) + 0.2 for one in words), default=0.0)
+        own = wide(next(box.words for box in self.sketch.boxes if box.name == name), SMALL)
+        words = [link.words for link in self.sketch.links if name in link.ends and self._gap(link) == self.level[name]]
+        right = max((wide(word, SMALL) + 0.2 for word in words), default=0.0)
         if self._shaken(name):
             right = max(right, 0.5 * own + 0.35 + wide(self._shaken(name), SMALL))
         return 2.0 * max(right, 0.5 * own + 0.2)
 
     def _below(self, name: str, placed: dict[str, float]) -> float:
         ends = [other for link in self.sketch.links for other in link.ends if name in link.ends and other in placed]
-        return float(np.mean([placed[one] for one in ends])) if ends else 0.5 * self.width
+        return float(np.mean([placed[end] for end in ends])) if ends else 0.5 * self.width
 
     def _past_joints(self, name: str) -> list[Link]:
         """Links down from a box past a joint on which it stands, too."""
         down = [one for one in self.sketch.links if name in one.ends and self._gap_of(one)[1] == self.level[name]]
-        on_joints = any(one.joint for one in self.sketch.boxes for link in down if one.name in link.ends)
+        on_joints = any(box.joint for box in self.sketch.boxes for link in down if box.name in link.ends)
         return [one for one in down if on_joints and self.level[name] - self._gap_of(one)[0] > 1]
 
     def _half(self, name: str) -> float:
@@ -146,17 +146,17 @@ class _Page:
 
     def _own_half(self, name: str) -> float:
         if name == GROUND:
-            row = sum(self.level[one.name] == 0 for one in self.sketch.boxes)
+            row = sum(self.level[box.name] == 0 for box in self.sketch.boxes)
             return 0.46 * self.width / row
-        [words] = [one.words for one in self.sketch.boxes if one.name == name]
-        above = [one for one in self.sketch.links if name in one.ends and self.level[name] < self._gap(one)]
-        below = [one for one in self.sketch.links if name in one.ends and one not in above]
+        [words] = [box.words for box in self.sketch.boxes if box.name == name]
+        above = [link for link in self.sketch.links if name in link.ends and self.level[name] < self._gap(link)]
+        below = [link for link in self.sketch.links if name in link.ends and link not in above]
         room = (self.width - 0.1) / sum(self.level[one] == self.level[name] for one in self.x)
         return min(max(0.5 * wide(words, SMALL) + 0.08, 0.2 * max(len(above), len(below)) + 0.1), 0.42 * room)
 
     def _gap(self, link: Link) -> int:
         """The gap below the upper end; of two ends side by side the one above them."""
-        low, high = sorted(self.level[one] for one in link.ends)
+        low, high = sorted(self.level[end] for end in link.ends)
         return high if low < high else high + 1
 
     def _lane(self, link: Link) -> float:
@@ -178,7 +178,7 @@ class _Page:
         return min(max(self.x[b] + shift * 2.0 * self._half(b), low), high)
 
     def _gap_of(self, link: Link) -> tuple[int, int]:
-        low, high = sorted(self.level[one] for one in link.ends)
+        low, high = sorted(self.level[end] for end in link.ends)
         return (low, high)
 
     def draw(self, canvas: Canvas) -> None:
@@ -186,8 +186,8 @@ class _Page:
         axes = canvas.part(Box(0.0, self.height, self.width), origin=(0.0, LINE * len(notes) + 0.15))
         for link in self.sketch.links:
             self._link(axes, link)
-        for one in self.sketch.boxes:
-            self._box(axes, one.name, one.words, one.still)
+        for box in self.sketch.boxes:
+            self._box(axes, box.name, box.words, box.still)
         for name in self.x:
             self._shake(axes, name)
         for gap in range(self.count + 1):
@@ -248,11 +248,11 @@ class _Page:
 
     def _shake(self, axes: Any, name: str) -> None:
         """What shakes a box beside it: forces from above, a motion to and fro."""
-        shakes = [one for one in self.sketch.shakes if one.on == name]
+        shakes = [shake for shake in self.sketch.shakes if shake.on == name]
         if not shakes:
             return
         x, y = self.x[name] + self._half(name) + 0.08, self.bottom[self.level[name]]
-        shape = "<|-|>" if any(one.motion for one in shakes) else "-|>"
+        shape = "<|-|>" if any(shake.motion for shake in shakes) else "-|>"
         style = {"arrowstyle": shape, "color": BLUE, "lw": 1.5, "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0}
         axes.annotate("", (x, y), xytext=(x, y + BODY), arrowprops=style, zorder=5)
         if not self._crowded(name):
@@ -265,9 +265,9 @@ def levels(sketch: Sketch) -> dict[str, int]:
 
     A joint stands below the body that it holds, wherever it leads to what carries both.
     """
-    light = {one.name for one in sketch.boxes if one.joint}
-    level = {one.name: 0 for one in sketch.boxes if one.still}
-    left = [one.ends for one in sketch.links]
+    light = {box.name for box in sketch.boxes if box.joint}
+    level = {box.name: 0 for box in sketch.boxes if box.still}
+    left = [link.ends for link in sketch.links]
     if not level and left:
         level[left[0][1]] = 0
     while left:
@@ -277,7 +277,7 @@ def levels(sketch: Sketch) -> dict[str, int]:
         a, b = near if near[0] in level else near[::-1]
         level.setdefault(a, 0)
         level.setdefault(b, level[a] + 1)
-    return {one.name: level.get(one.name, 0) for one in sketch.boxes}
+    return {box.name: level.get(box.name, 0) for box in sketch.boxes}
 
 
 def _symbols(axes: Any, link: Link, start: tuple[float, float], stop: tuple[float, float]) -> None:

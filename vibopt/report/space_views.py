@@ -48,11 +48,11 @@ def views_figure(machine: SpaceMachine, scene: Scene, title: str = "") -> Figure
         return None
     sites = [*_shaken(machine, scene), *_named(machine, scene)]
     centres = {name: np.asarray(one.centre) for name, one in machine.rigid.items()}
-    places = np.array([[*one.at] for one in spots] + [one.at for one in sites] + list(centres.values()))
+    places = np.array([[*spot.at] for spot in spots] + [site.at for site in sites] + list(centres.values()))
     low, high = places.min(axis=0), places.max(axis=0)
     size = np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-3))
-    words = [drawn(one.name, 16) for one in spots] + [one.words.split("\n")[0] for one in sites]
-    column = max(wide(one, SMALL) for one in words) + 0.12
+    words = [drawn(spot.name, 16) for spot in spots] + [site.words.split("\n")[0] for site in sites]
+    column = max(wide(word, SMALL) for word in words) + 0.12
     notes = _notes(scene)
     room = WIDTH - 2.0 * column - GAP - 4.0 * EDGE
     scale = min(
@@ -110,8 +110,8 @@ class _Views:
             x, y = self._to(at, pair)
             axes.plot([x], [y], marker="o", mfc="white", mec=INK, ms=9, ls="", zorder=5)
             axes.plot([x], [y], marker="+", color=INK, ms=12, mew=1.0, ls="", zorder=5)
-        for one in self.sites:
-            _site(axes, self._to(one.at, pair), one, pair)
+        for site in self.sites:
+            _site(axes, self._to(site.at, pair), site, pair)
         axes.text(above[0], above[1] + 0.06, title, ha="center", va="bottom", fontsize=SMALL, color=INK)
 
     def _ground(self, axes: Any, spot: Spot, pair: tuple[int, int]) -> None:
@@ -148,7 +148,7 @@ class _Views:
             rows = sorted(rows, key=lambda k: -places[k][1])
             heights = spread([places[k][1] for k in rows], [0.15] * len(rows))
             shift = middle - 0.5 * (heights[0] + heights[-1]) if len(rows) > 1 else 0.0
-            for k, y in zip(rows, (one + shift for one in heights), strict=True):
+            for k, y in zip(rows, (height + shift for height in heights), strict=True):
                 axes.plot([x, places[k][0]], [y, places[k][1]], color=FAINT, lw=0.5, zorder=2)
                 axes.text(x, y, f" {words[k]} ", ha=align, va="center", fontsize=SMALL, color=INK)
 
@@ -175,12 +175,12 @@ def _site(axes: Any, at: tuple[float, float], one: _Site, pair: tuple[int, int])
 def _shaken(machine: SpaceMachine, scene: Scene) -> list[_Site]:
     """Every excitation of a body in space."""
     found = []
-    for name, one in scene.excitations.items():
-        place = getattr(one, "place", one.on)
+    for name, excitation in scene.excitations.items():
+        place = getattr(excitation, "place", excitation.on)
         at = machine.fixed[place][1] if place in machine.fixed else None
         if at is None and place in machine.rigid:
             at = machine.rigid[place].mark
-        way, axis = getattr(one, "direction", None), getattr(one, "axis", None)
+        way, axis = getattr(excitation, "direction", None), getattr(excitation, "axis", None)
         along = way if way is not None else axis
         if at is not None and along is not None:
             words = shake_words(scene, name)
@@ -217,9 +217,12 @@ def machine_figure(design: Design, title: str = "") -> Figure | None:
         if found is not None:
             return found
     if design.scene.rotors:
-        notes = [f"Shaken by {shake_words(design.scene, one)}.".replace("\n", ": ") for one in design.scene.excitations]
+        notes = [
+            f"Shaken by {shake_words(design.scene, excitation)}.".replace("\n", ": ")
+            for excitation in design.scene.excitations
+        ]
         notes += [one.replace(" (circles)", "") for one in notes_of(design.scene)]
-        return rotor_figure(rotors_of(design), title, [line for one in notes for line in wrap(one, 118)])
+        return rotor_figure(rotors_of(design), title, [line for note in notes for line in wrap(note, 118)])
     return None if is_spatial(design.scene) else sketch_figure(sketch_of(design), title=title)
 
 

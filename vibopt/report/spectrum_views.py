@@ -118,9 +118,14 @@ def shock_spectrum(
 def _loads(scene: Scene) -> dict[str, tuple[list[str], tuple[Segment, ...]]]:
     """By place what comes once there and is over: names, and signals that are read by several rows."""
     places: dict[str, list[str]] = {}
-    for name, one in scene.excitations.items():
-        if one.once is not None and one.ramp is None and not one.once.endless and one.once.durations is None:
-            places.setdefault(one.on, []).append(name)
+    for name, excitation in scene.excitations.items():
+        if (
+            excitation.once is not None
+            and excitation.ramp is None
+            and not excitation.once.endless
+            and excitation.once.durations is None
+        ):
+            places.setdefault(excitation.on, []).append(name)
     found = {}
     for place, names in places.items():
         every = [scene.excitations[name].once for name in names]
@@ -133,19 +138,23 @@ def _summed(segments: tuple[Segment, ...]) -> tuple[Segment, ...]:
     from dataclasses import replace
 
     return tuple(
-        replace(one, read=one.read.sum(axis=0, keepdims=True), blows=one.blows.sum(keepdims=True)) for one in segments
+        replace(segment, read=segment.read.sum(axis=0, keepdims=True), blows=segment.blows.sum(keepdims=True))
+        for segment in segments
     )
 
 
 def _nothing(scene: Scene) -> str:
-    if any(one.once is not None and one.once.durations is not None for one in scene.excitations.values()):
+    if any(
+        excitation.once is not None and excitation.once.durations is not None
+        for excitation in scene.excitations.values()
+    ):
         return "a pulse that may have any duration has one shock spectrum for each. Write its duration."
     return "a shock spectrum is of what comes once and is over, and nothing does. Add a pulse, a drop or a record."
 
 
 def _rates(segments: tuple[Segment, ...], own: float | None) -> FloatArray:
     """Natural frequencies that tell something of a load [rad/s], rising, that of the machine among them."""
-    load = [one.length for one in segments if (one.start != 0.0).any()]
+    load = [segment.length for segment in segments if (segment.start != 0.0).any()]
     middle = own / (2.0 * np.pi) if own is not None else 10.0
     if not load:
         low, high = middle / _AROUND, middle * _AROUND
@@ -173,11 +182,11 @@ def _mount(scene: Scene, machine: Machine | None, on: str) -> _Mount | None:
     if machine is None or machine.in_space or machine.on_structures or len(machine.masses) != 1:
         return None
     [(body, mass)] = machine.masses.items()
-    supports = {end for one in machine.joints for end in one.ends if end != body}
+    supports = {end for joint in machine.joints for end in joint.ends if end != body}
     one_support = supports == {on} if on in scene.bases else body == on and supports <= {GROUND, *scene.bases}
-    if not one_support or len(supports) != 1 or any(one.inertance for one in machine.joints) or mass <= 0.0:
+    if not one_support or len(supports) != 1 or any(joint.inertance for joint in machine.joints) or mass <= 0.0:
         return None
-    stiff, damped = (sum(getattr(one, word) for one in machine.joints) for word in ("stiffness", "damping"))
+    stiff, damped = (sum(getattr(joint, word) for joint in machine.joints) for word in ("stiffness", "damping"))
     if stiff <= 0.0:
         return None
     return _Mount(float(np.sqrt(stiff / mass)), float(damped / (2.0 * np.sqrt(stiff * mass))), mass)
@@ -193,7 +202,7 @@ def spectrum_panels(design: Design) -> list[Panel]:
         ratios = np.union1d(DAMPING, [own])
         found = spectra(np.ones(1), _summed(segments), rates, ratios[:, None])
         of = ShockSpectrum(" and ".join(names), place, place in design.scene.bases, rates, ratios, found)
-        sudden = not any((one.start != 0.0).any() for one in segments)
+        sudden = not any((segment.start != 0.0).any() for segment in segments)
         panels += _Drawn(design.scene, of, own, mount, sudden).panels()
     return panels
 

@@ -87,7 +87,7 @@ def build_rows(design: Design, machine: Machine, *, whole: bool = True) -> list[
             order = _order(design, f"links.{name}", link.part, joint.count) or _sizes(design, name, exact, whole=whole)
             rows.append((name, _joined(order, _link(link, joint, exact))))
     for part in parts_of(design):
-        words = [f"{key.replace('_', ' ')} {_again(one)}" for key, one in part.numbers.items()]
+        words = [f"{key.replace('_', ' ')} {_again(number)}" for key, number in part.numbers.items()]
         rows.append((part.name, f"on {part.on}: {', '.join(words)}" if whole else part.words))
     return rows + _others(design, exact)
 
@@ -163,7 +163,7 @@ def _mount(table: MountTable, own: Spring3, exact: Shown) -> list[str]:
         words.append(f"static stiffness {show(float(own.static_stiffness[2]), unit, 'stiffness')}")
     axes = {tuple(round(float(one), 3) for one in frame[2]) for frame in table.frames}
     if axes != {(0.0, 0.0, 1.0)}:
-        said = " and ".join(f"({', '.join(plain(part + 0.0, 3) for part in one)})" for one in sorted(axes))
+        said = " and ".join(f"({', '.join(plain(part + 0.0, 3) for part in axis)})" for axis in sorted(axes))
         words.append(f"inclined, axis {said}")
     return words
 
@@ -201,8 +201,8 @@ def _unit(table: object, key: str) -> str:
 
 def _others(design: Design, exact: Shown) -> list[tuple[str, str]]:
     """Chosen numbers and places that no row has said yet."""
-    places = {path: one.value for path, one in design.places.items() if not path.endswith(".part")}
-    rows = [(_owner(path), one) for path, one in places.items() if not path.startswith("absorbers.")]
+    places = {path: place.value for path, place in design.places.items() if not path.endswith(".part")}
+    rows = [(_owner(path), place) for path, place in places.items() if not path.startswith("absorbers.")]
     units = asked_positions(design.scene) | {variable.path: variable for variable in design.scene.variables}
     for path, chosen in design.variables.items():
         if path in units and not _told(design.scene, path):

@@ -33,7 +33,7 @@ class Orders:
     def bands(self, speeds: tuple[Band, ...], unit: str) -> SpeedRange:
         """The bands that they are at the speeds of the excitation [rad/s], shown in a unit."""
         wide = 1.0 - self.margin, 1.0 + self.margin
-        found = [Band(n * one.low * wide[0], n * one.high * wide[1]) for n in self.orders for one in speeds]
+        found = [Band(n * speed.low * wide[0], n * speed.high * wide[1]) for n in self.orders for speed in speeds]
         return SpeedRange(merged(tuple(sorted(found, key=lambda band: band.low))), ROTATION, unit)
 
 

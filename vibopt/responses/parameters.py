@@ -38,7 +38,7 @@ class TotalMass(Response):
         return sum_of(model, [term for term in model.terms if term.kind == INERTIA and term.static_scale])
 
     def measure_static(self, machine: Machine) -> float:
-        beams = sum(one.count * one.borne.mass for one in machine.joints if one.borne is not None)
+        beams = sum(joint.count * joint.borne.mass for joint in machine.joints if joint.borne is not None)
         return sum(machine.weights.values()) - sum(machine.carried.values()) + beams + machine.spinning
 
 

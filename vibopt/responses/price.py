@@ -21,8 +21,8 @@ class TotalPrice(Response):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         prices = [one for (_, word), one in model.properties.items() if word == "price"]
         return Monomials(
-            np.array([one.scale for one in prices]),
-            np.array([one.row(model.n_vars) for one in prices]).reshape(len(prices), model.n_vars),
+            np.array([price.scale for price in prices]),
+            np.array([price.row(model.n_vars) for price in prices]).reshape(len(prices), model.n_vars),
         )
 
     def measure_static(self, machine: Machine) -> float:

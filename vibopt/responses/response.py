@@ -50,8 +50,8 @@ def _over(given: object) -> object:
 def _at(given: object) -> object:
     speeds = _over(given)
     parts = list(speeds.values()) if isinstance(speeds, dict) else [speeds]
-    for one in parts:
-        if not isinstance(one, SpeedRange) or not all(band.is_point for band in one.bands):
+    for part in parts:
+        if not isinstance(part, SpeedRange) or not all(band.is_point for band in part.bands):
             raise complaint('is a range, but `at` names single speeds. Write over = "..." for every speed in a range.')
     return speeds
 

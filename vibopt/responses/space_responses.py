@@ -96,14 +96,14 @@ class Tilt(Response):
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return StaticRow(
-            np.sum([p * model.points[f"{self.of}.r{one}"] for p, one in zip(self.axis, AXES, strict=True)], axis=0)
+            np.sum([p * model.points[f"{self.of}.r{axis}"] for p, axis in zip(self.axis, AXES, strict=True)], axis=0)
         )
 
     def measure_static(self, machine: Machine) -> float:
         down = machine.sag()
         if down is None:
             return float("inf")
-        return abs(sum(part * down[f"{self.of}.r{one}"] for part, one in zip(self.axis, AXES, strict=True)))
+        return abs(sum(part * down[f"{self.of}.r{axis}"] for part, axis in zip(self.axis, AXES, strict=True)))
 
 
 class Travel(HarmonicResponse):

@@ -100,12 +100,14 @@ class StaticBendingStress(_OfBeam):
         if "@" in self.of:
             pulls = np.where(model.kinds == STIFFNESS, _tilting(model, self.of), 0.0)
             return StaticBending(pulls, _powers(model, model.counts[stressed(self.of)] ** -1.0))
-        (spring,) = (one for one in model.terms if one.owner == self.of and one.kind == STIFFNESS)
+        (spring,) = (term for term in model.terms if term.owner == self.of and term.kind == STIFFNESS)
         stress = model.counts[stressed(self.of)] ** -1.0
         pulled = _powers(model, stress.times(spring.static_scale / spring.scale))
         if (self.of, "stress") not in model.readings:
             return StaticLoad(model.links[self.of], pulled)
-        weighs = next(one for one in model.terms if one.owner == self.of and one.kind == INERTIA and one.static_scale)
+        weighs = next(
+            term for term in model.terms if term.owner == self.of and term.kind == INERTIA and term.static_scale
+        )
         alone = -model.readings[self.of, "stress"][1]
         sagging = Monomial(weighs.scale, dict(enumerate(weighs.exponents))) * model.counts[forced(self.of)] ** -1.0
         return StaticMoment(-model.links[self.of], pulled, _powers(model, sagging.times(GRAVITY * alone)))

@@ -48,12 +48,12 @@ def model_of(scene: Scene, chosen: FloatArray | None = None, *, free: Container[
 
         builder.top, builder.modes = looked_at(scene)
     builder.families = {family: tuple(getattr(scene, family)) for family in ("bodies", "absorbers")}
-    for name, one in scene.absorbers.items():
-        if one.has_spring:
+    for name, absorber in scene.absorbers.items():
+        if absorber.has_spring:
             try:
                 builder.references[name] = reference(scene, name)
             except NoReferenceError:
-                if one.tuning is not None:
+                if absorber.tuning is not None:
                     raise
     symbols = Symbols(
         {variable.path: i for i, variable in enumerate(scene.variables)},
@@ -147,7 +147,7 @@ _COUNTED = ("first", "second", "third", "fourth", "fifth")
 
 def tuning_notes(scene: Scene) -> list[str]:
     """What each tuning refers to."""
-    return [_note(scene, name) for name, one in scene.absorbers.items() if one.tuning is not None]
+    return [_note(scene, name) for name, absorber in scene.absorbers.items() if absorber.tuning is not None]
 
 
 def _note(scene: Scene, name: str) -> str:

@@ -21,8 +21,8 @@ def check_names(scene: Scene, mistakes: Mistakes) -> None:
     seen: dict[str, str] = {}
     for family, kind, name, table in places.raw_devices(scene):
         own = (*kind.moving_in(name, table), *kind.supports_in(name, table), *kind.links_in(name, table))
-        for one in dict.fromkeys((name, *own)):
-            _check_name(family, name, one, seen, mistakes)
+        for fromkey in dict.fromkeys((name, *own)):
+            _check_name(family, name, fromkey, seen, mistakes)
     if not any(places.raw(scene, family) for family in ("bodies", "structures", "rotors")):
         mistakes.add((), 'there is no body. Add [bodies.NAME] with mass = "300 kg".')
 
@@ -126,16 +126,22 @@ def _lines(scene: Scene) -> set[str]:
 
 def check_absorbers(scene: Scene, mistakes: Mistakes) -> None:
     """What absorbers sit on and refer to."""
-    good = sum(not _host(scene, name, one, mistakes) for name, one in scene.absorbers.items()) == 0
+    good = sum(not _host(scene, name, absorber, mistakes) for name, absorber in scene.absorbers.items()) == 0
     if not good or _ring(scene, mistakes):
         return
-    for name, one in scene.absorbers.items():
-        _heavy_enough(scene, name, one, mistakes)
-        key = one.says_line if one.host in places.turning(scene) else one.says_axis if one.host in _lines(scene) else ""
+    for name, absorber in scene.absorbers.items():
+        _heavy_enough(scene, name, absorber, mistakes)
+        key = (
+            absorber.says_line
+            if absorber.host in places.turning(scene)
+            else absorber.says_axis
+            if absorber.host in _lines(scene)
+            else ""
+        )
         if key:
-            turns = one.host in places.turning(scene)
-            _wrong_key(("absorbers", name), one, key, one.host, turns, mistakes)
-        elif one.tuning is not None and places.is_whole(scene):
+            turns = absorber.host in places.turning(scene)
+            _wrong_key(("absorbers", name), absorber, key, absorber.host, turns, mistakes)
+        elif absorber.tuning is not None and places.is_whole(scene):
             _tuned(scene, name, mistakes)
 
 
@@ -175,7 +181,7 @@ def _ring(scene: Scene, mistakes: Mistakes) -> bool:
             table = scene.absorbers.get(todo.pop())
             for under in (table.host, table.relative_to) if table is not None else ():
                 if under == name:
-                    ring = [one for one in scene.absorbers if one == name or one in seen]
+                    ring = [absorber for absorber in scene.absorbers if absorber == name or absorber in seen]
                     mistakes.add(
                         ("absorbers", name, "on"),
                         f"absorbers.{name} sits on itself by way of {' and '.join(ring[1:]) or name}. Put one of them "

@@ -23,11 +23,11 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
     name, path = places.rubbing(scene)[0], ("links", places.rubbing(scene)[0], "friction_force")
     where, supports = ".".join(path), places.supports(scene)
     others = [f"{family}.{one}" for family, one, _ in places.devices(scene) if one != name and one not in supports]
-    bodies = [one for one in others if one.startswith("bodies.")]
-    others = [one for one in others if one not in bodies[:1]]
+    bodies = [other for other in others if other.startswith("bodies.")]
+    others = [other for other in others if other not in bodies[:1]]
     if others:
         mistakes.add(path, f"{where} rubs beside {others[0]}: {_BESIDE}")
-    shaking = [f"excitations.{one}" for one in scene.excitations]
+    shaking = [f"excitations.{excitation}" for excitation in scene.excitations]
     if len(shaking) > 1:
         mistakes.add(
             path,

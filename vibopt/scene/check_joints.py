@@ -90,7 +90,7 @@ def _reached(start: Iterable[str], joined: list[tuple[str, str]], among: set[str
     """Of some points those to which a chain leads from others."""
     found = set(start)
     for _ in among:
-        found |= {one for ends in joined if found & set(ends) for one in ends if one in among}
+        found |= {end for ends in joined if found & set(ends) for end in ends if end in among}
     return found
 
 
@@ -108,7 +108,9 @@ def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
     for name in light:
         ways = [link for link, two in ends.items() if name in two]
         if name in held:
-            if len(ways) > 1 or any(places.gear_root(scene, one.on) == name for one in scene.excitations.values()):
+            if len(ways) > 1 or any(
+                places.gear_root(scene, excitation.on) == name for excitation in scene.excitations.values()
+            ):
                 continue
             text = f"only {ways[0]} ends at it, which so carries nothing. Join a second link to it, or leave both out."
         elif len(ways) > 1:

@@ -349,7 +349,7 @@ def _at_once(scene: Scene, path: Path, response: RandomResponse, name: str, mist
 def _falls(scene: Scene, base: str) -> dict[str, float]:
     """Per point the power of the frequency with which its motion under that of a base falls off; inf if it stays."""
     joined = [(*ends, _passes(scene, link)) for link, ends in places.ends(scene).items()]
-    resists = {one: max(hands for a, b, hands in joined if one in (a, b)) for one in places.joints(scene)}
+    resists = {joint: max(hands for a, b, hands in joined if joint in (a, b)) for joint in places.joints(scene)}
     groups = [table.names for table in scene.structures.values()]
     falls = {one: float("inf") for one in (*places.points(scene), GROUND)} | {base: 0.0}
     for _ in falls:
@@ -358,7 +358,7 @@ def _falls(scene: Scene, base: str) -> dict[str, float]:
                 if one != GROUND and other in places.moving(scene):
                     falls[other] = min(falls[other], falls[one] + resists.get(other, 2) - hands)
         for names in groups:
-            falls |= {one: min(falls[other] for other in names) for one in names}
+            falls |= {name: min(falls[other] for other in names) for name in names}
     return falls
 
 
@@ -396,7 +396,9 @@ def _read_links(scene: Scene, response: RandomResponse) -> list[tuple[str, int]]
 def _acting(scene: Scene, names: tuple[str, ...]) -> bool:
     """Whether every noise acts on something that it can act on; one that does not has been reported already."""
     noises = [scene.excitations[name] for name in names]
-    return all(one.on in (places.moving(scene) if one.family == "bodies" else places.supports(scene)) for one in noises)
+    return all(
+        noise.on in (places.moving(scene) if noise.family == "bodies" else places.supports(scene)) for noise in noises
+    )
 
 
 def _joined(scene: Scene) -> bool:

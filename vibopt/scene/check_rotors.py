@@ -104,7 +104,7 @@ def _held(scene: Scene, mistakes: Mistakes) -> None:
 def _springs(scene: Scene, points: list[str]) -> list[str]:
     """Points at which a spring ends."""
     ends = [places.ends(scene)[name] for name in places.springs(scene)]
-    return [one for one in points if any(one in two for two in ends)]
+    return [point for point in points if any(point in two for two in ends)]
 
 
 def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:

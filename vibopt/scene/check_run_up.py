@@ -71,7 +71,7 @@ def _covers(motor: Motor) -> bool:
     """Whether torque and load are known on the whole way."""
     low, high = sorted((motor.begins, motor.stays))
     curves = (motor.driving.pieces, motor.load.pieces)
-    return all(one[0].band.low <= low and high <= one[-1].band.high * (1.0 + _ROOM) for one in curves)
+    return all(curve[0].band.low <= low and high <= curve[-1].band.high * (1.0 + _ROOM) for curve in curves)
 
 
 def _known(motor: Motor) -> FloatArray:

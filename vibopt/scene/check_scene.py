@@ -74,7 +74,7 @@ def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> b
 
 
 def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
-    return ((tuple(where.split(".", 1)), one) for where, one in scene.responses.items())
+    return ((tuple(where.split(".", 1)), response) for where, response in scene.responses.items())
 
 
 def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
@@ -94,7 +94,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
         mistakes.add((*path, "worst"), f"{name} has worst, but {why} which value is the worst. Remove worst.")
     shaker = response.orders_of
     if shaker and path[0] == "limits":
-        known = [name for name, one in scene.excitations.items() if one.sort == "steady"]
+        known = [name for name, excitation in scene.excitations.items() if excitation.sort == "steady"]
         said = f'"{shaker}", which is no excitation with a speed.{way_out(shaker, known)}'
         mistakes.add((*path, "outside"), f"{name}.outside speaks of orders of {said}")
     low, high = response.at_least, response.at_most
@@ -167,7 +167,7 @@ def _held(scene: Scene, body: str) -> bool:
 def _first_choice(scene: Scene) -> tuple[str, str]:
     """The first value or part to be chosen, and a goal for it."""
     path = scene.variables[0].path
-    bought = next((one for one in places.bound_parts(scene) if path in one.paths), None)
+    bought = next((part for part in places.bound_parts(scene) if path in part.paths), None)
     if bought is not None and any(one.endswith(".price") for one in bought.paths):
         return bought.path, 'minimise = "price"'
     family, name = path.split(".")[:2]
@@ -202,15 +202,15 @@ def _question(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 
 def _find_all(scene: Scene, mistakes: Mistakes) -> None:
-    speeds = [f"{name}.speed" for name, one in scene.excitations.items() if one.sort == "steady"]
-    asked = next((one for one in scene.variables if one.path == scene.find_all), None)
+    speeds = [f"{name}.speed" for name, excitation in scene.excitations.items() if excitation.sort == "steady"]
+    asked = next((variable for variable in scene.variables if variable.path == scene.find_all), None)
     if scene.find_all not in speeds and asked is None:
-        values = [one.path for one in scene.variables]
+        values = [variable.path for variable in scene.variables]
         what = "speed and no value to be chosen" if values else "speed"
         mistakes.unknown_name(("goal", "find_all"), str(scene.find_all), what, [*values, *speeds])
         return
     here, looks = ("goal", "find_all"), "speeds" if asked is None else f"values of {asked.path}"
-    others = [one.path for one in scene.variables if one is not asked]
+    others = [variable.path for variable in scene.variables if variable is not asked]
     if others:
         mistakes.add(
             here,

@@ -136,7 +136,7 @@ def _axis(vector: FloatArray) -> str:
 
 def _outside(scene: Scene, mistakes: Mistakes) -> None:
     """A centre of mass beyond the feet of its mounts, where no question looks at the loads."""
-    if any(one.response == "static_load" for one in scene.responses.values()):
+    if any(response.response == "static_load" for response in scene.responses.values()):
         return
     for name in bodies_in_space(scene):
         held = {m: t for m, t in scene.mounts.items() if name in t.between}
@@ -271,7 +271,7 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
         mistakes.add(path, f"{where} asks for the {key} of {name}, which does not move in space. Name a body in space.")
         return True
     if "mount" in (family for _, family in response.places().values()) and not group:
-        known = [one for g, table in scene.mounts.items() for one in dict.fromkeys((g, *table.singles(g)))]
+        known = [fromkey for g, table in scene.mounts.items() for fromkey in dict.fromkeys((g, *table.singles(g)))]
         mistakes.unknown_name((*path, "of"), str(name), "mount", known)
         return True
     if group:
@@ -355,7 +355,7 @@ def _kept(scene: Scene, name: str, way: Vector | None, *, turn: bool) -> str:
     if (
         way is None
         or not free
-        or any(f"{'r' * turn}{one}" in free for one, part in zip(AXES, way, strict=True) if part)
+        or any(f"{'r' * turn}{axis}" in free for axis, part in zip(AXES, way, strict=True) if part)
     ):
         return ""
     what = ("about", 'axis = "y"') if turn else ("along", 'direction = "x", or "z"')

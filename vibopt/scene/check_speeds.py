@@ -54,18 +54,18 @@ def _ranges(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[s
             f'{names[0]} = "..." }}, or name one in due_to.',
         )
         return
-    for one in names:
-        excitation = scene.excitations[one]
-        speeds = speeds_for(scene, response, one)
+    for name in names:
+        excitation = scene.excitations[name]
+        speeds = speeds_for(scene, response, name)
         if isinstance(speeds, SpeedRange) and (speeds.dimension == "velocity") != excitation.of_vehicle:
             mistakes.add(
                 (*path, key),
                 f"{where}.{key} is {'a vehicle speed' if speeds.dimension == 'velocity' else 'a speed of rotation'}, "
-                f"but excitations.{one} counts "
+                f"but excitations.{name} counts "
                 f"{'vehicle speeds' if excitation.of_vehicle else 'speeds of rotation'}. Write it the same way.",
             )
         elif speeds is not None and (not response.normalised or places.rubbing(scene)):
-            _known(scene, path, response, one, mistakes)
+            _known(scene, path, response, name, mistakes)
 
 
 def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mistakes: Mistakes) -> None:

@@ -59,7 +59,7 @@ def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
 def check_turns(scene: Scene, mistakes: Mistakes) -> None:
     """A machine is followed in time only as far as its own motion under the load can be told from rounding."""
     model = model_of(scene)
-    low, high = np.array([[one.low, one.high] for one in scene.variables]).reshape(-1, 2).T
+    low, high = np.array([[variable.low, variable.high] for variable in scene.variables]).reshape(-1, 2).T
     least, most = model.extent(low, np.where(np.isfinite(high), high, low))
     free = model.vectors[:, : model.n_free]
     mass, damping, stiffness, held = (
@@ -75,15 +75,15 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
     fades, turns = (_fastest(mass, one, heavy) for one in (damping, stiffness))
     fades = max(fades, _fastest(held, stiffness, slow))
     fading = _fading(model, least, most)
-    for name, one in scene.excitations.items():
-        if not isinstance(one, Transient):
+    for name, excitation in scene.excitations.items():
+        if not isinstance(excitation, Transient):
             continue
-        followed = min(one.length, fading) if one.step == math.inf else one.length
+        followed = min(excitation.length, fading) if excitation.step == math.inf else excitation.length
         turned, faded = float(np.sqrt(turns)) * followed / (2.0 * np.pi), fades * followed
-        if one.durations is not None and max(turned, faded) > MOST_SEARCHED:
+        if excitation.durations is not None and max(turned, faded) > MOST_SEARCHED:
             mistakes.add(
                 ("excitations", name, "duration_up_to"),
-                f"excitations.{name} may last {one.length:.4g} s, in which the machine may move to and fro "
+                f"excitations.{name} may last {excitation.length:.4g} s, in which the machine may move to and fro "
                 f"{max(turned, faded):.2g} times, more than the {MOST_SEARCHED} over which durations are searched. "
                 "Write a shorter duration_up_to: pulses much longer than a period are all alike.",
             )
@@ -94,10 +94,10 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
         ):
             if many > known:
                 smaller = f'a smaller "to" for the {key}' if scene.variables else f"a smaller {key}"
-                damped = ", more damping" if key == "stiffness" and one.step == math.inf else ""
+                damped = ", more damping" if key == "stiffness" and excitation.step == math.inf else ""
                 mistakes.add(
                     ("excitations", name),
-                    f"excitations.{name} lasts {one.length:.4g} s, and {how}, more than the {known} that are "
+                    f"excitations.{name} lasts {excitation.length:.4g} s, and {how}, more than the {known} that are "
                     f"followed. Write a shorter load{damped} or {smaller}, or leave out a link that is as good as "
                     f"{rigid}.",
                 )

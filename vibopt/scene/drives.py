@@ -40,7 +40,9 @@ def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | Transi
 
 @once
 def _of_sorts(scene: Scene, *sorts: Sort) -> tuple[str, ...]:
-    return tuple(name for name, one in scene.excitations.items() if any(sort in one.sorts for sort in sorts))
+    return tuple(
+        name for name, excitation in scene.excitations.items() if any(sort in excitation.sorts for sort in sorts)
+    )
 
 
 @once
@@ -66,7 +68,7 @@ def signals_for(
     if every[0].ramp is not None:
         from vibopt.excitations.run_up import course_of
 
-        places = {one.path: i for i, one in enumerate(scene.variables)}
+        places = {variable.path: i for i, variable in enumerate(scene.variables)}
         return loads, course_of(every[0], places, names_for(scene, response)[0])
     from vibopt.excitations.segments import together
 
@@ -166,7 +168,11 @@ def looked_at(scene: Scene) -> tuple[float, int]:
     asked = scene.responses.values()
     tops = [top for one in asked for top in _tops(scene, one) if math.isfinite(top)]
     modes = max((one.modes for one in asked), default=0)
-    tuned = [one.mode or 1 for one in scene.absorbers.values() if one.has_spring and one.tuning_to is None]
+    tuned = [
+        absorber.mode or 1
+        for absorber in scene.absorbers.values()
+        if absorber.has_spring and absorber.tuning_to is None
+    ]
     modes = max([modes, *tuned])
     if modes and scene.structures:
         modes += sum(table.between_points for _, _, table in devices(scene))
@@ -176,7 +182,8 @@ def looked_at(scene: Scene) -> tuple[float, int]:
 def highest_asked(scene: Scene) -> float:
     """Highest frequency of any limit, measure or goal that has an end [rad/s]; zero of none."""
     return max(
-        (top for one in scene.responses.values() for top in _tops(scene, one) if math.isfinite(top)), default=0.0
+        (top for response in scene.responses.values() for top in _tops(scene, response) if math.isfinite(top)),
+        default=0.0,
     )
 
 
@@ -196,7 +203,7 @@ def with_own_bounds(
     limits: Mapping[str, Response], mounts: Mapping[str, MountTable], excitations: Mapping[str, Excitation]
 ) -> dict[str, Response]:
     """The limits: without a bound on the load or the travel of a mount its rating or its gap; orders as bands."""
-    return {name: _bounded(_banded(one, excitations), mounts) for name, one in limits.items()}
+    return {name: _bounded(_banded(limit, excitations), mounts) for name, limit in limits.items()}
 
 
 def _banded(limit: Response, excitations: Mapping[str, Excitation]) -> Response:

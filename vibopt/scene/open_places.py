@@ -35,7 +35,9 @@ def numbers_of(given: Any) -> Any:
         return tuple(sorted(given.names))
     if is_dataclass(given) and not isinstance(given, type):
         return tuple(
-            (one.name, numbers_of(getattr(given, one.name))) for one in fields(given) if one.name not in _WORDING
+            (field.name, numbers_of(getattr(given, field.name)))
+            for field in fields(given)
+            if field.name not in _WORDING
         )
     if isinstance(given, list | tuple):
         return tuple(numbers_of(one) for one in given)
@@ -52,7 +54,7 @@ _UNNAMED = ("limits", "measures")
 
 def open_places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """What may be chosen, by path: {"absorbers.tmd.on": ("floor1", "floor2")}."""
-    hosts = {f"absorbers.{name}.on": one.on for name, one in scene.absorbers.items()}
+    hosts = {f"absorbers.{name}.on": absorber.on for name, absorber in scene.absorbers.items()}
     found = {path: on.names for path, on in hosts.items() if not isinstance(on, str)}
     return found | {f"mounts.{name}.at": sites.names for name, sites in _open_sites(scene).items()}
 
@@ -63,13 +65,13 @@ def _open_sites(scene: Scene) -> dict[str, Sites]:
         return {}
     from vibopt.devices.sites import Sites
 
-    return {name: one.at for name, one in scene.mounts.items() if isinstance(one.at, Sites)}
+    return {name: mount.at for name, mount in scene.mounts.items() if isinstance(mount.at, Sites)}
 
 
 def combinations(scene: Scene) -> int:
     """Number of scenes that `settled` gives."""
     places = open_places(scene)
-    return math.prod(math.comb(len(places[one[0]]) + len(one) - 1, len(one)) for one in groups(scene))
+    return math.prod(math.comb(len(places[group[0]]) + len(group) - 1, len(group)) for group in groups(scene))
 
 
 def groups(scene: Scene) -> list[tuple[str, ...]]:
@@ -120,8 +122,8 @@ def settled(scene: Scene) -> Iterator[tuple[Mapping[str, str], Scene]]:
         }
         words = {path: put[path] for path in places}
         absorbers = {
-            name: one.model_copy(update={"on": words.get(f"absorbers.{name}.on", one.on)})
-            for name, one in scene.absorbers.items()
+            name: absorber.model_copy(update={"on": words.get(f"absorbers.{name}.on", absorber.on)})
+            for name, absorber in scene.absorbers.items()
         }
         mounts, said = dict(scene.mounts), {}
         for name, sites in _open_sites(scene).items():

@@ -106,7 +106,7 @@ def named(scene: Scene) -> dict[str, list[str]]:
 def shaken(scene: Scene, *names: str) -> set[str]:
     """Points that excitations move, by whatever leads there."""
     moved: set[str] = set()
-    todo = [on for one in names for on in scene.excitations[one].everywhere]
+    todo = [on for name in names for on in scene.excitations[name].everywhere]
     free, near = set(moving(scene)), neighbours(scene)
     while todo:
         here = todo.pop()
@@ -169,12 +169,12 @@ def is_whole(scene: Scene) -> bool:
             return False
     known, masses = points(scene), {*scene.bodies, *scene.absorbers, None}
     joined = [end for two in ends(scene).values() for end in two]
-    joined += [on for one in scene.excitations.values() for on in one.everywhere]
+    joined += [on for excitation in scene.excitations.values() for on in excitation.everywhere]
     relative = [getattr(table, "relative_to", None) for _, _, table in devices(scene)]
     return (
         all(end in known for end in joined)
         and all((root := scene.bodies.get(gear_root(scene, name))) and root.geared_to is None for name in scene.bodies)
-        and all(one.on in scene.bodies for one in scene.points.values())
+        and all(point.on in scene.bodies for point in scene.points.values())
         and all(name in masses for name in relative)
     )
 
@@ -205,5 +205,5 @@ def turning(scene: Scene) -> set[str]:
     """Points that turn about an axis: bodies with an inertia, and the absorbers on them."""
     found = {name for name, body in scene.bodies.items() if body.turns}
     for _ in scene.absorbers:
-        found |= {name for name, one in scene.absorbers.items() if one.host in found}
+        found |= {name for name, absorber in scene.absorbers.items() if absorber.host in found}
     return found

@@ -99,7 +99,7 @@ def _check_positions(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None
     first: Mistakes | None = None
     for parts in _PROBES:
         tried = Mistakes(mistakes.name, mistakes.locator)
-        values = [one.low + parts[i % len(parts)] * (one.high - one.low) for i, one in enumerate(spans)]
+        values = [span.low + parts[i % len(parts)] * (span.high - span.low) for i, span in enumerate(spans)]
         _check(positioned(scene, values), tried, broken)
         if not tried.found:
             return

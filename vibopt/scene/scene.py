@@ -126,7 +126,7 @@ class Scene:
         """What `find_all` answers with, "speeds" or "values" of a variable; "" without it."""
         if self.find_all is None:
             return ""
-        return "values" if any(one.path == self.find_all for one in self.variables) else "speeds"
+        return "values" if any(variable.path == self.find_all for variable in self.variables) else "speeds"
 
     @property
     def is_analysis(self) -> bool:

@@ -26,13 +26,15 @@ def spatial_bases(scene: Scene) -> tuple[str, ...]:
     """Bases that carry mounts, or move in a direction."""
     placed = [two for _, name, table in devices(scene) if table.placed for two in table.joins(name).values()]
     ends = {end for two in placed for end in two}
-    told = {one.on for one in scene.excitations.values() if getattr(one, "direction", None) is not None}
+    told = {
+        excitation.on for excitation in scene.excitations.values() if getattr(excitation, "direction", None) is not None
+    }
     return tuple(name for name in scene.bases if name in ends | told)
 
 
 def pins(scene: Scene) -> dict[str, tuple[str, Vector]]:
     """Places on bodies in space by name: points of the file, and where excitations act."""
-    found = {name: (one.on, one.at) for name, one in scene.points.items()}
+    found = {name: (point.on, point.at) for name, point in scene.points.items()}
     for one in scene.excitations.values():
         at = getattr(one, "at", None)
         if at is not None:
@@ -58,10 +60,10 @@ def members(scene: Scene, response: Response) -> tuple[Response, ...]:
         if response.of_mount == "alike":
             return (response.model_copy(update={key: f"{singles[0]}.z"}),)
         if response.of_mount == "axes" and getattr(response, "direction", None) is None:
-            return tuple(response.model_copy(update={key: f"{one}.{axis}"}) for one in singles for axis in AXES)
+            return tuple(response.model_copy(update={key: f"{single}.{axis}"}) for single in singles for axis in AXES)
         if response.of_mount == "axis":
-            return tuple(response.model_copy(update={key: f"{one}.z"}) for one in singles)
-        return tuple(response.model_copy(update={key: one}) for one in singles)
+            return tuple(response.model_copy(update={key: f"{single}.z"}) for single in singles)
+        return tuple(response.model_copy(update={key: single}) for single in singles)
     return (response,)
 
 

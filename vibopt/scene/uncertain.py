@@ -41,8 +41,8 @@ def uncertain(scene: Scene) -> tuple[Uncertain, ...]:
         doubts = [Uncertain(path, tolerance) for path, tolerance in said.items()]
         doubts += _printed(base, table.printed)
         doubts += [Uncertain(f"{base}.{end}", span) for end, span in table.offsets().items()]
-        for one in doubts:
-            found |= {path: replace(one, path=path) for path in table.scattered(name, one.path)}
+        for doubt in doubts:
+            found |= {path: replace(doubt, path=path) for path in table.scattered(name, doubt.path)}
     return tuple(found.values())
 
 

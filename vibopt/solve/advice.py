@@ -60,7 +60,7 @@ class _Trial:
             Whether the second is known to be the least, if it does.
         """
         sign = 1.0 if numbers[-1] > numbers[0] else -1.0
-        good = next((index for index, one in enumerate(numbers) if index and self.holds(one)), None)
+        good = next((index for index, number in enumerate(numbers) if index and self.holds(number)), None)
         if good is None:
             return None
         without, having = numbers[good - 1], numbers[good]
@@ -119,7 +119,7 @@ def confirmed_bound(
         now, aimed = trial.number(fact.value), [outward(trial.number(one), side, _DIGITS) for one in wide]
         if response.dimension == "count":
             aimed = [float(math.ceil(one - 1e-9) if side == "at_most" else math.floor(one + 1e-9)) for one in wide]
-        found = trial.least([now, *[one for one in dict.fromkeys(aimed) if one != now]], known=known)
+        found = trial.least([now, *[fromkey for fromkey in dict.fromkeys(aimed) if fromkey != now]], known=known)
     except ValueError:  # no such number in this unit: decibels of what is not positive
         return None
     return None if found is None else _bound(response, found, fact.unit)
@@ -140,7 +140,7 @@ def mass_words(scene: Scene, clash: Impossible, answer: Answer) -> str:
         return ""
     trial, per = _Trial(scene, fact, answer), GRAVITY if fact.dimension == "force" else 1.0
     values = [fact.value + per * (part * clash.needed - clash.mass) for part in _GREATER]
-    numbers = [outward(trial.number(one), "at_most", _DIGITS) for one in values]
+    numbers = [outward(trial.number(value), "at_most", _DIGITS) for value in values]
     found = trial.least([trial.number(fact.value), *numbers])
     key = fact.path.split(".")[2]
     word = f"{'an' if key == 'inertia' else 'a'} {key}"
@@ -155,7 +155,7 @@ def _mass(scene: Scene) -> FactAt | None:
     """The one mass, weight or inertia that the file gives; the greatest of a range is no fact."""
     keys = ("mass", "weight", "inertia")
     paths = {f"bodies.{name}.{key}" for name in scene.bodies for key in keys}
-    found = [one for one in facts(scene) if one.path.removesuffix(".value") in paths]
+    found = [fact for fact in facts(scene) if fact.path.removesuffix(".value") in paths]
     return found[0] if len(found) == 1 else None
 
 

@@ -49,7 +49,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
         best,
         status=status,
         claim=claim,
-        reason="" if has_answer else "; ".join(f"on {one['place']}: {one['claim']}" for one in rows),
+        reason="" if has_answer else "; ".join(f"on {row['place']}: {row['claim']}" for row in rows),
         places=settled_places if has_answer else {},
         timings=seconds,
         details={**best.details, "places": rows},
@@ -58,7 +58,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
 
 def _exchanged(scene: Scene) -> str:
     """What is said of identical absorbers; "" where there are none."""
-    alike = [" and ".join(path.split(".")[1] for path in one) for one in groups(scene) if len(one) > 1]
+    alike = [" and ".join(path.split(".")[1] for path in group) for group in groups(scene) if len(group) > 1]
     return f"; {', '.join(alike)} are identical: exchanged they count once" if alike else ""
 
 
@@ -67,7 +67,7 @@ def with_goal(design: Design) -> Design:
     if not design.scene.is_analysis or design.status == "check_failed":
         return design
     if design.status != "met":
-        broken = [name for name, one in design.limits.items() if not one.met]
+        broken = [name for name, limit in design.limits.items() if not limit.met]
         return replace(design, status="infeasible", claim=f"breaks {', '.join(broken)}", goal=None)
     undecided = () if design.tolerances is None else design.tolerances.open
     if undecided:
@@ -88,7 +88,7 @@ def _rank(design: Design) -> tuple[int, float]:
 
 def _verdict(best: Design, designs: list[Design]) -> tuple[str, str]:
     many = len(designs)
-    proven = all(one.status in _PROVEN for one in designs)
+    proven = all(design.status in _PROVEN for design in designs)
     if best.status == "infeasible":
         return "infeasible", f"proven for each of {many} places"
     if best.status == "optimal" and not proven:

@@ -81,8 +81,8 @@ class Judge:
         aim = self.program.aim
         if aim is None:
             return Worst(0.0)
-        worked(sum(one.cost for one in aim.pieces))
-        found = [one.worst(x) for one in aim.pieces]
+        worked(sum(piece.cost for piece in aim.pieces))
+        found = [piece.worst(x) for piece in aim.pieces]
         first = max(found, key=lambda one: aim.sense * one.value)
         return Worst(aim.sense * first.value, first.speeds)
 

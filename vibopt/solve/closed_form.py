@@ -66,8 +66,8 @@ def answer(asked: Question, numbers: Numbers, count: int, progress: Callable[[fl
             progress(chunk.stop / count)
     if len(parts) == 1:
         return parts[0]
-    whole = [np.concatenate([getattr(one, key) for one in parts], axis=-1) for key in ("status", "x", "reach")]
-    return Answers(whole[0], whole[1], whole[2], max(one.rounds for one in parts))
+    whole = [np.concatenate([getattr(part, key) for part in parts], axis=-1) for key in ("status", "x", "reach")]
+    return Answers(whole[0], whole[1], whole[2], max(part.rounds for part in parts))
 
 
 def _at(speeds: Speeds, chosen: IntArray | slice) -> Speeds:

@@ -20,7 +20,7 @@ _NO_ROW = np.array([0.0, 0.0, -1e250])[:, None, None]
 
 def take(numbers: Numbers, chosen: IntArray | BoolArray | slice) -> dict[str, Number]:
     """The numbers of some of the questions."""
-    return {name: one[chosen] if isinstance(one, np.ndarray) else one for name, one in numbers.items()}
+    return {name: number[chosen] if isinstance(number, np.ndarray) else number for name, number in numbers.items()}
 
 
 def plain_row(asked: Question, numbers: Numbers, index: int, count: int) -> FloatArray:

@@ -129,7 +129,7 @@ def _guesses(asked: Question, y: FloatArray) -> Iterator[tuple[tuple[Cluster, ..
         active = s[level <= level.min() + near * (1.0 if ratio else np.abs(s[level.argmin()]))]
         for flat in (False, True):
             clusters = _clusters(active, near, flat=flat and not ratio)
-            key = tuple((one.count, round(one.height, 6)) for one in clusters)
+            key = tuple((cluster.count, round(cluster.height, 6)) for cluster in clusters)
             if clusters and key not in seen:
                 seen.add(key)
                 yield clusters, float(level[np.isin(s, active)].mean()), scale
@@ -180,7 +180,7 @@ class _Meeting:
         if not self.free.any():
             return None
         begin = [level] if self.asked.aim is None else []
-        heights = [one.height for one in self.clusters if one.height > 0.0]
+        heights = [cluster.height for cluster in self.clusters if cluster.height > 0.0]
         v = np.concatenate([self.y[self.free], begin, heights])
         weights: FloatArray | None = None
         for _ in range(_ROUNDS):

@@ -40,11 +40,11 @@ def conflicts(program: Program, answer: Answer, may: Callable[[], bool] = lambda
     """
 
     def clashes(some: tuple[Key, ...]) -> bool | None:
-        kept = tuple(one for one in program.limits if (one.name, one.side) in some)
+        kept = tuple(limit for limit in program.limits if (limit.name, limit.side) in some)
         status = answer(replace(program, limits=kept, aim=None)).status
         return True if status == "infeasible" else None if status == "unproven" else False
 
-    return every_clash(list(dict.fromkeys((one.name, one.side) for one in program.limits)), clashes, may)
+    return every_clash(list(dict.fromkeys((limit.name, limit.side) for limit in program.limits)), clashes, may)
 
 
 def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) -> list[Loosening]:

@@ -33,9 +33,9 @@ def side_by_side(scene: Scene, nominal: Found | None, robust: Robust, goal_off: 
     if nominal is None or nominal.x is None:
         return Tolerances("", None, {}, widths, goal_off, robust.open)
     plain = replace(scene, off={})
-    chosen = {one.path: float(v) for one, v in zip(scene.variables, nominal.x, strict=True)}
+    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, nominal.x, strict=True)}
     goal = goal_of(plain, chosen)
-    variables = {one.path: chosen_of(one, chosen[one.path]).value for one in scene.variables}
+    variables = {variable.path: chosen_of(variable, chosen[variable.path]).value for variable in scene.variables}
     parts = {path: one.value for path, one in parts_of(plain, chosen).items()}
     return Tolerances(nominal.status, goal[1] if goal else None, variables, widths, goal_off, robust.open, parts)
 
@@ -74,7 +74,7 @@ def goal_machine(scene: Scene, hits: Mapping[int, Hit]) -> dict[str, float]:
 
 def rows_over(scene: Scene, x: FloatArray, robust: Robust) -> tuple[dict[str, Checked], dict[str, Checked]]:
     """Limits and measures on the worst machines around a design."""
-    chosen = {one.path: float(v) for one, v in zip(scene.variables, x, strict=True)}
+    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
     limits = checked_limits(scene, chosen, limit_offs(scene, x, robust.hits))
     return limits, checked_measures(scene, chosen, measure_offs(scene, x))
 
@@ -104,12 +104,12 @@ def _worst_index(scene: Scene, program: Program, hits: Mapping[int, Hit], name: 
 def _corners(doubts: tuple[Uncertain, ...]) -> list[dict[str, float]]:
     if len(doubts) > _CORNERS:
         return []
-    ends = [(1.0 - one.tolerance, 1.0 + one.tolerance) for one in doubts]
+    ends = [(1.0 - doubt.tolerance, 1.0 + doubt.tolerance) for doubt in doubts]
     return [_named(doubts, np.array(corner)) for corner in product(*ends)]
 
 
 def _named(doubts: tuple[Uncertain, ...], factors: FloatArray) -> dict[str, float]:
-    return dict(zip((one.path for one in doubts), factors.tolist(), strict=True))
+    return dict(zip((doubt.path for doubt in doubts), factors.tolist(), strict=True))
 
 
 __all__ = ["analysed", "goal_machine", "limit_offs", "measure_offs", "rows_over", "side_by_side"]

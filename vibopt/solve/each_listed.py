@@ -72,7 +72,7 @@ class EachListed:
         return replace(found, x=whole)
 
     def _whole(self, program: Program, best: Found | None, value: float, statuses: list[str]) -> Found:
-        many, proven = len(statuses), sum(one in _PROVEN for one in statuses)
+        many, proven = len(statuses), sum(statuse in _PROVEN for statuse in statuses)
         details: dict[str, float] = {"listed combinations": many, "proven": proven}
         every = counted(many, "combinations of listed values")
         what = f"{'each of ' * (many != 1)}{every}"
@@ -95,7 +95,7 @@ def _settled_by_lists(program: Program, free: list[int]) -> bool:
     """Whether the goal is a number of the listed values alone: with them one design is as good as any."""
     aim = program.aim
     return aim is not None and all(
-        one.form.powers is not None and not one.form.powers.exponents[:, free].any() for one in aim.pieces
+        piece.form.powers is not None and not piece.form.powers.exponents[:, free].any() for piece in aim.pieces
     )
 
 

@@ -45,8 +45,10 @@ def permitted_speeds(scene: Scene, program: Program) -> Design:
     excitation = scene.excitations[name]
     own = {
         key
-        for key, one in scene.limits.items()
-        if isinstance(one, HarmonicResponse) and name in names_for(scene, one) and speeds_for(scene, one, name) is None
+        for key, limit in scene.limits.items()
+        if isinstance(limit, HarmonicResponse)
+        and name in names_for(scene, limit)
+        and speeds_for(scene, limit, name) is None
     }
     found = speeds_of(program, name, excitation.own_bands(), own)
     unit, dimension = excitation.speed.unit, excitation.speed.dimension

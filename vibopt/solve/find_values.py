@@ -29,7 +29,7 @@ class End:
     @property
     def as_found(self) -> bool:
         """Whether every limit holds as measured, and one side of the limit that ends it just so."""
-        held = [one.margin for one in self.rows.values() if one.name == self.ended_by and one.side]
+        held = [row.margin for row in self.rows.values() if row.name == self.ended_by and row.side]
         return _good(self.rows) and (not held or min(map(abs, held)) <= _NEAR)
 
 
@@ -78,12 +78,12 @@ def _claim(program: Program, found: Permitted, path: str) -> tuple[str, bool]:
     if not found.complete:
         return f"the limits were followed over the range of {path}, but part of it was not settled", False
     claim = f"every limit was followed over the whole range of {path}, and each end is exact"
-    searched = sorted({one.form.searched for one in program.limits} - {""})
+    searched = sorted({limit.form.searched for limit in program.limits} - {""})
     return (f"{claim}; {', '.join(searched)} and not proven", False) if searched else (claim, True)
 
 
 def _good(rows: Rows) -> bool:
-    return all(one.met for one in rows.values())
+    return all(row.met for row in rows.values())
 
 
 def _between(found: Permitted, low: float, high: float) -> Iterator[tuple[float, bool]]:

@@ -90,7 +90,7 @@ def conflict_of(
         clashes = conflicts(
             finite, _ask, lambda: meter.done <= most * _OF_SETS and not late("the search for conflicts")
         )
-    order = list(dict.fromkeys(one.name for one in program.limits))
+    order = list(dict.fromkeys(limit.name for limit in program.limits))
     sets = tuple(dict.fromkeys(tuple(sorted({name for name, _ in one}, key=order.index)) for one in clashes.sets))
     if not sets:
         return None
@@ -121,7 +121,7 @@ def _guesses(program: Program, sets: tuple[tuple[Key, ...], ...]) -> dict[tuple[
     """By name and side the bound [SI] that should be enough, of the limits that are in every set: no other helps."""
     found: dict[tuple[str, str], float] = {}
     shared = [key for key in sets[0] if all(key in other for other in sets[1:])]
-    clash = tuple(one for one in program.limits if (one.name, one.side) in shared)
+    clash = tuple(limit for limit in program.limits if (limit.name, limit.side) in shared)
     for one in loosenings(program, clash, _ask):
         found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound)
     return found

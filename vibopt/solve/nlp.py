@@ -272,7 +272,7 @@ class _Run:
 
     def _merit(self, x: FloatArray) -> float:
         """Log of the goal and what limits are missed by, the less the better."""
-        missed = max((self.judge.limit(one, x)[0] for one in self.program.limits), default=0.0)
+        missed = max((self.judge.limit(limit, x)[0] for limit in self.program.limits), default=0.0)
         goal = self.judge.goal(x).value
         level = np.sign(goal) * np.log(abs(goal)) if goal and np.isfinite(goal) else 0.0
         return float(level + _BY_LIMITS * np.log1p(max(missed, 0.0))) if np.isfinite(goal) else np.inf
@@ -385,7 +385,7 @@ class _Run:
             "programs built": self.built,
             "ipopt runs": self.iterations,
             "exact measurements": self.budget.spent,
-            "sampled speeds": sum(len(one) for one in self.samples.speeds.values()),
+            "sampled speeds": sum(len(speed) for speed in self.samples.speeds.values()),
         }
 
 

@@ -223,7 +223,7 @@ class _Run:
         places = [self._cross(row, place, piece) for row, place in piece.turns() if row < len(self.program.limits)]
         cuts = sorted({piece.low, piece.high, *places})
         parts = [two for two in pairwise(cuts) if self._holds(0.5 * (two[0] + two[1]))]
-        return [*parts, *((one, one) for one in cuts if self._holds(one))]
+        return [*parts, *((cut, cut) for cut in cuts if self._holds(cut))]
 
     def _holds(self, place: float) -> bool:
         return bool(self.row(place)[:-1].max(initial=-1.0) <= 2.0 * _MET)
@@ -248,14 +248,14 @@ class _Run:
 
     def _pieces(self, ends: list[float]) -> list[_Piece]:
         """Pieces side by side: what is measured sooner at many designs at once is."""
-        places = {float(one) for two in pairwise(ends) for one in _nodes(*two)} - self.rows.keys()
-        self.judge.ahead(np.array([self.x(one) for one in sorted(places)]))
+        places = {float(node) for two in pairwise(ends) for node in _nodes(*two)} - self.rows.keys()
+        self.judge.ahead(np.array([self.x(place) for place in sorted(places)]))
         return [self._piece(*two) for two in pairwise(ends)]
 
     def _piece(self, low: float, high: float) -> _Piece:
         self.budget.spend()
         places = _nodes(low, high)
-        values = np.array([self.row(float(one)) for one in places])
+        values = np.array([self.row(float(place)) for place in places])
         coefficients = (_TO_CHEBYSHEV @ values).T
         doubt = _SAFETY * np.abs(coefficients[:, -3:]).sum(axis=1) + _FLOOR
         return _Piece(low, high, coefficients, doubt)
@@ -288,7 +288,7 @@ class _Run:
         """Take the size of the goal from its values."""
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            values = np.abs([self.judge.goal(self.x(one)).value for one in ends])
+            values = np.abs([self.judge.goal(self.x(end)).value for end in ends])
         good = values[np.isfinite(values) & (values > 0.0)]
         self.size = float(np.exp(np.log(good).mean())) if len(good) else 1.0
 

@@ -127,7 +127,9 @@ def hung(part: Limit | Aim) -> Hung | None:
         size = abs(row[at[0]]) * np.abs(line.amplitude.at(w / line.order)) * w ** (form.output.power - 1.0)
         return np.asarray(size * np.abs(moved[:, 0] / moved[:, 1]))
 
-    bands = tuple(Band(line.order * one.low, line.order * one.high) for one in form.drives[0].bands if not one.is_point)
+    bands = tuple(
+        Band(line.order * band.low, line.order * band.high) for band in form.drives[0].bands if not band.is_point
+    )
     stuck = model.vectors[:, :n] @ free + model.vectors[:, at[0]]
     carried = np.where((model.kinds == INERTIA) & owned, stuck**2, 0.0)
     return Hung(m, c, k, place, shaken, bands, carried)

@@ -75,8 +75,12 @@ class _Positions:
     def values(self, u: FloatArray) -> list[float]:
         """Coordinates [m]; the ends are those of the file, to the last digit."""
         return [
-            one.low if t == 0.0 else one.high if t == 1.0 else one.low + float(t) * (one.high - one.low)
-            for one, t in zip(self.variables, u, strict=True)
+            variable.low
+            if t == 0.0
+            else variable.high
+            if t == 1.0
+            else variable.low + float(t) * (variable.high - variable.low)
+            for variable, t in zip(self.variables, u, strict=True)
         ]
 
     def at(self, u: FloatArray) -> Scene:
@@ -131,8 +135,8 @@ def _missed(design: Design) -> float:
     """By how much limits are missed, of a design half way in all ranges where there is none at this position."""
     rows = design.limits
     if not rows and not open_places(design.scene):
-        rows = checked_limits(design.scene, {one.path: _half_way(one) for one in design.scene.variables})
-    by = [min(max(-one.margin, 0.0), _HOPELESS) for one in rows.values()]
+        rows = checked_limits(design.scene, {variable.path: _half_way(variable) for variable in design.scene.variables})
+    by = [min(max(-row.margin, 0.0), _HOPELESS) for row in rows.values()]
     return float(sum(by)) if by else _HOPELESS
 
 
@@ -162,7 +166,7 @@ def _concluded(asked: _Positions, best: Design, u: FloatArray, search: Search) -
     rest = f"; the rest of the design is {proven} for these positions ({best.claim})" if scene.variables else ""
     claim = f"the best of {many} positions that were solved; that no better position exists is not proven{short}{rest}"
     values = asked.values(u)
-    chosen = {one.path: _chosen(one, value) for one, value in zip(asked.variables, values, strict=True)}
+    chosen = {variable.path: _chosen(variable, value) for variable, value in zip(asked.variables, values, strict=True)}
     return replace(best, status="feasible", claim=claim, variables={**chosen, **best.variables})
 
 

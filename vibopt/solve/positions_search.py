@@ -143,7 +143,7 @@ class Search:
                 if self.score(near) < min(score, self.score(worst)):
                     points[-1] = near
                 else:
-                    points = [points[0], *(0.5 * (one + points[0]) for one in points[1:])]
+                    points = [points[0], *(0.5 * (point + points[0]) for point in points[1:])]
 
     def _poll(self, size: float) -> None:
         """Steps both ways along turned axes, a new turn each round; finds its way along kinks and limits.

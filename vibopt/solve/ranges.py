@@ -55,7 +55,7 @@ def far_end(program: Program, axis: Axis) -> float:
 def _longest_load(program: Program) -> float:
     """Of what comes once [s]; 0 without."""
     forms = [part.form.in_time for part in program.parts]
-    return max((sum(one.length for one in form.segments) for form in forms if form is not None), default=0.0)
+    return max((sum(segment.length for segment in form.segments) for form in forms if form is not None), default=0.0)
 
 
 _TURNED, _FADED = 6e4, 2e4

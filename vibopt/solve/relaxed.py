@@ -54,7 +54,7 @@ def with_least(program: Program, found: Found, known: float = float("nan")) -> F
         return none_holds(program) or found
     if found.status != "feasible" or found.x is None or aim is None or not _boundable(program, aim.pieces):
         return found
-    value = max(one.sense * one.form.value(one.model, found.x) for one in aim.pieces)
+    value = max(piece.sense * piece.form.value(piece.model, found.x) for piece in aim.pieces)
     if not 0.0 < abs(value) < np.inf:
         return found
     boxes = _Relaxed(program, aim.pieces)
@@ -119,17 +119,17 @@ class _Relaxed:
 
     def __init__(self, program: Program, aims: Sequence[Aim], most: int = _WORK) -> None:
         self.program = program
-        kept = [one for one in program.limits if _has_rows(one)]
+        kept = [limit for limit in program.limits if _has_rows(limit)]
         self.goals: Sequence[Limit | Aim] = list(aims) or kept
         self.limits: Sequence[Limit] = kept if aims else []
         self.lines = {id(one): _Speeds(program, one) for one in (*self.goals, *self.limits) if one.form.powers is None}
-        each = sum(one.count for one in self.lines.values()) or 1
+        each = sum(line.count for line in self.lines.values()) or 1
         self.budget = Budget(min(most, max(_WORK // each, 1)), "boxes", _COST * each)
 
     def learn(self, x: FloatArray) -> None:
         """Look at the speeds at which the design x (n_vars,) is worst."""
-        for one in self.lines.values():
-            one.learn(x)
+        for line in self.lines.values():
+            line.learn(x)
 
     def search(self, bar: float, floor: float = -np.inf) -> float:
         """No design has a goal whose log is below this, which is no greater than `bar`; given up far below `floor`."""
@@ -163,8 +163,8 @@ class _Relaxed:
     def on(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Bound of the log of the goal on boxes of logs (n_boxes, n_vars), shape (n_boxes,)."""
         x, half = np.exp(0.5 * (low + high)), 0.5 * (high - low)
-        goals = Rows.joined([self._rows(one, x, half) for one in self.goals]).highest(_ROWS)
-        limits = [self._rows(one, x, half) for one in self.limits]
+        goals = Rows.joined([self._rows(goal, x, half) for goal in self.goals]).highest(_ROWS)
+        limits = [self._rows(limit, x, half) for limit in self.limits]
         return _weighed(goals, Rows.joined(limits).highest(_ROWS) if limits else None, half)
 
     def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray) -> Rows:
@@ -194,13 +194,13 @@ class _Speeds:
 
     def learn(self, x: FloatArray) -> None:
         if len(self.known) < _SPEEDS:
-            self._add([one.speeds[0] for one in self.part.extremes(x)])
+            self._add([extreme.speeds[0] for extreme in self.part.extremes(x)])
 
     def _add(self, speeds: list[float]) -> None:
         fresh: list[float] = []
-        for one in speeds:
-            if one > 0.0 and all(abs(one - old) > 1e-4 * one for old in [*self.known, *fresh]):
-                fresh.append(one)
+        for speed in speeds:
+            if speed > 0.0 and all(abs(speed - old) > 1e-4 * speed for old in [*self.known, *fresh]):
+                fresh.append(speed)
         form = self.part.form.harmonic
         if fresh and form is not None and form.line is not None:
             middle = np.sqrt(self.program.low * self.program.high)

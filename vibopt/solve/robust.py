@@ -59,7 +59,7 @@ class Robust:
     @property
     def tried(self) -> int:
         """Machines looked at around the design."""
-        return sum(one.tried for one in self.hits.values())
+        return sum(hit.tried for hit in self.hits.values())
 
 
 def judged(scene: Scene, x: FloatArray) -> Robust:
@@ -129,11 +129,11 @@ class _Run:
             known = self.machines.asked
             hits, broken = self._look(found.x)
             undecided, picks = self.undecided, found.details["picks"]
-            for count, one in enumerate(picks[1:], start=1):  # each teaches something, broken or not
+            for count, pick in enumerate(picks[1:], start=1):  # each teaches something, broken or not
                 if self._over:  # what was not asked is not shown as if it held
                     found = replace(found, details={**found.details, "picks": picks[:count]})
                     break
-                broken |= self._fails(np.array(one["x"]))
+                broken |= self._fails(np.array(pick["x"]))
             self.undecided = undecided
             if not broken:
                 return self._done(found, hits)
@@ -172,10 +172,10 @@ class _Run:
         program = around(self.scene, found.x)
         undecided = self.undecided
         status, words = found.status, "over the tolerances: all of it proven"
-        if any(tight(program, index, one) for index, one in hits.items()):
+        if any(tight(program, index, hit) for index, hit in hits.items()):
             words += f" (to {100.0 * MARGIN:g} % of the bound where a limit is tight)"
         if undecided:
-            tried = sum(one.tried for one in hits.values())
+            tried = sum(hit.tried for hit in hits.values())
             worst = f"the worst of {counted(tried, 'machines')} found"
             words = f"over the tolerances: {worst}, not proven for {', '.join(undecided)}"
             status = "feasible" if status == "optimal" else status
@@ -221,15 +221,15 @@ class _Run:
     def _learn(self, program: Program, x: FloatArray, hits: Mapping[int, Hit]) -> bool:
         """Keep the machines that break a limit or the goal, and the first of every limit; whether any does."""
         broken, level, keys = False, self._level(program, x), keys_of(program)
-        for index, one in hits.items():
+        for index, hit in hits.items():
             if index >= 0:
-                bad = missed(program.limits[index], one.value) > _BROKEN
+                bad = missed(program.limits[index], hit.value) > _BROKEN
             else:
                 assert program.aim is not None
-                fresh = level == -np.inf and bool((one.factors != 1.0).any())
-                bad = fresh or program.aim.sense * one.value > level + _BROKEN * abs(level)
+                fresh = level == -np.inf and bool((hit.factors != 1.0).any())
+                bad = fresh or program.aim.sense * hit.value > level + _BROKEN * abs(level)
             if bad or keys[index] not in self.machines.worst:
-                self.machines.add(keys[index], self.machines.parts_off(x, one.factors))
+                self.machines.add(keys[index], self.machines.parts_off(x, hit.factors))
             broken |= bad
         return broken
 
@@ -239,7 +239,7 @@ class _Run:
             return -np.inf
         aim = program.aim
         machines = [self.machines.factors(x, one) for one in self.machines.worst[GOAL]]
-        return max(piece.sense * piece.worst(one).value for piece in aim.pieces for one in machines)
+        return max(piece.sense * piece.worst(machine).value for piece in aim.pieces for machine in machines)
 
 
 def _at_open_ends(program: Program, found: Found) -> Found:

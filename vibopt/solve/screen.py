@@ -40,7 +40,7 @@ def screenable(program: Program) -> bool:
     """Whether something is asked over speeds, and the goal and every limit over speeds are cheap."""
     aims = () if program.aim is None else program.aim.pieces
     asked: list[Limit | Aim] = [part for part in program.parts if part.form.drives]
-    if not all(one.form.drives for one in aims) and len(_devices(program)) < 2:
+    if not all(aim.form.drives for aim in aims) and len(_devices(program)) < 2:
         return False  # of designs that are to be light or stiff those that promise most break limits
     return bool(aims) and bool(asked) and all(is_cheap(part) for part in [*aims, *asked])
 
@@ -78,15 +78,15 @@ def tuned(program: Program) -> FloatArray:
     Of several on each other those in the middle are damped little and each is lighter than what it rides on.
     """
     devices = _devices(program)
-    bands = [Band(one.low, one.high) for part in program.parts for drive in part.form.drives for one in drive.bands]
+    bands = [Band(band.low, band.high) for part in program.parts for drive in part.form.drives for band in drive.bands]
     if len(devices) < 2 or not bands:
         return np.zeros((0, len(program.axes)))
-    about = np.geomspace(min(one.low for one in bands if one.high) or 1.0, max(one.high for one in bands), _ABOUT)
-    heavy = [1.0] if all(one.mass for one in devices) else _HEAVY
+    about = np.geomspace(min(band.low for band in bands if band.high) or 1.0, max(band.high for band in bands), _ABOUT)
+    heavy = [1.0] if all(device.mass for device in devices) else _HEAVY
     lighter = [1.0] if len(heavy) == 1 else _LIGHTER
     patterns = product(about, _SPREADS, _DAMPED, heavy, lighter)
     base = np.log(np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high))
-    return np.array([_tuned(program, devices, base, *one) for one in patterns])
+    return np.array([_tuned(program, devices, base, *pattern) for pattern in patterns])
 
 
 def left_out(program: Program) -> list[tuple[list[int], int]]:
@@ -143,11 +143,11 @@ def _devices(program: Program) -> list[_Device]:
     }
     hosts = {name: next((one for one in model.ends[name] if one != name), "") for name in tuned}
     found = []
-    for name in (one for one in owners if one in tuned):
+    for name in (owner for owner in owners if owner in tuned):
         depth, host = 0, hosts[name]
         while host in hosts and depth < len(hosts):
             depth, host = depth + 1, hosts[host]
-        own = [one for one in model.terms if one.owner == name and one.kind == INERTIA]
+        own = [term for term in model.terms if term.owner == name and term.kind == INERTIA]
         mass = sum(one.scale for one in own if not one.exponents.any())
         found.append(_Device(owners[name], mass, depth, name not in hosts.values(), hosts[name]))
     return found

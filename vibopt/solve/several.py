@@ -53,7 +53,7 @@ class Several:
 
     def __post_init__(self) -> None:
         self.doubts = uncertain(self.scene)
-        self.wide = [i for i, one in enumerate(self.doubts) if one.printed]
+        self.wide = [i for i, doubt in enumerate(self.doubts) if doubt.printed]
         self.off_nothing = np.zeros(len(self.doubts))
 
     @property
@@ -120,9 +120,9 @@ class Several:
 
     def _pose(self, machine: FloatArray) -> Program:
         off = {
-            one.path: 1.0 + one.tolerance * float(part)
-            for one, part in zip(self.doubts, machine, strict=True)
-            if not one.printed
+            doubt.path: 1.0 + doubt.tolerance * float(part)
+            for doubt, part in zip(self.doubts, machine, strict=True)
+            if not doubt.printed
         }
         scene, count = replace(self.scene, off=off), len(self.scene.variables)
         model = model_of(scene, free={self.doubts[i].path for i in self.wide})
@@ -134,7 +134,7 @@ class Several:
 
     def _with_columns(self, program: Program) -> Program:
         """The program with one axis more for every column, tied to the part that it belongs to."""
-        paths = [one.path for one in program.axes]
+        paths = [axis.path for axis in program.axes]
         axes, ties = list(program.axes), list(program.ties)
         for i, part in self._columns:
             printed = paths.index(self.doubts[i].printed)

@@ -234,7 +234,7 @@ def _one_variable(program: Program, found: Found, progress: Progress | None) -> 
 
 def _not_proven(program: Program, found: Found) -> Found:
     """The answer without the word where a limit or the goal might be greater than was seen."""
-    seen = [one for one in program.parts if one.form.searched]
+    seen = [part for part in program.parts if part.form.searched]
     doubts = f"{', '.join(sorted({one.form.searched for one in seen}))} and not proven"
     if found.status == "optimal" and seen:
         return replace(found, status="feasible", claim=f"{found.claim}; {doubts}")
@@ -295,7 +295,10 @@ def _over_tolerances(
     x = np.asarray(found.x)
     rows = rows_over(scene, x, best)
     machine = goal_machine(scene, best.hits)
-    off, chosen = replace(scene, off=machine), dict(zip((one.path for one in scene.variables), x.tolist(), strict=True))
+    off, chosen = (
+        replace(scene, off=machine),
+        dict(zip((variable.path for variable in scene.variables), x.tolist(), strict=True)),
+    )
     made = _answered(off, program, found, clock, rows, goal_row(off, chosen, None if machine else program.model))
     notes = (*made.notes, "Tolerances: curves show the machine as designed and the worst one, maps the first.")
     both = side_by_side(scene, nominal, best, differing(scene, machine))
@@ -372,8 +375,8 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
         built = Built(scene, {}, program.model)
         limits, measures = built.limits({}), built.measures({})
     clock.stage("measure")
-    good = all(one.met for one in limits.values())
-    broken = [name for name, one in limits.items() if not one.met]
+    good = all(limit.met for limit in limits.values())
+    broken = [name for name, limit in limits.items() if not limit.met]
     claim = "every limit holds" if good else f"broken: {', '.join(broken)}"
     if not limits:
         claim = "measured; there is no limit to judge"
@@ -425,7 +428,7 @@ def _answered(
     assert found.x is not None
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
     limits, measures = rows
-    broken = [name for name, one in limits.items() if not one.met]
+    broken = [name for name, limit in limits.items() if not limit.met]
     doubt = disagreement(limits, measures, {} if goal is None or found.zero else {goal.name: goal})
     clock.stage("certify")
     status, claim = found.status, found.claim

@@ -133,13 +133,13 @@ class Exact:
             return
         sense = 1.0 if limit.side == "at_most" else -1.0
         bound = np.log(limit.bound) if limit.bound > 0.0 else -1e30
-        for one in limit.extremes(x):
-            yield _piece(index, one, sense, bound)
+        for extreme in limit.extremes(x):
+            yield _piece(index, extreme, sense, bound)
 
     def _goal(self, aim: Aim, x: FloatArray) -> Iterator[Piece]:
         for index, each in enumerate(aim.pieces):
-            for one in each.extremes(x):
-                yield _piece(-1 - index, one, aim.sense, 0.0)
+            for extreme in each.extremes(x):
+                yield _piece(-1 - index, extreme, aim.sense, 0.0)
 
 
 def _piece(index: int, one: Local, sense: float, bound: float) -> Piece:

@@ -240,13 +240,13 @@ class _Search:
 
     def middle(self, box: _Box) -> float:
         """What the goal is at least in the middle of a box."""
-        return max((one.value for one in box.goals), default=-np.inf)
+        return max((goal.value for goal in box.goals), default=-np.inf)
 
     def better(self, box: _Box) -> bool:
         """Whether the middle of a box may be worth while."""
         if not np.isfinite(self.best):
             return True
-        value = max(one.value for one in box.goals) if box.goals else self.judge.goal(box.x).value
+        value = max(goal.value for goal in box.goals) if box.goals else self.judge.goal(box.x).value
         return value < self.best - _BETTER * abs(self.best)
 
     def found(self, frontier: Frontier) -> Found:
@@ -282,12 +282,12 @@ def _together(box: _Box) -> float | None:
     The weights of a linear program are only a proposal: any weights of what is known give a bound.
     """
     reach = box.reach
-    alone = max((one.least(reach) for one in box.goals), default=-np.inf)
+    alone = max((goal.least(reach) for goal in box.goals), default=-np.inf)
     if not box.limits:
         return alone
     if box.goals:
-        size = max(abs(one.value) for one in box.goals) or 1.0
-        goals = [one.scaled(0.0, size) for one in box.goals]
+        size = max(abs(goal.value) for goal in box.goals) or 1.0
+        goals = [goal.scaled(0.0, size) for goal in box.goals]
         weights = _weights([*goals, *box.limits], len(goals), reach)
         if weights is not None:
             return max(alone, size * _weighed([*goals, *box.limits], weights, reach))
@@ -299,8 +299,8 @@ def _weights(tangents: Sequence[Tangent], count: int, reach: FloatArray) -> Floa
     """Of tangents, by the program: least t with the first `count` of them at most t and the others at most 0."""
     from scipy.optimize import linprog
 
-    rows = np.array([[*one.slope, -1.0 if i < count else 0.0] for i, one in enumerate(tangents)])
-    rest = np.array([one.rest - one.value for one in tangents])
+    rows = np.array([[*tangent.slope, -1.0 if i < count else 0.0] for i, tangent in enumerate(tangents)])
+    rest = np.array([tangent.rest - tangent.value for tangent in tangents])
     box = [*((-one, one) for one in reach), (None, None)]
     solved = linprog(np.append(np.zeros(len(reach)), 1.0), rows, rest, bounds=box, method="highs")
     if solved.status != 0:
@@ -312,8 +312,10 @@ def _weights(tangents: Sequence[Tangent], count: int, reach: FloatArray) -> Floa
 
 def _weighed(tangents: Sequence[Tangent], weights: FloatArray, reach: FloatArray) -> float:
     """What the weighed sum of tangents is no less than on the box."""
-    value = sum(weight * (one.value - one.rest) for weight, one in zip(weights, tangents, strict=True))
-    slope = sum((weight * one.slope for weight, one in zip(weights, tangents, strict=True)), np.zeros(len(reach)))
+    value = sum(weight * (tangent.value - tangent.rest) for weight, tangent in zip(weights, tangents, strict=True))
+    slope = sum(
+        (weight * tangent.slope for weight, tangent in zip(weights, tangents, strict=True)), np.zeros(len(reach))
+    )
     return float(value - np.abs(slope) @ reach)
 
 

@@ -45,7 +45,7 @@ NAME = "limit at standstill"
 
 def endless_limit(program: Program) -> Limit | None:
     """The first limit that no design can keep, for it asks that something without end at standstill be small."""
-    broken = (one for one in program.limits if one.side == "at_most" and _endless(one.form))
+    broken = (limit for limit in program.limits if limit.side == "at_most" and _endless(limit.form))
     return next(broken, None)
 
 
@@ -58,7 +58,7 @@ def no_design(limit: Limit) -> Found:
 def without_goal(program: Program) -> Program | None:
     """The program without its goal where that has no end at standstill; None where it is as good as any."""
     aims = (program.aim, *program.aim.others) if program.aim is not None else ()
-    return replace(program, aim=None) if any(_endless(one.form) for one in aims) else None
+    return replace(program, aim=None) if any(_endless(aim.form) for aim in aims) else None
 
 
 def as_goal(found: Found, sense: float) -> Found:

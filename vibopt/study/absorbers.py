@@ -83,9 +83,12 @@ class Absorbers:
     def blocks(self) -> tuple[tuple[str, tuple[tuple[str, str], ...]], ...]:
         """Titles and rows, as they are printed."""
         made = (
-            (BUILD, tuple((one.name, one.words) for one in self.parts)),
+            (BUILD, tuple((part.name, part.words) for part in self.parts)),
             ("How far each spring may be off", tuple((one.absorber, one.words) for one in self.adjusting)),
-            ("What if", tuple((one.head, one.words) for one in self.consequences if one.words)),
+            (
+                "What if",
+                tuple((consequence.head, consequence.words) for consequence in self.consequences if consequence.words),
+            ),
         )
         return tuple((title, rows) for title, rows in made if rows)
 
@@ -156,7 +159,7 @@ def _top(scene: Scene) -> float:
     """The highest frequency that a limit or a measure looks at [rad/s]."""
     asked = [one for one in (*scene.limits.values(), *scene.measures.values()) if isinstance(one, HarmonicResponse)]
     ends = [band.high for one in asked for name in names_for(scene, one) for band in bands_for(scene, one, name)]
-    return max((one for one in ends if isfinite(one)), default=1e3)
+    return max((end for end in ends if isfinite(end)), default=1e3)
 
 
 def _answered(
@@ -165,7 +168,7 @@ def _answered(
     """The answer, begun where values are known for all variables; None where what is left is no scene."""
     try:
         scene = from_dict(document, name=name)
-        begun = [known[one.path] for one in scene.variables if one.path in known] if known else []
+        begun = [known[variable.path] for variable in scene.variables if variable.path in known] if known else []
         near = begun if begun and len(begun) == len(scene.variables) else None
         return solve(scene, explain=False, near=near, method=method if scene.variables else None)
     except InputError:
@@ -176,7 +179,7 @@ def _as_built(design: Design, what: str, name: str, document: Document) -> Conse
     other = _answered(document, design.scene.name)
     if other is None:
         return None
-    breaks = tuple(one for one in other.limits.values() if not one.met)
+    breaks = tuple(limit for limit in other.limits.values() if not limit.met)
     goal = other.measures.get(GOAL)
     said = [_broken(one) for one in breaks] or (["every limit holds"] if other.limits else [])
     if goal is not None and design.goal is not None:
@@ -213,12 +216,12 @@ def _anew(
         said += ", not proven to be the best"
     if what == LESS:
         said = f"its mass rests on the least that is allowed; without it: {said}"
-    breaks = tuple(one for one in other.limits.values() if not one.met)
+    breaks = tuple(limit for limit in other.limits.values() if not limit.met)
     return Consequence(name, what, other.status, breaks, goal, said)
 
 
 def _verdicts(other: Design) -> str:
-    broken = "; ".join(_broken(one) for one in other.limits.values() if not one.met)
+    broken = "; ".join(_broken(limit) for limit in other.limits.values() if not limit.met)
     return {
         "infeasible": "no design meets all limits",
         "unproven": "no design was found, and none was proven impossible",

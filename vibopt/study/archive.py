@@ -118,8 +118,8 @@ def is_archive(data: object) -> bool:
         return False
     answers = data.get("answers")
     return isinstance(answers, dict) and all(
-        isinstance(one, dict) and isinstance(one.get("answer"), dict) and isinstance(one.get("sha256"), dict)
-        for one in answers.values()
+        isinstance(answer, dict) and isinstance(answer.get("answer"), dict) and isinstance(answer.get("sha256"), dict)
+        for answer in answers.values()
     )
 
 
@@ -159,7 +159,7 @@ def compared_among(name: str, answers: Mapping[str, Any], now: Mapping[str, Any]
     """The answer of one file, and what was kept by its name, else of the same files seen from another folder."""
     if name in answers or now is None:
         return compared(name, answers.get(name), now)
-    same = [other for other, one in answers.items() if one["sha256"] and one["sha256"] == now["sha256"]]
+    same = [other for other, answer in answers.items() if answer["sha256"] and answer["sha256"] == now["sha256"]]
     if not same:
         return compared(name, None, now)
     return replace(compared(name, answers[min(same)], now), note="", kept_as=min(same))

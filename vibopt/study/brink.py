@@ -35,7 +35,7 @@ def follows(job: Job) -> TypeGuard[Scene]:
     return (
         is_scene(job)
         and bool(job.variables and job.limits)
-        and all(one.values is None for one in job.variables)
+        and all(variable.values is None for variable in job.variables)
         and not (open_places(job) or open_positions(job) or uncertain(job))
     )
 

@@ -74,7 +74,7 @@ class Boundary:
     @property
     def goals(self) -> tuple[float, ...]:
         """The goal on either side [SI], where there is one."""
-        return tuple(one.goal.value for one in self.sides if one.goal is not None and one.good)
+        return tuple(side.goal.value for side in self.sides if side.goal is not None and side.good)
 
     @property
     def precise(self) -> str:
@@ -120,7 +120,7 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
     fine = _fineness(many) if closed else ACTIVE
     states = np.empty(len(many), dtype=object)
     states[:] = [(state_of(one, fine), one) for one in many]
-    grid = states.reshape([len(one) for one in axes])
+    grid = states.reshape([len(axis) for axis in axes])
     open_gaps = list(_gaps(grid, axes))
     close = CLOSE if batch or len(axes) == 1 else ALONG_EDGES
     narrow = _Narrowing(job, tuple(varied), fine, (close, close if closed else max(close, BY_SEARCH)), batch)
@@ -130,15 +130,15 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
 def state_of(point: Point, fine: float) -> State:
     """What is told apart: whether there is a design, and which limits are active; without one, which are broken."""
     if point.status in ("met", "violated"):
-        return point.status, tuple(sorted(name for name, one in point.margins.items() if one < -ACTIVE))
+        return point.status, tuple(sorted(name for name, margin in point.margins.items() if margin < -ACTIVE))
     if not point.good:
         return point.status, ()
-    return "good", tuple(sorted(name for name, one in point.margins.items() if abs(one) <= fine))
+    return "good", tuple(sorted(name for name, margin in point.margins.items() if abs(margin) <= fine))
 
 
 def _fineness(points: Sequence[Point]) -> float:
     """Margin up to which a limit counts as active: as small as the answers let it be told from rounding."""
-    near = [abs(m) for one in points if one.good for m in one.margins.values() if abs(m) <= ACTIVE]
+    near = [abs(m) for point in points if point.good for m in point.margins.values() if abs(m) <= ACTIVE]
     return float(np.clip(4.0 * np.percentile(near, 90), _FINEST, ACTIVE)) if near else ACTIVE
 
 
@@ -260,12 +260,12 @@ class Stretch:
 
 def stretches(sweep: Sweep) -> Iterator[Stretch]:
     """Runs of one fact without a good answer, each out to where the answers change."""
-    ends = [one for one in sweep.boundaries if one.of_feasibility]
+    ends = [boundary for boundary in sweep.boundaries if boundary.of_feasibility]
     first, last = sweep.points[0], sweep.points[-1]
     fine = ACTIVE
     cuts = [
         (first.value.value, state_of(first, fine)[0]),
-        *((side.value, state[0]) for one in ends for side, state in ((one.below, one.before), (one.above, one.after))),
+        *((side.value, state[0]) for end in ends for side, state in ((end.below, end.before), (end.above, end.after))),
         (last.value.value, state_of(last, fine)[0]),
     ]
     for status, run in groupby(cuts, lambda one: one[1]):

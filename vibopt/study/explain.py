@@ -73,8 +73,11 @@ class Explanation(Tabular):
     def table(self) -> list[dict[str, Any]]:
         """A row for each reason: of the model, of each method considered, of each limit."""
         model = [{"of": "model", "name": one.name, "chosen": None, "words": one.words} for one in self.model]
-        methods = [{"of": "method", "name": one.name, "chosen": one.chosen, "words": one.why} for one in self.methods]
-        limits = [{"of": "limit", "name": one.name, "chosen": None, "words": one.words} for one in self.limits]
+        methods = [
+            {"of": "method", "name": method.name, "chosen": method.chosen, "words": method.why}
+            for method in self.methods
+        ]
+        limits = [{"of": "limit", "name": limit.name, "chosen": None, "words": limit.words} for limit in self.limits]
         return [*model, *methods, *limits]
 
     def heading(self) -> tuple[str, ...]:
@@ -109,7 +112,9 @@ def explain(
         design,
         tuple(_model(design, program)),
         tuple(_methods(design, program, method)),
-        tuple(Said(name, f"{_limit(design, name)}{_ranged(every, one.name)}") for name, one in design.limits.items()),
+        tuple(
+            Said(name, f"{_limit(design, name)}{_ranged(every, limit.name)}") for name, limit in design.limits.items()
+        ),
         study_absorbers(design, thorough=thorough),
         every,
     )
@@ -119,8 +124,8 @@ def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explana
     """What a balancing job is modelled by, the methods it could have, and what its limits cost."""
     found = balanced(job, thorough=thorough) if method is None else answer(job, method=method)
     every = prices_of_limits(found, thorough=thorough)
-    limits = tuple(Said(name, f"{_row(one)}{_ranged(every, name)}") for name, one in found.limits.items())
-    caps = tuple(Said(path, f"ACTIVE, {one.words}{_ranged(every, path)}") for path, one in found.prices.items())
+    limits = tuple(Said(name, f"{_row(limit)}{_ranged(every, name)}") for name, limit in found.limits.items())
+    caps = tuple(Said(path, f"ACTIVE, {price.words}{_ranged(every, path)}") for path, price in found.prices.items())
     model, methods = reasons(job, found)
     said, considered = tuple(Said(*one) for one in model), tuple(Considered(*one) for one in methods)
     return Explanation(found, said, considered, (*limits, *caps), None, every)
@@ -128,11 +133,11 @@ def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explana
 
 def _ranged(every: Prices | None, name: str) -> str:
     """How far the price of a limit, or a cap, goes on: behind what is said of it already."""
-    rows = [] if every is None else [one for one in every.rows if name in (one.name, one.path.rpartition(".")[0])]
+    rows = [] if every is None else [row for row in every.rows if name in (row.name, row.path.rpartition(".")[0])]
     known = [
-        range_words(one.now, one.ways, gain=False)
-        for one in rows
-        if one.ranged and one.path.rpartition(".")[2] != "from"
+        range_words(row.now, row.ways, gain=False)
+        for row in rows
+        if row.ranged and row.path.rpartition(".")[2] != "from"
     ]
     return "".join(f"; {words}" for words in known if words)
 

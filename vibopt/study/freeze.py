@@ -107,7 +107,9 @@ def _bought(scene: Scene, x: Sequence[float], written: Mapping[str, Any]) -> dic
 
     A pendulum keeps its length, for its own weight pulls it back; `written` are the tables with what was chosen.
     """
-    machine = machine_of(scene, {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)})
+    machine = machine_of(
+        scene, {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
+    )
     around = turning(scene)
     tables = {}
     for name, table in scene.absorbers.items():

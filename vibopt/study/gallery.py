@@ -66,7 +66,7 @@ def gallery(results: Sequence[FileResult], folder: Path) -> str:
     folder
         Where the page will lie; links start from there.
     """
-    problems = sorted((_problem(one, folder) for one in results), key=lambda one: _natural(one.place))
+    problems = sorted((_problem(result, folder) for result in results), key=lambda one: _natural(one.place))
     parts = [_HEAD, _summary(problems), _faults(problems), _ONE_NUMBER]
     parts += [_folder(name, list(inside)) for name, inside in groupby(problems, key=lambda one: one.folder)]
     return with_markdown_check("\n".join(filter(None, parts)))
@@ -88,10 +88,10 @@ def _natural(text: str) -> list[tuple[str, int]]:
 
 
 def _summary(problems: Sequence[_Problem]) -> str:
-    rows = [row for one in problems for row, _ in one.records]
+    rows = [row for problem in problems for row, _ in problem.records]
     wrong = sum(not row.ok for row in rows)
     agreed = "all as recorded" if not wrong else f"{len(rows) - wrong} as recorded and **{wrong} not**"
-    proven = sum(one.about.proven for one in problems)
+    proven = sum(problem.about.proven for problem in problems)
     lines = [
         f"{_count(len(problems), 'file')}, {_count(len(rows), 'record')}, {agreed}. {_count(proven, 'answer')} proven, "
         f"or measured on a machine as given; {len(problems) - proven} not proven.\n"
@@ -107,9 +107,9 @@ def _summary(problems: Sequence[_Problem]) -> str:
 def _faults(problems: Sequence[_Problem]) -> str:
     """All printed answers that are wrong, by their source, named once for each file; "" where there is none."""
     rows: list[tuple[str, ...]] = []
-    for one in sorted(problems, key=lambda one: (_natural(one.about.source or one.title), _natural(one.place))):
-        where = _link(one, one.about.source or one.title)
-        for asked, row, why in _asked(one):
+    for problem in sorted(problems, key=lambda one: (_natural(one.about.source or one.title), _natural(one.place))):
+        where = _link(problem, problem.about.source or problem.title)
+        for asked, row, why in _asked(problem):
             if row.verdict in AT_FAULT:
                 rows.append((where, asked, _plain(row.printed), _plain(row.right), row.verdict, _plain(why)))
                 where = ""
@@ -128,8 +128,13 @@ def _asked(one: _Problem) -> Iterator[tuple[str, Row, str]]:
 
 def _folder(name: str, problems: Iterable[_Problem]) -> str:
     lines = [
-        (_link(one, one.title), _plain(one.about.source), "<br>".join(_records(one)), _proof(one.about))
-        for one in problems
+        (
+            _link(problem, problem.title),
+            _plain(problem.about.source),
+            "<br>".join(_records(problem)),
+            _proof(problem.about),
+        )
+        for problem in problems
     ]
     table = _table(("Problem", "Source", "Answers", "Proof"), lines)
     return f"## {_plain(name) or 'Problems'}\n\n{table}"

@@ -81,7 +81,7 @@ class Grid:
         below, above = (self.exact_count.to_integral_value(way) for way in (ROUND_FLOOR, ROUND_CEILING))
         first, last = below - (reach - 1), above + (reach - 1)
         counts = [first + k for k in range(int(last - first) + 1)]
-        return tuple(self._text(one) for one in counts if one >= self.number.least)
+        return tuple(self._text(count) for count in counts if count >= self.number.least)
 
     def _text(self, count: Decimal) -> str:
         return f"{(count * self.step).normalize():f} {self.unit}".strip()
@@ -99,10 +99,10 @@ class Grid:
 
 def numbers(scene: Scene, kept: Scene) -> list[Number]:
     """What may be rounded of a design: ranges of the file; of absorbers the mass, the spring and the damper."""
-    free = [one for one in scene.variables if one.values is None]
+    free = [variable for variable in scene.variables if variable.values is None]
     paths = {one.path for one in free}
     for name in scene.absorbers:
-        own = {one for one in paths if one.startswith(f"absorbers.{name}.")}
+        own = {path for path in paths if path.startswith(f"absorbers.{name}.")}
         if own and all(one.split(".")[2] in _SAID and one.count(".") == 2 for one in own):
             paths = (paths - own) | {f"absorbers.{name}.{word}" for word in _BUILT}
             paths |= {one for one in own if one.endswith(".loss_factor")}
@@ -199,7 +199,7 @@ def _grid(one: Number, exact: Decimal, step: Decimal, unit: str, digits: int, wo
 
 def x_of(design: Design, kept: Scene) -> tuple[float, ...] | None:
     """The values of the file's variables [SI] in a frozen scene; None where one leaves its range."""
-    known = {one.path.removesuffix(".value"): one.value for one in facts(kept)}
+    known = {fact.path.removesuffix(".value"): fact.value for fact in facts(kept)}
     found = []
     for variable, exact in zip(design.scene.variables, design.x, strict=True):
         value = next(_values(variable, kept, known), exact)

@@ -98,24 +98,24 @@ def measured_by(job: Job) -> tuple[str, int]:
 def state_of(job: Job, found: Answer[Any], value: float) -> State:
     """What holds an answer back."""
     if found.status in ("met", "violated") and found.goal is None:
-        rows = {name: one for name, one in found.limits.items() if math.isfinite(one.margin)}
+        rows = {name: limit for name, limit in found.limits.items() if math.isfinite(limit.margin)}
         if not rows:
             return State(value, found.status, None, frozenset())
         least = min(rows, key=lambda name: rows[name].margin)
-        broken = {f"{name} broken" for name, one in rows.items() if not one.met}
+        broken = {f"{name} broken" for name, row in rows.items() if not row.met}
         return State(value, found.status, Entry(rows[least].margin, "ratio", "%"), frozenset({least, *broken}))
     goal = goal_of(job, found)
     if goal is None or found.status not in ("optimal", "feasible"):
         return State(value, found.status, None, frozenset())
-    worst = {name: one.value.value for name, one in found.limits.items()}
-    room = {name: one.margin for name, one in found.limits.items()}
+    worst = {name: limit.value.value for name, limit in found.limits.items()}
+    room = {name: limit.margin for name, limit in found.limits.items()}
     if not is_scene(job):
         return State(value, found.status, goal, frozenset(_balancing_held(job, found)), worst, room)
-    held = {name for name, one in found.limits.items() if one.active}
-    held |= {f"{path} at {_end(one.at_bound)}" for path, one in found.variables.items() if one.at_bound}
-    listed = {one.path for one in found.scene.variables if one.values is not None}
-    held |= {f"{path} = {one.value.shown}" for path, one in found.variables.items() if path in listed}
-    held |= {f"{path} = {one.value}" for path, one in found.places.items()}
+    held = {name for name, limit in found.limits.items() if limit.active}
+    held |= {f"{path} at {_end(variable.at_bound)}" for path, variable in found.variables.items() if variable.at_bound}
+    listed = {variable.path for variable in found.scene.variables if variable.values is not None}
+    held |= {f"{path} = {variable.value.shown}" for path, variable in found.variables.items() if path in listed}
+    held |= {f"{path} = {place.value}" for path, place in found.places.items()}
     for one, x in zip(found.scene.variables, found.x, strict=False):
         if x > 0.0:
             room[f"{one.path} at {_PLACES['low']}"] = math.log(x / one.low) if one.low > 0.0 else math.inf
@@ -129,7 +129,7 @@ def _end(which: str) -> str:
 
 def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
     """Limits and caps that are touched and hold the goal back, and what was chosen of lists."""
-    held = {name for name, one in found.limits.items() if one.margin <= _TOUCHED}
+    held = {name for name, limit in found.limits.items() if limit.margin <= _TOUCHED}
     entries, caps = found.entries(), {}
     for fact in facts(job):
         path, _, end = fact.path.rpartition(".")
@@ -151,10 +151,10 @@ def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
 
 def _fitted(plane: Any, made: Any) -> Iterator[str]:
     """Which weights of a shelf, the lightest first, sit in which holes, whatever they weigh."""
-    for one in made.weights:
-        which = min(range(len(plane.shelf)), key=lambda k: abs(plane.shelf[k] - one.mass), default=0)
-        at = f" at radius {plane.radii.index(one.radius) + 1}" if one.radius in plane.radii[1:] else ""
-        yield f"weight {which + 1} in hole {one.hole + 1} of {len(plane.holes)}{at}"
+    for weight in made.weights:
+        which = min(range(len(plane.shelf)), key=lambda k: abs(plane.shelf[k] - weight.mass), default=0)
+        at = f" at radius {plane.radii.index(weight.radius) + 1}" if weight.radius in plane.radii[1:] else ""
+        yield f"weight {which + 1} in hole {weight.hole + 1} of {len(plane.holes)}{at}"
 
 
 def _chosen_at(path: str) -> tuple[str, ...]:
@@ -250,10 +250,10 @@ class Road:
 
     def at(self, values: Sequence[float]) -> list[State | None]:
         """The answers at several values, in any order; None where a batch has proven nothing."""
-        missing = sorted({one for one in values if one not in self.known})
+        missing = sorted({value for value in values if value not in self.known})
         if len(missing) >= FEWEST_TOGETHER and self.together and self._batch(missing):
-            return [self.known.get(one) for one in values]
-        return [self(one) for one in values]
+            return [self.known.get(value) for value in values]
+        return [self(value) for value in values]
 
     def _batch(self, values: list[float]) -> bool:
         """Whether a batch answered them."""
@@ -271,11 +271,11 @@ class Road:
         scene: Any = self.job
         if found.status[index] == "infeasible":
             return State(value, "infeasible", None, frozenset())
-        held = {name for name, one in found.margins.items() if abs(one[index]) <= ACTIVE}
-        for one, row in zip(scene.variables, found.x, strict=True):
-            for end, word in ((one.low, "low"), (one.high, "high")):
+        held = {name for name, margin in found.margins.items() if abs(margin[index]) <= ACTIVE}
+        for variable, row in zip(scene.variables, found.x, strict=True):
+            for end, word in ((variable.low, "low"), (variable.high, "high")):
                 if abs(row[index] - end) <= _AT_END * abs(end):
-                    held.add(f"{one.path} at {_PLACES[word]}")
+                    held.add(f"{variable.path} at {_PLACES[word]}")
         assert found.goal is not None
         goal = scene.goal.response
         entry = Entry(float(found.goal[index]), goal.dimension, goal.unit or "", amplitude=goal.amplitude)

@@ -54,8 +54,8 @@ def answers(jobs: Iterable[Job], progress: Progress | None = None, stage: str = 
 
 def changed_at(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Job:
     """The job with its facts at some values [SI], (n_facts,)."""
-    places = [one.place for one in facts if one.place]
-    pairs = [(one, float(value)) for one, value in zip(facts, values, strict=True)]
+    places = [fact.place for fact in facts if fact.place]
+    pairs = [(fact, float(value)) for fact, value in zip(facts, values, strict=True)]
     if len({*places}) == len(places):
         return with_changes(job, {path: text for one, value in pairs for path, text in one.changes(value).items()})
     return with_changes(job, {one.path: one.text(value) for one, value in pairs})  # two numbers of one text
@@ -153,7 +153,7 @@ class _Errand:
 def _ran(errand: _Errand) -> list[Point] | VibOptError:
     try:
         job = of_document(errand.document, Mistakes(errand.name, None))
-        return [one_point(job, errand.facts, one) for one in errand.values]
+        return [one_point(job, errand.facts, value) for value in errand.values]
     except VibOptError as error:
         return error
 
@@ -222,12 +222,15 @@ def _agree(scene: Job, together: Columns, index: int, point: Point) -> bool:
     if not is_scene(scene):  # each proven to a part of the goal
         goal = together.goal
         return point.goal is None or goal is None or abs(point.goal.value - goal[index]) <= PROVEN * point.goal.value
-    designs = [(point.variables[one.path].value, x[index]) for one, x in zip(scene.variables, together.x, strict=True)]
+    designs = [
+        (point.variables[variable.path].value, x[index])
+        for variable, x in zip(scene.variables, together.x, strict=True)
+    ]
     if not all(_near(alone, other, abs(alone)) for alone, other in designs):
         # where a peak is level with a limit, rounding leaves free what the goal does not fix
         goal = together.goal
         return point.goal is not None and goal is not None and _near(point.goal.value, goal[index], abs(goal[index]))
-    return all(_near(point.margins[name], one[index], 1.0) for name, one in together.margins.items())
+    return all(_near(point.margins[name], margin[index], 1.0) for name, margin in together.margins.items())
 
 
 def _near(alone: float, other: float, size: float) -> bool:

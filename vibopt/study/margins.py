@@ -81,7 +81,7 @@ class Margins:
     def _violations(self, program: Program, *, full: bool) -> FloatArray:
         if not program.axes:
             judge = Judge(program)
-            return np.array([judge.limit(one, np.zeros(0))[0] - judge.tolerance for one in program.limits])
+            return np.array([judge.limit(limit, np.zeros(0))[0] - judge.tolerance for limit in program.limits])
         looks = (self._look(program, index, full=full) for index in range(len(program.limits)))
         return np.array(list(looks)) - Judge.tolerance
 

@@ -44,17 +44,17 @@ class Near:
 
     @property
     def good(self) -> bool:
-        return all(one.met for one in self.answer.limits.values())
+        return all(limit.met for limit in self.answer.limits.values())
 
     @property
     def worst(self) -> tuple[str, float]:
         """The limit with the least margin, and that margin."""
-        return min(((name, one.margin) for name, one in self.answer.limits.items()), key=lambda one: one[1])
+        return min(((name, limit.margin) for name, limit in self.answer.limits.items()), key=lambda one: one[1])
 
 
 def search(design: Design, kept: Scene, steps: Sequence[Grid], reaches: Sequence[int]) -> Near:
     """The nearest rounding if it holds, else the best that does, else the one that misses least."""
-    nearest = {one.path: one.nearest for one in steps}
+    nearest = {step.path: step.nearest for step in steps}
     tried = {tuple(nearest.values())}
     found = [one] if (one := _measured(design, kept, nearest)) is not None else []
     if found and found[0].good:
@@ -81,11 +81,11 @@ def search(design: Design, kept: Scene, steps: Sequence[Grid], reaches: Sequence
 def _combinations(steps: Sequence[Grid], reach: int) -> Iterator[dict[str, str]]:
     """Every number so many steps down and up; of more than eight the rest to the nearest."""
     free = sorted(steps, key=lambda one: one.doubt, reverse=True)[:MOST_FREE]
-    ways = [one.around(reach) if one in free else (one.nearest,) for one in steps]
+    ways = [step.around(reach) if step in free else (step.nearest,) for step in steps]
     if reach > 1 and math.prod(map(len, ways)) > MOST_TRIED:
         return
     for texts in product(*ways):
-        yield {one.path: text for one, text in zip(steps, texts, strict=True)}
+        yield {step.path: text for step, text in zip(steps, texts, strict=True)}
 
 
 def _by_goal(design: Design, kept: Scene, given: Iterator[dict[str, str]]) -> list[dict[str, str]]:
@@ -124,9 +124,9 @@ def goal_on(scene: Scene, goal: Goal) -> Entry | None:
 def roomy_designs(design: Design) -> Iterator[tuple[float, ...]]:
     """Designs that are best for tighter bounds."""
     scene = design.scene
-    bounds = [one for one in facts(scene) if one.path.startswith("limits.") and one.value > 0.0]
+    bounds = [fact for fact in facts(scene) if fact.path.startswith("limits.") and fact.value > 0.0]
     for part in ROOMS:
-        signs = [(one, -1.0 if one.path.endswith(".at_most") else 1.0) for one in bounds]
+        signs = [(bound, -1.0 if bound.path.endswith(".at_most") else 1.0) for bound in bounds]
         changes: dict[str, str | float] = {}
         for one, sign in signs:
             changes |= one.changes(one.value * (1.0 + sign * part))

@@ -74,7 +74,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         return replace(design, status="check_failed", claim=claim, conflict=None)
     chosen = _chosen(scene, x)
     found = Nearest(
-        variables={one.path: chosen_of(one, chosen[one.path]) for one in scene.variables},
+        variables={variable.path: chosen_of(variable, chosen[variable.path]) for variable in scene.variables},
         places=parts_of(scene, chosen),
         x=tuple(float(one) for one in x),
         limits=rows,
@@ -86,7 +86,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
 
 
 def _chosen(scene: Scene, x: Sequence[float] | FloatArray) -> dict[str, float]:
-    return {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)}
+    return {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
 
 
 def _rows(scene: Scene, program: Program, x: FloatArray) -> dict[str, Checked]:
@@ -98,7 +98,7 @@ def _rows(scene: Scene, program: Program, x: FloatArray) -> dict[str, Checked]:
 
 def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     """What a limit could be if there were no other, measured on the machine as built; None where nothing was found."""
-    own = [one for one in program.limits if one.name == row.name and one.user_side == row.side]
+    own = [limit for limit in program.limits if limit.name == row.name and limit.user_side == row.side]
     if not own:
         return None
     sense = 1.0 if own[0].side == "at_most" else -1.0
@@ -198,7 +198,7 @@ class _Search:
             here = exact.at(np.log(np.maximum(x, 1e-300)))
             if here.goal <= 0.0 or not exact.free.any() or self.budget.over:
                 break
-            kept |= {-1 - one.part: here.goal for one in here.goals if one.value >= here.goal - _EVEN}
+            kept |= {-1 - goal.part: here.goal for goal in here.goals if goal.value >= here.goal - _EVEN}
             if len(kept) == len(self.program.limits):
                 break
             there, _ = self.slid(x, kept)

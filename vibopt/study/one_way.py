@@ -259,7 +259,7 @@ class Along:
             parts = far * np.linspace(0.0, 1.0, _MANY + 1)[1:] ** (2.0 if far > 1.0 else 1.0)
         else:
             parts = np.array([*_ALONE, *([2.0, far] if far > 1.0 else [])])
-        ladder = [axis.step(direction), *(axis.value(direction * float(one)) for one in parts)]
+        ladder = [axis.step(direction), *(axis.value(direction * float(part)) for part in parts)]
         return sorted(set(ladder), key=lambda one: abs(axis.at(one)))
 
     def _guessed(self, like: State, good: State, bad: State, direction: int) -> tuple[State, State] | None:
@@ -296,9 +296,9 @@ class Along:
                 off = min(max(0.3 * missed, 0.4 * _CLOSE), 0.3 * wide) if missed >= 0.0 else 0.1 * wide
                 near = 0.1 * _CLOSE
                 places = [t if low + near < t < high - near else min(max(t, low + off), high - off)]
-            for one in places:
-                if low < one < high:
-                    state = self.road(self.axis.value(direction * one))
+            for place in places:
+                if low < place < high:
+                    state = self.road(self.axis.value(direction * place))
                     good, bad = (state, bad) if state.like(like) else (good, state)
         return self._halved(good, bad, direction, like.like)
 
@@ -345,7 +345,7 @@ class Along:
         close = _CLOSER if self.road.together else _CLOSE
         while high - low > close * max(1.0, low):
             parts = np.linspace(low, high, 34)[1:-1] if self.road.together else [0.5 * (low + high)]
-            values = [self.axis.value(direction * float(one)) for one in parts]
+            values = [self.axis.value(direction * float(part)) for part in parts]
             states = [(float(t), one) for t, one in zip(parts, self.road.at(values), strict=True) if one is not None]
             index = next((k for k, (_, one) in enumerate(states) if not holds(one)), len(states))
             if not states:

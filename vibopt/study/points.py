@@ -129,7 +129,7 @@ class Points(Sequence[Point]):
             return self.single[index]
         columns, scene = self.columns, self.job
         found = columns.status[index] != "infeasible"
-        margins = {name: float(one[index]) for name, one in columns.margins.items() if found}
+        margins = {name: float(margin[index]) for name, margin in columns.margins.items() if found}
         where, status = varied_at(self.facts, self.values[index]), columns.status[index]
         if columns.words is not None:
             best, chosen, left = columns.words(index) if found else (None, {}, {})
@@ -146,8 +146,8 @@ class Points(Sequence[Point]):
                 amplitude=response.amplitude,
             )
         variables = {
-            one.path: Entry(float(x[index]), one.dimension, one.unit)
-            for one, x in zip(scene.variables, columns.x, strict=True)
+            variable.path: Entry(float(x[index]), variable.dimension, variable.unit)
+            for variable, x in zip(scene.variables, columns.x, strict=True)
             if found
         }
         return Point(where, status, goal, variables, margins)
@@ -180,7 +180,7 @@ def point_of(facts: Sequence[FactAt], values: FloatArray, job: Job, found: Answe
         status=found.status,
         goal=goal_of(job, found),
         variables={path: one for path, one in taken.items() if isinstance(one, Entry)},
-        margins={name: one.margin for name, one in found.limits.items() if found.status not in NOTHING},
+        margins={name: limit.margin for name, limit in found.limits.items() if found.status not in NOTHING},
         parts={path: one.value for path, one in taken.items() if isinstance(one, Word)},
         results=results(job, found, entries),
     )
@@ -201,18 +201,18 @@ class Heads:
 
     def __init__(self, facts: Sequence[FactAt], job: Job, goal: str, points: Sequence[Point]) -> None:
         self.facts = facts
-        self.units = {path: one.si for point in points for path, one in point.variables.items()}
+        self.units = {path: variable.si for point in points for path, variable in point.variables.items()}
         self.names = list(dict.fromkeys(name for point in points for name in point.margins))
         self.parts = list(dict.fromkeys(path for point in points for path in point.parts))
         self.goal = next((point.goal for point in points if point.goal is not None), None)
         asked = job.goal.response if is_scene(job) and job.goal is not None else None
         self.goal_unit = _unit((asked.unit if asked else "") or "", self.goal.si) if self.goal is not None else ""
         goals = [_head(goal or "goal", self.goal_unit)] if self.goal is not None else []
-        where = [_head(one.path, _unit(one.unit, points[0].varied[one.path].si)) for one in facts]
+        where = [_head(fact.path, _unit(fact.unit, points[0].varied[fact.path].si)) for fact in facts]
         self.heads = [*where, "status", *goals, *self.parts]
         self.heads += [_head(path, unit) for path, unit in self.units.items()]
         self.heads += [f"margin of {name}" for name in self.names]
-        self.results = {path: one.si for point in points for path, one in point.results.items()}
+        self.results = {path: result.si for point in points for path, result in point.results.items()}
         self.heads += [_head(path, unit) for path, unit in self.results.items()]
 
     def row(self, point: Point) -> list[float | str | None]:
@@ -222,7 +222,7 @@ class Heads:
         margins = ["" if name not in point.margins else number(point.margins[name]) for name in self.names]
         bought = [point.parts.get(path, "") for path in self.parts]
         left = ["" if path not in point.results else number(point.results[path].value) for path in self.results]
-        where = [_number(point.varied[one.path], one.unit) for one in self.facts]
+        where = [_number(point.varied[fact.path], fact.unit) for fact in self.facts]
         return [*where, point.status, *goals, *bought, *chosen, *margins, *left]
 
     def lack(self, point: Point) -> bool:

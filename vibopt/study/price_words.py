@@ -38,7 +38,7 @@ def range_words(now: Entry, ways: Sequence[Way], *, gain: bool = True) -> str:
 
     Without `gain` not where there is nothing more to gain.
     """
-    known = [one for one in ways if one.far is not None]
+    known = [way for way in ways if way.far is not None]
     if now.dimension == "count" and known and all(one.until == now for one in known):
         return f"{now.shown} alone: {' and '.join(one.value.shown for one in known)} have designs of other kinds"
     words = ("from", "to")[-len(known) :] if known else ()
@@ -69,8 +69,8 @@ def percent(change: float | None) -> str:
 
 def first_words(prices: Prices) -> str:
     """What to argue about first: "Argue about start_up first: 20 mm -> 22 mm buys 1.2 %"."""
-    limits = [one for one in prices.rows if one.sort != FACTS and one.gain > 0.0]
-    facts = [one for one in prices.rows if one.sort == FACTS and one.gain > 0.0]
+    limits = [row for row in prices.rows if row.sort != FACTS and row.gain > 0.0]
+    facts = [row for row in prices.rows if row.sort == FACTS and row.gain > 0.0]
     if not limits and not facts:
         return f"No sensible step of any number that was looked at improves the {prices.measure}."
     text = ""
@@ -92,19 +92,19 @@ def _step(prices: Prices, one: Ranked) -> str:
 
 def rows_of(prices: Prices) -> Iterator[tuple[str, ...]]:
     """A row for each way of each number, the better way first."""
-    for one in prices.rows:
-        ways = sorted(one.ways, key=lambda way: -(way.change if way.change is not None else -9e9))
+    for row in prices.rows:
+        ways = sorted(row.ways, key=lambda way: -(way.change if way.change is not None else -9e9))
         for index, way in enumerate(ways):
             goal = way.goal.shown if way.goal is not None else "no design"
             better = percent(way.change) if way.goal is not None else ""
-            yield one.name if not index else "", f"{one.now.shown} -> {way.value.shown}", goal, better
+            yield row.name if not index else "", f"{row.now.shown} -> {way.value.shown}", goal, better
 
 
 def range_rows(prices: Prices) -> Iterator[tuple[str, str]]:
     """How far the prices of each number go on, and what takes over; where that is not known, why."""
-    for one in prices.rows:
-        words = range_words(one.now, one.ways).removeprefix("the same holds ")
-        yield one.name, words or f"{one.now.shown}: {one.why}"
+    for row in prices.rows:
+        words = range_words(row.now, row.ways).removeprefix("the same holds ")
+        yield row.name, words or f"{row.now.shown}: {row.why}"
 
 
 __all__ = [

@@ -70,7 +70,7 @@ class Ranked:
     @property
     def best(self) -> Way | None:
         """The way that helps most, or hurts least; None where neither has a design."""
-        known = [one for one in self.ways if one.change is not None]
+        known = [way for way in self.ways if way.change is not None]
         return max(known, key=lambda one: one.change or 0.0, default=None)
 
     @property
@@ -82,12 +82,12 @@ class Ranked:
     @property
     def weight(self) -> tuple[float, float]:
         """By which numbers are ranked: what a step buys, then what one may cost."""
-        return self.gain, max((abs(one.change or 0.0) for one in self.ways), default=-1.0)
+        return self.gain, max((abs(way.change or 0.0) for way in self.ways), default=-1.0)
 
     @property
     def ranged(self) -> bool:
         """Whether its ranges were looked for."""
-        return bool(self.ways) and all(one.far is not None or one.until is not None for one in self.ways)
+        return bool(self.ways) and all(way.far is not None or way.until is not None for way in self.ways)
 
     def to_json(self) -> dict[str, Any]:
         """Every field, the gain and the name too."""
@@ -126,14 +126,14 @@ class Prices(Tabular):
 
     def find(self, path: str) -> Ranked:
         """The row of a number; UnknownName where there is none."""
-        found = next((one for one in self.rows if one.path == path), None)
+        found = next((row for row in self.rows if row.path == path), None)
         if found is None:
-            raise UnknownName.among("number", path, [one.path for one in self.rows])
+            raise UnknownName.among("number", path, [row.path for row in self.rows])
         return found
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each way of each number, ranked: the number in SI and as shown, what a step and the range do."""
-        return [_row(rank, one, way) for rank, one in enumerate(self.rows, 1) for way in (one.ways or (None,))]
+        return [_row(rank, row, way) for rank, row in enumerate(self.rows, 1) for way in (row.ways or (None,))]
 
     def heading(self) -> tuple[str, ...]:
         """Title, and what to argue about first."""
@@ -273,12 +273,12 @@ def _ends_of(found: Answer[Any]) -> Iterator[FactAt]:
         return
     from vibopt.document.toml_reading import inside
 
-    for one in job.variables:
-        end = found.variables[one.path].at_bound if one.path in found.variables else ""
-        given = inside(job.document, one.path) if end else None
+    for variable in job.variables:
+        end = found.variables[variable.path].at_bound if variable.path in found.variables else ""
+        given = inside(job.document, variable.path) if end else None
         if isinstance(given, dict) and end in given:
-            value = one.high if end == "to" else one.low
-            yield FactAt(f"{one.path}.{end}", value, one.unit, one.dimension)
+            value = variable.high if end == "to" else variable.low
+            yield FactAt(f"{variable.path}.{end}", value, variable.unit, variable.dimension)
 
 
 class _Purse:
@@ -299,7 +299,7 @@ class _Purse:
     @property
     def spent(self) -> float:
         """Work done [nominal ms]."""
-        return sum(one.road.work for one in self.roads.values())
+        return sum(road.road.work for road in self.roads.values())
 
     def _may(self, answers: int) -> bool:
         return self.spent + answers * self.each <= self.most
@@ -350,8 +350,8 @@ class _Purse:
         """What a number is called among the things that hold the answer back, and the way in which it is loosened."""
         steps = path.split(".")
         if steps[0] == "limits":
-            rows = {key: one for key, one in self.found.limits.items() if one.name == steps[1]}
-            key = next((key for key, one in rows.items() if one.side == steps[2]), next(iter(rows), steps[1]))
+            rows = {key: limit for key, limit in self.found.limits.items() if limit.name == steps[1]}
+            key = next((key for key, row in rows.items() if row.side == steps[2]), next(iter(rows), steps[1]))
             ways = {"at_most": 1, "at_least": -1, "lowest": 1, "highest": -1}
             return key, ways.get(steps[-1], 0)
         if steps[-1] in ("to", "from"):
@@ -362,14 +362,14 @@ class _Purse:
 
 def _length(job: Job) -> float:
     """How far apart the places along a shaft are [m]."""
-    places = [one.value for one in facts(job) if one.path.endswith(".at") and one.dimension == "length"]
+    places = [fact.value for fact in facts(job) if fact.path.endswith(".at") and fact.dimension == "length"]
     return (max(places) - min(places) if places else 0.0) or 1.0
 
 
 def _left(rows: list[Ranked]) -> Iterator[str]:
     """What was left out because of the work, and what computes it."""
-    steps = [one.path for one in rows if one.why.startswith("left out")]
-    ranges = [one.path for one in rows if one.why.startswith("its range")]
+    steps = [row.path for row in rows if row.why.startswith("left out")]
+    ranges = [row.path for row in rows if row.why.startswith("its range")]
     way = "`vibopt whatif FILE --thorough` computes all."
     if steps:
         yield f"No price was computed for {', '.join(steps)}: each takes answers of its own. {way}"
@@ -409,7 +409,7 @@ def priced(design: Design, *, until: bool = False, thorough: bool = False) -> De
         every = prices_of_limits(design, thorough=thorough)
         return design if every is None else with_prices(design, every)
     purse = _Purse(design, measured_by(design.scene)[1], float("inf"))
-    known = {one.path: one for one in facts(_job(design))}
+    known = {fact.path: fact for fact in facts(_job(design))}
     limits = dict(design.limits)
     for key in asked:
         path = _bound_of(limits[key], known)
@@ -437,7 +437,7 @@ def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | 
 def with_prices(design: Design, every: Prices) -> Design:
     """The same design with the prices of its active limits from a table, and what that left out."""
     rows = {one.path: one for one in every.rows}
-    known = {one.path: one for one in facts(_job(design)) if one.path in rows}
+    known = {fact.path: fact for fact in facts(_job(design)) if fact.path in rows}
     limits = dict(design.limits)
     for key, row in design.limits.items():
         path = _bound_of(row, known) if row.active else ""

@@ -153,7 +153,7 @@ def _compared_set(design: Design, given: object) -> tuple[str, float]:
     if len(ours) != len(right):
         return shown, inf
     top = max((abs(value) for value, _ in right), default=1.0) or 1.0
-    gaps = [abs(one - value) / (abs(value) or top) for one, (value, _) in zip(ours, right, strict=True)]
+    gaps = [abs(our - value) / (abs(value) or top) for our, (value, _) in zip(ours, right, strict=True)]
     return shown, max(gaps, default=0.0)
 
 
@@ -167,7 +167,7 @@ def _found_dimension(design: Design) -> str:
 
 def _dimension(design: Design, path: str) -> str:
     """Of a variable; a position of a mount is a length."""
-    return next((one.dimension for one in design.scene.variables if one.path == path), "length")
+    return next((variable.dimension for variable in design.scene.variables if variable.path == path), "length")
 
 
 def _find(design: Design, path: str) -> tuple[Entry, str, bool]:

@@ -93,7 +93,7 @@ def rounded(design: Design, asked: Sequence[str]) -> Rounded:
     bounds that are tighter by up to a tenth.
     """
     scene = design.scene
-    if not any(one.values is None for one in scene.variables):
+    if not any(variable.values is None for variable in scene.variables):
         why = (
             "what is chosen are parts, places and listed values"
             if scene.variables or design.places
@@ -120,22 +120,22 @@ def rounded(design: Design, asked: Sequence[str]) -> Rounded:
 
 def _finer(steps: Sequence[Grid]) -> range:
     """Digits beyond those that were asked for."""
-    most = max(one.digits for one in steps)
+    most = max(step.digits for step in steps)
     return range(min(most + 1, DIGITS), DIGITS + 1)
 
 
 def _made(design: Design, steps: Sequence[Grid], best: Near, enough: int | None = None) -> Rounded:
     goal = goal_as_shown(design.scene)
     value = goal_on(best.kept, goal) if goal is not None else None
-    values = {one.path: Value(one.exact, one.shown(best.texts[one.path])) for one in steps}
+    values = {step.path: Value(step.exact, step.shown(best.texts[step.path])) for step in steps}
     name, margin = ("", 0.0) if best.good else best.worst
     same = all(abs(one.rounded.value - one.exact.value) <= _SAME * abs(one.exact.value) for one in values.values())
     worse = 0.0 if same and goal is not None else _worse(design, value)
     status = "violated" if not best.good else design.status if same else "feasible"
     found = Rounded(design, best.kept, design, values, worse, best.tried, value, name, max(0.0, -margin), enough)
     chosen = {
-        one.path: _as_written(chosen_of(one, v), values.get(one.path))
-        for one, v in zip(design.scene.variables, best.x, strict=True)
+        variable.path: _as_written(chosen_of(variable, v), values.get(variable.path))
+        for variable, v in zip(design.scene.variables, best.x, strict=True)
     }
     tolerances, measured = design.tolerances, best.answer.tolerances
     if tolerances is not None and measured is not None:
@@ -170,7 +170,7 @@ def _worse(design: Design, value: Entry | None) -> float | None:
 
 def asked_words(steps: Sequence[Grid]) -> str:
     """What was asked: "to 3 digits", or "to steps of 50 kN/m"."""
-    return f"to {', '.join(dict.fromkeys(one.words for one in steps))}"
+    return f"to {', '.join(dict.fromkeys(step.words for step in steps))}"
 
 
 def claim_of(found: Rounded, asked: str) -> str:

@@ -86,29 +86,31 @@ def rounded_plan(job: BalancingJob, found: Answer[Any], asked: Sequence[str]) ->
         near = grids(_numbers(job, roomy), asked)
         other, more = _search(job, roomy, near)
         tried += more
-        if not other.broken and [one.path for one in near] == [one.path for one in steps]:
+        if not other.broken and [one.path for one in near] == [step.path for step in steps]:
             best = other
             break
     if best.broken:
-        finer = range(min(max(one.digits for one in steps) + 1, DIGITS), DIGITS + 1)
+        finer = range(min(max(step.digits for step in steps) + 1, DIGITS), DIGITS + 1)
         enough = next((n for n in finer if not _try(job, kept, _nearest(grids(own, (str(n),)))).broken), None)
     return _made(job, found, steps, best, tried, enough)
 
 
 def _numbers(job: BalancingJob, kept: BalancingJob) -> list[Number]:
     """What is rounded of a plan."""
-    return [Number(one, least=0) for one in facts(kept) if one.path.startswith(job.decided_at) and _is_size(one.path)]
+    return [
+        Number(fact, least=0) for fact in facts(kept) if fact.path.startswith(job.decided_at) and _is_size(fact.path)
+    ]
 
 
 def _roomy_plans(job: BalancingJob) -> Iterator[BalancingJob]:
     """Plans that are best for tighter limits, each under the limits as they are."""
-    bounds = [one for one in facts(job) if one.path.startswith("limits.") and one.value > 0.0]
+    bounds = [fact for fact in facts(job) if fact.path.startswith("limits.") and fact.value > 0.0]
     for part in ROOMS:
         tighter: dict[str, str | float] = {}
         as_they_are: dict[str, str | float] = {}
-        for one in bounds:
-            tighter |= one.changes(one.value * (1.0 - part))
-            as_they_are |= one.changes(one.value)
+        for bound in bounds:
+            tighter |= bound.changes(bound.value * (1.0 - part))
+            as_they_are |= bound.changes(bound.value)
         here = with_changes(job, tighter)
         found = answer(here, explain=False)
         if found.status in EMPTY:
@@ -121,14 +123,14 @@ def _is_size(path: str) -> bool:
 
 
 def _nearest(steps: Sequence[Grid]) -> dict[str, str]:
-    return {one.path: one.nearest for one in steps}
+    return {step.path: step.nearest for step in steps}
 
 
 def _search(job: BalancingJob, kept: BalancingJob, steps: Sequence[Grid]) -> tuple[_Tried, int]:
     best = _try(job, kept, _nearest(steps))
     if not best.broken:
         return best, 1
-    lists = {one.path: one.around(1) for one in steps}
+    lists = {step.path: step.around(1) for step in steps}
     if prod(map(len, lists.values())) <= _MOST:
         many = [_try(job, kept, dict(zip(lists, texts, strict=True))) for texts in product(*lists.values())]
         return min([best, *many], key=lambda one: one.rank), 1 + len(many)
@@ -143,7 +145,7 @@ def _try(job: BalancingJob, kept: BalancingJob, texts: Mapping[str, str]) -> _Tr
     """The plan with these values, measured."""
     here = with_changes(kept, texts)
     found = answer(here, explain=False)
-    margins = {name: one.margin for name, one in found.limits.items() if not one.met}
+    margins = {name: limit.margin for name, limit in found.limits.items() if not limit.met}
     margins |= dict.fromkeys(job.beyond(cast(Any, here)), -inf)
     worst = min(margins, key=lambda name: margins[name], default="")
     best = found.goal[1] if found.goal is not None else None
@@ -154,8 +156,10 @@ def _try(job: BalancingJob, kept: BalancingJob, texts: Mapping[str, str]) -> _Tr
 def _made(
     job: BalancingJob, found: Answer[Any], steps: Sequence[Grid], best: _Tried, tried: int, enough: int | None
 ) -> Rounded:
-    values = {one.path: Value(one.exact, one.shown(best.texts[one.path])) for one in steps}
-    same = all(abs(one.rounded.value - one.exact.value) <= _SAME * abs(one.exact.value) for one in values.values())
+    values = {step.path: Value(step.exact, step.shown(best.texts[step.path])) for step in steps}
+    same = all(
+        abs(value.rounded.value - value.exact.value) <= _SAME * abs(value.exact.value) for value in values.values()
+    )
     worse = _worse(found, best.goal)
     status = "violated" if best.broken else found.status if same else "feasible"
     words = asked_words(steps)

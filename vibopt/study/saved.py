@@ -47,7 +47,7 @@ def saved_text(
     if found.status in EMPTY or (is_open(job) and not chosen(job, found)):
         raise InputError(f"{job.name}: there is no design to save: {found.status}. {target.name} is not written.")
     if is_open(job) and found.status == "violated":
-        broken = ", ".join(name for name, one in found.limits.items() if not one.met) or "what may be chosen"
+        broken = ", ".join(name for name, limit in found.limits.items() if not limit.met) or "what may be chosen"
         raise InputError(f"{job.name}: the rounded design breaks {broken}. {target.name} is not written; round finer.")
     whole = fixed if fixed is not None else kept(job, found)
     document = moved({key: one for key, one in whole.document.items() if key != "expected"}, target)

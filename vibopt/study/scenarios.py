@@ -71,10 +71,10 @@ class OneForAll(Tabular):
         """A row for each limit in each scenario."""
         return [
             {
-                "scenario": name, "limit": key, "unit": one.value.si, "value": one.value.value, "margin": one.margin,
-                "value shown": one.value.shown,
+                "scenario": name, "limit": key, "unit": row.value.si, "value": row.value.value, "margin": row.margin,
+                "value shown": row.value.shown,
             }
-            for name, rows in self.limits.items() for key, one in rows.items()
+            for name, rows in self.limits.items() for key, row in rows.items()
         ]  # fmt: skip
 
     def heading(self) -> tuple[str, ...]:
@@ -107,16 +107,18 @@ def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
         claim = f"{found.claim}; no one design was found that holds in all scenarios"
         reason = _reason(program, found.claim) if found.status == "infeasible" else ""
         return OneForAll(job, found.status, claim, None, {}, {}, reason)
-    chosen = {one.path: float(x) for one, x in zip(scene.variables, found.x, strict=True)}
+    chosen = {variable.path: float(x) for variable, x in zip(scene.variables, found.x, strict=True)}
     limits = {name: dict(checked_limits(one, chosen)) for name, one in scenes.items()}
-    broken = [f"{key} in {name}" for name, rows in limits.items() for key, one in rows.items() if not one.met]
+    broken = [f"{key} in {name}" for name, rows in limits.items() for key, row in rows.items() if not row.met]
     doubt = disagreement(*limits.values()) or (f"{', '.join(broken)} not met as measured" if broken else "")
-    values = {one.path: Entry(chosen[one.path], one.dimension, one.unit) for one in scene.variables}
+    values = {
+        variable.path: Entry(chosen[variable.path], variable.dimension, variable.unit) for variable in scene.variables
+    }
     rows = [goal_row(one, chosen) for one in scenes.values()]
     worst = None
     if scene.goal is not None:
         pick = max if scene.goal.sense == "minimise" else min
-        worst = scene.goal.name, pick((one for one in rows if one is not None), key=lambda one: one.value.value).value
+        worst = scene.goal.name, pick((row for row in rows if row is not None), key=lambda one: one.value.value).value
     return OneForAll(job, "check_failed" if doubt else found.status, doubt or found.claim, worst, values, limits)
 
 
@@ -150,26 +152,30 @@ def _check(scene: Scene, scenes: Mapping[str, Scene]) -> None:
 
 def _merged(scenes: Mapping[str, Scene]) -> Program:
     """All limits of all scenarios; the goal is the worst of all."""
-    programs = {name: pose(one) for name, one in scenes.items()}
+    programs = {name: pose(scene) for name, scene in scenes.items()}
     first = programs[AS_IT_IS]
     limits = [
         limit if name == AS_IT_IS else replace(limit, name=f"{limit.name} in {name}")
-        for name, one in programs.items()
-        for limit in one.limits
+        for name, program in programs.items()
+        for limit in program.limits
     ]
-    pieces: list[Aim] = [piece for one in programs.values() if one.aim is not None for piece in one.aim.pieces]
+    pieces: list[Aim] = [
+        piece for program in programs.values() if program.aim is not None for piece in program.aim.pieces
+    ]
     aim = replace(pieces[0], others=tuple(pieces[1:])) if first.aim is not None and not _alike(pieces) else first.aim
     return replace(first, limits=tuple(limits), aim=aim, several=True)
 
 
 def _alike(pieces: list[Aim]) -> bool:
     """Whether the goal is of the variables alone, the same in all scenarios."""
-    powers = [one.form.powers for one in pieces]
-    return all(
-        one is not None and powers[0] is not None
-        and one.scale.tolist() == powers[0].scale.tolist() and one.exponents.tolist() == powers[0].exponents.tolist()
-        for one in powers
-    )  # fmt: skip
+    powers = [piece.form.powers for piece in pieces]
+    first = powers[0]
+    return first is not None and all(
+        power is not None
+        and power.scale.tolist() == first.scale.tolist()
+        and power.exponents.tolist() == first.exponents.tolist()
+        for power in powers
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,23 +232,23 @@ def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = Non
     if not is_open(job) or not goal_word(job):
         raise InputError(f"{job.name}: --limits shows what each limit does to the goal, and there is none.")
     bounds = [
-        one for one in facts(job)
-        if one.path.startswith("limits.") and one.path.endswith((".at_most", ".at_least")) and one.value > 0.0
-        and one.dimension != "level"
+        fact for fact in facts(job)
+        if fact.path.startswith("limits.") and fact.path.endswith((".at_most", ".at_least")) and fact.value > 0.0
+        and fact.dimension != "level"
     ]  # fmt: skip
     if not bounds:
         raise InputError(f"{job.name}: has no limits with a bound to move.")
     jobs: list[Job] = [job]
     texts = []
-    for one in bounds:
+    for bound in bounds:
         for step in steps:
-            texts.append(one.now(1.0 + part_of(step)))
-            jobs.append(with_changes(job, {one.path: texts[-1]}))
+            texts.append(bound.now(1.0 + part_of(step)))
+            jobs.append(with_changes(job, {bound.path: texts[-1]}))
     found = answers(jobs, progress, "limits")
     seen = [(one.status, goal_of(each, one)) for one, each in zip(found, jobs, strict=True)]
     cells = [(text, *one) for text, one in zip(texts, seen[1:], strict=True)]
     width = len(steps)
-    rows = tuple((one.path, tuple(cells[i * width : (i + 1) * width])) for i, one in enumerate(bounds))
+    rows = tuple((bound.path, tuple(cells[i * width : (i + 1) * width])) for i, bound in enumerate(bounds))
     return Stepped(job, goal_word(job), steps, seen[0], rows)
 
 

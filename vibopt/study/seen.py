@@ -36,7 +36,7 @@ def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = N
     """What the answer chose, by path: places and parts first, then numbers; `entries` are those of the answer."""
     if is_scene(job):
         places: dict[str, Value] = dict(found.places)
-        return places | {path: one.value for path, one in found.variables.items() if ".part." not in path}
+        return places | {path: variable.value for path, variable in found.variables.items() if ".part." not in path}
     if found.status in NOTHING:
         return {}
     known = found.entries() if entries is None else entries
@@ -68,7 +68,7 @@ def chosen_from(job: Job, path: str) -> bool:
     steps = path.split(".")
     if is_scene(job) or len(steps) < 3 or steps[0] != "planes":
         return False
-    open_here = any(one.startswith(f"planes.{steps[1]}.") for one in job.choices)
+    open_here = any(choice.startswith(f"planes.{steps[1]}.") for choice in job.choices)
     return open_here and steps[2] in ("weight", "unbalance", *_CHOOSING)
 
 

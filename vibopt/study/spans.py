@@ -71,7 +71,7 @@ def _only(scene: Scene, program: Program) -> tuple[Span, ...]:
         for low, high in found.intervals
     )
     opened = program.axes[0].open_high and found.intervals[-1][1] >= 0.999 * program.axes[0].high
-    sound = all(one.met for low, high in found.intervals for x in (low, high) for one in _rows(scene, np.array([x])))
+    sound = all(row.met for low, high in found.intervals for x in (low, high) for row in _rows(scene, np.array([x])))
     return (Span(variable.path, ends, found.complete and sound, opened),)
 
 
@@ -124,7 +124,7 @@ class _Whole:
             for gap in self._gaps(between(self.low, self.high, tried)):
                 ends += gap
         ends.append(self.high)
-        entries = [Entry(one, variable.dimension, variable.unit) for one in ends]
+        entries = [Entry(end, variable.dimension, variable.unit) for end in ends]
         intervals = tuple(zip(entries[::2], entries[1::2], strict=True))
         return Span(variable.path, intervals, self.proven, self.opened, tried)
 
@@ -164,7 +164,7 @@ class _Whole:
             x = np.array(start, dtype=float)
             x[self.index] = value
             there, missed = slid(program, x)
-            if missed <= 0.0 and all(one.met for one in _rows(self.scene, there)):
+            if missed <= 0.0 and all(row.met for row in _rows(self.scene, there)):
                 return there
         return None
 
@@ -179,7 +179,7 @@ def _places(program: Program, index: int, x: FloatArray) -> Iterator[FloatArray]
 
 
 def _rows(scene: Scene, x: FloatArray) -> list[Any]:
-    chosen = {one.path: float(v) for one, v in zip(scene.variables, x, strict=True)}
+    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
     return list(checked_limits(scene, chosen).values())
 
 
@@ -190,7 +190,7 @@ class Violations:
         self.judge, self.limits = Judge(program), list(program.limits)
         try:
             asked = question(program)
-            self.asked = None if any(one.tabled is not None for one in asked.rows) else asked
+            self.asked = None if any(row.tabled is not None for row in asked.rows) else asked
         except NotClosedError:
             self.asked = None
 

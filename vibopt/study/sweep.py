@@ -109,12 +109,12 @@ class Sweep(Tabular):
         if not self.axes:
             raise VibOptError("to_xarray is for a grid, and these points are a sample. Take .to_pandas() or .table().")
         xarray = installed("xarray", "to_xarray", "or take .table(): the same rows as a list.")
-        rows, shape = self.table(), [len(one) for one in self.axes]
+        rows, shape = self.table(), [len(axis) for axis in self.axes]
         heads = list(rows[0])
         names = heads[: len(self.axes)]
         columns = {head: _column([row[head] for row in rows]).reshape(shape) for head in heads[len(names) :]}
         coords = dict(zip(names, self.axes, strict=True))
-        return xarray.Dataset({head: (names, one) for head, one in columns.items()}, coords=coords)
+        return xarray.Dataset({head: (names, column) for head, column in columns.items()}, coords=coords)
 
     def to_json(self) -> dict[str, Any]:
         """Path or paths, goal, and all points."""
@@ -136,9 +136,9 @@ class Sweep(Tabular):
 
 def _column(cells: list[Any]) -> Any:
     """Numbers as such, nan where there is none; words as they are."""
-    words = any(isinstance(one, str) for one in cells)
+    words = any(isinstance(cell, str) for cell in cells)
     return np.array(
-        ["" if one is None else str(one) for one in cells] if words else cells, dtype=None if words else float
+        ["" if cell is None else str(cell) for cell in cells] if words else cells, dtype=None if words else float
     )
 
 
@@ -209,7 +209,7 @@ def sweep(
     _check_count(base, what, (how_many(ranges, points, sample), points), most)
     where = points_of(what, points, sample)
     facts = tuple(one.fact for one in what)
-    at = {tuple(map(float, one)): index for index, one in enumerate(where.values)} if known else {}
+    at = {tuple(map(float, value)): index for index, value in enumerate(where.values)} if known else {}
     before = {at[here]: one for one in known if (here := tuple(each.value for each in one.varied.values())) in at}
     found = many.answered(base, facts, where.values, workers=workers, progress=progress, told=answered, known=before)
     job = made if held and not keep_design else job

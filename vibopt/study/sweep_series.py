@@ -41,11 +41,11 @@ def strips(sweep: Sweep) -> Strips:
     Lines pass through the answers on both sides of every boundary that was found between the points.
     """
     fact = sweep.fact
-    beside = [side for one in sweep.boundaries for side in one.sides]
+    beside = [side for boundary in sweep.boundaries for side in boundary.sides]
     known = {one.value.value: one for one in (*beside, *sweep.points)}
     points = [known[value] for value in sorted(known)]
     chosen = _chosen(sweep)
-    active = [one for one in sweep.boundaries if not one.of_feasibility] if chosen else []
+    active = [boundary for boundary in sweep.boundaries if not boundary.of_feasibility] if chosen else []
     return Strips(
         title=sweep.job.title,
         x_label=_label(fact),
@@ -70,11 +70,11 @@ def map_of(sweep: Sweep) -> Map:
         raise InputError(f"--figure: {why}. Leave it out, and write the points with --csv FILE.")
     points = list(sweep.points)
     first, second = sweep.facts
-    shape = tuple(len(one) for one in sweep.axes)
+    shape = tuple(len(axis) for axis in sweep.axes)
     strip = next(iter(_answers(sweep, points)), None) if _chosen(sweep) else None
     shown = _margin_strip(points) if strip is None else strip
     values = shown.lines[0].y.reshape(shape).T
-    goal = next((one.goal for one in points if one.goal is not None), None) if strip is not None else None
+    goal = next((point.goal for point in points if point.goal is not None), None) if strip is not None else None
 
     def level(one: Boundary) -> float:
         known = [value for value in one.goals if isfinite(value)]
@@ -91,9 +91,9 @@ def map_of(sweep: Sweep) -> Map:
         log=(sweep.varied[0].by_ratios, sweep.varied[1].by_ratios),
         label=shown.label.replace("\n", " "),
         values=values,
-        good=np.array([one.good for one in points]).reshape(shape).T,
-        sides=tuple(_side(sweep, one, level(one)) for one in sweep.boundaries),
-        bad_words=tuple(dict.fromkeys(WORDS.get(one.status, one.status) for one in points if not one.good)),
+        good=np.array([point.good for point in points]).reshape(shape).T,
+        sides=tuple(_side(sweep, boundary, level(boundary)) for boundary in sweep.boundaries),
+        bad_words=tuple(dict.fromkeys(WORDS.get(point.status, point.status) for point in points if not point.good)),
     )
 
 
@@ -171,7 +171,7 @@ def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
 
 
 def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> Strip:
-    si = np.array([one.value if one is not None else nan for one in values])
+    si = np.array([value.value if value is not None else nan for value in values])
     si[~np.isfinite(si)] = nan
     finite = si[np.isfinite(si)]
     shown = unit or best_unit(float(np.median(finite)) if len(finite) else 0.0, dimension)
@@ -189,13 +189,16 @@ def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> 
 
 
 def _by_path(points: list[Mapping[str, Entry]]) -> dict[str, list[Entry | None]]:
-    return {path: [one.get(path) for one in points] for path in dict.fromkeys(path for one in points for path in one)}
+    return {
+        path: [point.get(path) for point in points]
+        for path in dict.fromkeys(path for point in points for path in point)
+    }
 
 
 def _numbers(values: Mapping[str, list[Entry | None]]) -> Iterable[Strip]:
     """A strip of each number that some points have, in the user's unit."""
     for name, entries in values.items():
-        first = next((one for one in entries if one is not None), None)
+        first = next((entry for entry in entries if entry is not None), None)
         if first is not None:
             yield _strip(spoken_path(name), entries, first.dimension, first.unit)
 
@@ -227,9 +230,9 @@ def _percent(margin: float) -> float:
 
 def _shaded(sweep: Sweep) -> Iterable[tuple[float, float, str]]:
     """Stretches without a good answer, in the unit of the fact."""
-    for one in stretches(sweep):
-        low, high = in_unit(np.array([one.low, one.high]), sweep.fact.unit, sweep.fact.dimension)
-        yield float(low), float(high), WORDS.get(one.status, one.status)
+    for stretch in stretches(sweep):
+        low, high = in_unit(np.array([stretch.low, stretch.high]), sweep.fact.unit, sweep.fact.dimension)
+        yield float(low), float(high), WORDS.get(stretch.status, stretch.status)
 
 
 def front_of(found: Tradeoff) -> Front:

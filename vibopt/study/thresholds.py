@@ -212,9 +212,9 @@ def _top(margins: Margins, three: list[float]) -> float | None:
     if len(three) < 3:
         return None
     rows = [margins(one) for one in three]
-    if any(one is None or one.shape != rows[0].shape for one in rows):  # type: ignore[union-attr]
+    if any(row is None or row.shape != rows[0].shape for row in rows):  # type: ignore[union-attr]
         return None
-    left, middle, right = (np.asarray(one) for one in rows)
+    left, middle, right = (np.asarray(row) for row in rows)
     for index in np.flatnonzero((middle >= left) & (middle >= right) & (middle > _WORTH) & (middle <= 0.0)):
         found = _climbed(margins, three, int(index))
         if found is not None:

@@ -50,7 +50,7 @@ def columns(
         return None
 
     def at(place: FloatArray, like: Question | None = None) -> tuple[Question, dict[str, float]]:
-        here = with_changes(scene, {one.path: one.text(float(v)) for one, v in zip(facts, place, strict=True)})
+        here = with_changes(scene, {fact.path: fact.text(float(v)) for fact, v in zip(facts, place, strict=True)})
         asked = question(closed(pose(here)), like)
         return asked, {**asked.numbers, **_shaking(here)}
 
@@ -64,7 +64,7 @@ def columns(
             found = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
         else:
             found = answer(first, numbers, len(values), progress)
-        known = {one.path: values[:, i] for i, one in enumerate(facts)}
+        known = {fact.path: values[:, i] for i, fact in enumerate(facts)}
         return _Checked(scene, first, numbers, known).columns(found)
     except (NotClosedError, InputError):
         return None
@@ -76,9 +76,11 @@ def _is_plain(scene: Scene) -> bool:
     return (
         len(bodies) == 1
         and not (scene.absorbers or scene.structures or scene.rotors or scene.mounts or scene.others)
-        and all(not one.freedoms and one.rolling is None for one in bodies)
-        and all(one.mass is not None or one.weight is not None for one in bodies)
-        and all(one.part is None and not (one.says_axis or one.turns_with_shaft) and one.beam is None for one in links)
+        and all(not body.freedoms and body.rolling is None for body in bodies)
+        and all(body.mass is not None or body.weight is not None for body in bodies)
+        and all(
+            link.part is None and not (link.says_axis or link.turns_with_shaft) and link.beam is None for link in links
+        )
     )
 
 
@@ -110,16 +112,16 @@ def _shaking(scene: Scene) -> dict[str, float]:
 def places(values: FloatArray) -> FloatArray:
     """Where the question is read, (n_places, n_facts): the corners of all values, the least first, then inside."""
     axes = [np.unique(column) for column in values.T]
-    ends = [(one[0], one[-1]) for one in axes]
-    inside = [[one[round(part * (len(one) - 1))] for one in axes] for part in _INSIDE[: len(axes)]]
+    ends = [(axis[0], axis[-1]) for axis in axes]
+    inside = [[axis[round(part * (len(axis) - 1))] for axis in axes] for part in _INSIDE[: len(axes)]]
     return np.array([*product(*ends), *inside])
 
 
 def _follow(at: FloatArray, tables: Sequence[Mapping[str, float]], values: FloatArray) -> dict[str, Number]:
     """Every number at all values of the facts, read at the places `at`: a float where it is the same, else (n,)."""
-    if any(one.keys() != tables[0].keys() for one in tables):
+    if any(table.keys() != tables[0].keys() for table in tables):
         raise NotClosedError("the question is another one.")
-    return {name: law(at, [one[name] for one in tables], values) for name in tables[0]}
+    return {name: law(at, [table[name] for table in tables], values) for name in tables[0]}
 
 
 def law(at: FloatArray, numbers: list[float], values: FloatArray) -> Number:
@@ -161,8 +163,8 @@ class _Checked:
         scene, count = self.scene, len(found.status)
         x = np.full((len(scene.variables), count), np.nan)
         x[list(self.asked.order)] = found.x[: len(self.asked.order)]
-        shown = np.where(np.isnan(x), np.array([one.high for one in scene.variables]).reshape(-1, 1), x)
-        chosen = {one.path: row for one, row in zip(scene.variables, shown, strict=True)}
+        shown = np.where(np.isnan(x), np.array([variable.high for variable in scene.variables]).reshape(-1, 1), x)
+        chosen = {variable.path: row for variable, row in zip(scene.variables, shown, strict=True)}
         machine = built(scene, {**self.known, **chosen})
         if not isinstance(machine, LoneMachine) or machine.loose:
             raise NotClosedError("nothing holds the machine.")
@@ -208,7 +210,7 @@ class _Checked:
         """Worst value of a response on each machine [SI], before its complement is taken, and where [rad/s]."""
         if not isinstance(response, HarmonicResponse):
             return np.broadcast_to(self._plain(machine, response), (count,)), np.zeros(count)
-        key = next(one for one in self.numbers if one.startswith(f"{name}.amplitude."))
+        key = next(number for number in self.numbers if number.startswith(f"{name}.amplitude."))
         power, drive = int(key.rpartition(".")[2]), names_for(self.scene, response)[0]
         shaker, lines = self.scene.excitations[drive], unit_lines(self.scene, drive)
         unit = Shaken(machine, response, shaker, lines, combine_for(self.scene, response))

@@ -108,7 +108,7 @@ class Tradeoff(Tabular):
         return {
             "path": self.fact.path, "goal": self.goal, "knee": self.knee, "knee_is": KNEE, "gap": self.gap,
             "free": self.free, "jumps": self.jumps, "answers": self.asked,
-            "points": [{"reached": at, **one.to_json()} for at, one in zip(self.reached, self.points, strict=True)],
+            "points": [{"reached": at, **point.to_json()} for at, point in zip(self.reached, self.points, strict=True)],
         }  # fmt: skip
 
 
@@ -160,7 +160,7 @@ def _bounded(job: Job, against: str) -> tuple[Job, str]:
         measured = of_document(document, Mistakes(job.name, None))
     except InputError as error:
         words = f'--against "{against}": measure'
-        raise InputError([one.replace(f"measures.{_IN_WORDS}", words) for one in error.messages]) from None
+        raise InputError([message.replace(f"measures.{_IN_WORDS}", words) for message in error.messages]) from None
     found = answer(measured, explain=False)
     row = found.measures.get(name)
     if row is None or not 0.0 < row.value.value < np.inf:
@@ -320,16 +320,16 @@ class _Front:
     def _cut(self, gaps: list[Gap]) -> list[float]:
         """Of bounds that fail and bounds that hold those that hold, once each two are so close that they are one."""
         for _ in range(_REACH):
-            wide = [one for one in gaps if one[1] - one[0] > CLOSE * one[1]]
+            wide = [gap for gap in gaps if gap[1] - gap[0] > CLOSE * gap[1]]
             if not wide:
                 break
             count = _TOGETHER if self.batch else 1
             inner = [[a * (c / a) ** (k / (count + 1)) for k in range(1, count + 1)] for a, c, _ in wide]
             self.all([b for one in inner for b in one])
-            last, gaps = gaps, [self._closer(one) for one in gaps]
+            last, gaps = gaps, [self._closer(gap) for gap in gaps]
             if gaps == last:  # what is left between is open
                 break
-        return [one[1] for one in gaps]
+        return [gap[1] for gap in gaps]
 
     def _closer(self, gap: Gap) -> Gap:
         """The loosest known bound of a gap that fails, and the next."""
@@ -374,7 +374,10 @@ class _Front:
     def _parts(self, points: Sequence[Point]) -> FloatArray:
         """Both quantities from their best (0) to their worst (1), (n, 2); by ratios where they span a factor 100."""
         columns = []
-        for values in (np.array([self.loss(one) for one in points]), np.array([self.cost(one) for one in points])):
+        for values in (
+            np.array([self.loss(point) for point in points]),
+            np.array([self.cost(point) for point in points]),
+        ):
             size, way = np.abs(values), np.sign(values.sum())
             if size.min() > 0.0 and size.max() > RATIO * size.min():
                 values = way * np.log(size)
@@ -406,7 +409,7 @@ class _Front:
 
 def weighs(point: Point) -> str:
     """Limits that hold a point back."""
-    return ", ".join(name for name, one in point.margins.items() if abs(one) <= ACTIVE)
+    return ", ".join(name for name, margin in point.margins.items() if abs(margin) <= ACTIVE)
 
 
 __all__ = ["KNEE", "Tradeoff", "tradeoff", "weighs"]

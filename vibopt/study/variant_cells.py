@@ -60,8 +60,8 @@ def marked(
     least
         What counts as no difference at all.
     """
-    read = [one.text if one is not None else "" for one in cells] if said is None else said
-    values = {i: sense * one.value for i, one in enumerate(cells) if one is not None and one.value is not None}
+    read = [cell.text if cell is not None else "" for cell in cells] if said is None else said
+    values = {i: sense * cell.value for i, cell in enumerate(cells) if cell is not None and cell.value is not None}
     racing = [i for i in values if rivals[i]]
     if not racing:
         return tuple(cells)
@@ -73,7 +73,8 @@ def marked(
     if all(alike(i) for i in values):
         return tuple(cells)
     return tuple(
-        replace(one, best=True) if one is not None and i in racing and alike(i) else one for i, one in enumerate(cells)
+        replace(cell, best=True) if cell is not None and i in racing and alike(i) else cell
+        for i, cell in enumerate(cells)
     )
 
 
@@ -85,15 +86,15 @@ def _same(one: float, other: float, least: float) -> bool:
 
 def bought(scene: Scene) -> dict[str, Part]:
     """Parts from catalogues, chosen or fixed, by the path of what they are bought for: "links.feet"."""
-    parts = {f"links.{name}": one.part for name, one in scene.links.items()}
-    parts |= {f"mounts.{name}": one.part for name, one in scene.mounts.items()}
-    return {path: one for path, one in parts.items() if one is not None}
+    parts = {f"links.{name}": link.part for name, link in scene.links.items()}
+    parts |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}
+    return {path: part for path, part in parts.items() if part is not None}
 
 
 def price_of(design: Design, chosen: Mapping[str, float]) -> Entry | None:
     """What all bought parts cost together; None where nothing is bought, or a catalogue has no prices."""
     parts = bought(design.scene)
-    if not parts or any(one.price is None for one in parts.values()):
+    if not parts or any(part.price is None for part in parts.values()):
         return None
     response = TotalPrice(response="price")
     return shown_value(response, measure(design.scene, chosen, response).value, usual_unit(design.scene, response))
@@ -108,7 +109,9 @@ def price_words(price: Entry, design: Design, designs: Sequence[Design]) -> str:
 def comparable(designs: Sequence[Design]) -> list[bool]:
     """Per variant whether its price is that of everything that any variant buys, all in one currency."""
     currencies = {one.price.unit for each in designs for one in bought(each.scene).values() if one.price is not None}
-    return [len(currencies) == 1 and bool(bought(one.scene)) and not _not_bought(one, designs) for one in designs]
+    return [
+        len(currencies) == 1 and bool(bought(design.scene)) and not _not_bought(design, designs) for design in designs
+    ]
 
 
 def _not_bought(design: Design, designs: Sequence[Design]) -> list[str]:

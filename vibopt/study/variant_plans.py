@@ -30,7 +30,7 @@ def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) ->
     rows += [_numbers("chosen", path, [one.get(path) for one in taken]) for path in paths]
     rows += _facts(jobs)
     rows += _limits(found)
-    left = [{**{name: one.value for name, one in a.measures.items()}, **results(j, a)}
+    left = [{**{name: measure.value for name, measure in a.measures.items()}, **results(j, a)}
             for j, a in zip(jobs, found, strict=True)]  # fmt: skip
     names = dict.fromkeys(name for one in left for name in one if name not in MEASURED.values())
     return rows + [_numbers("measure", name, [one.get(name) for one in left]) for name in names]
@@ -65,14 +65,17 @@ def _goal(found: Answer[Any], name: str) -> Entry | None:
 
 
 def _numbers(kind: str, name: str, values: Sequence[Value | None]) -> Row:
-    unit = next((one.si for one in values if isinstance(one, Entry)), "")
-    cells = [None if one is None else Cell(one.shown, one.value if isinstance(one, Entry) else None) for one in values]
+    unit = next((value.si for value in values if isinstance(value, Entry)), "")
+    cells = [
+        None if value is None else Cell(value.shown, value.value if isinstance(value, Entry) else None)
+        for value in values
+    ]
     return Row(kind, name, unit, tuple(cells))
 
 
 def _facts(jobs: Sequence[BalancingJob]) -> list[Row]:
     """Numbers of the files that differ; bounds stand with their limits."""
-    said = [{one.path: one for one in facts(job)} for job in jobs]
+    said = [{fact.path: fact for fact in facts(job)} for job in jobs]
     rows = []
     for path in dict.fromkeys(path for one in said for path in one):
         found = [one.get(path) for one in said]
@@ -80,7 +83,7 @@ def _facts(jobs: Sequence[BalancingJob]) -> list[Row]:
             continue
         entries = [None if one is None else Entry(one.value, one.dimension, one.unit) for one in found]
         first = next(one for one in found if one is not None)
-        cells = tuple(None if one is None else Cell(one.shown, one.value) for one in entries)
+        cells = tuple(None if entry is None else Cell(entry.shown, entry.value) for entry in entries)
         rows.append(Row("fact", path, si_unit(first.dimension), cells))
     return rows
 

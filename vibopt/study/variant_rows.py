@@ -26,13 +26,13 @@ MOST_MODES = 6
 
 def rows_of(designs: Sequence[Design]) -> list[Row]:
     """All rows of the table, in the order in which they are read."""
-    rows = [Row("verdict", "verdict", "", tuple(Cell(one.status) for one in designs))]
-    reasons = [_reason(one) for one in designs]
+    rows = [Row("verdict", "verdict", "", tuple(Cell(design.status) for design in designs))]
+    reasons = [_reason(design) for design in designs]
     if any(reasons):
-        rows.append(Row("reason", "why", "", tuple(Cell(one) if one else None for one in reasons)))
+        rows.append(Row("reason", "why", "", tuple(Cell(reason) if reason else None for reason in reasons)))
     rows += _goal_rows(designs)
     rows += _chosen_rows(designs)
-    rows += _fact_rows(designs, {one.name for one in rows})
+    rows += _fact_rows(designs, {row.name for row in rows})
     rows += _price_rows(designs)
     rows += _limit_rows(designs)
     rows += _measure_rows(designs)
@@ -52,7 +52,7 @@ def _reason(design: Design) -> str:
         return design.reason
     if design.conflict is not None:
         return f"cannot hold together: {', '.join(design.conflict.limits)}"
-    broken = [name for name, one in design.limits.items() if not one.met]
+    broken = [name for name, limit in design.limits.items() if not limit.met]
     return f"breaks {', '.join(broken)}" if broken else design.claim
 
 
@@ -70,8 +70,8 @@ def goal_in(scene: Scene) -> Goal | None:
 def _goal_rows(designs: Sequence[Design]) -> list[Row]:
     """Every goal that a variant has, on each variant on which it can be measured."""
     goals: dict[str, Goal] = {}
-    for one in designs:
-        goal = goal_in(one.scene)
+    for design in designs:
+        goal = goal_in(design.scene)
         if goal is not None:
             goals.setdefault(_goal_name(goal), goal)
     return [_goal_row(name, goal, designs) for name, goal in goals.items()]
@@ -86,10 +86,10 @@ def _goal_row(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
     sense = 1.0 if goal.sense == MAXIMISE else -1.0
     if goal.response.response == "price":
         return _price_row("goal", name, sense, designs)
-    shown = [_goal_of(one, name, goal) for one in designs]
+    shown = [_goal_of(design, name, goal) for design in designs]
     unit = next((one.si for one in shown if one is not None), "")
     cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
-    return Row("goal", name, unit, marked(cells, sense, [one.exit_code == 0 for one in designs]))
+    return Row("goal", name, unit, marked(cells, sense, [design.exit_code == 0 for design in designs]))
 
 
 def _goal_of(design: Design, name: str, goal: Goal) -> Entry | None:
@@ -113,19 +113,19 @@ def _measured_goal(scene: Scene, goal: Goal) -> Entry | None:
 
 def _chosen_rows(designs: Sequence[Design]) -> list[Row]:
     """Parts, places and values that any variant chooses, with what the others have there."""
-    placed = dict.fromkeys(path for one in designs for path in one.places)
-    free = dict.fromkeys(path for one in designs for path in one.variables if not _of_part(path, one))
-    rows = [Row("chosen", path, "", tuple(_place_cell(one, path) for one in designs)) for path in placed]
+    placed = dict.fromkeys(path for design in designs for path in design.places)
+    free = dict.fromkeys(path for design in designs for path in design.variables if not _of_part(path, design))
+    rows = [Row("chosen", path, "", tuple(_place_cell(design, path) for design in designs)) for path in placed]
     for path in free:
-        cells = tuple(_value_cell(one, path) for one in designs)
-        unit = next(one.variables[path].value.si for one in designs if path in one.variables)
+        cells = tuple(_value_cell(design, path) for design in designs)
+        unit = next(design.variables[path].value.si for design in designs if path in design.variables)
         rows.append(Row("chosen", path, unit, cells))
     return rows
 
 
 def _fact_rows(designs: Sequence[Design], known: set[str]) -> list[Row]:
     """Numbers and parts of the files that differ from variant to variant; bounds stand with their limits."""
-    said = [{one.path.removesuffix(".value"): one for one in facts(design.scene)} for design in designs]
+    said = [{fact.path.removesuffix(".value"): fact for fact in facts(design.scene)} for design in designs]
     rows = []
     for path in dict.fromkeys(path for one in designs for path in _bought(one.scene)):
         names = [_bought(one.scene).get(path) for one in designs]
@@ -139,7 +139,7 @@ def _fact_rows(designs: Sequence[Design], known: set[str]) -> list[Row]:
             _brought_cell(design, path) if one is None else _fact_cell(one)
             for one, design in zip(found, designs, strict=True)
         )
-        if len({one.value for one in cells if one is not None}) > 1:
+        if len({cell.value for cell in cells if cell is not None}) > 1:
             unit = next(si_unit(one.dimension) for one in found if one is not None)
             rows.append(Row("fact", path, unit, cells))
     return rows
@@ -189,13 +189,13 @@ def _value_cell(design: Design, path: str) -> Cell | None:
     if path in design.variables:
         value = design.variables[path].value
         return Cell(value.shown, value.value)
-    found = (one for one in facts(design.scene) if one.path.removesuffix(".value") == path)
+    found = (fact for fact in facts(design.scene) if fact.path.removesuffix(".value") == path)
     return next((_fact_cell(one) for one in found), None) or _brought_cell(design, path)
 
 
 def _price_rows(designs: Sequence[Design]) -> list[Row]:
     """What the bought parts cost together, where it is not the goal of any."""
-    if any((goal := goal_in(one.scene)) is not None and goal.response.response == "price" for one in designs):
+    if any((goal := goal_in(design.scene)) is not None and goal.response.response == "price" for design in designs):
         return []
     row = _price_row("price", "price of all parts", -1.0, designs)
     return [row] if any(row.cells) else []
@@ -203,25 +203,29 @@ def _price_rows(designs: Sequence[Design]) -> list[Row]:
 
 def _price_row(kind: str, name: str, sense: float, designs: Sequence[Design]) -> Row:
     """Prices of variants; of those that differ in what is bought none is the best."""
-    shown = [price_of(one, _chosen(one)) if has_machine(one) else None for one in designs]
+    shown = [price_of(design, _chosen(design)) if has_machine(design) else None for design in designs]
     cells = [
-        None if price is None else Cell(price_words(price, one, designs), price.value)
-        for one, price in zip(designs, shown, strict=True)
+        None if price is None else Cell(price_words(price, design, designs), price.value)
+        for design, price in zip(designs, shown, strict=True)
     ]
-    rivals = [one.exit_code == 0 and fair for one, fair in zip(designs, comparable(designs), strict=True)]
+    rivals = [design.exit_code == 0 and fair for design, fair in zip(designs, comparable(designs), strict=True)]
     unit = next((one.si for one in shown if one is not None), "")
     return Row(kind, name, unit, marked(cells, sense, rivals))
 
 
 def _chosen(design: Design) -> dict[str, float]:
-    return {one.path: float(v) for one, v in zip(design.scene.variables, design.x, strict=True)} if design.x else {}
+    return (
+        {variable.path: float(v) for variable, v in zip(design.scene.variables, design.x, strict=True)}
+        if design.x
+        else {}
+    )
 
 
 def _limit_rows(designs: Sequence[Design]) -> list[Row]:
-    names = dict.fromkeys(name for one in designs for name in one.limits)
+    names = dict.fromkeys(name for design in designs for name in design.limits)
     rows = []
     for name in names:
-        checked = [one.limits.get(name) for one in designs]
+        checked = [design.limits.get(name) for design in designs]
         cells = [None if one is None else Cell(limit_words(one), one.margin) for one in checked]
         rivals = [one is not None and one.met for one in checked]
         if any(one is not None and one.response == "price" for one in checked):
@@ -242,10 +246,10 @@ def limit_words(checked: Checked) -> str:
 
 def _measure_rows(designs: Sequence[Design]) -> list[Row]:
     goals = set(MEASURED.values())
-    names = dict.fromkeys(name for one in designs for name in one.measures if name not in goals)
+    names = dict.fromkeys(name for design in designs for name in design.measures if name not in goals)
     rows = []
     for name in names:
-        shown = [one.measures[name].value if name in one.measures else None for one in designs]
+        shown = [design.measures[name].value if name in design.measures else None for design in designs]
         unit = next(one.si for one in shown if one is not None)
         cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
         rows.append(Row("measure", name, unit, cells))
@@ -254,11 +258,11 @@ def _measure_rows(designs: Sequence[Design]) -> list[Row]:
 
 def _mode_rows(designs: Sequence[Design]) -> list[Row]:
     """The lowest natural frequencies of each machine without tolerances."""
-    modes = [_modes(one) if has_machine(one) else np.zeros(0) for one in designs]
+    modes = [_modes(design) if has_machine(design) else np.zeros(0) for design in designs]
     count = min(max(map(len, modes)), MOST_MODES)
     rows = []
     for k in range(count):
-        shown = [Entry(float(one[k]), "angular_rate", "Hz") if k < len(one) else None for one in modes]
+        shown = [Entry(float(mode[k]), "angular_rate", "Hz") if k < len(mode) else None for mode in modes]
         cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
         rows.append(Row("frequency", f"natural frequency {k + 1}", "rad/s", cells))
     return rows

@@ -30,18 +30,18 @@ class Variants(Tabular):
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each line of the table, a number or word and its text per variant."""
-        return [self._row(one) for one in self.rows]
+        return [self._row(row) for row in self.rows]
 
     def _row(self, row: Row) -> dict[str, Any]:
         cells = dict(zip(self.names, row.cells, strict=True))
-        values = {name: None if one is None else one.value for name, one in cells.items()}
-        shown = {f"{name} shown": None if one is None else one.text for name, one in cells.items()}
+        values = {name: None if cell is None else cell.value for name, cell in cells.items()}
+        shown = {f"{name} shown": None if cell is None else cell.text for name, cell in cells.items()}
         return {"kind": row.kind, "name": row.name, "unit": row.unit, **values, **shown}
 
     @property
     def exit_code(self) -> int:
         """0 where any variant keeps its limits, else that of the first."""
-        codes = [one.exit_code for one in self.designs]
+        codes = [design.exit_code for design in self.designs]
         return 0 if 0 in codes else codes[0]
 
 
@@ -67,7 +67,7 @@ def compare(jobs: Mapping[str, Job], progress: Progress | None = None) -> Varian
     """
     _check(jobs)
     found = answers(jobs.values(), progress)
-    plans = [one for one in jobs.values() if not is_scene(one)]
+    plans = [job for job in jobs.values() if not is_scene(job)]
     return Variants(tuple(jobs), tuple(found), tuple(rows_of_plans(plans, found) if plans else rows_of(found)))
 
 

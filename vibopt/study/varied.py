@@ -138,7 +138,9 @@ def _holding(job: Job, held: Mapping[str, str]) -> Job:
 
 def is_variable(job: Job, path: str) -> bool:
     """Whether a number is chosen from a range of its own, so that it can be held at each value in turn."""
-    choice = next((one.choice for one in job.variables if one.path == path), None) if is_scene(job) else None
+    choice = (
+        next((variable.choice for variable in job.variables if variable.path == path), None) if is_scene(job) else None
+    )
     return (
         choice is not None
         and not (choice.options or choice.whole or choice.tolerance)
@@ -163,7 +165,7 @@ def _parts_of(text: str) -> list[str]:
     parts = text.split("..") if is_range(text) else re.split(_LIST, text)
     if len(parts) == 1 and not re.fullmatch(_THOUSANDS, text):
         parts = text.split(",")
-    return [one for one in parts if one.strip()]
+    return [part for part in parts if part.strip()]
 
 
 def _check(path: str, text: str) -> None:
@@ -209,8 +211,8 @@ def _absolute(fact: FactAt, text: str) -> str:
     parts = [re.fullmatch(_PART, one) for one in _parts_of(text)]
     if len(parts) < 2 or fact.dimension in ("ratio", "level") or None in parts:
         return text
-    percents = [float(one[1].replace(" ", "").replace("−", "-")) for one in parts if one is not None]
-    said = [fact.now(1.0 + one / 100.0) for one in percents]
+    percents = [float(part[1].replace(" ", "").replace("−", "-")) for part in parts if part is not None]
+    said = [fact.now(1.0 + percent / 100.0) for percent in percents]
     return "..".join(said) if is_range(text) else ", ".join(said)
 
 
@@ -224,7 +226,7 @@ def points_of(facts: tuple[Varied, ...], count: int | None, sample: Sample, seed
     """
     if sample:
         return _drawn(facts, count or 256, sample, seed)
-    axes = tuple(one.values(count or USUAL[len(facts)]) for one in facts)
+    axes = tuple(fact.values(count or USUAL[len(facts)]) for fact in facts)
     whole = np.stack([one.ravel() for one in np.meshgrid(*axes, indexing="ij")], axis=-1)
     return Points(facts, whole, axes)
 
@@ -242,14 +244,14 @@ def _drawn(facts: tuple[Varied, ...], count: int, sample: Sample, seed: int) -> 
 
     from scipy.stats import qmc
 
-    listed = [one.fact.path for one in facts if one.listed]
+    listed = [fact.fact.path for fact in facts if fact.listed]
     if listed:
         raise InputError(f"--sample {sample} draws from ranges, and {listed[0]} is a list. Leave --sample out.")
     engine = (qmc.Sobol if sample == "sobol" else qmc.LatinHypercube)(d=len(facts), seed=seed)
     with catch_warnings():
         simplefilter("ignore")  # a number of points that is no power of two is a little less even
         parts = engine.random(count)
-    return Points(facts, np.stack([one.at(parts[:, i]) for i, one in enumerate(facts)], axis=-1), ())
+    return Points(facts, np.stack([fact.at(parts[:, i]) for i, fact in enumerate(facts)], axis=-1), ())
 
 
 __all__ = ["DECIBEL", "SAMPLES", "Points", "Sample", "Varied", "how_many", "is_variable", "points_of", "varied"]

@@ -124,10 +124,10 @@ def verify(
         results = [_lost(*given, one) if isinstance(one, Lost) else one for given, one in pairs]
     else:
         results = []
-        for one in files:
-            results.append(work(one))
+        for file in files:
+            results.append(work(file))
             done(len(results))
-    return Verification(tuple(row for one in results for row in one.rows), len(files), tuple(results))
+    return Verification(tuple(row for result in results for row in result.rows), len(files), tuple(results))
 
 
 def problem_files(paths: Iterable[str | Path]) -> list[tuple[Path, str]]:

@@ -53,7 +53,7 @@ class WhatIf(Tabular):
 
     def heading(self) -> tuple[str, ...]:
         """Title, changes, and what breaks of a design that is kept."""
-        changes = ", ".join(f"{path} = {one}" for path, one in self.changes.items())
+        changes = ", ".join(f"{path} = {change}" for path, change in self.changes.items())
         breaks = f"The design kept breaks {', '.join(self.breaks)}." if self.breaks else ""
         return self.job.title, changes, breaks
 
@@ -113,8 +113,8 @@ def whatif(
         done = drawn(job, before, rounding)
         before, fixed = done.design, done.kept
     after = answer(with_changes(fixed, changes))
-    held = {name for name, one in before.limits.items() if one.met}
-    breaks = tuple(name for name, one in after.limits.items() if not one.met and name in held)
+    held = {name for name, limit in before.limits.items() if limit.met}
+    breaks = tuple(name for name, limit in after.limits.items() if not limit.met and name in held)
     base = with_changes(fixed, changes) if after.status == "met" else fixed
     sound = is_scene(base) and (after.status == "met" or len(held) == len(before.limits))
     found = thresholds(base, progress) if sound and is_scene(base) else ()

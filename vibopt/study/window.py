@@ -101,7 +101,7 @@ class Window(Tabular):
     @property
     def said(self) -> str:
         """What the intervals of several variables are, in words."""
-        tried = max(one.tried for one in self.spans)
+        tried = max(span.tried for span in self.spans)
         if len(self.spans) == 1:
             return ""
         if not tried:
@@ -148,14 +148,17 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
         part, proven, claim = _tested(scene, centre, part)
     own = _own(scene)
     around = 0.0 if own is None else box.half(own)
-    shown = {one.path: Entry(float(x), one.dimension, one.unit) for one, x in zip(scene.variables, centre, strict=True)}
+    shown = {
+        variable.path: Entry(float(x), variable.dimension, variable.unit)
+        for variable, x in zip(scene.variables, centre, strict=True)
+    }
     return Window(job, spans, shown, part, proven, claim, around)
 
 
 def _check(scene: Scene) -> None:
     if not scene.limits:
         raise InputError(f"{scene.name}: window needs limits: without any every design is permitted.")
-    listed = next((one.path for one in scene.variables if one.values is not None), "")
+    listed = next((variable.path for variable in scene.variables if variable.values is not None), "")
     listed = listed or next(iter({**open_places(scene), **open_positions(scene)}), "")
     if listed:
         raise InputError(
@@ -192,7 +195,7 @@ class _Box:
         self.violations = Violations(program)
         self.tolerance = self.violations.judge.tolerance
         self.low, self.high = program.low, program.high
-        self.inner = [(one.intervals[0][0].value, one.intervals[-1][1].value) for one in spans]
+        self.inner = [(span.intervals[0][0].value, span.intervals[-1][1].value) for span in spans]
         count = len(spans)
         places = (-1.0, 0.0, 1.0) if count <= 3 else (-1.0, 1.0)
         self.places = np.array([one for one in product(places, repeat=count) if any(one)])
@@ -318,8 +321,11 @@ def _over(scene: Scene, centre: FloatArray, part: float) -> Any:
     if not part > 0.0:
         return None
     said = {
-        one.path: {"value": f"{x:.17g} {Entry(x, one.dimension).si}".strip(), "tolerance": f"{100.0 * part:.17g} %"}
-        for one, x in zip(scene.variables, map(float, centre), strict=True)
+        variable.path: {
+            "value": f"{x:.17g} {Entry(x, variable.dimension).si}".strip(),
+            "tolerance": f"{100.0 * part:.17g} %",
+        }
+        for variable, x in zip(scene.variables, map(float, centre), strict=True)
     }
     document = {key: one for key, one in changed(scene.document, said).items() if key not in ("goal", "expected")}
     try:

@@ -185,14 +185,18 @@ def _with_our_names(heads: tuple[str, ...], renamed: Renamed, row: int, said: _S
         if _plain_name(ours) not in _KNOWN:
             said.add(row, None, f'columns names "{ours}", which is no column of a catalogue.{_near(_plain_name(ours))}')
             continue
-        for one in theirs:
-            name, unit = heading_of(one)
+        for their in theirs:
+            name, unit = heading_of(their)
             places = [
-                k for k, head in enumerate(heads) if head in (one, name) or (not unit and heading_of(head)[0] == one)
+                k
+                for k, head in enumerate(heads)
+                if head in (their, name) or (not unit and heading_of(head)[0] == their)
             ]
             if len(places) != 1:
                 listed = ", ".join(_quoted(head) for head in heads if head)
-                said.add(row, None, f'has {"no column" if not places else "several columns"} "{one}". It has {listed}.')
+                said.add(
+                    row, None, f'has {"no column" if not places else "several columns"} "{their}". It has {listed}.'
+                )
                 continue
             unit = heading_of(heads[places[0]])[1] or unit
             new[places[0]] = f"{ours} [{unit}]" if unit and _plain_name(ours) in _BY_HEADING else ours
@@ -332,7 +336,7 @@ def _ratings(
 ) -> None:
     if "rated_min" not in values:
         return
-    place = next(one for one in columns if one is not None and one.key == "rated_min")
+    place = next(column for column in columns if column is not None and column.key == "rated_min")
     for (row, cells), low, high in zip(body, values["rated_min"], values["rated_max"], strict=True):
         if low > high > 0.0:
             cell = cells[columns.index(place)]

@@ -103,7 +103,9 @@ class Table(BaseModel):
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """What a kind says of itself is no field, and not looked at again for every child of it."""
-        cls.__annotations__ = {key: one for key, one in cls.__annotations__.items() if key not in cls.__class_vars__}
+        cls.__annotations__ = {
+            key: annotation for key, annotation in cls.__annotations__.items() if key not in cls.__class_vars__
+        }
 
 
 _PLAIN = {NoneType, str, bool, int, float}

@@ -58,7 +58,7 @@ def built(scene: Scene, chosen: Mapping[str, Any]) -> Machine:
         from vibopt.scene.drives import looked_at
 
         assembly.top, assembly.modes = looked_at(scene)
-    acted = {name: one for name, one in pins(scene).items() if name not in scene.points}
+    acted = {name: pin for name, pin in pins(scene).items() if name not in scene.points}
     for name, (body, at) in acted.items() if space else ():
         assembly.fixed[name] = (body, np.array(at))
     numbers = Numbers(chosen, scene.off)

@@ -28,7 +28,7 @@ _MOST = 0.01
 
 def heavy(machine: Machine) -> Iterator[Joint]:
     """Beams with a mass."""
-    return (one for one in machine.joints if one.borne is not None and one.borne.mass)
+    return (joint for joint in machine.joints if joint.borne is not None and joint.borne.mass)
 
 
 def heavier(machine: Machine, joint: Joint, omega: float) -> float:

@@ -263,7 +263,7 @@ class Shaken:
         """A speed below which the orders of all lines hold [rad/s]; zero where none are needed."""
         machines = (self.machine, self.bolted)
         lines = self.lines
-        loose = [one for one in machines if one.loose]
+        loose = [machine for machine in machines if machine.loose]
         return min((self._orders(one, line).reach / line.order for one in loose for line in lines), default=0.0)
 
     @cached_property
@@ -275,7 +275,7 @@ class Shaken:
         on, acts = self.excitation.on, self.excitation.acts
         if list(acts) != [on] or on in machine.places or on in machine.bases:
             return acts
-        return {next(one.ends[1] for one in self.machine.joints if one.name == self.response.rigid_link): 1.0}
+        return {next(joint.ends[1] for joint in self.machine.joints if joint.name == self.response.rigid_link): 1.0}
 
 
 def joined(machine: Machine, link: str) -> Machine:

@@ -92,7 +92,7 @@ class Built:
     @cached_property
     def modelled(self) -> Modelled:
         """The same in the model."""
-        x = np.array([self.chosen[one.path] for one in self.scene.variables])
+        x = np.array([self.chosen[variable.path] for variable in self.scene.variables])
         return Modelled(self.scene, self.given or model_of(self.scene), x)
 
     def limits(self, offs: Offs) -> dict[str, Checked]:
@@ -106,7 +106,10 @@ class Built:
 
     def measures(self, offs: Offs) -> dict[str, Checked]:
         """Every measure, each on the worst of several machines where there are."""
-        return {name: _worst_of(self, offs.get(name, ()), name, one, "") for name, one in self.scene.measures.items()}
+        return {
+            name: _worst_of(self, offs.get(name, ()), name, measure, "")
+            for name, measure in self.scene.measures.items()
+        }
 
     @property
     def goal(self) -> Checked | None:
@@ -142,7 +145,7 @@ class Built:
             grown = beyond_threshold(self.scene, found.response, self.threshold)
             if grown:
                 return grown
-        if not any(one.spreads_mass for one in self.scene.links.values()):
+        if not any(link.spreads_mass for link in self.scene.links.values()):
             return ""
         known = {name: speed for name, speed in found.speeds.items() if found.response.sort == "steady"}
         lines = {name: unit_lines(self.scene, name) for name in known}
@@ -283,7 +286,7 @@ def usual_unit(scene: Scene, response: Response) -> str:
     """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
     path = f".{getattr(response, 'of', None)}.{response.response}"
     if response.response == "price":
-        bought = [*(one.part for one in scene.links.values()), *(one.part for one in scene.mounts.values())]
+        bought = [*(link.part for link in scene.links.values()), *(mount.part for mount in scene.mounts.values())]
         return next((one.price.unit for one in bought if one is not None and one.price is not None), "")
     for variable in scene.variables:
         if variable.path.endswith(path):

@@ -128,7 +128,7 @@ class Followed:
                 (one - ends_of(self.excitation)[0]) / rate_of(self.excitation) for one in self._line.amplitude.breaks()
             ]
         )
-        joints = [0.0, *sorted(one for one in bends if 0.0 < one < self._length), self._length]
+        joints = [0.0, *sorted(bend for bend in bends if 0.0 < bend < self._length), self._length]
         period, looks = 2.0 * np.pi / float(self.machine.natural_frequencies().min()), int(_HORIZON / _PERIODS)
         behind = [self._length + _HORIZON * period * number / looks for number in range(looks + 1)]
         return [*pairwise(joints), *pairwise(behind)]
@@ -211,7 +211,7 @@ class Followed:
 
         system, push = self._system
         nodes = 0.5 + 0.5 * _NODES
-        pushed = np.array([expm(system * (step * (1.0 - one))) @ push for one in nodes])
+        pushed = np.array([expm(system * (step * (1.0 - node))) @ push for node in nodes])
         inside = times[:, None] + step * nodes
         states = np.empty((len(times) + 1, len(push)), dtype=complex)
         states[0] = state

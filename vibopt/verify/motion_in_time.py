@@ -52,7 +52,7 @@ class MotionInTime:
     @cached_property
     def _lasting(self) -> tuple[Once, ...]:
         """Excitations that go on for ever."""
-        return tuple(one for one in self.excitations if one.endless)
+        return tuple(excitation for excitation in self.excitations if excitation.endless)
 
     @cached_property
     def _look(self) -> float:
@@ -66,7 +66,11 @@ class MotionInTime:
             faded = -np.log(GONE) / float(moving.min()) if len(moving) else PERIODS * 2.0 * np.pi / slow
             faded = faded if len(moving) + rings.sum() == len(decays) else np.inf
             return min(faded, _BESIDE * 2.0 * np.pi / slow) / _LOOKS + max(one.length for one in self._lasting)
-        return PERIODS * 2.0 * np.pi / slow if np.isfinite(slow) else max(one.length for one in self.excitations)
+        return (
+            PERIODS * 2.0 * np.pi / slow
+            if np.isfinite(slow)
+            else max(excitation.length for excitation in self.excitations)
+        )
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:
@@ -91,7 +95,7 @@ class MotionInTime:
 
     @cached_property
     def _joints(self) -> list[float]:
-        return sorted({joint for one in self.excitations for joint in one.joints})
+        return sorted({joint for excitation in self.excitations for joint in excitation.joints})
 
     @cached_property
     def _late(self) -> set[float]:
@@ -102,11 +106,15 @@ class MotionInTime:
 
     @cached_property
     def _states(self) -> States:
-        acts, bases = tuple(one.on for one in self.excitations), self.machine.bases
-        far = [one for one in self.excitations if one.on in bases and not one.returns and not one.endless]
+        acts, bases = tuple(excitation.on for excitation in self.excitations), self.machine.bases
+        far = [
+            excitation
+            for excitation in self.excitations
+            if excitation.on in bases and not excitation.returns and not excitation.endless
+        ]
         ends = {end for joint in self.machine.joints for end in joint.ends}
         alone = len(bases) == 1 and bool(far) and not self._lasting and ends <= {*self.machine.masses, *bases}
-        long = max(one.length for one in self.excitations) * self._own_rate > _STIFF if alone else False
+        long = max(excitation.length for excitation in self.excitations) * self._own_rate > _STIFF if alone else False
         return States(self.machine, acts, next(iter(bases)) if long else "")
 
     @property
@@ -127,18 +135,20 @@ class MotionInTime:
         return number < self._behind
 
     def _signals(self, time: FloatArray) -> FloatArray:
-        return np.array([one.signal(time) for one in self.excitations])
+        return np.array([excitation.signal(time) for excitation in self.excitations])
 
     def _start(self, number: int) -> FloatArray:
         """Positions and velocities of bodies and bases at the beginning of a stretch, as blows have left them."""
         time = self._spans[number][0]
-        struck: FloatArray = self._states.matrices[1] @ np.array([one.blows.get(time, 0.0) for one in self.excitations])
+        struck: FloatArray = self._states.matrices[1] @ np.array(
+            [excitation.blows.get(time, 0.0) for excitation in self.excitations]
+        )
         if number == 0:
             return struck
         found: FloatArray = np.asarray(self._runs[-1](time), dtype=float) + struck
         if number == self._behind:
             for base in self.machine.bases:
-                every = [one for one in self.excitations if one.on == base]
+                every = [excitation for excitation in self.excitations if excitation.on == base]
                 if all(one.returns for one in every):  # back to the last digit, or rounding would carry it away
                     at, came = self._places.index(base), [(0.0, 0.0), *(one.course(time) for one in every)]
                     found[[at, at + len(self._places)]] = np.sum(came, axis=0)
@@ -147,7 +157,7 @@ class MotionInTime:
     @property
     def _step(self) -> float:
         """Longest step while a load acts: not over a sample of a record [s]."""
-        return min(one.step for one in self.excitations)
+        return min(excitation.step for excitation in self.excitations)
 
     def _rates(self, low: float, high: float) -> Callable[[float, FloatArray], FloatArray]:
         """Rates of the states on a stretch of time."""

@@ -96,7 +96,7 @@ class Search:
         inside = [speed for band in ranges for speed in self._inside(band)]
         found = self._best(known + inside, values + self._values(inside))
         hidden = [speed for speed in undamped if abs(found.speed - speed) <= 1e-7 * speed]
-        if any(_grows(found.value, one) for one in self._values([speed * _BESIDE[1] for speed in hidden])):
+        if any(_grows(found.value, value) for value in self._values([speed * _BESIDE[1] for speed in hidden])):
             return Reached(np.inf, found.speed)  # hardly coupled: it was climbed, and is seen from near alone
         return found
 
@@ -139,7 +139,7 @@ class Search:
         """Poles without damping in some ranges [rad/s]."""
         poles = self.poles.tolist()
         room = _UNDAMPED * max(map(abs, poles), default=0.0)
-        real = [one.real for one in poles if abs(one.imag) <= room and one.real > 0.0]
+        real = [pole.real for pole in poles if abs(pole.imag) <= room and pole.real > 0.0]
         return [min(max(one, band.low), band.high) for one in real for band in ranges if band.holds(one)]
 
     def _begun(self, low: float, high: float) -> FloatArray:

@@ -71,7 +71,7 @@ class Simulated(MotionInTime):
         """Greatest of a response to what goes on for ever, when all else has faded."""
         speeds, waves = self._driven(response)
         for turns, wave in self._undamped(response):
-            same = next((i for i, one in enumerate(speeds) if abs(one - turns) <= NONE * 10.0 * turns), None)
+            same = next((i for i, speed in enumerate(speeds) if abs(speed - turns) <= NONE * 10.0 * turns), None)
             if same is not None:
                 waves[same] += wave
             else:
@@ -79,7 +79,7 @@ class Simulated(MotionInTime):
         sizes = np.abs(waves)
         felt = [i for i, size in enumerate(sizes) if size > MET * sizes.max()] or [0]
         waves, speeds = [waves[i] for i in felt], [speeds[i] for i in felt]
-        orders = whole_orders(tuple(one / min(speeds) for one in speeds))
+        orders = whole_orders(tuple(speed / min(speeds) for speed in speeds))
         if orders is None:
             return float(np.abs(waves).sum())
         angles = np.linspace(0.0, 2.0 * np.pi, int(_FINE * orders.max()) + 1)
@@ -143,9 +143,12 @@ class Simulated(MotionInTime):
         system, loads = self._states.matrices
         low = self._spans[self._behind][0]
         free = np.asarray(self._run(self._behind)(low), dtype=float)
-        for one, load in zip(self.excitations, loads.T, strict=True):
-            if one.endless:
-                speed, size = 2.0 * np.pi / one.length, float(one.signal(np.array([0.25 * one.length]))[0])
+        for excitation, load in zip(self.excitations, loads.T, strict=True):
+            if excitation.endless:
+                speed, size = (
+                    2.0 * np.pi / excitation.length,
+                    float(excitation.signal(np.array([0.25 * excitation.length]))[0]),
+                )
                 follows = np.linalg.solve(1j * speed * np.eye(len(system)) - system, load * size)
                 free = free - np.imag(follows * np.exp(1j * speed * low))
         known: Any = eig(system, left=True, right=True)
@@ -165,7 +168,7 @@ class Simulated(MotionInTime):
     @property
     def _over(self) -> tuple[Once, ...]:
         """Excitations that end."""
-        return tuple(one for one in self.excitations if not one.endless)
+        return tuple(excitation for excitation in self.excitations if not excitation.endless)
 
     @property
     def _driven_at_resonance(self) -> bool:
@@ -197,7 +200,7 @@ class Simulated(MotionInTime):
     @cached_property
     def _bent(self) -> FloatArray:
         """Times at which signals jump or bend, ascending [s]."""
-        return np.unique(np.concatenate([one.kinks for one in self.excitations]))
+        return np.unique(np.concatenate([excitation.kinks for excitation in self.excitations]))
 
     @cached_property
     def _seen(self) -> dict[tuple[int, int], tuple[TransientResponse, tuple[float, float]]]:

@@ -190,7 +190,7 @@ class Rubbed:
                 known.pop(next(iter(known)))
             known[key] = self.steady()
         stretches = known[key]
-        return float("nan") if stretches is None else max(self._most(one, response) for one in stretches)
+        return float("nan") if stretches is None else max(self._most(stretch, response) for stretch in stretches)
 
     def at_rest(self, response: HarmonicResponse) -> float:
         """Size of a response to a force or a place that never changes."""
@@ -307,7 +307,7 @@ def _over(at: Callable[..., float], band: Band, natural: float, freed: FloatArra
     near = natural * np.array([0.6, 0.8, 0.9, 0.96, 1.0, 1.04, 1.1, 1.3])
     near = np.concatenate([near, np.outer(freed, _FREED).ravel()])
     speeds = np.unique(np.concatenate([np.geomspace(low, band.high, _COARSE), near[(near > low) & (near < band.high)]]))
-    rough = sign * np.array([at(one, 1e-6) for one in speeds])
+    rough = sign * np.array([at(speed, 1e-6) for speed in speeds])
     rough = np.where(np.isnan(rough), -np.inf, rough)
     found = [Reached(at(one), one) for one in (low, band.high)]
     after = np.append(rough[1:], -np.inf)

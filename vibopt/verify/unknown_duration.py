@@ -26,14 +26,16 @@ def peak_over_durations(
     from scipy.optimize import minimize_scalar
 
     def value(duration: float, *, loose: bool = False) -> float:
-        return Simulated(machine, tuple(one.lasting(duration) for one in excitations), loose).peak(response)[0]
+        return Simulated(machine, tuple(excitation.lasting(duration) for excitation in excitations), loose).peak(
+            response
+        )[0]
 
     fastest = float(np.abs(machine.poles()).max(initial=0.0))
     step = min(2.0 * np.pi / fastest / _IN_A_PERIOD if fastest > 0.0 else high, high)
     short = step * 0.5 ** np.arange(_HALVINGS, 0, -1)
     every = np.concatenate([short, np.arange(step, high, step), [low or short[0], high]])
     times = np.unique(every[(every >= low) & (every <= high)])
-    values = np.array([value(float(one), loose=True) for one in times])
+    values = np.array([value(float(time), loose=True) for time in times])
     best = max(value(float(one)) for one in (times[0], times[-1]))
     beside = np.concatenate([[-np.inf], values, [-np.inf]])
     tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))

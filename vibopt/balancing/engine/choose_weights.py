@@ -48,7 +48,7 @@ class Balanced:
 def balance(job: EngineJob, solver: Solver = least) -> Balanced:
     """The engine with what is chosen set as well as can be; `solver` answers the program of given cranks."""
     if not job.is_search:
-        cranks = tuple(0.0 if one is None else one for one in job.cranks)
+        cranks = tuple(0.0 if crank is None else crank for crank in job.cranks)
         answer = weigh(job, arms(job, cranks), solver)
         way = "program" if box_of(job).size and job.goal is not None else "none"
         x = answer.x if answer.x is not None else np.zeros(box_of(job).size)
@@ -74,7 +74,7 @@ def balance(job: EngineJob, solver: Solver = least) -> Balanced:
 def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
     """Crank angles per throw [rad] to be looked at: as given, or one of each class that may be chosen."""
     if not job.is_search:
-        yield tuple(0.0 if one is None else one for one in job.cranks)
+        yield tuple(0.0 if crank is None else crank for crank in job.cranks)
         return
     for cranks in classes(job):
         if not job.even_firing or is_even(best_firing(job, cranks)):
@@ -87,7 +87,7 @@ def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, und
     if undecided:
         said += f", {undecided} of them without an answer and without a proof that there is none"
     if best is None:
-        none = tuple(0.0 if one is None else one for one in job.cranks)
+        none = tuple(0.0 if crank is None else crank for crank in job.cranks)
         word = "found to keep" if undecided else "keeps"
         claim = f"no setting {word} the limits: {said}" if tried else "no setting of the cranks fires evenly"
         status = "unproven" if undecided else "infeasible"
@@ -118,8 +118,11 @@ def _compare(rank: tuple[float, ...], best: tuple[float, ...]) -> int:
 
 def size_of(job: EngineJob, couple: bool) -> float:
     """Sum of all primary forces [N] or couples [N m], for comparing."""
-    lever = [abs(one.at) if couple else 1.0 for one in job.cylinders]
-    return float(sum(r * one.reciprocating for r, one in zip(lever, job.cylinders, strict=True))) * job.speed**2 or 1.0
+    lever = [abs(cylinder.at) if couple else 1.0 for cylinder in job.cylinders]
+    return (
+        float(sum(r * cylinder.reciprocating for r, cylinder in zip(lever, job.cylinders, strict=True))) * job.speed**2
+        or 1.0
+    )
 
 
 def goal_table(job: EngineJob) -> EngineLimitTable:
@@ -131,7 +134,7 @@ def goal_table(job: EngineJob) -> EngineLimitTable:
 
 def box_of(job: EngineJob) -> Box:
     """Bounds of the choices."""
-    shares = tuple((one.low, one.high) for one in free_shares(job))
+    shares = tuple((share.low, share.high) for share in free_shares(job))
     return Box(shares, tuple(job.weights[k].cap for k in free_weights(job)))
 
 
@@ -143,21 +146,23 @@ def goal_value(job: EngineJob, found: Balanced) -> float:
 def least_response(job: EngineJob, found: Arms, asked: Lengths, more: Sequence[Lengths]) -> float | None:
     """The least a response can be under the limits of the job and `more` of them, for given cranks; None: unknown."""
     box = box_of(job)
-    limits = [*(lengths(one, found, one.bound) for one in job.limits.values()), *more]
+    limits = [*(lengths(limit, found, limit.bound) for limit in job.limits.values()), *more]
     if box.size:
         answer = least(asked, limits, box)
         return None if answer.x is None else answer.value
     none = np.zeros(0)
-    return asked.value(none) if all(one.value(none) <= one.limit * (1.0 + 1e-9) for one in limits) else None
+    return asked.value(none) if all(limit.value(none) <= limit.limit * (1.0 + 1e-9) for limit in limits) else None
 
 
 def weigh(job: EngineJob, found: Arms, solver: Solver = least) -> Least:
     """The best share and weights for given cranks; what is only looked at is "met" or "violated"."""
     box, goal = box_of(job), lengths(goal_table(job), found)
-    limits = [lengths(one, found, one.bound) for one in job.limits.values()]
+    limits = [lengths(limit, found, limit.bound) for limit in job.limits.values()]
     if not box.size or job.goal is None:
         x = np.zeros(box.size)
-        broken = [name for name, one in zip(job.limits, limits, strict=True) if one.value(x) > one.limit * (1.0 + 1e-9)]
+        broken = [
+            name for name, limit in zip(job.limits, limits, strict=True) if limit.value(x) > limit.limit * (1.0 + 1e-9)
+        ]
         if broken and job.is_search:
             return Least(None, inf, inf, "infeasible", "broken: " + ", ".join(broken))
         claim = "limits that do not hold: " + ", ".join(broken) if broken else "nothing is chosen: the engine as it is"
@@ -174,7 +179,7 @@ def _shared_out(job: EngineJob, answer: Least) -> Least:
     Only where both are chosen and both masses have one ratio in all cylinders does it not matter which is carried.
     """
     free = free_shares(job)
-    parts = np.array([[one.of(cylinder) for one in job.shares] for cylinder in job.cylinders])
+    parts = np.array([[share.of(cylinder) for share in job.shares] for cylinder in job.cylinders])
     if len(free) < 2 or answer.x is None or np.ptp(parts[:, 1] * parts[0, 0] - parts[:, 0] * parts[0, 1]) > 0.0:
         return answer
     mass, turning = parts[0]
@@ -234,7 +239,7 @@ class Cap:
         """Its places in the choices x."""
         shares = free_shares(job)
         if self.weight is None:
-            return [[one.name for one in shares].index(self.share)]
+            return [[share.name for share in shares].index(self.share)]
         first = len(shares) + 2 * free_weights(job).index(self.weight)
         return [first, first + 1]
 
@@ -251,7 +256,7 @@ class Cap:
 
 def caps_of(job: EngineJob) -> list[Cap]:
     """All of them, shares first."""
-    found = [Cap(f"engine.{one.name}", one.high, "%", "ratio", share=one.name) for one in free_shares(job)]
+    found = [Cap(f"engine.{share.name}", share.high, "%", "ratio", share=share.name) for share in free_shares(job)]
     for index in free_weights(job):
         one = job.weights[index]
         if isfinite(one.cap):
@@ -263,7 +268,9 @@ def caps_of(job: EngineJob) -> list[Cap]:
 def wider(job: EngineJob, cap: Cap, bound: float) -> EngineJob:
     """The job with one of them at another bound."""
     if cap.weight is None:
-        shares = tuple(replace(one, high=max(bound, one.low)) if one.name == cap.share else one for one in job.shares)
+        shares = tuple(
+            replace(share, high=max(bound, share.low)) if share.name == cap.share else share for share in job.shares
+        )
         return replace(job, shares=shares)
     weights = list(job.weights)
     weights[cap.weight] = replace(weights[cap.weight], cap=bound)
@@ -289,7 +296,7 @@ def priced(job: EngineJob, found: Balanced, limits: Mapping[str, Checked], work:
     if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
         return Priced(limits, {})
     asked: list[tuple[str, Known]] = [
-        (name, job.limits[name]) for name, one in limits.items() if job.is_search or one.margin < ACTIVE
+        (name, job.limits[name]) for name, limit in limits.items() if job.is_search or limit.margin < ACTIVE
     ]
     asked += [(one.path, one) for one in caps_of(job) if job.is_search or one.reached(job, found) >= 1.0 - ACTIVE]
     goal = goal_table(job)

@@ -40,13 +40,13 @@ def simulated(job: EngineJob, found: Balanced, couple: bool) -> float:
     turn = np.arange(STEPS) * 2.0 * np.pi / STEPS
     total = np.zeros(STEPS, dtype=complex)
     shares = carried_shares(job, found.x)
-    for one in job.cylinders:
-        lever = one.at if couple else 1.0
-        crank = turn + found.cranks[one.throw]
-        along = -one.reciprocating * job.speed**2 * _second_derivative(_piston(crank - one.bank, job.ratio))
-        opposite = sum(part * share.of(one) for share, part in zip(job.shares, shares, strict=True))
-        carried = one.rotating - opposite
-        total += lever * (along * np.exp(1j * one.bank) + carried * job.speed**2 * np.exp(1j * crank))
+    for cylinder in job.cylinders:
+        lever = cylinder.at if couple else 1.0
+        crank = turn + found.cranks[cylinder.throw]
+        along = -cylinder.reciprocating * job.speed**2 * _second_derivative(_piston(crank - cylinder.bank, job.ratio))
+        opposite = sum(part * share.of(cylinder) for share, part in zip(job.shares, shares, strict=True))
+        carried = cylinder.rotating - opposite
+        total += lever * (along * np.exp(1j * cylinder.bank) + carried * job.speed**2 * np.exp(1j * crank))
     free, first = free_weights(job), len(free_shares(job))
     for k, weight in enumerate(job.weights):
         u = weight.fixed
@@ -117,7 +117,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
 
 
 def _rows(job: EngineJob, found: Balanced, tables: Mapping[str, EngineLimitTable]) -> dict[str, Checked]:
-    return {name: _held(job, found, name, one) for name, one in tables.items()}
+    return {name: _held(job, found, name, table) for name, table in tables.items()}
 
 
 def _best(job: EngineJob) -> Balanced | None:
@@ -137,7 +137,7 @@ def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Chec
             beyond = job.ratio ** (job.orders // 2 * 2 + 1)
             if gap > 1e-5 + beyond:
                 return "check_failed", f"the turning engine shows {gap:.1e} of all forces more or less than its orders"
-    broken = [name for name, one in limits.items() if not one.met]
+    broken = [name for name, limit in limits.items() if not limit.met]
     if broken and found.status == "met":
         return "violated", "limits that do not hold: " + ", ".join(broken)
     if broken:
@@ -147,8 +147,8 @@ def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Chec
 
 def _size(job: EngineJob, couple: bool) -> float:
     """Sum of the primary forces [N] or couples [N m], for telling zero from rounding."""
-    levers = [abs(one.at) if couple else 1.0 for one in job.cylinders]
-    masses = [one.reciprocating + one.rotating for one in job.cylinders]
+    levers = [abs(cylinder.at) if couple else 1.0 for cylinder in job.cylinders]
+    masses = [cylinder.reciprocating + cylinder.rotating for cylinder in job.cylinders]
     return sum(a * b for a, b in zip(levers, masses, strict=True)) * job.speed**2 or 1.0
 
 
@@ -180,8 +180,8 @@ def _held(job: EngineJob, found: Balanced, name: str, table: EngineLimitTable) -
 def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
     """Every number by its path."""
     values: dict[str, Value] = {}
-    for k, one in enumerate(job.cylinders):
-        values[f"cylinders.{k + 1}.crank"] = direction_of(np.exp(1j * found.cranks[one.throw]))
+    for k, cylinder in enumerate(job.cylinders):
+        values[f"cylinders.{k + 1}.crank"] = direction_of(np.exp(1j * found.cranks[cylinder.throw]))
     first = len(free_shares(job))
     for share, carried in zip(job.shares, carried_shares(job, found.x), strict=True):
         values[share.name] = Entry(carried, "ratio")
@@ -236,7 +236,7 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
             said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"
             notes.append(f"{said}; exact kinematics {_more(full, cut, cut > _TINY * _size(job, couple), unit)}.")
     if job.spaced and job.weights:
-        places = [one.at + job.reference for one in job.cylinders]
+        places = [cylinder.at + job.reference for cylinder in job.cylinders]
         first, last, middle = (
             show(one, "mm", "length") for one in (places[0], places[-1], 0.5 * sum(places[:: len(places) - 1]))
         )
@@ -247,6 +247,6 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
     if any(u.sense < 0 or u.order == 2 for u in job.weights):
         notes.append("The angle of a balance shaft is that of its weight when the first crank angle is zero.")
     if job.is_search:
-        listed = ", ".join(f"{degrees(one):.6g}" for one in found.cranks)
+        listed = ", ".join(f"{degrees(crank):.6g}" for crank in found.cranks)
         notes.append(f"Cranks, in the order of the throws: {listed} deg.")
     return tuple(notes)

@@ -142,8 +142,8 @@ class EngineJob:
     @property
     def decided_at(self) -> tuple[str, ...]:
         """Where the numbers stand that are chosen freely, once they are decided."""
-        free = [f"{one.family}.{one.name}" for one in self.weights if one.fixed is None]
-        shares = [f"engine.{one.name}" for one in self.shares if one.is_free]
+        free = [f"{weight.family}.{weight.name}" for weight in self.weights if weight.fixed is None]
+        shares = [f"engine.{share.name}" for share in self.shares if share.is_free]
         return (*shares, *(f"{one}.{word}" for one in free for word in ("unbalance", "angle")))
 
     def beyond(self, decided: EngineJob) -> list[str]:
@@ -159,18 +159,18 @@ class EngineJob:
     @property
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
-        throws = [k for k, one in enumerate(self.cylinders) if self.cranks[one.throw] is None]
-        free = [f"{one.family}.{one.name}" for one in self.weights if one.fixed is None]
+        throws = [k for k, cylinder in enumerate(self.cylinders) if self.cranks[cylinder.throw] is None]
+        free = [f"{weight.family}.{weight.name}" for weight in self.weights if weight.fixed is None]
         return (
             *(f"cylinders.{k + 1}.crank" for k in throws),
-            *(one.name for one in self.shares if one.is_free),
+            *(share.name for share in self.shares if share.is_free),
             *(f"{one}.{word}" for one in free for word in ("unbalance", "angle")),
         )
 
     @property
     def is_search(self) -> bool:
         """Whether crank angles are chosen."""
-        return any(one is None for one in self.cranks)
+        return any(crank is None for crank in self.cranks)
 
 
 def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
@@ -194,8 +194,8 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
         mistakes.raise_any()
     engine = read_table(EngineTable, document["engine"], ("engine",), mistakes)
     listed = [
-        read_table(CylinderTable, one, ("cylinders", k), mistakes)
-        for k, one in enumerate(listed_tables(document, "cylinders", mistakes))
+        read_table(CylinderTable, table, ("cylinders", k), mistakes)
+        for k, table in enumerate(listed_tables(document, "cylinders", mistakes))
     ]
     cylinders = [one for one in listed if one is not None]
     counterweights = read_tables(document, "counterweights", CounterweightTable, mistakes)
@@ -232,12 +232,12 @@ def _job(
         cylinders=tuple(
             Cylinder(
                 throw=throw,
-                bank=one.bank.value if one.bank is not None else 0.0,
+                bank=cylinder.bank.value if cylinder.bank is not None else 0.0,
                 at=at - middle,
-                reciprocating=_mass(one.reciprocating, engine.reciprocating) * engine.radius,
-                rotating=_mass(one.rotating, engine.rotating) * engine.radius,
+                reciprocating=_mass(cylinder.reciprocating, engine.reciprocating) * engine.radius,
+                rotating=_mass(cylinder.rotating, engine.rotating) * engine.radius,
             )
-            for one, throw, at in zip(cylinders, throws, places, strict=True)
+            for cylinder, throw, at in zip(cylinders, throws, places, strict=True)
         ),
         cranks=cranks,
         offered=tuple(engine.cranks),
@@ -252,7 +252,7 @@ def _job(
         goal=asked[2],
         expected=tuple(document.get("expected", ())),
         reference=middle,
-        spaced=len(cylinders) > 1 and all(one.at is None for one in cylinders),
+        spaced=len(cylinders) > 1 and all(cylinder.at is None for cylinder in cylinders),
         document=document,
     )
 
@@ -281,20 +281,20 @@ def _share(name: str, given: Fact | Choice | None, default: float) -> Share:
 def _places(engine: EngineTable, cylinders: list[CylinderTable]) -> list[float]:
     """Place of each cylinder [m]; by the spacing where it has none of its own."""
     spacing = engine.spacing.value if engine.spacing is not None else 0.0
-    return [one.at.value if one.at is not None else k * spacing for k, one in enumerate(cylinders)]
+    return [cylinder.at.value if cylinder.at is not None else k * spacing for k, cylinder in enumerate(cylinders)]
 
 
 def _throws(engine: EngineTable, cylinders: list[CylinderTable]) -> tuple[list[int], tuple[float | None, ...]]:
     """Throw of each cylinder, and the angle of each throw (None: to be chosen)."""
     names: dict[str, int] = {}
-    throws = [names.setdefault(one.throw or f"#{k}", len(names)) for k, one in enumerate(cylinders)]
+    throws = [names.setdefault(cylinder.throw or f"#{k}", len(names)) for k, cylinder in enumerate(cylinders)]
     cranks: list[float | None] = [None] * len(names)
     step = engine.strokes * tau / 2.0 / len(cylinders)
-    for k, one in enumerate(cylinders):
-        if isinstance(one.crank, float):
-            cranks[throws[k]] = one.crank
-        elif one.crank is None and engine.firing_order:
-            bank = one.bank.value if one.bank is not None else 0.0
+    for k, cylinder in enumerate(cylinders):
+        if isinstance(cylinder.crank, float):
+            cranks[throws[k]] = cylinder.crank
+        elif cylinder.crank is None and engine.firing_order:
+            bank = cylinder.bank.value if cylinder.bank is not None else 0.0
             cranks[throws[k]] = (bank - engine.firing_order.index(k + 1) * step) % tau
     return throws, tuple(cranks)
 
@@ -321,29 +321,31 @@ def _check(
     if not cylinders:
         mistakes.add(("cylinders",), "there is no cylinder. Write [[cylinders]] once for each.")
         return
-    for k, one in enumerate(cylinders):
-        if one.reciprocating is None and engine.reciprocating is None:
+    for k, cylinder in enumerate(cylinders):
+        if cylinder.reciprocating is None and engine.reciprocating is None:
             mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no reciprocating mass. Add it to [engine].")
-        if one.crank is None and not engine.firing_order and not _shared(one, cylinders):
+        if cylinder.crank is None and not engine.firing_order and not _shared(cylinder, cylinders):
             example = 'crank = "90 deg", or crank = "choose"'
             mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no crank. Write {example}.")
-    if len(cylinders) > 1 and engine.spacing is None and all(one.at is None for one in cylinders):
+    if len(cylinders) > 1 and engine.spacing is None and all(cylinder.at is None for cylinder in cylinders):
         mistakes.add(("engine",), 'the cylinders have no places. Write spacing = "100 mm" in [engine].')
     if engine.firing_order and sorted(engine.firing_order) != list(range(1, len(cylinders) + 1)):
         mistakes.value(("engine", "firing_order"), engine.firing_order, "does not name each cylinder once.")
-    wanted = len({one.throw or k for k, one in enumerate(cylinders) if one.crank == "choose"})
+    wanted = len({cylinder.throw or k for k, cylinder in enumerate(cylinders) if cylinder.crank == "choose"})
     if wanted and wanted != len(engine.cranks):
         mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
     unbounded(limits, mistakes)
-    sizes = [one.unbalance for one in counterweights.values()] + [one.unbalance for one in shafts.values()]
-    free = [one for one in sizes if isinstance(one, Choice)]
+    sizes = [counterweight.unbalance for counterweight in counterweights.values()] + [
+        shaft.unbalance for shaft in shafts.values()
+    ]
+    free = [size for size in sizes if isinstance(size, Choice)]
     shares = [engine.counterweight_share, engine.rotating_share]
     if isinstance(engine.rotating_share, Choice) and not any(
-        _mass(one.rotating, engine.rotating) > 0.0 for one in cylinders
+        _mass(cylinder.rotating, engine.rotating) > 0.0 for cylinder in cylinders
     ):
         way = "Add rotating to [engine], or leave rotating_share out."
         mistakes.add(("engine", "rotating_share"), f"rotating_share is chosen, but no mass rotates. {way}")
-    if goal is not None and not free and not wanted and not any(isinstance(one, Choice) for one in shares):
+    if goal is not None and not free and not wanted and not any(isinstance(share, Choice) for share in shares):
         mistakes.add(("goal",), 'there is a goal but nothing to choose. Write crank = "choose", or leave [goal] out.')
 
 
@@ -352,7 +354,7 @@ def _unequal(engine: EngineTable, wanted: int) -> str:
     many, throws = len(engine.cranks), f"{wanted} throw{'s' * (wanted > 1)} that choose{'s' * (wanted == 1)}"
     if not many:
         return f'engine has no cranks for {throws}. Write cranks = ["0 deg", "180 deg", ...], one angle each.'
-    listed = ", ".join(show_angle(one) for one in engine.cranks)
+    listed = ", ".join(show_angle(crank) for crank in engine.cranks)
     more = wanted - many
     way = (
         f"add {more} angle{'s' * (more > 1)}"

@@ -28,7 +28,7 @@ class Firing:
     def unevenness(self) -> float:
         """Greatest deviation of an interval from their mean [rad]."""
         mean = sum(self.intervals) / len(self.intervals)
-        return max(abs(one - mean) for one in self.intervals)
+        return max(abs(interval - mean) for interval in self.intervals)
 
     @property
     def text(self) -> str:
@@ -41,7 +41,7 @@ def best_firing(job: EngineJob, cranks: Sequence[float]) -> Firing:
 
     A four-stroke cylinder may fire at either of its two top dead centres in two turns.
     """
-    tops = np.array([(one.bank - cranks[one.throw]) % tau for one in job.cylinders])
+    tops = np.array([(cylinder.bank - cranks[cylinder.throw]) % tau for cylinder in job.cylinders])
     cycle = tau * job.strokes / 2.0
     n = len(tops)
     turns = product((0.0,), *[(0.0, tau)] * (n - 1)) if job.strokes == 4 and n <= MOST_CYLINDERS else [(0.0,) * n]
@@ -74,7 +74,7 @@ def _firing(job: EngineJob, times: np.ndarray[tuple[int], np.dtype[np.float64]],
         if same_bank and len(places) > 2:
             a, b = (places.index(job.cylinders[c].at) for c in (one, other))
             beside += int(abs(a - b) == 1)
-    return Firing(tuple(int(one) + 1 for one in ranked), tuple(float(one) for one in gaps), beside)
+    return Firing(tuple(int(one) + 1 for one in ranked), tuple(float(gap) for gap in gaps), beside)
 
 
 MOST = 5_000_000
@@ -87,8 +87,8 @@ def count(job: EngineJob) -> int:
 
 def classes(job: EngineJob) -> Iterator[tuple[float, ...]]:
     """Crank angles per throw, one member of each class, the first in numbers."""
-    free = [k for k, one in enumerate(job.cranks) if one is None]
-    turns_free = len(free) == len(job.cranks) and all(one.fixed is None for one in job.weights)
+    free = [k for k, crank in enumerate(job.cranks) if crank is None]
+    turns_free = len(free) == len(job.cranks) and all(weight.fixed is None for weight in job.weights)
     if factorial(max(len(free) - int(turns_free), 0)) > MOST:
         raise InputError(f"{job.name}: {len(free)} throws can be set in more than {MOST} ways. Fix some of the cranks.")
     offered = tuple(sorted(one % tau for one in job.offered))
@@ -96,7 +96,7 @@ def classes(job: EngineJob) -> Iterator[tuple[float, ...]]:
     heads = permutations(offered[1:]) if turns_free else permutations(offered)
     for rest in heads:
         chosen = (offered[0], *rest) if turns_free else rest
-        cranks = [0.0 if one is None else one for one in job.cranks]
+        cranks = [0.0 if crank is None else crank for crank in job.cranks]
         for k, angle in zip(free, chosen, strict=True):
             cranks[k] = angle
         key = _key(job, cranks, turns_free)
@@ -110,12 +110,12 @@ def _key(job: EngineJob, cranks: list[float], turns_free: bool) -> tuple[float, 
     if not turns_free or job.weights:
         return tuple(cranks)
     members = [np.array(cranks)]
-    if all(one.bank == 0.0 for one in job.cylinders):
+    if all(cylinder.bank == 0.0 for cylinder in job.cylinders):
         members.append(-members[0])
     back = _from_behind(job)
     if back is not None:
-        members += [one[back] for one in members]
-    return min(tuple(_rounded(one - one[0])) for one in members)
+        members += [member[back] for member in members]
+    return min(tuple(_rounded(member - member[0])) for member in members)
 
 
 def _rounded(angles: np.ndarray[tuple[int], np.dtype[np.float64]]) -> list[float]:
@@ -125,8 +125,8 @@ def _rounded(angles: np.ndarray[tuple[int], np.dtype[np.float64]]) -> list[float
 
 def _from_behind(job: EngineJob) -> list[int] | None:
     """Throw that takes the place of each throw from the other end; None where the engine is not the same from there."""
-    plain = len(job.cylinders) == len(job.cranks) and all(one.bank == 0.0 for one in job.cylinders)
-    alike = len({(one.reciprocating, one.rotating) for one in job.cylinders}) == 1
+    plain = len(job.cylinders) == len(job.cranks) and all(cylinder.bank == 0.0 for cylinder in job.cylinders)
+    alike = len({(cylinder.reciprocating, cylinder.rotating) for cylinder in job.cylinders}) == 1
     if not plain or not alike:
         return None
     order = sorted(range(len(job.cylinders)), key=lambda k: job.cylinders[k].at)
@@ -134,5 +134,5 @@ def _from_behind(job: EngineJob) -> list[int] | None:
     if not np.allclose(np.diff(places), np.diff(places)[::-1]):
         return None
     partner = dict(zip(order, order[::-1], strict=True))
-    by_throw = {one.throw: k for k, one in enumerate(job.cylinders)}
+    by_throw = {cylinder.throw: k for k, cylinder in enumerate(job.cylinders)}
     return [job.cylinders[partner[by_throw[throw]]].throw for throw in range(len(job.cranks))]

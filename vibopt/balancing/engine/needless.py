@@ -29,7 +29,7 @@ def needless(job: EngineJob, touched: Collection[str], caps: Mapping[str, str]) 
     known = {name: one for name, one in {**known, **job.limits}.items() if name in touched}
     if job.is_search or job.goal is None or not known or not box_of(job).size:
         return frozenset()
-    here = arms(job, tuple(0.0 if one is None else one for one in job.cranks))
+    here = arms(job, tuple(0.0 if crank is None else crank for crank in job.cranks))
     best = weigh(job, here)
     if best.x is None:
         return frozenset()

@@ -77,18 +77,18 @@ class Arms:
 
 def free_weights(job: EngineJob) -> list[int]:
     """Indices of the weights that are chosen."""
-    return [k for k, one in enumerate(job.weights) if one.fixed is None]
+    return [k for k, weight in enumerate(job.weights) if weight.fixed is None]
 
 
 def free_shares(job: EngineJob) -> list[Share]:
     """Shares of the counterweights opposite each crank that are chosen."""
-    return [one for one in job.shares if one.is_free]
+    return [share for share in job.shares if share.is_free]
 
 
 def carried_shares(job: EngineJob, x: FloatArray) -> list[float]:
     """Every share of the job at the choices x, as given or as chosen."""
     free = free_shares(job)
-    return [float(x[free.index(one)]) if one.is_free else one.low for one in job.shares]
+    return [float(x[free.index(share)]) if share.is_free else share.low for share in job.shares]
 
 
 def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = None) -> Arms:
@@ -100,20 +100,20 @@ def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = No
     slope = np.zeros((2, 2, job.orders + 1, len(chosen) + 2 * len(free)), dtype=complex)
     speed2 = job.speed**2
     order = np.arange(job.orders + 1)
-    for one in job.cylinders:
-        crank = cranks[one.throw]
-        levers = np.array([1.0, one.at])
-        half = 0.5 * speed2 * one.reciprocating * series * np.exp(1j * one.bank)
-        turn = np.exp(1j * order * (crank - one.bank))
+    for cylinder in job.cylinders:
+        crank = cranks[cylinder.throw]
+        levers = np.array([1.0, cylinder.at])
+        half = 0.5 * speed2 * cylinder.reciprocating * series * np.exp(1j * cylinder.bank)
+        turn = np.exp(1j * order * (crank - cylinder.bank))
         constant[:, 0] += np.outer(levers, half * turn)
         constant[:, 1] += np.outer(levers, half / turn)
         pin = speed2 * np.exp(1j * crank) * levers
-        constant[:, 0, 1] += pin * one.rotating
+        constant[:, 0, 1] += pin * cylinder.rotating
         for share in job.shares:
             if share.is_free:
-                slope[:, 0, 1, chosen.index(share)] -= pin * share.of(one)
+                slope[:, 0, 1, chosen.index(share)] -= pin * share.of(cylinder)
             else:
-                constant[:, 0, 1] -= pin * share.low * share.of(one)
+                constant[:, 0, 1] -= pin * share.low * share.of(cylinder)
     for k, weight in enumerate(job.weights):
         arm = np.array([1.0, weight.at]) * (weight.order**2 * speed2)
         side = 0 if weight.sense > 0 else 1

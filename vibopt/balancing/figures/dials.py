@@ -77,7 +77,7 @@ class Disc:
 
     @property
     def words(self) -> list[str]:
-        return [one.words for one in self.spots]
+        return [spot.words for spot in self.spots]
 
     @property
     def room(self) -> tuple[float, float]:
@@ -91,9 +91,9 @@ class Disc:
         cell.cross(middle=not self.note)
         _holes(cell, self.holes)
         cell.senses(self.turns)
-        for one in self.spots:
-            _spot(cell, one)
-        cell.beside([(one.words, one.angle, SEAT * one.place, one.look != "there") for one in self.spots])
+        for spot in self.spots:
+            _spot(cell, spot)
+        cell.beside([(spot.words, spot.angle, SEAT * spot.place, spot.look != "there") for spot in self.spots])
         if self.note:
             look = {"boxstyle": "round,pad=0.3", "fc": "white", "ec": GRID}
             cell.axes.text(0.0, 0.0, self.note, ha="center", va="center", fontsize=SIZE, color=INK, bbox=look)
@@ -109,7 +109,7 @@ class Dial:
 
     @property
     def words(self) -> list[str]:
-        return [one.name for one in self.phasors] if len(self.phasors) > 1 else []
+        return [phasor.name for phasor in self.phasors] if len(self.phasors) > 1 else []
 
     @property
     def room(self) -> tuple[float, float]:
@@ -118,15 +118,17 @@ class Dial:
 
     def draw(self, cell: Cell) -> None:
         """Readings before and after, with limit circles and 95 % rings."""
-        sizes = [one.before[0] for one in self.phasors] + [one.after[0] for one in self.phasors]
+        sizes = [phasor.before[0] for phasor in self.phasors] + [phasor.after[0] for phasor in self.phasors]
         # a limit far outside would hide the readings
-        limits = [one.limit for one in self.phasors if one.limit is not None and one.limit < 3.0 * max(sizes)]
+        limits = [
+            phasor.limit for phasor in self.phasors if phasor.limit is not None and phasor.limit < 3.0 * max(sizes)
+        ]
         top = 1.12 * max([*sizes, *limits]) or 1.0
         cell.cross(middle=False)
-        cell.rings(top, [angle for one in self.phasors for angle in (one.before[1], one.after[1])])
-        for one in self.phasors:
-            _phasor(cell, one, top)
-        tips = [(one.name, one.before[1], one.before[0] / top, False) for one in self.phasors]
+        cell.rings(top, [angle for phasor in self.phasors for angle in (phasor.before[1], phasor.after[1])])
+        for phasor in self.phasors:
+            _phasor(cell, phasor, top)
+        tips = [(phasor.name, phasor.before[1], phasor.before[0] / top, False) for phasor in self.phasors]
         cell.beside(tips if len(tips) > 1 else [])
 
 
@@ -177,7 +179,7 @@ class Cell:
         """Three round sizes, labelled where no reading is."""
         from matplotlib.ticker import MaxNLocator
 
-        sizes = [float(one) for one in MaxNLocator(3).tick_values(0.0, top) if 0.0 < one < 0.97 * top]
+        sizes = [float(value) for value in MaxNLocator(3).tick_values(0.0, top) if 0.0 < value < 0.97 * top]
         free = np.arange(16) * pi / 8 + pi / 16
         gaps = [min(min(abs(a - b) % tau, -abs(a - b) % tau) for b in angles) for a in free]
         angle = float(free[int(np.argmax(gaps))])

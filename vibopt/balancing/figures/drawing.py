@@ -64,7 +64,7 @@ class Bars:
 
     @property
     def height(self) -> float:
-        lines = max((len(one.name.split("\n")) for one in self.bars), default=1)
+        lines = max((len(bar.name.split("\n")) for bar in self.bars), default=1)
         return 0.85 + (0.26 if lines == 1 else 0.30) * min(len(self.bars), MOST)
 
     def draw(self, canvas: Canvas) -> None:
@@ -73,7 +73,7 @@ class Bars:
 
     def within(self, canvas: Canvas, left: float, width: float, height: float | None = None) -> None:
         """Drawn into a part of the width, nothing taken of the height."""
-        letters = max((len(line) for one in self.bars for line in one.name.split("\n")), default=1)
+        letters = max((len(line) for bar in self.bars for line in bar.name.split("\n")), default=1)
         names = 0.62 * letters * (SIZE - 1) / 72.0 + 0.22
         box = Box(left, self.height if height is None else height, width)
         _draw(canvas.plot(box, left=names, below=0.48), self)

@@ -32,17 +32,17 @@ def engine_figure(outcome: Answer[EngineJob], job: EngineJob, *, compact: bool =
     if outcome.status in ("infeasible", "unbounded"):
         return None
     after, before = shaken(outcome, job)
-    kinds = [one for one in _KINDS if np.abs(after[int(one[0])]).max() > _nil(job, one[0])] or [_KINDS[0]]
-    rows = [_Shaking(after, before, *one, tall=1.8 if compact else 2.7) for one in kinds]
+    kinds = [kind for kind in _KINDS if np.abs(after[int(kind[0])]).max() > _nil(job, kind[0])] or [_KINDS[0]]
+    rows = [_Shaking(after, before, *kind, tall=1.8 if compact else 2.7) for kind in kinds]
     key = [_BeforeAfter()] if before is not None else []
-    crank = _crank(outcome, job, [one.word for one in rows], 0.6 if compact else MOST)
+    crank = _crank(outcome, job, [row.word for row in rows], 0.6 if compact else MOST)
     return page([crank, *rows, *key], *(("", COMPACT) if compact else (job.title,)))
 
 
 def _nil(job: EngineJob, couple: bool) -> float:
     """Below this a force [N] or couple [N m] is rounding."""
-    levers = [abs(one.at) if couple else 1.0 for one in job.cylinders]
-    masses = [one.reciprocating + one.rotating for one in job.cylinders]
+    levers = [abs(cylinder.at) if couple else 1.0 for cylinder in job.cylinders]
+    masses = [cylinder.reciprocating + cylinder.rotating for cylinder in job.cylinders]
     return 1e-9 * job.speed**2 * sum(a * b for a, b in zip(levers, masses, strict=True))
 
 
@@ -51,7 +51,7 @@ def shaken(outcome: Answer[EngineJob], job: EngineJob) -> tuple[ComplexArray, Co
     cranks = [0.0] * len(job.cranks)
     for k, one in enumerate(job.cylinders, start=1):
         cranks[one.throw] = _number(outcome, f"cylinders.{k}.crank")
-    x: list[float] = [_number(outcome, one.name) for one in free_shares(job)]
+    x: list[float] = [_number(outcome, share.name) for share in free_shares(job)]
     for index in free_weights(job):
         u = _unbalance(outcome, f"{job.weights[index].family}.{job.weights[index].name}")
         x += [float(u.real), float(u.imag)]
@@ -190,19 +190,22 @@ def _weight(axes: Any, x: float, y: float, u: complex) -> None:
 
 def _crank(outcome: Answer[EngineJob], job: EngineJob, told: Sequence[str], radius: float) -> _Crank:
     throws = tuple(
-        (one.at, _number(outcome, f"cylinders.{k}.crank"), str(k)) for k, one in enumerate(job.cylinders, start=1)
+        (cylinder.at, _number(outcome, f"cylinders.{k}.crank"), str(k))
+        for k, cylinder in enumerate(job.cylinders, start=1)
     )
     weights = [_turning(outcome, job, k) for k in range(len(job.weights))]
-    on_shaft = [k for k, one in enumerate(job.weights) if one.order == 1 and one.sense == 1]
+    on_shaft = [k for k, weight in enumerate(job.weights) if weight.order == 1 and weight.sense == 1]
     own = [weights[k] for k in on_shaft]
-    carried = any((_number(outcome, one.name) if one.name in outcome.values else one.high) > 0.0 for one in job.shares)
+    carried = any(
+        (_number(outcome, share.name) if share.name in outcome.values else share.high) > 0.0 for share in job.shares
+    )
     return _Crank(
         star=_star(throws, own),
-        banks=tuple(dict.fromkeys(one.bank for one in job.cylinders)),
+        banks=tuple(dict.fromkeys(cylinder.bank for cylinder in job.cylinders)),
         throws=throws,
         carried=carried,
         on_shaft=tuple(own),
-        beside=tuple(one for k, one in enumerate(weights) if k not in on_shaft),
+        beside=tuple(weight for k, weight in enumerate(weights) if k not in on_shaft),
         lines=tuple(_lines(outcome, job, weights, told)),
         radius=radius,
     )
@@ -228,7 +231,7 @@ def _star(throws: Sequence[tuple[float, float, str]], weights: Sequence[_Turning
     for _, angle, name in throws:
         at.setdefault(round(angle % tau, 9), []).append(name)
     spots = [Spot(angle, ", ".join(names), "pin") for angle, names in at.items()]
-    spots += [Spot(float(np.angle(one.u)), one.name, "counter", 0.72) for one in weights if one.u]
+    spots += [Spot(float(np.angle(weight.u)), weight.name, "counter", 0.72) for weight in weights if weight.u]
     return Disc("Cranks from the end, by cylinder", 1, tuple(spots))
 
 
@@ -243,7 +246,7 @@ def _lines(outcome: Answer[EngineJob], job: EngineJob, weights: Sequence[_Turnin
         lines.append(
             f"counterweights (dotted) carry {outcome.values['counterweight_share'].shown}\nof the reciprocating mass"
         )
-    lines += [f"{one.name}: {one.shown}" for one in weights if one.shown]
+    lines += [f"{weight.name}: {weight.shown}" for weight in weights if weight.shown]
     return lines + [f"no {word} is left" for _, word, _ in _KINDS if word not in told]
 
 
@@ -271,11 +274,11 @@ class _Shaking:
     def _over_turn(self, axes: Any) -> None:
         turn: FloatArray = np.linspace(0.0, 2.0 * np.pi, 361)
         values = [np.abs(over_turn(one, self.couple, turn)) for one in (self.after, self.before) if one is not None]
-        unit = best_unit(float(max(one.max() for one in values)), self.dimension)
+        unit = best_unit(float(max(value.max() for value in values)), self.dimension)
         dress(axes, f"Size of the {self.word} over a turn", "crank angle [deg]", f"{self.word} [{unit}]")
         looks = ({"color": BLUE, "ls": "-", "lw": 1.8}, {"color": FAINT, "ls": "--", "lw": 1.4})
         for sizes, look in zip(values, looks, strict=False):
-            axes.plot(np.degrees(turn), [to_unit(float(one), unit, self.dimension) for one in sizes], **look)
+            axes.plot(np.degrees(turn), [to_unit(float(size), unit, self.dimension) for size in sizes], **look)
         axes.set_xticks(np.arange(0, 361, 60))
         axes.set_xlim(0.0, 360.0)
         axes.set_ylim(bottom=0.0)
@@ -285,15 +288,15 @@ class _Shaking:
         found = [one for one in (self.before, self.after) if one is not None]
         orders = [1, *range(2, self.after.shape[2], 2)]
         sizes = [[of_order(one, self.couple, order) for order in orders] for one in found]
-        top = max(max(one) for one in sizes)
-        kept = [k for k in range(len(orders)) if max(one[k] for one in sizes) > VISIBLE * top] or [0]
+        top = max(max(size) for size in sizes)
+        kept = [k for k in range(len(orders)) if max(size[k] for size in sizes) > VISIBLE * top] or [0]
         unit = best_unit(top, self.dimension)
         dress(axes, "By order, greatest over a turn", "order (times crank speed)", f"{self.word} [{unit}]")
         place = np.arange(len(kept))
-        for index, one in enumerate(sizes):
+        for index, size in enumerate(sizes):
             look = AFTER if index == len(sizes) - 1 else BEFORE
             shift = 0.0 if len(sizes) == 1 else 0.4 * index - 0.2
-            axes.bar(place + shift, [to_unit(one[k], unit, self.dimension) for k in kept], 0.38, zorder=3, **look)
+            axes.bar(place + shift, [to_unit(size[k], unit, self.dimension) for k in kept], 0.38, zorder=3, **look)
         axes.set_xticks(place, [str(orders[k]) for k in kept])
         axes.set_xlim(-0.7, max(len(kept) - 0.3, 2.3))
         axes.grid(False, axis="x")

@@ -41,8 +41,8 @@ def known_figure(outcome: Answer[KnownJob], job: KnownJob, *, compact: bool = Fa
         caption,
         dials=bool(job.planes),
         limits=any(row.limit is not None for _, rows in groups for row in rows),
-        fitted=any(not one.remove for one in job.planes),
-        removed=any(one.remove for one in job.planes),
+        fitted=any(not plane.remove for plane in job.planes),
+        removed=any(plane.remove for plane in job.planes),
         masses=True,
         before=bool(groups),
         after=bool(job.planes and groups),
@@ -54,18 +54,18 @@ def known_figure(outcome: Answer[KnownJob], job: KnownJob, *, compact: bool = Fa
 
 def shaft_of(job: KnownJob) -> Shaft:
     """The shaft with its masses, planes and bearings where they are."""
-    above = [Piece(one.at, drawn(one.name, 14), "mass") for one in job.masses]
-    above += [Piece(one.at, titled("plane", one.name), "plane") for one in job.planes if one.at is not None]
-    below = [Piece(one.at, titled("bearing", one.name), "bearing") for one in job.bearings]
+    above = [Piece(mass.at, drawn(mass.name, 14), "mass") for mass in job.masses]
+    above += [Piece(plane.at, titled("plane", plane.name), "plane") for plane in job.planes if plane.at is not None]
+    below = [Piece(bearing.at, titled("bearing", bearing.name), "bearing") for bearing in job.bearings]
     return Shaft(tuple(above), tuple(below))
 
 
 def _masses(job: KnownJob) -> Disc:
     """All known masses along the shaft seen from its end; the farther out the greater the unbalance."""
-    top = max((abs(one.u) for one in job.masses), default=1.0) or 1.0
+    top = max((abs(mass.u) for mass in job.masses), default=1.0) or 1.0
     spots = tuple(
-        Placed(cmath.phase(one.u) % tau, drawn(one.name, 14), "there", 0.35 + 0.65 * abs(one.u) / top)
-        for one in job.masses
+        Placed(cmath.phase(mass.u) % tau, drawn(mass.name, 14), "there", 0.35 + 0.65 * abs(mass.u) / top)
+        for mass in job.masses
     )
     return Disc("Known masses", 1, spots, turns=False)
 
@@ -73,7 +73,7 @@ def _masses(job: KnownJob) -> Disc:
 def _groups(outcome: Answer[KnownJob], job: KnownJob) -> list[tuple[str, list[Bar]]]:
     """Bars by unit: static unbalance, couple, reactions."""
     groups = []
-    reactions = [(f"bearing {one.name}", f"bearings.{one.name}.reaction") for one in job.bearings]
+    reactions = [(f"bearing {bearing.name}", f"bearings.{bearing.name}.reaction") for bearing in job.bearings]
     for names, dimension, response in (
         ([("static unbalance", "static")], "unbalance", "static_unbalance"),
         ([("couple unbalance", "couple")], "couple_unbalance", "couple_unbalance"),
@@ -83,7 +83,7 @@ def _groups(outcome: Answer[KnownJob], job: KnownJob) -> list[tuple[str, list[Ba
         if not kept:
             continue
         sizes = [outcome.values[f"as_found.{path}"].value for _, path in kept]
-        unit = best_unit(max(float(one) for one in sizes), dimension)
+        unit = best_unit(max(float(size) for size in sizes), dimension)
         rows = [_bar(outcome, name, path, unit, dimension, _limit(job, response, name)) for name, path in kept]
         groups.append((unit, rows))
     return groups
@@ -91,9 +91,9 @@ def _groups(outcome: Answer[KnownJob], job: KnownJob) -> list[tuple[str, list[Ba
 
 def _limit(job: KnownJob, response: str, name: str) -> float | None:
     bounds = [
-        one.bound
-        for one in job.limits.values()
-        if one.response == response and (one.of is None or name.endswith(f" {one.of}"))
+        limit.bound
+        for limit in job.limits.values()
+        if limit.response == response and (limit.of is None or name.endswith(f" {limit.of}"))
     ]
     return min(bounds, default=None)
 

@@ -46,20 +46,20 @@ def plan_figure(plan: Answer[RotorJob], *, compact: bool = False) -> Figure | No
     ]
     dials = _dials(job, plan.plan.rows) if job.has_phase and not compact else []
     dials = dials if len(dials) <= MOST_DIALS else []
-    units = list(dict.fromkeys(one.residual.unit for one in plan.plan.rows))
+    units = list(dict.fromkeys(row.residual.unit for row in plan.plan.rows))
     bars = [
         Bars(
             "" if k else "What will be left",
             unit,
-            [_bar(one, job) for one in plan.plan.rows if one.residual.unit == unit],
+            [_bar(row, job) for row in plan.plan.rows if row.residual.unit == unit],
         )
         for k, unit in enumerate(units)
     ]
     key = Key(
         _caption(job, bool(dials)),
         dials=True,
-        limits=any(one.limit for one in plan.plan.rows),
-        bands=any(one.band for one in plan.plan.rows),
+        limits=any(row.limit for row in plan.plan.rows),
+        bands=any(row.band for row in plan.plan.rows),
         removed=any(one.action == "remove" for one in plan.plan.planes),
         fitted=any(one.action == "add" for one in plan.plan.planes),
         circles=bool(dials),
@@ -74,8 +74,10 @@ def _shaft(job: RotorJob) -> list[Shaft]:
     if len(job.planes) + len(job.sensors) <= 2:
         return []
     planes, sensors = beside_each_other(len(job.planes), len(job.sensors))
-    above = [Piece(at, titled("plane", one.name), "plane") for at, one in zip(planes, job.planes, strict=True)]
-    below = [Piece(at, titled("sensor", one.name), "sensor") for at, one in zip(sensors, job.sensors, strict=True)]
+    above = [Piece(at, titled("plane", plane.name), "plane") for at, plane in zip(planes, job.planes, strict=True)]
+    below = [
+        Piece(at, titled("sensor", sensor.name), "sensor") for at, sensor in zip(sensors, job.sensors, strict=True)
+    ]
     note = "Planes (above) and sensors (below) in the order of the file; their places along the shaft are not to scale."
     return [Shaft(tuple(above), tuple(below), note)]
 
@@ -120,7 +122,7 @@ class _Beside:
 
 def _compact(discs: list[Disc], bars: list[Bars]) -> list[Part]:
     """Discs closely; few bars beside them or below, many are in the table of the page."""
-    few = sum(len(one.bars) for one in bars) <= MOST_BARS
+    few = sum(len(bar.bars) for bar in bars) <= MOST_BARS
     if few and len(bars) == 1 and len(discs) < 3:
         rows = rows_of(discs, len(discs), free := COMPACT * (0.4 if len(discs) == 1 else 0.7), CLOSE)
         if len(rows) == 1:
@@ -148,8 +150,10 @@ def disc(spoken: Conventions, plane: Plane, answer: PlaneAnswer, which: str = ""
     look = "away" if answer.action == "remove" else "fit"
     rim = max(plane.radii, default=0.0)
     spots = tuple(
-        Spot(one.angle % tau, _words(one, answer.mass), look, one.radius / rim if one.radius and rim else 1.0)
-        for one in answer.weights
+        Spot(
+            weight.angle % tau, _words(weight, answer.mass), look, weight.radius / rim if weight.radius and rim else 1.0
+        )
+        for weight in answer.weights
     )
     title = f"{titled('plane', answer.name)}{which}"
     return Disc(title, spoken.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
@@ -169,7 +173,7 @@ def _dials(job: RotorJob, rows: Sequence[RowAnswer]) -> list[Dial]:
         Dial(
             f"{titled('sensor', sensor.name)} [{sensor.shown_unit}]",
             sense,
-            tuple(_phasor(job, one) for one in rows if one.sensor == sensor.name),
+            tuple(_phasor(job, row) for row in rows if row.sensor == sensor.name),
         )
         for sensor in job.sensors
     ]

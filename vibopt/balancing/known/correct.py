@@ -80,14 +80,16 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
     solved = solve_question(question) if solver is None else solver(complete(job, question))
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
     if solved.u is not None and question.is_discrete:
-        options = tuple(None if one is None else one.only(k) for one, k in zip(options, solved.chosen, strict=True))
+        options = tuple(
+            None if option is None else option.only(k) for option, k in zip(options, solved.chosen, strict=True)
+        )
     found = Correction(np.asarray(u), solved.status, solved.claim, "program", _prices(job, question, solved))
     return found, options if solved.u is not None else (None,) * n
 
 
 def _given(options: Sequence[Options | None]) -> Correction:
     """The weights that are decided, in planes that are not left untouched."""
-    u = np.array([0.0 if one is None else one.u[0] for one in options], dtype=complex)
+    u = np.array([0.0 if option is None else option.u[0] for option in options], dtype=complex)
     return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", {})
 
 
@@ -96,12 +98,12 @@ def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
     rows = [balance_rows(job)] + ([bearing_rows(job)] if job.bearings else [])
     known, aim = unbalances(job), aim_of(job)
     rows += [aim.rows] if aim is not None else []
-    importance = _importance(aim, [len(one.names) for one in rows])
+    importance = _importance(aim, [len(row.names) for row in rows])
     options, choices = choices_of(job.planes, AS_WRITTEN)
-    caps = np.array([0.0 if one.keep else one.most * one.radius for one in job.planes])
+    caps = np.array([0.0 if plane.keep else plane.most * plane.radius for plane in job.planes])
     question = Question(
-        y0=np.concatenate([one.masses @ known for one in rows]),
-        H=np.concatenate([one.planes for one in rows]).astype(complex),
+        y0=np.concatenate([row.masses @ known for row in rows]),
+        H=np.concatenate([row.planes for row in rows]).astype(complex),
         importance=importance,
         limits=_limits(job, len(importance)),
         caps=np.minimum(caps, _own_caps(job)),
@@ -144,7 +146,9 @@ def bounded_rows(job: KnownJob, table: KnownLimitTable) -> tuple[list[int], floa
     if table.response == "couple_unbalance":
         return ([1] if n_balance > 1 else []), middle_and_arm(job)[1]
     if table.response == "bearing_reaction" and job.speed:
-        return [n_balance + k for k, one in enumerate(job.bearings) if table.of in (None, one.name)], job.speed**2
+        return [
+            n_balance + k for k, bearing in enumerate(job.bearings) if table.of in (None, bearing.name)
+        ], job.speed**2
     return [], 1.0
 
 

@@ -35,7 +35,7 @@ def _priced(job: KnownJob, found: Correction, limits: Mapping[str, Checked], wor
         return Priced(limits, {}, rates=found.prices)
     steps = any(plane.is_discrete for plane in job.planes)
     caps = sorted(own_caps(job), key=lambda one: one.drilled)
-    taken = [*(_limit(job, found, name) for name in job.limits), *(_cap(job, found, one) for one in caps)]
+    taken = [*(_limit(job, found, name) for name in job.limits), *(_cap(job, found, cap) for cap in caps)]
     asked = [replace(one, stepped=steps) for one, part in taken if steps or part >= 1.0 - ACTIVE]
     dimension = _dimension(job)
     prices = Prices(asked, _value(job, found), lambda goal: show(goal, "", dimension), work, budget, searched=steps)
@@ -177,7 +177,7 @@ def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tup
     speed2 = job.speed**2 if job.speed is not None else 1.0
     size = (abs(unbalances(job)).sum() + abs(found.u).sum()) * speed2 or 1.0
     middle, _ = middle_and_arm(job)
-    places = [one.at for one in job.masses] + [one.place for one in job.planes]
+    places = [mass.at for mass in job.masses] + [plane.place for plane in job.planes]
     length = max(abs(at - middle) for at in places) or 1.0
     misfit = max(abs(force - abs(static) * speed2), abs(moment - abs(couple) * speed2) / length) / size
     if max(misfit, equilibrium(job, found.u)) > _TINY:
@@ -216,7 +216,7 @@ def _value(job: KnownJob, found: Correction) -> float:
 
 def amounts(found: Correction) -> list[float]:
     """Mass per plane [kg] (unbalance [kg m] where a plane has no radius), of all its weights."""
-    return [sum((weight.mass for weight in one.weights), 0.0) for one in found.planes]
+    return [sum((weight.mass for weight in plane.weights), 0.0) for plane in found.planes]
 
 
 def _values(job: KnownJob, found: Correction) -> dict[str, Value]:
@@ -250,7 +250,7 @@ def _plane_values(plane: Plane, answer: PlaneAnswer) -> dict[str, Value]:
     path, u, weights = f"planes.{plane.name}", answer.u, answer.weights
     values: dict[str, Value] = {f"{path}.unbalance": Entry(abs(u), "unbalance")}
     if plane.kind == MASS:
-        values[f"{path}.mass"] = Entry(sum((one.mass for one in weights), 0.0), "mass", plane.unit)
+        values[f"{path}.mass"] = Entry(sum((weight.mass for weight in weights), 0.0), "mass", plane.unit)
     if plane.radii:
         values[f"{path}.radius"] = Entry(plane.radius, "length", plane.length_unit)
     if abs(u) > 0.0:
@@ -258,9 +258,9 @@ def _plane_values(plane: Plane, answer: PlaneAnswer) -> dict[str, Value]:
     if plane.remove:
         values[f"{path}.action"] = Word("remove material here")
     if plane.drill is not None:
-        values[f"{path}.depth"] = Entry(max((one.depth or 0.0 for one in weights), default=0.0), "length", "mm")
-    if plane.shelf or len(weights) > 1 or any(one.hole is not None for one in weights):
-        values[f"{path}.weights"] = Word(", ".join(_weight_words(plane, one) for one in weights) or "none")
+        values[f"{path}.depth"] = Entry(max((weight.depth or 0.0 for weight in weights), default=0.0), "length", "mm")
+    if plane.shelf or len(weights) > 1 or any(weight.hole is not None for weight in weights):
+        values[f"{path}.weights"] = Word(", ".join(_weight_words(plane, weight) for weight in weights) or "none")
     return values
 
 

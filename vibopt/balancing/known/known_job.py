@@ -219,7 +219,9 @@ class KnownJob(Corrected):
     @property
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
-        return tuple(f"planes.{one.name}.{word}" for one in self.planes if one.is_open for word in one.chosen_words)
+        return tuple(
+            f"planes.{plane.name}.{word}" for plane in self.planes if plane.is_open for word in plane.chosen_words
+        )
 
     @property
     def aim(self) -> str:
@@ -267,11 +269,13 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
     return KnownJob(
         name=mistakes.name,
         title=str(document.get("title", mistakes.name)),
-        masses=tuple(Mass(name, one.phasor, 0.0 if one.at is None else one.at.value) for name, one in masses.items()),
+        masses=tuple(
+            Mass(name, mass.phasor, 0.0 if mass.at is None else mass.at.value) for name, mass in masses.items()
+        ),
         planes=planes,
         bearings=tuple(Bearing(n, at) for n, at in shaft.bearings.items()),
         speed=None if shaft.speed is None else shaft.speed.value,
-        flat=all(one.at is None for one in masses.values()) and all(one.at is None for one in planes),
+        flat=all(mass.at is None for mass in masses.values()) and all(plane.at is None for plane in planes),
         limits=limits,
         measures=measures,
         goal=goal,
@@ -308,7 +312,7 @@ def _check(
     if not masses:
         mistakes.add(("masses",), "there is no mass on the shaft. Write [masses.NAME] with mass, radius and angle.")
     placed: dict[tuple[str, str], MassTable | Plane] = {("masses", n): m for n, m in masses.items()}
-    placed.update({("planes", one.name): one for one in planes})
+    placed.update({("planes", plane.name): plane for plane in planes})
     if any(one.at is not None for one in placed.values()) or shaft.bearings:
         for path, one in placed.items():
             if one.at is None:
@@ -345,6 +349,6 @@ def _check_limit(
     elif (
         table.response == "correction"
         and table.of is not None
-        and table.of not in (names := [one.name for one in planes])
+        and table.of not in (names := [plane.name for plane in planes])
     ):
         mistakes.unknown_name((*path, "of"), table.of, "plane", names)

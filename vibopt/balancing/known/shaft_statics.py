@@ -28,9 +28,9 @@ class Rows:
 
 def middle_and_arm(job: KnownJob) -> tuple[float, float]:
     """Place about which the couple is taken, and the arm it is divided by [m]."""
-    places = [one.at for one in job.bearings]
+    places = [bearing.at for bearing in job.bearings]
     if not places:
-        places = [one.at for one in job.masses] + [one.place for one in job.planes]
+        places = [mass.at for mass in job.masses] + [plane.place for plane in job.planes]
     low, high = min(places), max(places)
     return 0.5 * (low + high), 0.5 * (high - low) or 1.0
 
@@ -38,8 +38,8 @@ def middle_and_arm(job: KnownJob) -> tuple[float, float]:
 def balance_rows(job: KnownJob) -> Rows:
     """Static, and unless all is in one plane, couple over arm [kg m]."""
     middle, arm = middle_and_arm(job)
-    mass_at = np.array([one.at for one in job.masses])
-    plane_at = np.array([one.place for one in job.planes])
+    mass_at = np.array([mass.at for mass in job.masses])
+    plane_at = np.array([plane.place for plane in job.planes])
     names, masses, planes = ["static"], [np.ones_like(mass_at)], [np.ones_like(plane_at)]
     if not job.flat:
         names.append("couple")
@@ -52,8 +52,8 @@ def bearing_rows(job: KnownJob) -> Rows:
     """Unbalance that each bearing carries [kg m], by the lever rule."""
     first, second = job.bearings
     span = second.at - first.at
-    mass_at = np.array([one.at for one in job.masses])
-    plane_at = np.array([one.place for one in job.planes])
+    mass_at = np.array([mass.at for mass in job.masses])
+    plane_at = np.array([plane.place for plane in job.planes])
     return Rows(
         (first.name, second.name),
         np.array([(second.at - mass_at) / span, (mass_at - first.at) / span]),
@@ -120,7 +120,7 @@ def _only(rows: Rows, index: int) -> Rows:
 
 def unbalances(job: KnownJob) -> ComplexArray:
     """The known unbalances, shape (n_masses,) [kg m]."""
-    return np.array([one.u for one in job.masses], dtype=complex)
+    return np.array([mass.u for mass in job.masses], dtype=complex)
 
 
 def reactions(job: KnownJob, u: Sequence[complex] | ComplexArray) -> dict[str, complex]:
@@ -139,7 +139,7 @@ def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7) -> tuple[floa
     1 rad/s where there is no speed.  No vector sum of the optimiser is used; a balanced shaft shows zero for both.
     """
     middle, _ = middle_and_arm(job)
-    points = [(one.u, one.at) for one in job.masses] + [(z, p.place) for z, p in zip(u, job.planes, strict=True)]
+    points = [(mass.u, mass.at) for mass in job.masses] + [(z, p.place) for z, p in zip(u, job.planes, strict=True)]
     speed2 = job.speed**2 if job.speed is not None else 1.0
     force = couple = 0.0
     for step in range(steps):
@@ -156,7 +156,7 @@ def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7) -> tuple[floa
 
 def equilibrium(job: KnownJob, u: ComplexArray) -> float:
     """Force and moment (about the first bearing) that the reactions leave over, relative to all forces."""
-    points = [(one.u, one.at) for one in job.masses] + [(z, p.place) for z, p in zip(u, job.planes, strict=True)]
+    points = [(mass.u, mass.at) for mass in job.masses] + [(z, p.place) for z, p in zip(u, job.planes, strict=True)]
     back = reactions(job, u)
     if not back or job.speed is None:
         return 0.0
@@ -164,7 +164,7 @@ def equilibrium(job: KnownJob, u: ComplexArray) -> float:
     pushes = [(one * job.speed**2, at - first) for one, at in points]
     size = sum(abs(force) for force, _ in pushes) or 1.0
     arm = max(abs(at) for _, at in pushes) or 1.0
-    pushes += [(back[one.name], one.at - first) for one in job.bearings]
+    pushes += [(back[bearing.name], bearing.at - first) for bearing in job.bearings]
     force_left = abs(sum(force for force, _ in pushes))
     moment_left = abs(sum(force * at for force, at in pushes))
     return float(max(force_left, moment_left / arm) / size)

@@ -67,7 +67,7 @@ _BOX = {"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none", "alpha": 0.9}
 
 
 def _place(shown: Strokes, absorber: str) -> int:
-    return list(dict.fromkeys(one.absorber for one in shown.bars)).index(absorber)
+    return list(dict.fromkeys(bar.absorber for bar in shown.bars)).index(absorber)
 
 
 def _limit(axes: Any, row: int, limit: float, end: float, *, first: bool) -> None:
@@ -98,7 +98,7 @@ class ModesBelow:
                 _shade(axes, band.low, band.high, band.words, index)
         for row, (values, sign) in enumerate(((shown.before, "o"), (shown.after, "D"))):
             axes.axhline(row, color=FAINT, lw=0.7, zorder=1.5)
-            inside = [one for one in values if shown.span[0] <= one <= shown.span[1]]
+            inside = [value for value in values if shown.span[0] <= value <= shown.span[1]]
             axes.plot(inside, [row] * len(inside), sign, ms=7, mfc="white", mec=COLOURS[0], mew=1.6, zorder=5)
             _numbers(axes, inside, row, shown.span)
         axes.set_yticks([0, 1], ["without\nabsorbers", "with\nabsorbers"])

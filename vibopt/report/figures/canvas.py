@@ -120,12 +120,12 @@ def captions(
 
 def captions_levels(words: Sequence[str], room: float, size: float) -> int:
     """Lines that words beside each other need."""
-    return max(1, -(-int(1000 * 1.1 * sum(wide(one, size) for one in words)) // int(1000 * room)))
+    return max(1, -(-int(1000 * 1.1 * sum(wide(word, size) for word in words)) // int(1000 * room)))
 
 
 def caption_height(words: Sequence[str], levels: int, size: float) -> float:
     """Inches that so many lines of words need."""
-    lines = max((len(one.split("\n")) for one in words), default=0)
+    lines = max((len(word.split("\n")) for word in words), default=0)
     return levels * (LINE * lines * size / 72.0 + 0.05)
 
 

@@ -38,12 +38,12 @@ def plane_figure(plane: Plane) -> Figure:
     for which, side in (("x", plane.x), ("y", plane.y)):
         scale(axes, which, side.log, side.values[0], side.values[-1])
     x, y = plane.x.values, plane.y.values
-    free = np.max([one.excess for one in plane.boundaries], axis=0, initial=-1.0)
+    free = np.max([boundary.excess for boundary in plane.boundaries], axis=0, initial=-1.0)
     free = np.broadcast_to(free, (len(y), len(x)))
     axes.contourf(x, y, free, levels=[-1e3, 0.0], colors=[FREE], zorder=0.5)
     alone = plane.levels and plane.best is not None and int((free <= 1e-9).sum()) <= 4
     handles = (_patch(FREE, "#9fc9ab", "", f"all limits hold{' at the chosen design alone' if alone else ''}"),)
-    handles += tuple(_boundary(axes, plane, one, index) for index, one in enumerate(plane.boundaries))
+    handles += tuple(_boundary(axes, plane, boundary, index) for index, boundary in enumerate(plane.boundaries))
     taken = _goal(axes, plane)
     labels = []
     if plane.best is not None:
@@ -123,7 +123,7 @@ def _from_least(finite: FloatArray) -> FloatArray:
     """Levels that climb from the least value, wider apart the higher, each rounded."""
     least, most = float(finite.min()), float(np.percentile(finite, 98))
     parts = (1.05, 1.1, 1.2, 1.4, 1.7, 2.0, 3.0, 5.0, 10.0, 20.0, 50.0, 100.0)
-    rounded = {float(f"{least * one:.3g}") for one in parts if least * one <= most}
+    rounded = {float(f"{least * part:.3g}") for part in parts if least * part <= most}
     return np.array(sorted(rounded) or [0.5 * (least + most)])
 
 
@@ -131,7 +131,7 @@ def _near(axes: Any, plane: Plane) -> FloatArray:
     """Grid points beside a boundary, in pixels."""
     x, y = np.meshgrid(plane.x.values, plane.y.values)
     close = np.zeros(x.shape, dtype=bool)
-    for one in plane.boundaries:
-        close |= np.abs(one.excess) < 0.05
+    for boundary in plane.boundaries:
+        close |= np.abs(boundary.excess) < 0.05
     points: FloatArray = axes.transData.transform(np.column_stack([x[close], y[close]]).reshape(-1, 2))
     return points

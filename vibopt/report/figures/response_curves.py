@@ -207,7 +207,7 @@ def _equal(axes: Any, panel: Panel) -> None:
 
 def _equal_labels(axes: Any, panel: Panel) -> list[Annotation]:
     """Speed and value of the equal peaks that are not labelled as the worst of something."""
-    worst = [_spot(axes, one) for one in panel.marks]
+    worst = [_spot(axes, mark) for mark in panel.marks]
     plain = [one for one in panel.equal if all(np.hypot(*(_spot(axes, one) - other)) >= CLOSE for other in worst)]
     return [label(axes, one.words, one.x, one.y) for one in plain[:MOST_LABELS]]
 
@@ -225,5 +225,5 @@ def _spread(labels: list[Annotation], panel: Panel) -> None:
     """Place the labels of a panel off its curves."""
     if labels:
         axes: Any = labels[0].axes
-        curves = [np.column_stack([one.x, one.y])[np.isfinite(one.y)] for one in panel.curves]
+        curves = [np.column_stack([curve.x, curve.y])[np.isfinite(curve.y)] for curve in panel.curves]
         place(labels, axes.transData.transform(np.concatenate(curves)))

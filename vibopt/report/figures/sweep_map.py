@@ -57,10 +57,10 @@ def map_figure(data: Map) -> Figure:
 def _contours(axes: Any, data: Map) -> None:
     x, y = np.meshgrid(data.x, data.y)
     known = data.good & np.isfinite(data.values)
-    sides = [one for one in data.sides if np.isfinite(one.value)]
-    x = np.concatenate([x[known], [one.x for one in sides]])
-    y = np.concatenate([y[known], [one.y for one in sides]])
-    values = np.concatenate([data.values[known], [one.value for one in sides]])
+    sides = [side for side in data.sides if np.isfinite(side.value)]
+    x = np.concatenate([x[known], [side.x for side in sides]])
+    y = np.concatenate([y[known], [side.y for side in sides]])
+    values = np.concatenate([data.values[known], [side.value for side in sides]])
     if len(values) > 3 and np.ptp(values) > 0.0 and np.ptp(x) > 0.0 and np.ptp(y) > 0.0:
         net, levels = _net(data, x, y), levels_of(values)
         axes.tricontourf(net, values, levels=levels, cmap="Blues", alpha=0.35, extend="both", zorder=0.5)
@@ -87,7 +87,7 @@ def _hatched(axes: Any, data: Map) -> Any:
     from matplotlib.patches import Patch
 
     look: dict[str, Any] = {"facecolor": FORBIDDEN, "edgecolor": FORBIDDEN_INK, "hatch": HATCHES[0], "linewidth": 0.0}
-    polygons = [one for one in _polygons(data) if len(one) > 2]
+    polygons = [polygon for polygon in _polygons(data) if len(polygon) > 2]
     axes.add_collection(PolyCollection(polygons, zorder=1, **look))
     return Patch(label="; ".join(data.bad_words) or "no design", **look)
 
@@ -95,10 +95,10 @@ def _hatched(axes: Any, data: Map) -> Any:
 def _on_sides(data: Map) -> dict[tuple[bool, int, int], list[Side]]:
     """Places on the edges of the grid, by direction and cell of the edge."""
     found: dict[tuple[bool, int, int], list[Side]] = defaultdict(list)
-    for one in data.sides:
-        i = _cell(data.x, one.x) if one.across else int(np.abs(data.x - one.x).argmin())
-        j = int(np.abs(data.y - one.y).argmin()) if one.across else _cell(data.y, one.y)
-        found[one.across, i, j].append(one)
+    for side in data.sides:
+        i = _cell(data.x, side.x) if side.across else int(np.abs(data.x - side.x).argmin())
+        j = int(np.abs(data.y - side.y).argmin()) if side.across else _cell(data.y, side.y)
+        found[side.across, i, j].append(side)
     return found
 
 

@@ -24,7 +24,7 @@ def tradeoff_figure(front: Front) -> Figure:
         room = 1.12 if log else 0.06 * float(np.ptp(values))
         low, high = float(values.min()), float(values.max())
         scale(axes, which, log, low / room if log else low - room, high * room if log else high + room)
-    cuts = [0, *(one + 1 for one in front.jumps), len(front.x)]
+    cuts = [0, *(jump + 1 for jump in front.jumps), len(front.x)]
     for begin, end in pairwise(cuts):
         axes.plot(front.x[begin:end], front.y[begin:end], "-", color=BLUE, lw=1.4, zorder=3)
     axes.plot(front.x, front.y, "o", ms=3.2, color=BLUE, zorder=4, label="verified designs; none is better in both")

@@ -47,7 +47,7 @@ def _head(said: Mapping[str, Any], size: float) -> float:
     lines = _lines(digests, WHOLE, small)
     if said["changes"]:
         lines += _lines(" ".join(said["changes"]), WHOLE, small) + 1
-    verdict = sum(_lines(one, 0.96 * WHOLE, size) for one in said["verdict"].lines) + 4.0
+    verdict = sum(_lines(line, 0.96 * WHOLE, size) for line in said["verdict"].lines) + 4.0
     return 1.2 * 1.65 * size * _lines(said["title"], WHOLE, 1.65 * size) + LINE * (small * lines + size * verdict)
 
 
@@ -71,17 +71,18 @@ def _fact(row: Sequence[str], size: float) -> float:
 def _limits(said: Mapping[str, Any], size: float) -> float:
     """Limits, whose numbers are never broken: names and places share what is left of the width."""
     rows, limits = 0.0, said["limits"]
-    names = [f"{one.name} {one.what}" for one in limits]
+    names = [f"{limit.name} {limit.what}" for limit in limits]
     whole = [
-        max((len(getattr(one, key)) for one in limits), default=0) for key in ("allowed", "value", "margin", "state")
+        max((len(getattr(limit, key)) for limit in limits), default=0)
+        for key in ("allowed", "value", "margin", "state")
     ]
     left = WHOLE - (LETTER * sum(whole) + 0.6 * 6) * size
-    wide, far = max(map(len, names), default=0), max((len(one.at) for one in limits), default=0)
+    wide, far = max(map(len, names), default=0), max((len(limit.at) for limit in limits), default=0)
     share = wide / max(wide + max(far, 5), 1)
     if (wide + max(far, 5)) * LETTER * size > left:
         left *= WORDS
-    for name, one in zip(names, limits, strict=True):
-        lines = max(_lines(name, share * left, size), _lines(one.at, (1.0 - share) * left, size))
+    for name, limit in zip(names, limits, strict=True):
+        lines = max(_lines(name, share * left, size), _lines(limit.at, (1.0 - share) * left, size))
         rows += LINE * lines + 0.2
     if rows:
         rows += HEAD + 2 * ROW
@@ -95,7 +96,7 @@ def _limits(said: Mapping[str, Any], size: float) -> float:
 
 def _list(lines: Sequence[str], size: float) -> float:
     small = SMALL * size
-    return sum(LINE * _lines(one, HALF - size, small) + 0.1 for one in lines) * small
+    return sum(LINE * _lines(line, HALF - size, small) + 0.1 for line in lines) * small
 
 
 __all__ = ["SIZES", "density_of", "height_of"]

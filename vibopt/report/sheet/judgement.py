@@ -45,7 +45,7 @@ class Verdict:
 
 def verdict_of(design: Design) -> Verdict:
     """What stands on top.  Only a design of which every limit holds may be signed."""
-    broken = [f'"{key}"' for key, one in design.limits.items() if not one.met]
+    broken = [f'"{key}"' for key, limit in design.limits.items() if not limit.met]
     if design.status not in HELD or broken:
         said = _WHY_NOT.get(design.status, _WHY_NOT["violated"]).format(broken=listed(broken) or "a limit")
         lines = [f"{said[:1].upper()}{said[1:]}.", *_conflict(design)]
@@ -86,7 +86,7 @@ def _conflict(design: Design) -> list[str]:
         names = listed([f'"{name}"' for name in design.conflict.limits])
         lines.append(f"{names} cannot hold{' together' if len(design.conflict.limits) > 1 else ''}.")
     if design.nearest is not None:
-        missed = max((one for one in design.nearest.limits.values()), key=lambda one: -one.margin)
+        missed = max((limit for limit in design.nearest.limits.values()), key=lambda one: -one.margin)
         lines.append(f"Shown is the nearest design: it misses no limit by more than {missed.margin_shown[1:]}.")
     steps = loosening_words(design)
     return lines + ([f"Smallest loosening of one that helps: {', or '.join(steps)}."] if steps else [])
@@ -112,8 +112,8 @@ def limit_rows(design: Design, most: int = MOST_LIMITS) -> tuple[list[LimitRow],
     """
     rows = design.limits
     kept = set(sorted(rows, key=lambda key: _rank(rows[key]))[:most])
-    kept |= {key for key, one in rows.items() if not one.met or one.active}
-    return [_limit(design, one) for key, one in rows.items() if key in kept], len(rows) - len(kept)
+    kept |= {key for key, row in rows.items() if not row.met or row.active}
+    return [_limit(design, row) for key, row in rows.items() if key in kept], len(rows) - len(kept)
 
 
 def _rank(one: Checked) -> tuple[bool, bool, float]:
@@ -165,14 +165,16 @@ def assumptions_of(design: Design, most: int = MOST_NOTES) -> list[str]:
     scene = design.scene
     notes = [*_motion(design), f"Gravity {plain(GRAVITY, 6)} m/s². Coordinates: {model_words(design)}."]
     doubts = [
-        f"{one.path} ±{show(one.tolerance, '%', 'ratio', digits=3)}" for one in _doubts(design) if one.tolerance > 0.0
+        f"{doubt.path} ±{show(doubt.tolerance, '%', 'ratio', digits=3)}"
+        for doubt in _doubts(design)
+        if doubt.tolerance > 0.0
     ]
     if doubts:
         notes.append(f"Tolerances: {', '.join(doubts)}. Frequencies and loads of single mounts are without them.")
     else:
         notes.append("No tolerances: every number is taken as it is given.")
     notes += dict.fromkeys((*notes_of(scene), *design.notes))
-    cut = [one if len(one) <= LONGEST else f"{one[: LONGEST - 4].rstrip()} ..." for one in notes]
+    cut = [note if len(note) <= LONGEST else f"{note[: LONGEST - 4].rstrip()} ..." for note in notes]
     return cut if len(cut) <= most else [*cut[: most - 1], f"And {len(cut) - most + 1} more notes in the report."]
 
 
@@ -185,7 +187,7 @@ def _motion(design: Design) -> Iterator[str]:
     run_up = ": running up through a resonance quickly gives less" if _swept(design) else ""
     how = f" and steady{run_up}" if steady else ""
     yield f"Bodies are rigid, springs and dampers are linear, motions are small{how}."
-    if any(one.beam is not None for one in scene.links.values()):
+    if any(link.beam is not None for link in scene.links.values()):
         yield "Beams and shafts are bent as under a static load, and weigh nothing themselves."
     if in_time:
         yield "In time: the machine is at rest before the load, and all of the load comes as given."
@@ -199,7 +201,7 @@ def _doubts(design: Design) -> tuple[Uncertain, ...]:
 
 
 def _swept(design: Design) -> bool:
-    return any(getattr(one, "over", None) is not None for one in design.scene.limits.values())
+    return any(getattr(limit, "over", None) is not None for limit in design.scene.limits.values())
 
 
 def proof_of(design: Design) -> list[str]:

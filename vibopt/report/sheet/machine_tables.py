@@ -25,11 +25,11 @@ def body_rows(scene: Scene, machine: Machine | None) -> list[tuple[str, str]]:
     """Name and words of every body; as the file says it where there is no design."""
     if machine is None:
         tables = given({"bodies": scene.document.get("bodies", {})})
-        return [(name.partition(".")[2], "; ".join(" ".join(one) for one in rows)) for name, rows in tables]
+        return [(name.partition(".")[2], "; ".join(" ".join(row) for row in rows)) for name, rows in tables]
     if not isinstance(machine, SpaceMachine):
         around = turning(scene)
         rows = [(name, _on_a_line(scene, machine, name, name in around)) for name in scene.bodies]
-        return rows + [(name, _structure(one)) for name, one in scene.structures.items()]
+        return rows + [(name, _structure(structure)) for name, structure in scene.structures.items()]
     rows = [(name, _in_space(scene, name, body)) for name, body in machine.rigid.items()]
     return rows + [(name, f"{_mass(scene, name, machine.masses[name])}; moves up and down") for name in machine.line]
 
@@ -77,7 +77,7 @@ def _inertias(tensor: FloatArray, body: Rigid) -> str:
         f"{a}{b}": -float(tensor[i, j]) for a, b, i, j in (("x", "y", 0, 1), ("y", "z", 1, 2), ("z", "x", 2, 0))
     }
     size = float(abs(tensor).max())
-    told = ", ".join(f"{key} = {plain(one)}" for key, one in products.items() if abs(one) > 1e-9 * size)
+    told = ", ".join(f"{key} = {plain(product)}" for key, product in products.items() if abs(product) > 1e-9 * size)
     return f"inertia about x, y, z = {moments} kg m²{f', products {told} kg m²' if told else ''}"
 
 

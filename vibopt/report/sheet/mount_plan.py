@@ -46,13 +46,13 @@ def plan_figure(machine: SpaceMachine, unit: str, points: Sequence[str] = ()) ->
         Names of places to mark.
     """
     spots = spots_of(machine)
-    carried = list(dict.fromkeys(one.carried for one in spots))[:MOST_PLANS]
+    carried = list(dict.fromkeys(spot.carried for spot in spots))[:MOST_PLANS]
     if not carried:
         return None
     figure = sheet(WIDTH, HEIGHT if len(carried) == 1 else 1.45 * HEIGHT)
     for i, name in enumerate(carried):
         axes = figure.add_subplot(len(carried), 1, i + 1)
-        _plan(axes, machine, [one for one in spots if one.carried == name], unit)
+        _plan(axes, machine, [spot for spot in spots if spot.carried == name], unit)
         _points(axes, machine, name, points)
         _dress(axes)
         if len(carried) > 1:
@@ -62,11 +62,11 @@ def plan_figure(machine: SpaceMachine, unit: str, points: Sequence[str] = ()) ->
 
 def _plan(axes: Any, machine: SpaceMachine, spots: Sequence[Spot], unit: str) -> None:
     """Mounts of one body, each with its name and its load, within the rectangle that they span."""
-    xs, ys = [one.at[0] for one in spots], [one.at[1] for one in spots]
+    xs, ys = [spot.at[0] for spot in spots], [spot.at[1] for spot in spots]
     left, right, low, high = min(xs), max(xs), min(ys), max(ys)
     axes.plot([left, right, right, left, left], [low, low, high, high, low], color=GRID, lw=0.8)
     for group, (shape, fill) in markers_of(machine).items():
-        mine = [one.at for one in spots if one.group == group]
+        mine = [spot.at for spot in spots if spot.group == group]
         x, y = [at[0] for at in mine], [at[1] for at in mine]
         axes.plot(x, y, marker=shape, mfc=fill, mec=INK, ms=6.5, ls="", gid=f"group-{group}")
     for place, words in _labels(spots, unit).items():
@@ -90,10 +90,10 @@ def _points(axes: Any, machine: SpaceMachine, name: str, points: Sequence[str]) 
 def _labels(spots: Sequence[Spot], unit: str) -> dict[tuple[float, float], str]:
     """Names and loads at each place; of mounts above each other all."""
     found: dict[tuple[float, float], str] = {}
-    for one in spots:
-        load = show(one.load, unit, "force") if isfinite(one.load) else "not held"
-        words = f"{drawn(one.name, LONGEST)}\n{load}"
-        place = one.at[0], one.at[1]
+    for spot in spots:
+        load = show(spot.load, unit, "force") if isfinite(spot.load) else "not held"
+        words = f"{drawn(spot.name, LONGEST)}\n{load}"
+        place = spot.at[0], spot.at[1]
         found[place] = f"{found[place]}\n{words}" if place in found else words
     return found
 

@@ -214,14 +214,14 @@ def _mount_rows(design: Design, machine: Machine | None) -> tuple[list[dict[str,
     spots, unit = spots_of(machine), _load_unit(design, machine)
     rows = [
         {
-            "name": short(one.name, NAME),
-            "x": plain(one.at[0]),
-            "y": plain(one.at[1]),
-            "z": plain(one.at[2]),
-            "load": show(one.load, unit, "force") if isfinite(one.load) else "not held",
-            "lifted": "lifted" if one.load < 0.0 else "",
+            "name": short(spot.name, NAME),
+            "x": plain(spot.at[0]),
+            "y": plain(spot.at[1]),
+            "z": plain(spot.at[2]),
+            "load": show(spot.load, unit, "force") if isfinite(spot.load) else "not held",
+            "lifted": "lifted" if spot.load < 0.0 else "",
         }
-        for one in spots
+        for spot in spots
     ]
     return rows, [f"under {name} {show(total, unit, 'force')}" for name, total in sums_of(spots).items()]
 

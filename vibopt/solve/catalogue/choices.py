@@ -60,7 +60,7 @@ class Node:
     @property
     def size(self) -> int:
         """Number of choices."""
-        return math.prod(len(one) for one in self.entries)
+        return math.prod(len(entry) for entry in self.entries)
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,7 @@ class Choices:
 
     @property
     def root(self) -> Node:
-        return Node(tuple(np.arange(len(one.table)) for one in self.factors))
+        return Node(tuple(np.arange(len(factor.table)) for factor in self.factors))
 
     def designs(self, chosen: IntArray) -> FloatArray:
         """Designs (n, n_vars) of choices given by entry of each factor (n, n_factors)."""
@@ -128,7 +128,7 @@ class Choices:
         return self._with(node, index, node.entries[index][mask])
 
     def _with(self, node: Node, index: int, entries: IntArray) -> Node:
-        return Node(tuple(entries if i == index else one for i, one in enumerate(node.entries)))
+        return Node(tuple(entries if i == index else entry for i, entry in enumerate(node.entries)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,8 +198,15 @@ def _terms(model: Model, form: Form, order: IntArray) -> tuple[Any, ...]:
     signs = form.harmonic.output.signs if form.harmonic is not None else np.zeros(len(model.terms))
     return tuple(
         sorted(
-            (one.kind, row_said(one.vector), one.scale, one.static_scale, _tuple(one.exponents[order]), float(sign))
-            for one, sign in zip(model.terms, signs, strict=True)
+            (
+                term.kind,
+                row_said(term.vector),
+                term.scale,
+                term.static_scale,
+                _tuple(term.exponents[order]),
+                float(sign),
+            )
+            for term, sign in zip(model.terms, signs, strict=True)
         )
     )
 

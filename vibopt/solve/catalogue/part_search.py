@@ -89,7 +89,7 @@ class Tally:
     def each(self, chosen: IntArray, limit: int) -> None:
         """Single choices (n, n_factors) dropped by one limit."""
         self.limits[limit] += len(chosen)
-        for image in (chosen, *(one.images(chosen) for one in self.mirrors)):
+        for image in (chosen, *(mirror.images(chosen) for mirror in self.mirrors)):
             for index, table in enumerate(self.rows):
                 table[:, limit] += np.bincount(image[:, index], minlength=len(table))
 
@@ -121,17 +121,17 @@ class Search:
         self.total = self.choices.root.size
         middle = np.where(program.low > 0.0, np.sqrt(np.maximum(program.low, 1e-300) * program.high), program.high)
         middle = np.where(middle > 0.0, middle, 1.0)
-        self.limits = [bounds_of(one.model, one.form, middle) for one in program.limits]
+        self.limits = [bounds_of(limit.model, limit.form, middle) for limit in program.limits]
         aims = program.aim.pieces if program.aim is not None else ()
-        self.aims = [bounds_of(one.model, one.form, middle) for one in aims]
+        self.aims = [bounds_of(aim.model, aim.form, middle) for aim in aims]
         for one in (*self.limits, *self.aims):
             for speeds in first_speeds(one.form):
                 one.add(speeds)
         self.order = sorted(range(len(self.limits)), key=lambda i: _cost(self.limits[i]))
-        self.boxed = [_boxed(one) for one in self.limits]
-        self.aim_boxed = [_boxed(one) for one in self.aims]
+        self.boxed = [_boxed(limit) for limit in self.limits]
+        self.aim_boxed = [_boxed(aim) for aim in self.aims]
         self.mirrors = [] if program.several else mirrors(program, self.choices)
-        rows = [np.zeros((len(one.table), len(self.limits))) for one in self.choices.factors]
+        rows = [np.zeros((len(factor.table), len(self.limits))) for factor in self.choices.factors]
         self.tally = Tally(np.zeros(len(self.limits)), rows, self.mirrors)
         self._weight = np.ones(len(program.axes))
 
@@ -285,9 +285,9 @@ class Search:
             if -missed < margin:
                 margin, tightest = -missed, self.program.limits[i].name
         goal = self.judge.goal(x)
-        for one in self.aims:
-            learnt |= one.add(goal.speeds)
-        self.best.append(Pick(tuple(int(one) for one in entries), x, goal.value, tightest, float(margin)))
+        for aim in self.aims:
+            learnt |= aim.add(goal.speeds)
+        self.best.append(Pick(tuple(int(entry) for entry in entries), x, goal.value, tightest, float(margin)))
         self.best.sort(key=lambda one: one.rank)
         del self.best[self.keep :]
         return learnt

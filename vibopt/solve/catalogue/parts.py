@@ -88,8 +88,8 @@ class Catalogue:
 def _kinds(program: Program) -> dict[tuple[str, str], list[int]]:
     """Limits by name and side: the mounts of a group share theirs."""
     found: dict[tuple[str, str], list[int]] = {}
-    for index, one in enumerate(program.limits):
-        found.setdefault((one.name, one.side), []).append(index)
+    for index, limit in enumerate(program.limits):
+        found.setdefault((limit.name, limit.side), []).append(index)
     return found
 
 
@@ -175,5 +175,5 @@ def _thinned(search: Search) -> tuple[Node, bool]:
     most = _MOST_SEVERAL if search.program.several else _MOST
     while node.size > most:
         step += 1
-        node = Node(tuple(one[::step] for one in search.choices.root.entries))
+        node = Node(tuple(entry[::step] for entry in search.choices.root.entries))
     return node, step == 1

@@ -32,7 +32,7 @@ def free_optimum(program: Program, found: Found, *, thorough: bool = False) -> d
     x = np.asarray(found.x)
     free = [axis for tie in program.ties for axis in tie.axes if ".part." not in program.axes[axis].path]
     asked = replace(
-        program, limits=tuple(one for one in program.limits if not isinstance(one.form, StaticLoad)), ties=()
+        program, limits=tuple(limit for limit in program.limits if not isinstance(limit.form, StaticLoad)), ties=()
     )
     if not free or program.aim is None or any(_bounds(one, x).direct for one in program.parts):
         return None
@@ -77,7 +77,7 @@ def why_dropped(limit: Limit, parts: int) -> str:
 def reason_of(program: Program, found: Found) -> str:
     """Parts that cannot be used, and the choice that comes nearest."""
     sentences = [*_tables(program, found), _near(program, found.details.get("nearest"))]
-    return " ".join(one for one in sentences if one)
+    return " ".join(sentence for sentence in sentences if sentence)
 
 
 def _tables(program: Program, found: Found) -> list[str]:
@@ -96,7 +96,7 @@ def _tables(program: Program, found: Found) -> list[str]:
 
 
 def _limit(program: Program, name: str, side: str) -> Limit:
-    return next(one for one in program.limits if (one.name, one.side) == (name, side))
+    return next(limit for limit in program.limits if (limit.name, limit.side) == (name, side))
 
 
 def _near(program: Program, near: dict[str, Any] | None) -> str:

@@ -297,8 +297,8 @@ class _Run:
                 return False
             if self.budget.over:
                 return True
-            before = sum(len(one) for one in self.speeds)
-            if not self._try(corners, v) and sum(len(one) for one in self.speeds) == before:
+            before = sum(len(speed) for speed in self.speeds)
+            if not self._try(corners, v) and sum(len(speed) for speed in self.speeds) == before:
                 return True
         return True
 
@@ -347,7 +347,7 @@ class _Run:
         return self._found("feasible", f"discs stopped after {self.budget} before all was proven")
 
     def _details(self) -> dict[str, float]:
-        return {"slices": self.slices, "rounds": self.rounds, "speeds": sum(len(one) for one in self.speeds)}
+        return {"slices": self.slices, "rounds": self.rounds, "speeds": sum(len(speed) for speed in self.speeds)}
 
     def _found(self, status: str, claim: str) -> Found:
         aim = self.program.aim

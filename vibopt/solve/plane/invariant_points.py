@@ -61,7 +61,7 @@ def _in_band(plane: LinkPlane, limit: Limit, band: Band) -> list[Invariant]:
     found = []
     for i in turns:
         speed = _root(plane, limit, float(speeds[i]), float(speeds[i + 1]))
-        n0, n1, d0, d1 = (abs(one[0]) for one in plane.moebius(limit, np.array([speed])))
+        n0, n1, d0, d1 = (abs(moebiu[0]) for moebiu in plane.moebius(limit, np.array([speed])))
         if d0 > 0.0 and n0 > 0.0 and max(n1 * d0, d1 * n0) <= 1e-6 * size.max():
             found.append(Invariant(limit, speed, float(n0 / d0)))
     return found

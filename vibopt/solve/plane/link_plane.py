@@ -217,11 +217,11 @@ class LinkPlane:
     def _box(self, interval: Interval) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
         """Box of (k, c) and the rows of the damper's own range, for every v of the interval."""
         corners = [self._ends(v) for v in interval]
-        k_low, k_high = min(one[0] for one in corners), max(one[1] for one in corners)
-        c_low, c_high = min(one[2] for one in corners), max(one[3] for one in corners)
+        k_low, k_high = min(corner[0] for corner in corners), max(corner[1] for corner in corners)
+        c_low, c_high = min(corner[2] for corner in corners), max(corner[3] for corner in corners)
         rows = []
         if self.bend == 1.0:
-            least, most = min(one[4] for one in corners), max(one[5] for one in corners)
+            least, most = min(corner[4] for corner in corners), max(corner[5] for corner in corners)
             rows = [np.array([0.0, 1.0, -most, 0.0, 0.0]), np.array([0.0, -1.0, least, 0.0, 0.0])]
         return np.array([k_low, c_low]), np.array([k_high, c_high]), rows
 
@@ -266,7 +266,7 @@ class LinkPlane:
             ends.append(limit.bound / (scale * float(np.prod(np.where(rest == 0.0, 1.0, x**rest)))))
         upper = limit.side == "at_most"
         if in_c == 0.0 and in_k < 0.0:
-            upper, ends = not upper, [1.0 / max(one, 1e-300) for one in ends]
+            upper, ends = not upper, [1.0 / max(end, 1e-300) for end in ends]
         bound, sign = (max(ends), 1.0) if upper else (min(ends), -1.0)
         if in_c == 0.0:
             return sign * np.array([0.0, 0.0, 1.0, 0.0, -(max(bound, 0.0) ** (1.0 / abs(in_k)))])
