@@ -49,6 +49,15 @@ def at(document: dict[str, Any], speed: str) -> dict[str, Any]:
     return {**document, "excitations": {"imbalance": shaker}}
 
 
+STEADY = (4e6, 7e5, 7e5, 9e6, 3e3, 2e2, 2e2, 6e3)
+
+
+def threshold_of(document: dict[str, Any], **bound: str) -> dict[str, Any]:
+    """Its threshold alone, as a measure, or as a limit."""
+    asked_for = {"m": {"response": "stability_threshold", **bound}}
+    return {**document, "measures": {}, "limits": {}, "limits" if bound else "measures": asked_for}
+
+
 # Closed forms
 
 
@@ -186,6 +195,27 @@ def test_a_rotor_beyond_its_threshold_has_no_steady_answer() -> None:
     assert design.status == "check_failed"
     assert design.claim.startswith(
         "first is not known: excitations.imbalance spins the rotor up to 4000 rpm, beyond its stability threshold of "
+    )
+
+
+def test_a_threshold_that_a_search_did_not_find_is_said_with_how_far_it_went() -> None:
+    document = borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 200.0, 0.0, 0.0, 300.0)
+    far = float(solve(from_dict(threshold_of(document))).measures["m"].value.value) / RPM
+    asked_for = threshold_of(document, at_least=f"{0.5 * far!r} rpm")
+    design = solve(from_dict(asked_for))
+    assert (design.status, design.limits["m"].value.shown) == ("met", f"none up to {0.75 * far:.4g} rpm")
+
+
+def test_nothing_is_judged_beyond_the_end_of_a_table() -> None:
+    rows = [{"speed": "0 rpm", **numbers(*STEADY)}, {"speed": "8000 rpm", **numbers(*STEADY)}]
+    document = borne(friswell(), table=rows)
+    assert solve(from_dict(threshold_of(document))).measures["m"].value.shown == "none up to 8000 rpm"
+    assert from_dict(threshold_of(document, at_least="8000 rpm")).limits
+    with pytest.raises(InputError) as caught:
+        from_dict(threshold_of(document, at_least="8001 rpm"), name="t")
+    assert caught.value.messages == (
+        "t: limits.m.at_least is 8001 rpm, but the table of bearings.left_film ends at 8000 rpm: whether a whirl grows "
+        "beyond is not known. Write more rows, or 8000 rpm at most.",
     )
 
 

@@ -170,6 +170,10 @@ def test_a_campbell_diagram_is_drawn_of_rotors_alone() -> None:
     said = sorted(int(one) for text in words for one in text.removesuffix(" rpm").split(", "))
     assert said == sorted(round(float(f"{one / RPM:.4g}")) for one in (*drawn.critical, *drawn.against))
     assert len(words) < len(said)  # those next to each other share a label
+    slow = friswell()
+    slow["excitations"]["imbalance"]["speed"] = "10 rpm"
+    slow = campbell_of(solve(from_dict(slow)))
+    assert (slow.critical[0], slow.against[0]) == (drawn.critical[0], drawn.against[0])  # however slowly it runs
     table = {"title": "t", "bodies": {"b": {"mass": "2 kg"}}, "measures": {"m": {"response": "total_mass"}}}
     with pytest.raises(InputError) as caught:
         campbell_of(solve(from_dict(table)))

@@ -348,6 +348,10 @@ class Machine:
         """
         return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
 
+    def searched(self, top: float = 0.0) -> float:
+        """Highest spin [rad/s] of a search for `threshold`; infinite where none is needed."""
+        return float("inf")
+
     def threshold(self, top: float = 0.0) -> float:
         """Least spin [rad/s] beyond which a whirl grows under dampers that turn with a shaft; infinite of none."""
         from vibopt.mechanics.two_planes import threshold_in_planes

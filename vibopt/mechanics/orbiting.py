@@ -190,16 +190,25 @@ class OrbitingMachine(RotatingMachine):
                 damping, stiffness = damping + np.kron(damp[0], square), stiffness + np.kron(stiff[0], square)
         return mass, damping, stiffness
 
+    @property
+    def _tables(self) -> list[FloatArray]:
+        return [one.speeds for one in self.bearings.values() if len(one.speeds) > 1]
+
+    @cached_property
+    def _slow(self) -> float:
+        """Lowest frequency at rest [rad/s]."""
+        few = self._few[0]
+        return float(1.0 / np.sqrt(np.linalg.norm(few.T @ self.slow[0] @ few, 2)))
+
+    def searched(self, top: float = 0.0) -> float:
+        return float(min([top or FARTHEST * self._slow, *(one[-1] for one in self._tables)]))
+
     def threshold(self, top: float = 0.0) -> float:
         """As of `RotatingMachine`, up to a spin and as far as tables go: lowest motions scanned, then the waves."""
         from scipy.optimize import brentq
 
-        tables = [one.speeds for one in self.bearings.values() if len(one.speeds) > 1]
-        few = self._few[0]
-        slow = float(1.0 / np.sqrt(np.linalg.norm(few.T @ self.slow[0] @ few, 2)))
-        low, high = 0.0, top or FARTHEST * slow
-        if tables:
-            low, high = max(one[0] for one in tables), min([high, *(one[-1] for one in tables)])
+        tables, slow, high = self._tables, self._slow, self.searched(top)
+        low = max((one[0] for one in tables), default=0.0)
         spins = np.concatenate([np.linspace(low, high, _SCANNED), slow * np.geomspace(1e-3, 10.0, _SCANNED), *tables])
         none, before = _STILL * slow, low
         for spin in np.unique(spins[(spins >= low) & (spins <= high)]).tolist():

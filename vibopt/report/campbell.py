@@ -19,8 +19,9 @@ if TYPE_CHECKING:
     from vibopt.mechanics.rotating import RotatingMachine
 
 _SPINS = 81
-_BEYOND, _ABOVE = 1.25, 2.2
-"""How far the diagram goes beyond the highest speed of the file, and how much higher its frequencies than that."""
+_BEYOND, _MET, _ABOVE = 1.25, 1.1, 2.2
+"""How far the diagram goes beyond the highest speed of the file, and beyond the lowest critical speed of either sense;
+how much higher its frequencies than that."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,11 +75,14 @@ def campbell_of(design: Design) -> Campbell:
             f"{scene.name}: nothing says how far to look. Add an unbalance with its speed, or a limit of "
             "critical_speed with outside."
         )
-    last = _BEYOND * max(high for _, high in bands)
+    every = machine.critical_speeds(), machine.critical_speeds(-1.0)
+    last = max(
+        [_BEYOND * max(high for _, high in bands), *(_MET * float(speeds[0]) for speeds in every if len(speeds))]
+    )
     spins = np.linspace(0.0, last, _SPINS)
     found = [machine.free_whirls(float(spin)) for spin in spins]
     forward, backward = _table([one[one > 0.0] for one in found]), _table([np.sort(-one[one < 0.0]) for one in found])
-    critical, against = (one[one <= last] for one in (machine.critical_speeds(), machine.critical_speeds(-1.0)))
+    critical, against = (one[one <= last] for one in every)
     return Campbell(spins, forward, backward, critical, against, bands)
 
 

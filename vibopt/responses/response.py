@@ -250,6 +250,10 @@ class Response(Table):
         """Value of the built machine, without any excitation; another road than `form`."""
         raise NotImplementedError
 
+    def looked_to(self, machine: Machine) -> float:
+        """Highest value that is searched for; infinite where an infinite one is known to be."""
+        return float("inf")
+
 
 class HarmonicResponse(Response):
     """A response under excitation, at one speed or over all speeds of a range.

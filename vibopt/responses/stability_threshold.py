@@ -31,6 +31,9 @@ class StabilityThreshold(Response):
         """Highest spin that is looked at where bearings are not alike in both planes [rad/s]; 0 where nobody says."""
         return _BEYOND * self.at_least.value if self.at_least is not None else 0.0
 
+    def looked_to(self, machine: Machine) -> float:
+        return machine.searched(self._top)
+
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return WhirlThreshold(self._top)
 

@@ -117,7 +117,27 @@ def planes_fault(scene: Scene, path: Path, response: Response, mistakes: Mistake
             "half axis of the orbit.",
         )
         return True
+    if response.response == "stability_threshold":
+        return _threshold_beyond(scene, path, response, mistakes)
     return isinstance(response, HarmonicResponse) and _beyond_table(scene, path, response, mistakes)
+
+
+def _threshold_beyond(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
+    """Whether a threshold is judged beyond the end of a table, where nobody knows what grows; adds it."""
+    ends = table_ends(scene)
+    if ends is None:
+        return False
+    name, _, high = ends
+    for side, bound in {"at_least": response.at_least, "at_most": response.at_most}.items():
+        if bound is not None and bound.value > high * (1.0 + 1e-12):
+            said, known = (show(one, "rpm", "angular_rate") for one in (bound.value, high))
+            mistakes.add(
+                (*path, side),
+                f"{dotted(path)}.{side} is {said}, but the table of bearings.{name} ends at {known}: whether a whirl "
+                f"grows beyond is not known. Write more rows, or {known} at most.",
+            )
+            return True
+    return False
 
 
 def _beyond_table(scene: Scene, path: Path, response: HarmonicResponse, mistakes: Mistakes) -> bool:

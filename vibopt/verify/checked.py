@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from math import inf, isfinite
 
 import numpy as np
 
@@ -137,7 +138,11 @@ class Built:
 
     def row(self, name: str, response: Response, side: str) -> tuple[Checked, Measured]:
         found = measure_on(self.scene, self.machine, response, side or response.worst_side)
-        return _checked(self.scene, found, name, response, side), found
+        row = _checked(self.scene, found, name, response, side)
+        if isfinite(far := response.looked_to(self.machine)) and found.value == inf:
+            text = f"none up to {replace(row.value, value=far).shown}"
+            row = replace(row, value=replace(row.value, text=text))
+        return row, found
 
     def _beyond(self, row: Checked, found: Measured) -> str:
         """Why a value is beyond what the machine, or the model of a part, is good for; "" where it is not."""
