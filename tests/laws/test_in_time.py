@@ -736,3 +736,24 @@ def test_machines_side_by_side_have_the_peaks_that_each_has_alone(seed: int, sha
     for one, other in zip(row.peaks(apart).each(), alone, strict=True):
         assert one.value == pytest.approx(other.value, rel=1e-11, abs=1e-13)
         assert one.open == other.open
+
+
+def test_a_motion_that_turns_too_often_to_be_followed_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    job = vo.from_dict(
+        {
+            "title": "push",
+            "bodies": {"box": {"mass": "2 kg"}},
+            "links": {"foam": {"between": ["box", "ground"], "stiffness": "20 kN/m", "damping": "20 N s/m"}},
+            "excitations": {
+                "push": {"kind": "pulse", "on": "box", "shape": "half sine", "amplitude": "100 N", "duration": "2 s"}
+            },
+            "measures": {"shock": {"response": "peak_acceleration", "of": "box"}},
+        }
+    )
+    monkeypatch.setattr("vibopt.mechanics.panels._MOST", 2)
+    with pytest.raises(InputError) as caught:
+        vo.solve(job)
+    assert str(caught.value) == (
+        "The machine moves to and fro more often while a load lasts than is followed. Write a shorter load, a smaller "
+        '"to" for the stiffness or damping of what is fastest, or a greater "from" for its mass.'
+    )

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
+from vibopt.errors import InputError
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, exponentials, greatest
 from vibopt.mechanics.ringing import Behind, Peak, Peaks
@@ -34,6 +35,10 @@ _JOINED, _AT_ONCE = 1e-12, 256
 """Part of a time within which it is a joint; exponentials that are made at once."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
+_TOO_OFTEN = (
+    "The machine moves to and fro more often while a load lasts than is followed. Write a shorter load, a smaller "
+    '"to" for the stiffness or damping of what is fastest, or a greater "from" for its mass.'
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +103,20 @@ class Transient:
         return self.peaks(reading).each()[0]
 
     def peaks(self, reading: Reading) -> Peaks:
-        """The same of each of many machines."""
+        """The same of each of many machines.
+
+        Raises
+        ------
+        InputError
+            A machine moves to and fro too often while a load lasts.
+        """
         if self.mass.ndim == 2:
             return self.row_of_one.peaks(reading)
         try:
             return self._peaks(reading)
-        except (TooLongError, UnlikeError):
+        except (TooLongError, UnlikeError) as error:
             if len(self.mass) == 1:
-                raise
+                raise InputError(_TOO_OFTEN) if isinstance(error, TooLongError) else error from None
             return Peaks.of([self.alone(i).peaks(reading.of(np.array([i]))) for i in range(len(self.mass))])
 
     def _peaks(self, reading: Reading) -> Peaks:

@@ -71,6 +71,8 @@ def first_words(prices: Prices) -> str:
     """What to argue about first: "Argue about start_up first: 20 mm -> 22 mm buys 1.2 %"."""
     limits = [row for row in prices.rows if row.sort != FACTS and row.gain > 0.0]
     facts = [row for row in prices.rows if row.sort == FACTS and row.gain > 0.0]
+    if prices.rows and all(row.why.startswith("left out") for row in prices.rows):
+        return f"Which number improves the {prices.measure} was left out because of the work: --thorough computes it."
     if not limits and not facts:
         return f"No sensible step of any number that was looked at improves the {prices.measure}."
     text = ""
