@@ -192,9 +192,23 @@ def test_no_window_of_growth_is_stepped_over(centre: float) -> None:
 def test_a_rotor_beyond_its_threshold_has_no_steady_answer() -> None:
     document = borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 200.0, 0.0, 0.0, 300.0)
     design = solve(from_dict(document))
-    assert design.status == "check_failed"
+    assert design.status == "violated"
     assert design.claim.startswith(
         "first is not known: excitations.imbalance spins the rotor up to 4000 rpm, beyond its stability threshold of "
+    )
+
+
+def test_a_window_of_growth_that_is_passed_is_told_as_one() -> None:
+    """A film that drives the whirl at 3001 rpm alone: at 5000 rpm nothing grows, but it comes by there."""
+    calm, wild = (6e6, 1e5, -1e5, 8e6, 1e4, 0.0, 0.0, 1e4), (6e6, 4e6, -4e6, 8e6, 1e3, 0.0, 0.0, 1e3)
+    rows = [(500, calm), (3000, calm), (3001, wild), (3002, calm), (9000, calm)]
+    table = [{"speed": f"{speed} rpm", **numbers(*eight)} for speed, eight in rows]
+    design = solve(from_dict(at(borne(friswell(), table=table), "5000 rpm")))
+    assert design.status == "violated"
+    assert design.claim.startswith("first is not known: excitations.imbalance spins the rotor up to 5000 rpm, beyond ")
+    assert " of 3000." in design.claim
+    assert design.claim.endswith(
+        " rpm, from which on a whirl grows without end, though none does at 5000 rpm itself. Look at lower speeds"
     )
 
 

@@ -226,6 +226,8 @@ class Checked:
         What the optimiser's model says of it where that is another number; "" where both routes agree.
     unknown
         Why it is beyond what the model of a part is good for, as a sentence; "" where it is not.
+    unsteady
+        Why a whirl grows and there is no steady motion to measure, as a sentence; "" where there is.
     """
 
     name: str
@@ -242,6 +244,7 @@ class Checked:
     band: tuple[Entry, Entry] | None = None
     doubt: str = ""
     unknown: str = ""
+    unsteady: str = ""
 
     @property
     def met(self) -> bool:

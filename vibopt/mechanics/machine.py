@@ -348,6 +348,10 @@ class Machine:
         """
         return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
 
+    def grows(self, spin: float) -> bool:
+        """Whether a whirl grows at a spin [rad/s] that is beyond the `threshold`."""
+        return True
+
     def searched(self, top: float = 0.0) -> float:
         """Highest spin [rad/s] of a search for `threshold`; infinite where none is needed."""
         return float("inf")

@@ -200,6 +200,9 @@ class OrbitingMachine(RotatingMachine):
         few = self._few[0]
         return float(1.0 / np.sqrt(np.linalg.norm(few.T @ self.slow[0] @ few, 2)))
 
+    def grows(self, spin: float) -> bool:
+        return self._growth(spin)[0] > _STILL * self._slow
+
     def searched(self, top: float = 0.0) -> float:
         return float(min([top or FARTHEST * self._slow, *(one[-1] for one in self._tables)]))
 

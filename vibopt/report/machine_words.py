@@ -56,6 +56,8 @@ def verdict(design: Design) -> str:
         return found_words(design)
     broken = listed([f'"{name}"' for name, limit in design.limits.items() if not limit.met])
     said = _PLAIN[design.status].format(broken=broken or "a limit")
+    if design.status == "violated" and not broken:
+        said = "a whirl of the machine grows without end"
     if design.status == "met" and not design.limits:
         said = "no limit was set; the measures below are what was asked"
     return "; ".join(filter(None, (goal_words(design), said)))

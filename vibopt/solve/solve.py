@@ -31,7 +31,7 @@ from vibopt.solve.relaxed import hopeless, with_least
 from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
-from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row
+from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row, unsteady
 from vibopt.verify.rated import parts_of
 from vibopt.work import answering, done, metered, worked
 
@@ -381,10 +381,11 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     if not limits:
         claim = "measured; there is no limit to judge"
     goal = goal_row(worst_of_goal, {})
-    doubt = disagreement(limits, measures, {} if goal is None else {"goal": goal})
+    rows = limits, measures, {} if goal is None else {"goal": goal}
+    doubt, grown = disagreement(*rows), unsteady(*rows)
     design = Design(
         job=scene,
-        status="check_failed" if doubt else "met" if good else "violated",
+        status="check_failed" if doubt != grown else "met" if good and not grown else "violated",
         claim=doubt or f"{claim} ({_measured_how(scene)})",
         goal=None if goal is None else (goal.name, goal.value),
         variables={},

@@ -59,16 +59,20 @@ def beyond_shape(machine: Machine, response: Response, limit: Entry | None, valu
     return ""
 
 
-def beyond_threshold(scene: Scene, response: HarmonicResponse, threshold: float) -> str:
+def beyond_threshold(scene: Scene, machine: Machine, response: HarmonicResponse, threshold: float) -> str:
     """Why a steady whirl is none, as the rotor spins beyond its stability threshold [rad/s]; "" where it does not."""
+    forbidden = any(limit.response == "stability_threshold" for limit in scene.limits.values())
     for name in names_for(scene, response):
         top = max((one.high for one in bands_for(scene, response, name) if isfinite(one.high)), default=0.0)
         if top > threshold * (1.0 + 2.0 * TOLERANCE):  # a limit on it holds within that
-            spin, least = (show(one, "rpm", "angular_rate") for one in (top, threshold))
+            spin, least = (show(one, "rpm", "angular_rate", digits=6) for one in (top, threshold))
+            what = "where a whirl grows without end"
+            if not machine.grows(top):
+                what = f"from which on a whirl grows without end, though none does at {spin} itself"
+            limit = f'Add a limit with response = "stability_threshold", at_least = "{spin}", or look'
             return (
                 f"is not known: excitations.{name} spins the rotor up to {spin}, beyond its stability threshold of "
-                f"{least}, where a whirl grows without end. Add a limit with response = "
-                f'"stability_threshold", at_least = "{spin}", or look at lower speeds'
+                f"{least}, {what}. {limit if scene.variables and not forbidden else 'Look'} at lower speeds"
             )
     return ""
 

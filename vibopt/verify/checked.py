@@ -144,12 +144,14 @@ class Built:
             row = replace(row, value=replace(row.value, text=text))
         return row, found
 
+    def _grown(self, found: Measured) -> str:
+        """Why there is no steady motion, as a whirl grows; "" where there is."""
+        if not isinstance(found.response, HarmonicResponse) or not (turning(self.scene) or in_planes(self.scene)):
+            return ""
+        return beyond_threshold(self.scene, self.machine, found.response, self.threshold)
+
     def _beyond(self, row: Checked, found: Measured) -> str:
-        """Why a value is beyond what the machine, or the model of a part, is good for; "" where it is not."""
-        if isinstance(found.response, HarmonicResponse) and (turning(self.scene) or in_planes(self.scene)):
-            grown = beyond_threshold(self.scene, found.response, self.threshold)
-            if grown:
-                return grown
+        """Why a value is beyond what the model of a part is good for; "" where it is not."""
         if not any(link.spreads_mass for link in self.scene.links.values()):
             return ""
         known = {name: speed for name, speed in found.speeds.items() if found.response.sort == "steady"}
@@ -169,6 +171,9 @@ class Built:
         """The row, with what the model says of it where that is another number."""
         differs, own = self.modelled.differs(found.response, found), None
         if not differs and (own := self.modelled.elsewhere(found.response, found)) is None:
+            if grown := self._grown(found):
+                none = replace(row.value, value=-inf if found.response.complement else inf, text="not known")
+                return replace(row, unsteady=f"{row.name} {grown}", value=none, margin=-inf)
             beyond = self._beyond(row, found)
             return replace(row, unknown=f"{row.name} {beyond}") if beyond else row
         value = self.modelled.at(found.response, found)[0] if own is None else own.value
@@ -284,7 +289,13 @@ def disagreement(*families: Mapping[str, Checked], besides: Sequence[str] = ()) 
     doubts = [*(row.doubt for row in rows if row.doubt), *besides]
     if doubts:
         return f"the two routes to an answer do not agree: {'; '.join(dict.fromkeys(doubts))}"
-    return "; ".join(dict.fromkeys(row.unknown for row in rows if row.unknown))
+    return "; ".join(filter(None, dict.fromkeys([*(row.unknown for row in rows), unsteady(*families)])))
+
+
+def unsteady(*families: Mapping[str, Checked]) -> str:
+    """That a whirl grows, where some number is one of a steady motion, in words; "" where none does."""
+    rows = [row.unsteady for family in families for row in family.values()]
+    return "; ".join(dict.fromkeys(filter(None, rows)))
 
 
 def usual_unit(scene: Scene, response: Response) -> str:

@@ -48,6 +48,8 @@ def verdict_of(design: Design) -> Verdict:
     broken = [f'"{key}"' for key, limit in design.limits.items() if not limit.met]
     if design.status not in HELD or broken:
         said = _WHY_NOT.get(design.status, _WHY_NOT["violated"]).format(broken=listed(broken) or "a limit")
+        if design.status == "violated" and not broken:
+            said = "a whirl of the machine grows without end"
         lines = [f"{said[:1].upper()}{said[1:]}.", *_conflict(design)]
         if "rounded" in design.details:
             lines.append(f"{design.claim[:1].upper()}{design.claim[1:]}.")
