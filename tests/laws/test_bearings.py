@@ -12,12 +12,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
+from vibopt.cli.picture_command import _picture
 from vibopt.errors import InputError
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbits import spun
 from vibopt.program.pose import on_needed
 from vibopt.report.campbell import campbell_of
 from vibopt.report.curves import panels
+from vibopt.report.modelled_balancing import balancing_document
 from vibopt.responses import KINDS
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict, from_text, read
@@ -207,6 +209,7 @@ def test_a_window_of_growth_that_is_passed_is_told_as_one() -> None:
     assert design.status == "violated"
     assert design.claim.startswith("first is not known: excitations.imbalance spins the rotor up to 5000 rpm, beyond ")
     assert " of 3000." in design.claim
+    assert panels(design) == []  # nothing steady is drawn
     assert design.claim.endswith(
         " rpm, from which on a whirl grows without end, though none does at 5000 rpm itself. Look at lower speeds"
     )
@@ -403,6 +406,16 @@ def test_an_orbit_is_drawn_as_far_as_its_greater_half_axis() -> None:
     assert axis[0] == pytest.approx(to_unit(worst, orbit.y_label[-3:-1], "length"), rel=1e-9)
 
 
+def test_what_goes_round_an_ellipse_is_no_balancing_job() -> None:
+    document = at(borne(friswell(), *STEADY), "1000 rpm")
+    with pytest.raises(InputError) as caught:
+        balancing_document(solve(from_dict(document)))
+    assert caught.value.messages == (
+        "scene: bearings.left_film is not alike in both planes, where an unbalance moves a place along an ellipse, and "
+        "a balancing job reads circles. Leave --save-coefficients out.",
+    )
+
+
 def test_no_campbell_diagram_is_drawn_of_whirls_that_are_forward_and_backward_at_once() -> None:
     design = solve(from_dict(borne(friswell(), 1e6, 0, 0, 1.5e6, 3e3, 0.0, 0.0, 5e3)))
     with pytest.raises(InputError) as caught:
@@ -410,4 +423,13 @@ def test_no_campbell_diagram_is_drawn_of_whirls_that_are_forward_and_backward_at
     assert caught.value.messages == (
         "scene: bearings.left_film is not alike in both planes, and its whirls are forward and backward at once and "
         "damped: no Campbell diagram of them is drawn. Leave --campbell out.",
+    )
+
+
+def test_a_plot_of_what_grows_alone_says_why_it_is_none() -> None:
+    document = borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 200.0, 0.0, 0.0, 300.0)
+    with pytest.raises(InputError) as caught:
+        _picture(solve(from_dict(document)), None, "png")
+    assert caught.value.messages == (
+        "scene: there is nothing to draw: a whirl grows without end, and nothing that is asked has a steady motion.",
     )

@@ -214,6 +214,8 @@ def _picture(design: Design, as_map: str | None, form: str) -> bytes:
         )
     without = bool(design.scene.variables) and not design.x
     why = f"there is no design ({design.status})" if without else "nothing depends on a speed"
+    if any(row.unsteady for row in (*design.limits.values(), *design.measures.values())):
+        why = "a whirl grows without end, and nothing that is asked has a steady motion"
     raise InputError(f"{name}: there is nothing to draw: {why}.")
 
 

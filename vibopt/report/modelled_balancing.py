@@ -18,6 +18,7 @@ from vibopt.responses import Response
 from vibopt.responses.motion import Displacement
 from vibopt.responses.response import HarmonicResponse
 from vibopt.scene.assemble import model_of
+from vibopt.scene.check_bearings import in_planes
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Band
@@ -47,12 +48,17 @@ def balancing_document(design: Design) -> dict[str, Any]:
     Raises
     ------
     InputError
-        There is no design, not one unbalance, no displacement asked, a limit that a balancing job does not have, or a
-        whirl without end.
+        There is no design, not one unbalance, no displacement asked, a limit that a balancing job does not have,
+        bearings that differ in both planes, or a whirl without end.
     """
     scene, machine = design.scene, machine_in(design)
     if machine is None:
         raise InputError(f"{scene.name}: there is no design ({design.status}), so no rotor to balance.")
+    if unlike := in_planes(scene):
+        raise InputError(
+            f"{scene.name}: bearings.{unlike[0]} is not alike in both planes, where an unbalance moves a place along "
+            "an ellipse, and a balancing job reads circles. Leave --save-coefficients out."
+        )
     sensors, planes = _sensors(scene), [disc.name for rotor in scene.rotors.values() for disc in rotor.discs]
     there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
     for lacks in (words for words, one in there.items() if not one):

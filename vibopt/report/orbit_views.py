@@ -28,10 +28,13 @@ _SPEEDS, _TURNS, _ROOM = 400, 181, 1.25
 
 
 def orbit_panels(design: Design, model: Model) -> list[Panel]:
-    """Every response against the speed, each under it with its orbit where it is a displacement."""
+    """Every response against the speed, each under it with its orbit where it is a displacement; none that grows."""
+    rows = {f"{family}.{name}": row for family in ("limits", "measures") for name, row in vars(design)[family].items()}
     x, panels, seen = np.array(design.x), list[Panel](), set[tuple[str, str]]()
     for where, response in design.scene.responses.items():
         if not isinstance(response, HarmonicResponse) or (response.response, place_of(response)) in seen:
+            continue
+        if where in rows and rows[where].unsteady:
             continue
         seen.add((response.response, place_of(response)))
         forms = [cast("Orbit", form_of(design.scene, model, each)) for each in members(design.scene, response)]
