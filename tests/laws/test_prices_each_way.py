@@ -211,6 +211,9 @@ def test_tolerances_are_facts_with_a_price() -> None:
     job = open_job(PROBLEMS / "isolation/rao_9_34.toml", {"bodies.press.mass": {"value": "300 kg", "tolerance": "5 %"}})
     found = prices(job, only=["bodies.press.mass.tolerance"], most=0.0, thorough=False)
     assert found.rows[0].why == "left out because of the work"
+    assert found.first == (
+        f"Which number improves the {found.measure} was left out because of the work: --thorough computes it."
+    )
     row = prices(job, only=["bodies.press.mass.tolerance"], most=2000.0).rows[0]
     assert row.gain > 0.0
     best: Way | None = row.best
