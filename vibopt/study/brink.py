@@ -16,7 +16,6 @@ from vibopt.program.pose import pose
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.ranges import closed
-from vibopt.study.nearest import slid
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,6 +55,8 @@ def brink(
         The place at which the least by which the worst limit is missed goes through zero, by false position, and the
         last design before it; nan where slopes do not lead there.  A guess: what is on either side is to be answered.
     """
+    from vibopt.study.nearest import slid  # with what proves over tolerances, for few
+
     design = np.array(x, dtype=float)
 
     def missed(t: float) -> float:
