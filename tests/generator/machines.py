@@ -115,7 +115,12 @@ def that_whirls(draw: Draw) -> Drawn:
     for one in ("left", "right"):
         stiffness = draw.value(mass * made.rate**2 * draw.size(2.0, 20.0), "stiffness", vary=0.2)
         damping = draw.said(0.2 * mass * made.rate, "damping")
-        made.put("links", f"{one}_bearing", {"between": [one, "ground"], "stiffness": stiffness, "damping": damping})
+        between = {"between": [one, "ground"]}
+        if one == "right" and not isinstance(stiffness, dict):  # alike in both planes: critical speeds ask for it
+            rows = {"k_yy": stiffness, "k_zz": stiffness, "c_yy": damping, "c_zz": damping}
+            made.put("bearings", "film", {**between, **rows})
+        else:
+            made.put("links", f"{one}_bearing", {**between, "stiffness": stiffness, "damping": damping})
     return made
 
 
