@@ -223,6 +223,16 @@ def test_a_threshold_that_a_search_did_not_find_is_said_with_how_far_it_went() -
     assert (design.status, design.limits["m"].value.shown) == ("met", f"none up to {0.75 * far:.4g} rpm")
 
 
+def test_a_shaft_keeps_the_whirl_that_grows_however_slowly_it_runs() -> None:
+    disc = {"name": "first", "at": "0.5 m", "mass": "40 kg", "diametral": "0.6 kg m2", "polar": "1.1 kg m2"}
+    sections, stations = [{"length": "1 m", "diameter": "60 mm"}], {"left": "0 m", "right": "1 m"}
+    slender = friswell(sections=sections, stations=stations, discs=[disc], modulus="207 GPa", density="7850 kg/m3")
+    del slender["rotors"]["rotor"]["shear_modulus"]
+    document = at(borne(slender, 3e7, 0.0, 0.0, 6e7, 2e4, 0.0, 0.0, 2e4), "1000 rpm")
+    document["links"] = {"fit": {"between": ["first", "ground"], "rotating_damping": "40 N s/m", "damping": "1 mN s/m"}}
+    assert solve(from_dict(threshold_of(document))).status == "met"
+
+
 def test_nothing_is_judged_beyond_the_end_of_a_table() -> None:
     rows = [{"speed": "0 rpm", **numbers(*STEADY)}, {"speed": "8000 rpm", **numbers(*STEADY)}]
     document = borne(friswell(), table=rows)

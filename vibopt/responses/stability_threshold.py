@@ -8,8 +8,8 @@ from vibopt.mechanics.model import Model
 from vibopt.responses.response import Response
 from vibopt.signals import Combine, Drive
 
-_BEYOND = 1.5
-"""Times a limit up to which a threshold is looked for."""
+_BEYOND, _GROWING = 1.5, 2
+"""Times a limit up to which a threshold is looked for; how many of the lowest whirls may grow first."""
 
 
 class StabilityThreshold(Response):
@@ -25,6 +25,11 @@ class StabilityThreshold(Response):
     @property
     def free_vibration(self) -> str:
         return "stability threshold of free whirl"
+
+    @property
+    def modes(self) -> int:
+        """Lowest whirls that the shaft must keep: what grows is mostly the first."""
+        return _GROWING
 
     @property
     def _top(self) -> float:

@@ -114,7 +114,12 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
     key, where, name = response.response, dotted(path), next(iter(scene.rotors))
     if planes_fault(scene, path, response, mistakes):
         return True
-    if response.modes and not response.whirls and getattr(response, "of", None) not in places.links(scene):
+    if (
+        response.modes
+        and not response.whirls
+        and response.response != "stability_threshold"
+        and getattr(response, "of", None) not in places.links(scene)
+    ):
         mistakes.add(
             path,
             f"{where} asks for the {key}, but the modes of rotors.{name} change with its speed. Write response = "
