@@ -145,3 +145,27 @@ def test_what_is_not_proven_best_says_how_far_it_may_be(monkeypatch: pytest.Monk
     assert found.claim.endswith(" % above the least possible")
     assert found.goal is not None
     assert 0.97 * found.goal[1].value < found.details["bound"] <= found.goal[1].value
+
+
+@pytest.mark.parametrize(
+    ("percent", "said"),
+    [(42.5, "43"), (7.26, "7.3"), (0.0261, "0.027"), (4.4, "4.4"), (10.0, "10"), (357.2, "358"), (1e-4, "0.00010")],
+)
+def test_what_is_said_of_a_bound_is_never_less_than_it(percent: float, said: str) -> None:
+    assert relaxed._no_less(percent) == said
+
+
+def test_below_the_greatest_is_counted_of_the_greatest() -> None:
+    """Nothing above zero is more than a hundred percent below anything."""
+    asked = scene((0, 1), limits={"moved": {"response": "displacement", "of": "b0", "at_most": "2 mm"}})
+    for absorber in asked["absorbers"].values():
+        absorber["damping_ratio"] = 0.2
+    asked["links"]["l1"] |= {
+        "stiffness": {"from": "0.2 MN/m", "to": "20 MN/m"},
+        "damping": {"from": "40 N s/m", "to": "400 N s/m"},
+    }
+    found = solve(from_dict({**asked, "goal": {"maximise": "stiffness", "of": "l1"}}), explain=False)
+    assert found.status == "feasible"
+    assert found.goal is not None
+    below = 100.0 * (1.0 - found.goal[1].value / abs(found.details["bound"]))
+    assert found.claim.endswith(f"; at most {relaxed._no_less(below)} % below the greatest possible")

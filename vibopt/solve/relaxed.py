@@ -39,8 +39,8 @@ _ROWS, _ROUNDS = 10, 6
 _NOTHING, _LONG = -1e3, 1e-9
 """A bound that is none, and the weight of the length of a side beside what its halves promise."""
 _HOLDS = 1e-8
-_HUNDRED = 99.5
-"""Percent from which on they are whole numbers."""
+_FAR = 4.6
+"""Log of a bound that says nothing."""
 
 
 def with_least(program: Program, found: Found, known: float = float("nan")) -> Found:
@@ -68,12 +68,18 @@ def with_least(program: Program, found: Found, known: float = float("nan")) -> F
     if best - least <= 1.01 * _GAP:
         claim = f"proven by {boxes.budget} of all variables: nothing is better by more than {_GAP:.0e} of the goal"
         return replace(found, status="optimal", claim=claim, bound=bound, details=details)
-    part = 100.0 * float(np.expm1(best - least))
-    if not part < 1e4:
+    part = 100.0 * abs(float(np.expm1(sign * (best - least))))
+    if not best - least < _FAR:
         return found
     way = "above the least" if sign > 0.0 else "below the greatest"
-    claim = f"{found.claim}; at most {part:{'.2g' if part < _HUNDRED else '.0f'}} % {way} possible"
+    claim = f"{found.claim}; at most {_no_less(part)} % {way} possible"
     return replace(found, claim=claim, bound=bound, details=details)
+
+
+def _no_less(percent: float) -> str:
+    """Two digits of a number above zero, whole from ten on, rounded up: never less than what is true."""
+    step = min(10.0 ** (np.floor(np.log10(percent)) - 1.0), 1.0)
+    return f"{np.ceil(percent / step * (1.0 - 1e-12)) * step:.{max(0, round(-np.log10(step)))}f}"
 
 
 def none_holds(program: Program, most: int = _WORK) -> Found | None:
@@ -139,6 +145,9 @@ class _Relaxed:
             if frontier.bound < floor and self.budget.spent > _PATIENCE * self.budget.most:
                 break
             known, low, high = frontier.take(_BATCH)
+            if not (high > low).any():  # rounding leaves nothing to split
+                frontier.add(known, low, high)
+                break
             self.learn(np.exp(0.5 * (low + high)[0]))
             bound, low, high = self._split(known, low, high, bar)
             left = bound < bar
