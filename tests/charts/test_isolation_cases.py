@@ -29,6 +29,7 @@ from vibopt.cli.solve_command import solve as solve_command
 from vibopt.program.pose import pose
 from vibopt.report.figures import saved
 from vibopt.solve.method import METHODS, OWN
+from vibopt.solve.rivals import population
 
 DIGITS = 40
 
@@ -218,7 +219,13 @@ def test_a_bound_beyond_the_best_is_silently_wrong(monkeypatch: pytest.MonkeyPat
         assert trial(case, case.scene(), "grid", 1).verdict == verdict
 
 
-@pytest.mark.parametrize("name", ["evolution 1000", "cma-es 1000"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "evolution 1000",
+        pytest.param("cma-es 1000", marks=pytest.mark.skipif(not population.installed(), reason=population.HOW)),
+    ],
+)
 def test_methods_that_only_compare_come_near_the_best_without_breaking_a_limit(name: str) -> None:
     one = trial(STOCK[1], STOCK[1].scene(), name, 1)
     assert (one.status, one.missed <= 1e-9, one.off < 2e-3) == ("feasible", True, True)
