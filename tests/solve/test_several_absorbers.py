@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
+from vibopt.solve.measured_pieces import Exact
 from vibopt.solve.ranges import closed, log_box
 from vibopt.solve.screen import promising
 from vibopt.solve.solve import solve
-from vibopt.solve.sqp import Exact, Sqp
+from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=2)

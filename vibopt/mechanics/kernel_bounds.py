@@ -16,7 +16,8 @@ import numpy as np
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 from vibopt.mechanics.panels import exponential, halvings_of, series
-from vibopt.mechanics.transient import Reading, Transient, wide
+from vibopt.mechanics.stacked import wide
+from vibopt.mechanics.transient import Reading, Transient
 from vibopt.records import dataclass
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(16)

@@ -15,7 +15,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import Joint, Motion, PlaneBearing
 from vibopt.mechanics.hosted import solved
-from vibopt.mechanics.rotating import RotatingMachine, inverse_poles
+from vibopt.mechanics.rotating import RotatingMachine, inverse_poles, vanishing
 from vibopt.records import cached_property, dataclass
 
 _LOWEST, _ROUNDED, _REAL, _STEPS = 20, 1e-12, 1e-9, 12
@@ -227,7 +227,7 @@ class OrbitingMachine(RotatingMachine):
 
     def _neutral(self, whirl: float, spin: float) -> float:
         """The spin near one at which a whirl of about such a frequency [rad/s] neither grows nor fades."""
-        at, cut = np.array([whirl, spin]), self._cut(1.5 * whirl)
+        cut = self._cut(1.5 * whirl)
         size = np.sqrt(np.abs(np.diagonal(cut.planes(np.zeros(1), np.zeros(1))[0])))
         size[size == 0.0] = 1.0
 
@@ -235,15 +235,7 @@ class OrbitingMachine(RotatingMachine):
             values = np.linalg.eigvals(cut.planes(np.array([omega]), np.array([turn]))[0] / np.outer(size, size))
             return complex(values[np.abs(values).argmin()])
 
-        for _ in range(_STEPS):
-            here, steps = least(*at), 1e-6 * at
-            slopes = [(least(*(at + move)) - least(*(at - move))) / (2.0 * move.sum()) for move in np.diag(steps)]
-            table = [[one.real for one in slopes], [one.imag for one in slopes]]
-            step = np.linalg.solve(table, [-here.real, -here.imag])
-            at = at + step
-            if np.all(np.abs(step) <= 1e-13 * np.abs(at)):
-                break
-        return float(at[1])
+        return vanishing(least, (whirl, spin))
 
     def _held(self) -> Iterator[tuple[PlaneBearing, list[tuple[int, float]]]]:
         """Each bearing with the slow coordinates of its ends, and their signs in its stretch."""

@@ -7,7 +7,7 @@ deflection says both planes: forward at a positive frequency, backward at a nega
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -31,7 +31,8 @@ _ROUNDED = 1e-13
 _REAL = 1e-9
 """Part of itself by which a pole without damping may lie off the real axis."""
 _NEWTON, _CLOSE, _AROUND = 12, 1e-14, 0.05
-"""Steps of a secant, the part of a speed by which it is known, and that by which it may lie off the pieces' one."""
+"""Steps of a secant or of Newton, the part of a speed by which it is known, and that by which it may lie off the one
+of the pieces."""
 
 
 @dataclass(frozen=True)
@@ -309,7 +310,7 @@ class RotatingMachine(Machine):
         begun = _neutral(mass, damping + turning, turning, stiffness, polar)
         if begun is None:
             return float("inf")
-        at, cut = np.array(begun), self._cut(1.5 * begun[0])
+        cut = self._cut(1.5 * begun[0])
 
         def least(whirl: float, spin: float) -> complex:
             stiff = cut._dynamic(np.array([whirl]), np.array([spin]), braked=True)[0].astype(complex)
@@ -320,15 +321,7 @@ class RotatingMachine(Machine):
             values = np.linalg.eigvals(stiff / np.outer(cut._size, cut._size))
             return complex(values[np.abs(values).argmin()])
 
-        for _ in range(_NEWTON):
-            here, steps = least(*at), 1e-6 * at
-            slopes = [(least(*(at + move)) - least(*(at - move))) / (2.0 * move.sum()) for move in np.diag(steps)]
-            table = [[slope.real for slope in slopes], [slope.imag for slope in slopes]]
-            step = np.linalg.solve(table, [-here.real, -here.imag])
-            at = at + step
-            if np.all(np.abs(step) <= 1e-13 * np.abs(at)):
-                break
-        return float(at[1])
+        return vanishing(least, begun)
 
     def natural_frequencies(self) -> FloatArray:
         """Critical speeds of the whirl with the spin, which an unbalance drives [rad/s]."""
@@ -399,6 +392,20 @@ def inverse_squares(mass: FloatArray, stiffness: FloatArray) -> FloatArray:
     """Eigenvalues 1/w^2 of M over K (n, n): K is positive, M need not be; below zero where nothing is free."""
     root = np.linalg.inv(np.linalg.cholesky(stiffness))
     return np.asarray(np.linalg.eigvalsh(root @ mass @ root.T))
+
+
+def vanishing(least: Callable[[float, float], complex], begun: tuple[float, float]) -> float:
+    """The spin near `begun`, a whirl and a spin [rad/s], at which a complex value of both is nothing: by Newton."""
+    at = np.array(begun)
+    for _ in range(_NEWTON):
+        here, steps = least(*at), 1e-6 * at
+        slopes = [(least(*(at + move)) - least(*(at - move))) / (2.0 * move.sum()) for move in np.diag(steps)]
+        table = [[slope.real for slope in slopes], [slope.imag for slope in slopes]]
+        step = np.linalg.solve(table, [-here.real, -here.imag])
+        at = at + step
+        if np.all(np.abs(step) <= 1e-13 * np.abs(at)):
+            break
+    return float(at[1])
 
 
 def inverse_poles(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray | FloatArray) -> ComplexArray:

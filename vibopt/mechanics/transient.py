@@ -15,24 +15,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
-from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, exponentials, greatest
+from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, greatest
 from vibopt.mechanics.ringing import Behind, Peak, Peaks
+from vibopt.mechanics.stacked import cholesky, moved, product, read_at, row_sum, stepped, trace, wide
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
-_NOTHING = 1e-12
-"""Part of its size below which a state, a reading or a damping is rounding."""
 _HELD, _FOLLOWS = 1e6, 1e-9
 """Condition of the stiffness up to which bodies follow a base that moves slowly; rounding of how far."""
-_JOINED, _AT_ONCE = 1e-12, 256
-"""Part of a time within which it is a joint; exponentials that are made at once."""
+_JOINED = 1e-12
+"""Part of a time within which it is a joint."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _TOO_OFTEN = (
@@ -180,7 +178,7 @@ class Transient:
         """Parts of pieces of so many seconds, (many,), and values there from each start, (..., n, many)."""
         count = int(np.clip(_LOOKED_AT * float(np.max(self.rate * length)), _FEW, _MANY))
         row = self.row(reading, a / wide(np.maximum(self.rate * length, 1e-300)))
-        rows = _steps(exponential(a / count).mT, row, count)
+        rows = stepped(exponential(a / count).mT, row, count)
         return np.arange(count + 1) / count, starts @ rows.mT
 
     def at(self, reading: Reading, within: int | IntArray, part: float | FloatArray) -> Numbers:
@@ -193,11 +191,11 @@ class Transient:
                 which = np.clip(within - begun, 0, stretch.starts.shape[-2] - 1)
                 starts = np.take_along_axis(stretch.starts, which[..., None, None], axis=-2)[..., 0, :]
                 row = self.row(reading, stretch.a / wide(self.rate * stretch.length))
-                found = np.where(inside, _moved(row, stretch.a * wide(part / stretch.length), starts), found)
+                found = np.where(inside, moved(row, stretch.a * wide(part / stretch.length), starts), found)
             begun += stretch.starts.shape[-2]
         if (within >= begun).any():
             a, start = self.onward(self.left)
-            found = np.where(within >= begun, _moved(self.row(reading, a), a * wide(self.rate * part), start), found)
+            found = np.where(within >= begun, moved(self.row(reading, a), a * wide(self.rate * part), start), found)
         return found
 
     def placed(self, times: FloatArray) -> tuple[IntArray, FloatArray]:
@@ -216,14 +214,14 @@ class Transient:
             parts = (times[inside] - ended) / length
             which = np.minimum((parts * (1.0 + _JOINED) + _JOINED).astype(int), len(stretch.starts) - 1)
             row = self.row(reading, stretch.a / (self.rate * length))
-            found[inside] = _read(row, stretch.a, np.clip(parts - which, 0.0, 1.0), stretch.starts[which])
+            found[inside] = read_at(row, stretch.a, np.clip(parts - which, 0.0, 1.0), stretch.starts[which])
             ended = through
         a, begin = self.onward(self.left)
         behind = np.flatnonzero(times >= ended * (1.0 - _JOINED))
         gone = np.maximum(times[behind] - ended, 0.0)
         longest = float(gone.max(initial=0.0)) or 1.0
         row = self.row(reading, a)
-        found[behind] = _read(row, a * (self.rate * longest), gone / longest, begin[None, :])
+        found[behind] = read_at(row, a * (self.rate * longest), gone / longest, begin[None, :])
         return found
 
     @cached_property
@@ -262,19 +260,19 @@ class Transient:
         """Free coordinates from normalised ones, (..., n, n): of mass one, or where there is none of damping one."""
         mass, damping, _, n, heavy = self.parts
         kind = np.result_type(self.mass, self.damping, self.stiffness)
-        root = np.asarray(np.linalg.inv(_cholesky(mass[..., :heavy, :heavy])).mT, dtype=kind)
+        root = np.asarray(np.linalg.inv(cholesky(mass[..., :heavy, :heavy])).mT, dtype=kind)
         if heavy == n:
             return root
         whole = np.zeros((*mass.shape[:-2], n, n), dtype=kind)
         whole[..., :heavy, :heavy] = root
         size = np.sqrt(self._rate_of(root, heavy))
-        whole[..., heavy:, heavy:] = np.linalg.inv(_cholesky(damping[..., heavy:n, heavy:n])).mT * wide(size)
+        whole[..., heavy:, heavy:] = np.linalg.inv(cholesky(damping[..., heavy:n, heavy:n])).mT * wide(size)
         return whole
 
     def _rate_of(self, root: Numbers, n: int) -> FloatArray:
         """A rate [1/s] that none of the first n coordinates has by itself."""
         stiff, damped = (root.mT @ one[..., :n, :n] @ root for one in (self.parts[2], self.parts[1]))
-        fast = np.sqrt(_row_sum(stiff.real)) + _row_sum(damped.real)
+        fast = np.sqrt(row_sum(stiff.real)) + row_sum(damped.real)
         return np.where(fast > 0.0, fast, 1.0 / sum(segment.length for segment in self.segments))
 
     @cached_property
@@ -287,7 +285,7 @@ class Transient:
         elastic, braked = (
             self.root.mT @ one[..., :n, :n] @ self.root for one in (stiffness / wide(rate**2), damping / wide(rate))
         )
-        return np.asarray(rate * np.maximum(1.0, _row_sum(eliminated(elastic, braked, heavy).real)))
+        return np.asarray(rate * np.maximum(1.0, row_sum(eliminated(elastic, braked, heavy).real)))
 
     @property
     def size(self) -> int:
@@ -315,7 +313,7 @@ class Transient:
         whole = np.zeros(mass.shape, dtype=self.root.dtype)
         whole[..., :n, :n] = self.root
         own = np.arange(n, mass.shape[-1])
-        unit = 1.0 / np.sqrt(_trace(mass[..., :n, :n]))
+        unit = 1.0 / np.sqrt(trace(mass[..., :n, :n]))
         whole[..., own, own] = unit[..., None]
         whole[..., :n, n:] = self.ride * wide(unit)
         return whole
@@ -360,7 +358,7 @@ class Transient:
         n = self.parts[3]
         found = np.asarray(self.root.mT @ self.parts[1][..., :n, :] @ self._turned / wide(self.rate))
         if self._rides.any():
-            riding = self.root.mT @ _product(self.parts[1][..., :n, :], self._turned[..., n:]) / wide(self.rate)
+            riding = self.root.mT @ product(self.parts[1][..., :n, :], self._turned[..., n:]) / wide(self.rate)
             found[..., n:] = np.where(self._rides, riding, found[..., n:])
         return found
 
@@ -401,7 +399,7 @@ class Transient:
             lift = np.eye(own, self.mass.shape[-1]) if self.jointed is None else self.jointed.lift[..., :own, :]
             led = led + self.mass[..., :own, :own] @ (lift[..., :n] @ self.ride + lift[..., n:] * self._rides)
         b = self.struck @ (self.loads[:own] - led @ self.loads[own:]) / wide(self.rate)
-        unit = np.sqrt(_trace(self.mass[..., :own, :own])) / self.rate**2
+        unit = np.sqrt(trace(self.mass[..., :own, :own])) / self.rate**2
         b[..., half + n :, :] = self.loads[own:] * wide(unit)
         return b
 
@@ -424,7 +422,7 @@ class Transient:
         places = np.zeros((*self.places.shape[:-1], a.shape[-1]), dtype=self.root.dtype)
         places[..., : self.size // 2] = self.places
         rows = np.stack([reading.row, reading.rates, reading.inertia], axis=-2)
-        found, rate = _product(rows, places), wide(self.rate)
+        found, rate = product(rows, places), wide(self.rate)
         row = found[..., :1, :] + (found[..., 1:2, :] + found[..., 2:, :] @ a * rate) @ a * rate
         for _ in range(reading.power):
             row = row @ a * rate
@@ -470,67 +468,3 @@ class Transient:
             reach, power = 2 * reach, power @ power
         signals = np.broadcast_to(signals, (*state.shape[:-1], *signals.shape[-2:]))
         return np.concatenate([states[..., :-1, :], signals], axis=-1), states[..., -1, :]
-
-
-def wide(numbers: Any) -> Numbers:
-    """Numbers (...) as factors of matrices, (..., 1, 1)."""
-    return np.asarray(numbers)[..., None, None]
-
-
-def _trace(matrix: Numbers) -> FloatArray:
-    return np.asarray(np.trace(matrix, axis1=-2, axis2=-1).real)
-
-
-def _row_sum(matrix: FloatArray) -> FloatArray:
-    """The greatest sum of sizes in a row, (...)."""
-    return np.asarray(np.abs(matrix).sum(axis=-1).max(axis=-1))
-
-
-def _product(left: Numbers, right: Numbers) -> Numbers:
-    """Product without what is left of sums that cancel; real, or complex with the imaginary part as a slope."""
-    found = np.asarray(left @ right)
-    kept = np.abs(found.real) > _NOTHING * (np.abs(left.real) @ np.abs(right.real))
-    if not np.iscomplexobj(found):
-        return np.where(kept, found, 0.0)
-    size = np.abs(left.real) @ np.abs(right.imag) + np.abs(left.imag) @ np.abs(right.real)
-    slopes = np.where(np.abs(found.imag) > _NOTHING * size, found.imag, 0.0)
-    return np.asarray(np.where(kept, found.real, 0.0) + 1j * slopes)
-
-
-def _moved(row: Numbers, a: Numbers, start: Numbers) -> Numbers:
-    """row . exp(a) start of each, (...)."""
-    return np.asarray((row[..., None, :] @ exponential(a) @ start[..., None])[..., 0, 0])
-
-
-def _read(row: Numbers, a: Numbers, parts: FloatArray, starts: Numbers) -> FloatArray:
-    """row . z at parts of a piece of time (n,), 0 to 1, each from its own start, (n, N) or (1, N)."""
-    starts = np.broadcast_to(starts, (len(parts), len(a)))
-    found = [
-        np.einsum("i,nij,nj->n", row, exponentials(a, parts[k : k + _AT_ONCE]), starts[k : k + _AT_ONCE], optimize=True)
-        for k in range(0, len(parts), _AT_ONCE)
-    ]
-    return np.concatenate([np.zeros(0), *found])
-
-
-def _steps(step: Numbers, start: Numbers, count: int) -> Numbers:
-    """States (..., count + 1, N): the start, and after each of so many like steps."""
-    states = np.empty((*start.shape[:-1], count + 1, start.shape[-1]), dtype=np.result_type(step, start))
-    states[..., 0, :] = start
-    known, power = 1, step.mT
-    while known <= count:
-        more = min(known, count + 1 - known)
-        states[..., known : known + more, :] = states[..., :more, :] @ power
-        known, power = known + more, power @ power
-    return states
-
-
-def _cholesky(matrix: Numbers) -> Numbers:
-    """L with L L^T = matrix, without a conjugate, (..., n, n)."""
-    if not np.iscomplexobj(matrix):
-        return np.asarray(np.linalg.cholesky(matrix))
-    lower = np.linalg.cholesky(matrix.real)
-    inner = np.linalg.solve(lower, np.linalg.solve(lower, matrix.imag).mT)
-    half = np.tril(inner, -1)
-    own = np.arange(matrix.shape[-1])
-    half[..., own, own] = 0.5 * inner[..., own, own]
-    return np.asarray(lower + 1j * lower @ half)

@@ -7,8 +7,9 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
+from vibopt.solve.measured_pieces import SLOPES, Exact
 from vibopt.solve.ranges import log_box, starts
-from vibopt.solve.sqp import SLOPES, Exact, Sqp
+from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, late
 
 _CLEAR = 1e-6

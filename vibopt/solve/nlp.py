@@ -22,10 +22,11 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
 from vibopt.solve.link_by_link import improved_by_links
 from vibopt.solve.local import refined
+from vibopt.solve.measured_pieces import SLOPES, Exact, Point
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import corners, halton, log_box, starts
 from vibopt.solve.screen import left_out, promising, screenable
-from vibopt.solve.sqp import SLOPES, Exact, Point, Sqp
+from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, late, worked
 
 TOLERANCE = 1e-9

@@ -19,10 +19,11 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.choose import modest
 from vibopt.solve.deviations import rows_over
+from vibopt.solve.measured_pieces import SLOPES, Exact, Point
 from vibopt.solve.ranges import closed, log_box, starts
 from vibopt.solve.robust import judged
 from vibopt.solve.several import Several, keys_of
-from vibopt.solve.sqp import SLOPES, Exact, Point, Sqp
+from vibopt.solve.sqp import Sqp
 from vibopt.verify.checked import checked_limits, chosen_of
 from vibopt.verify.rated import parts_of
 from vibopt.work import Budget, late, metered
