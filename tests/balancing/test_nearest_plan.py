@@ -15,6 +15,7 @@ import pytest
 
 import vibopt as vo
 from vibopt.answer.answer import Answer
+from vibopt.errors import InputError
 from vibopt.jobs import from_text
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
@@ -116,3 +117,61 @@ def test_what_is_shown_is_said_in_words_and_on_the_page() -> None:
         for text in (answer.report(), html(answer)):
             assert title in text
             assert "what each limit could be alone" in text
+
+
+SOFT = {"rao_9_7_holes": "all", "rao_9_14_b_capped": "static", "engine_share_capped": "every"}
+
+
+@pytest.mark.parametrize("name", ["rao_9_14_b_capped", "engine_share_capped"])
+def test_soft_bounds_as_wide_as_their_weights_say_have_an_answer_and_narrower_ones_none(name: str) -> None:
+    text = text_of(name).replace(f"[limits.{SOFT[name]}]", f"[limits.{SOFT[name]}]\nsoft = 3")
+    answer = vo.explain(from_text(text, f"{name}.toml"), thorough=True).answer
+    assert answer.status == "infeasible"
+    assert answer.nearest is not None
+    rows = {key: row for key, row in answer.nearest.limits.items() if row.limit is not None}
+    weights = {key: 3.0 if key == SOFT[name] else 1.0 for key in rows}
+    part = max(-row.margin / weights[key] for key, row in rows.items())
+    assert part > 0.0
+    assert "With wider limits all could hold: " in answer.reason
+    for more, good in ((1.0 + 1e-4, True), (1.0 - 1e-4, False)):
+        asked = {
+            key: bound(answer, key, row.limit.value * (1.0 + weights[key] * part), more)
+            for key, row in rows.items()
+            if row.limit is not None
+        }
+        assert (solved(name, asked).status in ("optimal", "feasible")) == good
+
+
+def test_soft_readings_of_a_rotor_are_left_by_their_share() -> None:
+    """Four sensors, two planes: with each bound widened by its share there are weights, with a little less none."""
+
+    def rotor(bounds: dict[str, str], soft: dict[str, int]) -> Answer[Any]:
+        text = (PROBLEMS / "feese_two_planes.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]
+        for name, one in bounds.items():
+            weight = f"soft = {soft[name]}" if name in soft else ""
+            text += f'\n[limits.{name}]\nresponse = "residual"\nat = "{name}"\nat_most = "{one}"\n{weight}\n'
+        return vo.explain(from_text(text, "fan.toml"), thorough=True).answer
+
+    soft = {"c": 3}
+    answer = rotor({"a": "0.03 mil", "b": "0.03 mil", "c": "0.02 mil"}, soft)
+    assert answer.status == "infeasible"
+    assert answer.nearest is not None
+    rows = answer.nearest.limits
+    part = max(-row.margin / soft.get(name, 1) for name, row in rows.items())
+    assert part > 0.0
+    assert "With wider limits all could hold: " in answer.reason
+    assert answer.reason.endswith("(soft: c 3).")
+    for more, good in ((1.0 + 1e-4, True), (1.0 - 1e-4, False)):
+        asked = {
+            name: f"{row.limit.value * (1.0 + soft.get(name, 1) * part) * more / 25.4e-6 * 2.0!r} mil"
+            for name, row in rows.items()
+            if row.limit is not None
+        }
+        assert (rotor(asked, {}).status in ("optimal", "feasible")) == good
+
+
+def test_weights_of_a_rotor_are_not_soft_and_measures_neither() -> None:
+    text = text_of("engine_share_capped") + '\n[measures.m]\nresponse = "force"\nsoft = 2\n'
+    with pytest.raises(InputError) as refused:
+        from_text(text, "engine.toml")
+    assert "measures.m has soft, but no bound to loosen: soft weighs the loosening of a limit." in str(refused.value)

@@ -21,6 +21,7 @@ from shapes import faults
 from vibopt.answer.answer_page import html
 from vibopt.arrays import FloatArray
 from vibopt.cli.main import main
+from vibopt.errors import InputError
 from vibopt.manual.schema import schema_of_answers
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design
@@ -206,3 +207,69 @@ def test_what_misses_least_misses_nothing_else_for_nothing(start_up: str, floor:
     assert near.limits["floor"].met
     missed = 0.05 / 450.0 / (2.0 * 0.5 * np.sqrt(1.0 - 0.5**2))  # greatest over all speeds, at a damping ratio of 0.5
     assert near.limits["start"].value.value == pytest.approx(missed, rel=1e-6)
+
+
+@settings(max_examples=8)
+@given(st.floats(2e3, 8.5e3), st.floats(1e-3, 11e-3), st.sampled_from([(1.0, 2.0), (3.0, 1.0), (0.5, 4.0)]))
+def test_soft_limits_are_missed_by_their_share(floor: float, start_up: float, soft: tuple[float, float]) -> None:
+    """Of a dense grid no design misses less, each part beyond its bound divided by the weight."""
+    document = press(floor, start_up)
+    for name, one in zip(("floor", "run_up"), soft, strict=True):
+        document["limits"][name]["soft"] = one
+    design = answered(document, explain=False)
+    assert design.status == "infeasible"
+    assert design.nearest is not None
+    bounds = {"floor": floor, "run_up": start_up}
+    rows = design.nearest.limits
+    mine = max((rows[name].value.value / bounds[name] - 1.0) / one for name, one in zip(bounds, soft, strict=True))
+    forces, motions = values(*np.meshgrid(STIFFNESS, DAMPING, indexing="ij"))
+    best = float(np.maximum((forces / floor - 1.0) / soft[0], (motions / start_up - 1.0) / soft[1]).min())
+    assert 0.0 < mine <= best * (1.0 + 1e-6)
+    assert mine >= 0.9 * best  # the grid is a few percent wide
+    wider = press(rows["floor"].value.value * (1.0 + 1e-9), rows["run_up"].value.value * (1.0 + 1e-9))
+    assert solve(from_dict(wider, name="press.toml"), explain=False).status == "optimal"
+
+
+def test_the_softest_loosening_is_proposed_and_a_design_is_not_touched() -> None:
+    plain, soft = press(8e3, 8e-3), press(8e3, 8e-3)
+    soft["limits"]["run_up"]["soft"] = 2
+    hard, easy = (answered(one) for one in (plain, soft))
+    assert hard.conflict is not None
+    assert easy.conflict is not None
+    assert [one.conflict.least[0] for one in (hard, easy) if one.conflict and one.conflict.least] == ["floor", "run_up"]
+    assert hard.conflict.loosenings == easy.conflict.loosenings
+    assert easy.nearest is not None
+    assert easy.nearest.together == (
+        "With wider limits all could hold: floor by 21 %, run_up by 42 % (soft: run_up 2).",
+    )
+    assert "--set limits.run_up.at_most=" in easy.report()
+    schema = schema_of_answers()
+    assert list(faults(json.loads(json.dumps(easy.to_json())), schema, schema)) == []
+    plain, soft = press(15e3, 30e-3), press(15e3, 30e-3)
+    soft["limits"]["run_up"]["soft"] = 2
+    assert answered(plain).x == answered(soft).x
+
+
+@pytest.mark.parametrize(
+    ("family", "given", "words"),
+    [
+        *(
+            ("limits", given, f"limits.run_up.soft = {shown} is no weight of a limit. Write a number from 0.001 to "
+             "1000: with soft = 2 a loosening by 20 % counts as one by 10 %.")
+            for given, shown in ((0, "0"), (-1.0, "-1.0"), ("2", '"2"'), (1e9, "1000000000.0"))
+        ),
+        ("measures", 2, "measures.run_up has soft, but no bound to loosen: soft weighs the loosening of a limit. "
+         "Remove soft."),
+        ("goal", 2, "goal has soft, but no bound to loosen: soft weighs the loosening of a limit. Remove soft."),
+    ],
+)  # fmt: skip
+def test_a_weight_that_is_none_is_refused(family: str, given: Any, words: str) -> None:
+    document = press(15e3, 30e-3)
+    table = {"response": "displacement", "of": "press", "over": "start-up", "soft": given}
+    if family == "goal":
+        document["goal"] |= {"soft": given}
+    else:
+        document[family] = {"run_up": table | ({"at_most": "20 mm"} if family == "limits" else {})}
+    with pytest.raises(InputError) as refused:
+        from_dict(document, name="press.toml")
+    assert refused.value.messages == (f"press.toml: {words}",)

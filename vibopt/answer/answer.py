@@ -11,6 +11,7 @@ from vibopt.answer.plan import Plan
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import NotProven, UnknownName
 from vibopt.records import dataclass
+from vibopt.units import outward
 
 EXIT_CODES = {
     "optimal": 0,
@@ -93,6 +94,8 @@ class Conflict:
         Names of every other smallest set that cannot hold together.
     complete
         Whether there is no further set: all were looked at.
+    soft
+        How easily a limit may be loosened, beside 1 of those that are not named.
     """
 
     limits: tuple[str, ...]
@@ -101,6 +104,7 @@ class Conflict:
     left: tuple[str, ...] = ()
     others: tuple[tuple[str, ...], ...] = ()
     complete: bool = True
+    soft: Mapping[str, float] = field(default_factory=dict)
 
     def said(self, quote: str = "") -> str:
         """That the limits cannot hold together; `quote` stands around each name."""
@@ -118,15 +122,26 @@ class Conflict:
 
     @property
     def least(self) -> tuple[str, Entry, Entry] | None:
-        """The loosening that is the smallest part of its bound; None without one."""
-        return min(
-            self.loosenings, key=lambda one: abs(one[2].value - one[1].value) / (abs(one[1].value) or 1.0), default=None
-        )
+        """The loosening that is the smallest part of its bound, by the weights of the limits; None without one."""
+
+        def part(one: tuple[str, Entry, Entry]) -> float:
+            name, now, then = one
+            return abs(then.value - now.value) / (abs(now.value) or 1.0) / self.soft.get(name, 1.0)
+
+        return min(self.loosenings, key=part, default=None)
+
+    @property
+    def steps(self) -> list[str]:
+        """Each loosening in words, "start_up 20 mm -> 24 mm"; where limits are weighed the smallest in front."""
+        least = self.least if self.soft else None
+        rows = sorted(self.loosenings, key=lambda one: one is not least) if least is not None else self.loosenings
+        return [f"{name} {now.shown} -> {then.shown}" for name, now, then in rows]
 
     def to_json(self) -> dict[str, Any]:
         steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]
         said = {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
-        return {**said, "others": [list(other) for other in self.others], "complete": self.complete}
+        others = [list(other) for other in self.others]
+        return {**said, "others": others, "complete": self.complete, "soft": dict(self.soft)}
 
 
 @dataclass(frozen=True, slots=True)
@@ -146,6 +161,11 @@ class Least:
         return {**self.value.to_json(), "proven": self.proven, "enough": self.enough}
 
 
+def _percent(part: float) -> str:
+    """A part that is surely enough."""
+    return f"{outward(100.0 * part, 'at_most'):.12g} %"
+
+
 @dataclass(frozen=True)
 class Nearest:
     """The design that misses its limits least, where none is known that meets them all.
@@ -160,6 +180,8 @@ class Nearest:
         Each measured on it.
     least
         What each limit could be alone; without those that have no least, and those `left` because of the work.
+    soft
+        How easily a limit may be loosened, beside 1 of those that are not named.
     """
 
     variables: Mapping[str, Chosen] = field(default_factory=dict)
@@ -170,6 +192,21 @@ class Nearest:
     limits: Mapping[str, Checked] = field(default_factory=dict)
     least: Mapping[str, Least] = field(default_factory=dict)
     left: tuple[str, ...] = ()
+    soft: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def together(self) -> tuple[str, ...]:
+        """By how much every limit at once has to give way, a sentence; none where one alone is missed, or endlessly."""
+        rows = list(self.limits.values())
+        worst = max((-row.margin for row in rows), default=0.0)
+        sides = {row.side for row in rows}
+        if len(rows) < 2 or not 0.0 < worst < (9.0 if sides == {"at_most"} else 1.0) or "outside" in sides:
+            return ()
+        if not self.soft:
+            return (f"With every limit wider by {_percent(worst)} all could hold.",)
+        missed = [f"{row.name} by {_percent(-row.margin)}" for row in rows if not row.met]
+        weighed = ", ".join(f"{name} {soft:g}" for name, soft in self.soft.items())
+        return (f"With wider limits all could hold: {', '.join(missed)} (soft: {weighed}).",)
 
     def to_json(self) -> dict[str, Any]:
         variables = {path: variable.value.to_json() for path, variable in self.variables.items()}

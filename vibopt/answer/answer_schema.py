@@ -87,6 +87,7 @@ PARTS = {
             "proof": TEXT,
             "others": listed(TEXTS),
             "complete": {"type": "boolean"},
+            "soft": named(NUMBER),
         }
     ),
 }

@@ -14,6 +14,7 @@ from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.balancing.question_prices import THOROUGH, allowance
 from vibopt.balancing.rotor_tables import Bounded
 from vibopt.records import dataclass
+from vibopt.values.soft import softness, widened
 from vibopt.work import Budget, late, metered
 
 T = TypeVar("T")
@@ -25,6 +26,7 @@ Step = tuple[str, Entry, Entry]
 def clash(
     names: Sequence[str], possible: Callable[[tuple[str, ...]], bool],
     loosened: Callable[[tuple[str, ...]], list[Step]], proof: str, solves: int, work: float, budget: Budget,
+    soft: Mapping[str, float],
 ) -> tuple[Conflict | None, str]:  # fmt: skip
     """The limits that cannot hold together with the smallest loosening of one, and all this in words.
 
@@ -38,6 +40,8 @@ def clash(
         How it is known that there is no answer.
     solves, work, budget
         How many solutions that takes at most, what each takes, and what all may take [nominal ms].
+    soft
+        How easily limits may be loosened.
     """
     if solves * work > budget.most:
         many = f"{solves} more solutions would exceed the budget"
@@ -48,9 +52,9 @@ def clash(
         return None, ""
     kept, *others = found.sets
     shared = tuple(one for one in kept if all(one in other for other in others))
-    conflict = Conflict(kept, tuple(loosened(shared)), proof, (), tuple(others), found.complete)
-    told = ", or ".join(f"{name} {now.shown} -> {then.shown}" for name, now, then in conflict.loosenings)
-    smallest = [f"Smallest loosening of one: {told}."] if told else []
+    conflict = Conflict(kept, tuple(loosened(shared)), proof, (), tuple(others), found.complete, soft)
+    told = conflict.steps
+    smallest = [f"Smallest loosening of one: {', or '.join(told)}."] if told else []
     return conflict, " ".join([conflict.said(), *conflict.others_said(), *smallest])
 
 
@@ -66,6 +70,7 @@ def nearest_by_factor(
     answered: Callable[[Mapping[str, float]], T | None],
     rows_at: Callable[[T], Mapping[str, Checked]],
     budget: Budget,
+    soft: Mapping[str, float],
 ) -> tuple[T, dict[str, Checked], dict[str, Least], tuple[str, ...]] | None:
     """The answer with which the worst limit is missed by the least factor, its rows, the least of each limit, the rest.
 
@@ -79,10 +84,13 @@ def nearest_by_factor(
         Every limit of the job at an answer.
     budget
         Of answers.
+    soft
+        How easily limits may be loosened.
     """
 
     def common(some: Sequence[str]) -> Narrowest[T] | None:
-        return narrowest(lambda factor: answered(dict.fromkeys(some, factor)), budget)
+        weights = {name: soft.get(name, 1.0) if len(some) > 1 else 1.0 for name in some}
+        return narrowest(lambda factor: answered({name: widened(factor, one) for name, one in weights.items()}), budget)
 
     best = common(names)
     if best is None:
@@ -153,16 +161,22 @@ def nearest_of(
     def at(factors: Mapping[str, float]) -> T | None:
         return answered({name: limits[name].at(limits[name].bound * factor) for name, factor in factors.items()})
 
-    best = nearest_by_factor(tuple(limits), at, rows_at, costing(work, thorough=thorough))
+    soft = softness(limits)
+    best = nearest_by_factor(tuple(limits), at, rows_at, costing(work, thorough=thorough), soft)
     if best is None:
         return None
     found, rows, least, left = best
-    return Nearest(values=values(found), limits=rows, least=least, left=left)
+    return Nearest(values=values(found), limits=rows, least=least, left=left, soft=soft)
 
 
 def costing(work: float, *, thorough: bool) -> Budget:
     """How many answers the nearest one and the least of each limit may take, where each takes `work` [nominal ms]."""
     return Budget(int(allowance(thorough).most / max(work, 1.0)), "answers")
+
+
+def with_together(reason: str, near: Nearest | None) -> str:
+    """Why there is no answer, and by how much all limits at once have to give way."""
+    return " ".join(filter(None, (reason, *(near.together if near is not None else ()))))
 
 
 def left_words(near: Nearest | None) -> tuple[str, ...]:

@@ -10,9 +10,9 @@ import numpy as np
 
 from vibopt.answer.answer import Conflict, Least, Nearest
 from vibopt.answer.entry import Checked, Entry, at_most
-from vibopt.arrays import ComplexArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fitting import fitting_of, greatest_readings, put_back
-from vibopt.balancing.impasses import Step, clash
+from vibopt.balancing.impasses import Step, clash, narrowest
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plan_values import todo
 from vibopt.balancing.plane_options import OwnCap, own_caps
@@ -21,6 +21,7 @@ from vibopt.balancing.question_prices import ACTIVE, Best, Bound, OpenError, Pri
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import Posed, caps, row_limits, rows_of
 from vibopt.units import show
+from vibopt.values.soft import softness, widened
 from vibopt.work import Budget
 
 Limit = ResidualLimit | CorrectionLimit
@@ -220,6 +221,7 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
     return clash(
         [limit.name for limit in limits], possible, lambda names: loosenings(job, posed, names, most),
         solved.claim, 1 + len(limits) + len(job.residual_limits), solved.work, budget,
+        softness({limit.name: limit for limit in limits}),
     )  # fmt: skip
 
 
@@ -259,8 +261,10 @@ def nearest_plan(
     asked = np.isfinite(bound) & (bound > 0.0)
     if not asked.any():
         return None
-    best = _least(posed.question, np.where(asked, 1.0 / np.where(asked, bound, 1.0), 0.0), budget)
-    if best.u is None:
+    importance = np.where(asked, 1.0 / np.where(asked, bound, 1.0), 0.0)
+    soft = softness({limit.name: limit for limit in job.residual_limits})
+    best = _least(posed.question, importance, budget) if not soft else _weighed(job, posed, importance, budget)
+    if best is None or best.u is None:
         return None
     there = posed.chosen_only(best.chosen)
     fitting = fitting_of(job, identified, best.u, there.options)
@@ -275,7 +279,21 @@ def nearest_plan(
         if (one := _alone(job, replace(posed, question=alone), limit, budget)) is not None:
             least[limit.name] = one
     left = tuple(one.name for one in job.residual_limits if one.name not in least)
-    return Nearest(words=todo(job, fitting), values=fitting.entries(), limits=rows, least=least, left=left)
+    return Nearest(words=todo(job, fitting), values=fitting.entries(), limits=rows, least=least, left=left, soft=soft)
+
+
+def _weighed(job: RotorJob, posed: Posed, importance: FloatArray, budget: Budget) -> Solved | None:
+    """The least of the worst, the limits widened by their weights; None where the work is done before one is found."""
+    rows = np.arange(len(importance)) % posed.n_rows
+
+    def at(factor: float) -> Solved | None:
+        wide = [replace(one, at_most=one.at_most * widened(factor, one.soft or 1.0)) for one in job.residual_limits]
+        bounds = row_limits(replace(job, residual_limits=tuple(wide)))[rows]
+        solved = _least(posed.question, np.where(importance > 0.0, 1.0 / bounds, 0.0), budget)
+        return solved if solved.u is not None and solved.value <= 1.0 + _CLOSE else None
+
+    found = narrowest(at, budget)
+    return None if found is None else found.found
 
 
 def _least(question: Question, importance: object, budget: Budget) -> Solved:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import inf, isclose
 from typing import Any
 
@@ -125,7 +126,7 @@ def _residual(
     speed = None if table.speed is None else _speed_index(path, table.speed, given, speeds, mistakes)
     ones = [sensors[sensor]] if sensor is not None else list(sensors)
     bound = read_value((*path, "at_most"), table.at_most, mistakes, _bound, conventions, ones)
-    return ResidualLimit(name, sensor, speed, *bound) if bound else None
+    return replace(ResidualLimit(name, sensor, speed, *bound), soft=table.soft) if bound else None
 
 
 def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -> tuple[float, str]:

@@ -103,6 +103,7 @@ class ResidualLimit:
     speed: int | None
     at_most: float
     unit: str
+    soft: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

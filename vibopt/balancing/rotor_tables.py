@@ -15,6 +15,7 @@ from vibopt.errors import QuantityError, way_out
 from vibopt.units import read_quantity, si_unit
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint
+from vibopt.values.soft import Soft
 
 if TYPE_CHECKING:
     from typing import Self
@@ -170,12 +171,15 @@ class ResidualLimit(Table):
     at: One sensor; every one without it: `at = "a"`.
     speed: One speed; every one without it: `speed = "1200 rpm"`.
     at_most: The greatest vibration that may be left: `at_most = "2 mil pp"`.
+    soft: How easily it may be loosened where not all limits can hold: with `soft = 2` a loosening by 20 % counts as
+        one by 10 %. An answer keeps every limit, soft or not.
     """
 
     response: str
     at: str | None = None
     speed: Fact | None = number("angular_rate", choice=False)
     at_most: Any
+    soft: Soft = None
 
 
 class CorrectionLimit(Table):
@@ -328,6 +332,7 @@ class Bounded(Table):
     """A table with `at_most`, whose dimension is known."""
 
     at_most: Any = None
+    soft: Soft = None
 
     @property
     def dimension(self) -> str:
@@ -342,6 +347,14 @@ class Bounded(Table):
         """The same with another bound [SI]; inf: without one."""
         text = f"{bound!r} {si_unit(self.dimension)}" if bound < inf else None
         return self.model_copy(update={"at_most": text})
+
+
+def not_soft(tables: Mapping[str, Bounded], mistakes: Mistakes) -> None:
+    """Measures that say how easily they may be loosened."""
+    for name, table in tables.items():
+        if table.soft is not None:
+            way = "soft weighs the loosening of a limit. Remove soft"
+            mistakes.add(("measures", name, "soft"), f"measures.{name} has soft, but no bound to loosen: {way}.")
 
 
 def unbounded(tables: Mapping[str, Bounded], mistakes: Mistakes) -> None:

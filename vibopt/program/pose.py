@@ -200,7 +200,10 @@ def _pushed(scene: Scene, model: Model, drive: Drive) -> Drive:
 def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bool) -> list[Limit]:
     model, form = on_needed(scene, full, response, reduce=reduce)
     if response.outside_bands:
-        return [Limit(name, model, form, "outside", band.low, band.high) for band in response.outside_bands]
+        return [
+            Limit(name, model, form, "outside", band.low, band.high, soft=response.soft or 1.0)
+            for band in response.outside_bands
+        ]
     made = []
     sides: tuple[tuple[Side, Side, Any], ...] = (
         ("at_most", "at_least", response.at_most),
@@ -210,7 +213,7 @@ def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bo
         if given is None:
             continue
         if response.complement:
-            made.append(Limit(name, model, form, other, 1.0 - given.value, complement=True))
+            made.append(Limit(name, model, form, other, 1.0 - given.value, complement=True, soft=response.soft or 1.0))
         else:
-            made.append(Limit(name, model, form, side, given.value))
+            made.append(Limit(name, model, form, side, given.value, soft=response.soft or 1.0))
     return made

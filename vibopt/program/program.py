@@ -58,6 +58,8 @@ class Limit(Asked):
         In terms of the form: an isolation of at least 80 % is a transmissibility of at most 0.2.
     complement
         The user's value is one minus the form's value.
+    soft
+        How easily it may be loosened, beside 1 of others.
     """
 
     name: str
@@ -67,6 +69,7 @@ class Limit(Asked):
     bound: float
     upper: float = 0.0
     complement: bool = False
+    soft: float = 1.0
 
     @property
     def least_wanted(self) -> bool:

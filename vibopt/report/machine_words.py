@@ -15,7 +15,7 @@ from vibopt.scene.open_places import asked_positions
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MAXIMISE, Design, Scene, Variable
 from vibopt.signals import Amplitude
-from vibopt.units import outward, plain, show
+from vibopt.units import plain, show
 from vibopt.units.spelling import split_detector
 from vibopt.values.fields import Fact, rule_of
 
@@ -176,25 +176,13 @@ def conflict_words(design: Design) -> list[str]:
     proof = [f"  {conflict.proof}"] if conflict.proof and conflict.proof != design.claim else []
     steps = loosening_words(design)
     one = [f"Smallest loosening of one: {', or '.join(steps)}."] if steps else []
-    return [conflict.said('"'), *proof, *conflict.others_said('"'), *one, *_all_words(design)]
-
-
-def _all_words(design: Design) -> list[str]:
-    """By how much every limit at once has to give way, as the nearest design shows."""
-    near = design.nearest
-    rows = [] if near is None else list(near.limits.values())
-    worst = max((-row.margin for row in rows), default=0.0)
-    sides = {row.side for row in rows}
-    if len(rows) < 2 or not 0.0 < worst < (9.0 if sides == {"at_most"} else 1.0) or "outside" in sides:
-        return []
-    return [f"With every limit wider by {outward(100.0 * worst, 'at_most'):.12g} % all could hold."]
+    every = design.nearest.together if design.nearest is not None else ()
+    return [conflict.said('"'), *proof, *conflict.others_said('"'), *one, *every]
 
 
 def loosening_words(design: Design) -> list[str]:
     """Per limit of a conflict, the smallest step that mends it: "start_up 20 mm -> 24 mm"."""
-    if design.conflict is None:
-        return []
-    return [f"{name} {now.shown} -> {then.shown}" for name, now, then in design.conflict.loosenings]
+    return [] if design.conflict is None else design.conflict.steps
 
 
 def listed(words: list[str], last: str = "and") -> str:

@@ -19,6 +19,7 @@ from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
 from vibopt.values.directions import UNIT
 from vibopt.values.fields import KeyedError, ReadBy, complaint
+from vibopt.values.soft import Soft
 
 START_UP = "start-up"
 _OTHER_WORDS = ("runup", "rundown", "coastdown", "shutdown", "startstop", "acceleration", "all", "start")
@@ -106,6 +107,8 @@ class Response(Table):
     at_most: The greatest value that is allowed; it makes a limit. Refused in a measure, which has no bound.
     at_least: The least value that is allowed.
     unit: How the value of a measure is shown: `unit = "mm/s rms"`. It must fit the response.
+    soft: Of a limit, how easily it may be loosened where not all can hold: with `soft = 2` a loosening by 20 % counts
+        as one by 10 %. An answer keeps every limit, soft or not.
     worst: Of a measure over speeds, mounts or tolerances, which value is shown: `worst = "least"`.
     """
 
@@ -113,6 +116,7 @@ class Response(Table):
     at_most: Bound = None
     at_least: Bound = None
     unit: str | None = None
+    soft: Soft = None
     worst: Literal["least", "greatest"] | None = None
     dimension: ClassVar[str] = "ratio"
     amplitude: ClassVar[bool] = False

@@ -89,6 +89,9 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
             (*path, given[0]),
             f"{name} has a bound ({given[0]}), but a measure has none. Move it to [limits.{path[1]}].",
         )
+    if path[0] != "limits" and response.soft is not None:
+        way = "soft weighs the loosening of a limit. Remove soft"
+        mistakes.add((*path, "soft"), f"{name} has soft, but no bound to loosen: {way}.")
     if path[0] != "measures" and response.worst is not None:
         why = "its bound says" if path[0] == "limits" else "minimise and maximise say"
         mistakes.add((*path, "worst"), f"{name} has worst, but {why} which value is the worst. Remove worst.")

@@ -18,6 +18,7 @@ from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.solve.ranges import closed
 from vibopt.units import show
+from vibopt.values.soft import softness
 from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
 
@@ -108,7 +109,8 @@ def conflict_of(
                 given = getattr(response, side)
                 rows.append((name, shown_value(response, given.value, given.unit), enough))
     others = sets[1:]
-    return Conflict(sets[0], tuple(rows), found.claim, tuple(dict.fromkeys(left)), others, clashes.complete)
+    soft = softness(scene.limits)
+    return Conflict(sets[0], tuple(rows), found.claim, tuple(dict.fromkeys(left)), others, clashes.complete, soft)
 
 
 def _ask(part: Program) -> Found:

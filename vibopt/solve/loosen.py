@@ -19,6 +19,7 @@ from vibopt.solve.advice import confirmed_bound
 from vibopt.solve.choose import modest
 from vibopt.solve.conflict import conflicts
 from vibopt.solve.method import Found
+from vibopt.values.soft import softness
 from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
 
@@ -68,7 +69,8 @@ def conflict_over_tolerances(
                 left.append(name)
             elif (row := _loosened(scene, name, answer)) is not None:
                 rows.append(row)
-    said = Conflict(names, tuple(rows), found.claim, tuple(left), tuple(others), clashes.complete)
+    soft = softness(scene.limits)
+    said = Conflict(names, tuple(rows), found.claim, tuple(left), tuple(others), clashes.complete, soft)
     return said if names else None
 
 

@@ -19,11 +19,12 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.choose import modest
 from vibopt.solve.deviations import rows_over
-from vibopt.solve.measured_pieces import SLOPES, Exact, Point
+from vibopt.solve.measured_pieces import SLOPES, Exact, Piece, Point
 from vibopt.solve.ranges import closed, log_box, starts
 from vibopt.solve.robust import judged
 from vibopt.solve.several import Several, keys_of
 from vibopt.solve.sqp import Sqp
+from vibopt.values.soft import bent, counted, softness
 from vibopt.verify.checked import checked_limits, chosen_of
 from vibopt.verify.rated import parts_of
 from vibopt.work import Budget, late, metered
@@ -81,6 +82,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         limits=rows,
         least=least,
         left=tuple(left),
+        soft=softness(scene.limits),
     )
     note = f"The least of {', '.join(left)} was not looked for: each is an answer of its own. {THOROUGH} does."
     return replace(design, nearest=found, notes=(*design.notes, *([note] if left else [])))
@@ -133,15 +135,24 @@ def _over_tolerances(scene: Scene, program: Program, x: FloatArray) -> FloatArra
 
 @dataclass
 class Missing(Exact):
-    """By which factor each limit is missed, as what is to be made least; those in `kept` by no more than their log."""
+    """By which factor each limit is missed, as its weight counts it: to be made least; those in `kept` no more."""
 
     kept: Mapping[int, float] = field(default_factory=dict)
 
     def _at(self, y: FloatArray) -> Point:
-        every = super()._at(y).limits
+        every = tuple(self._counted(one) for one in super()._at(y).limits)
         kept = tuple(replace(one, value=one.value - self.kept[one.part]) for one in every if one.part in self.kept)
         goals = tuple(replace(one, part=-1 - one.part) for one in every if one.part not in self.kept)
         return Point(np.array(y), kept, goals)
+
+    def _counted(self, one: Piece) -> Piece:
+        """A piece as the weight of its limit counts it."""
+        soft = self.program.limits[one.part].soft
+        if soft == 1.0:
+            return one
+        value, first, second = counted(one.value, soft)
+        bend = bent(one.slope, one.bend, first, second)
+        return replace(one, value=value, slope=first * one.slope, bend=bend)
 
 
 def nearest_to(program: Program, given: Sequence[FloatArray] = ()) -> FloatArray:

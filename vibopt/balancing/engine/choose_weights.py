@@ -21,6 +21,7 @@ from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices
 from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.units import show
+from vibopt.values.soft import softness
 from vibopt.work import Budget
 
 Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
@@ -356,7 +357,8 @@ def impasse(job: EngineJob, claim: str, work: float, budget: Budget) -> tuple[Co
     def loosened(names: tuple[str, ...]) -> list[Step]:
         return [step for name in names for step in _loosening(job, name)]
 
-    return clash(tuple(job.limits), possible, loosened, claim, 3 * len(job.limits) + 1, work, budget)
+    solves = 3 * len(job.limits) + 1
+    return clash(tuple(job.limits), possible, loosened, claim, solves, work, budget, softness(job.limits))
 
 
 def _loosening(job: EngineJob, name: str) -> list[Step]:

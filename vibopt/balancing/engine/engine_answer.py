@@ -26,7 +26,7 @@ from vibopt.balancing.engine.shaking import (
     of_order,
     peak,
 )
-from vibopt.balancing.impasses import left_words, nearest_of
+from vibopt.balancing.impasses import left_words, nearest_of, with_together
 from vibopt.balancing.lengths import least
 from vibopt.balancing.question_prices import Priced, allowance
 from vibopt.units import show
@@ -111,7 +111,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         notes=(*_notes(job, found, here), *bought.notes, *(left_words(near) if impossible else ())),
         prices=DeferredMapping(bought.caps),
         details={"classes": found.tried, "as_good": found.alike},
-        reason=reason,
+        reason=with_together(reason, near),
         conflict=conflict,
     )
 

@@ -17,7 +17,15 @@ from vibopt.balancing.engine.engine_tables import (
     EngineLimitTable,
     EngineTable,
 )
-from vibopt.balancing.rotor_tables import known_keys, listed_tables, optional_table, read_table, read_tables, unbounded
+from vibopt.balancing.rotor_tables import (
+    known_keys,
+    listed_tables,
+    not_soft,
+    optional_table,
+    read_table,
+    read_tables,
+    unbounded,
+)
 from vibopt.document.mistakes import Mistakes
 from vibopt.records import dataclass
 from vibopt.values import Choice, Fact
@@ -202,6 +210,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     shafts = read_tables(document, "balance_shafts", BalanceShaftTable, mistakes)
     limits = read_tables(document, "limits", EngineLimitTable, mistakes)
     measures = read_tables(document, "measures", EngineLimitTable, mistakes)
+    not_soft(measures, mistakes)
     goal = optional_table(EngineGoalTable, document, "goal", mistakes)
     mistakes.raise_any()
     assert engine is not None

@@ -181,6 +181,8 @@ class EngineLimitTable(Bounded):
     when: At this crank angle, of a measure: `when = "30 deg"`. Refused in a limit.
     kinematics: Exact or truncated, of a measure. Refused in a limit.
     at_most: The greatest over a turn: `at_most = "600 N"`.
+    soft: Of a limit, how easily it may be loosened where not all can hold: with `soft = 2` a loosening by 20 % counts
+        as one by 10 %. An answer keeps every limit, soft or not. Refused in a measure.
     unit: How the value is shown: `unit = "kN"`.
     """
 

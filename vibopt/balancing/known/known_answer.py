@@ -10,7 +10,7 @@ from vibopt.answer.answer import Answer, Conflict
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.answer.plan import DeferredMapping, Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.impasses import Step, clash, left_words, narrowest, nearest_of
+from vibopt.balancing.impasses import Step, clash, left_words, narrowest, nearest_of, with_together
 from vibopt.balancing.known.correct import Correction, correct
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
@@ -26,6 +26,7 @@ from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.planes import MASS, Plane
 from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices, Solver, allowance
 from vibopt.units import show
+from vibopt.values.soft import softness
 from vibopt.work import Budget, metered
 
 
@@ -105,7 +106,8 @@ def impasse(job: KnownJob, claim: str, work: float, budget: Budget) -> tuple[Con
         answers = Budget(int(budget.most / max(work, 1.0)), "answers")
         return [step for name in names if (step := _loosening(job, name, answers))]
 
-    return clash(tuple(job.limits), possible, loosened, claim, len(job.limits) + 1, work, budget)
+    solves = len(job.limits) + 1
+    return clash(tuple(job.limits), possible, loosened, claim, solves, work, budget, softness(job.limits))
 
 
 def _loosening(job: KnownJob, name: str, budget: Budget) -> Step | None:
@@ -145,7 +147,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         nearest=near,
         status=status,
         claim=claim,
-        reason=reason,
+        reason=with_together(reason, near),
         conflict=conflict,
         values=_values(job, found),
         limits={} if status == "infeasible" else DeferredMapping(priced.with_words),

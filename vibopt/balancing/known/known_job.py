@@ -16,6 +16,7 @@ from vibopt.balancing.rotor_tables import (
     PlaneTable,
     inner,
     known_keys,
+    not_soft,
     optional_table,
     read_table,
     read_tables,
@@ -121,6 +122,8 @@ class KnownLimitTable(Bounded):
     of: The bearing of a reaction, or the plane of a correction: `of = "A"`.
     total: Mass of all planes together: `total = true`.
     at_most: The greatest value that is allowed; a measure has none: `at_most = "20 N"`.
+    soft: Of a limit, how easily it may be loosened where not all can hold: with `soft = 2` a loosening by 20 % counts
+        as one by 10 %. An answer keeps every limit, soft or not. Refused in a measure.
     unit: How the value is shown: `unit = "N"`.
     """
 
@@ -327,6 +330,7 @@ def _check(
             'minimise = "static_unbalance".',
         )
     unbounded(limits, mistakes)
+    not_soft(measures, mistakes)
     for family, tables in (("limits", limits), ("measures", measures)):
         for name, table in tables.items():
             _check_limit((family, name), table, shaft, planes, mistakes)
