@@ -32,7 +32,16 @@ FILES: dict[str, tuple[type[Table], dict[str, str]]] = {
     **{name: (kind, {"kind": name}) for name, kind in EXCITATIONS.items()},
     **{name: (kind, {"response": name}) for name, kind in RESPONSES.items()},
 }
-ELSEWHERE = {"mounts.csv", "mass.mtx", "stiffness.mtx", "damping.mtx", "girder.npz", "record.csv", "bearing.csv"}
+ELSEWHERE = {
+    "mounts.csv",
+    "mass.mtx",
+    "stiffness.mtx",
+    "damping.mtx",
+    "gyroscopic.mtx",
+    "girder.npz",
+    "record.csv",
+    "bearing.csv",
+}
 """Files that examples name and that are not here."""
 TABLES: dict[str, type[Table]] = {
     **{f"{name}: {one.__name__}": one for name, (kind, _) in FILES.items() for one in (kind, *tables_in(kind))},

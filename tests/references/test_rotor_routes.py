@@ -11,10 +11,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.io import mmread
 from scipy.linalg import eigh
 from scipy.optimize import brentq, minimize_scalar
 
 import vibopt as vo
+from vibopt.document.toml_reading import placed
 from vibopt.units import read_quantity
 
 PROBLEMS = Path(__file__).parents[2] / "problems/shafts"
@@ -208,6 +210,62 @@ def test_the_turbine_whirls_most_on_its_way_up(name: str) -> None:
 def test_critical_speeds_of_the_turbine(name: str, sense: float) -> None:
     right = read_quantity(expected("three_disc_turbine")[f"measures.{name}.value"], "angular_rate").value
     assert right == pytest.approx(limit(lambda one: one.critical(sense)[1], "three_disc_turbine"), rel=2e-7)
+
+
+def test_the_pump_by_its_matrices_is_that_of_both_planes_as_they_stand_in_the_files() -> None:
+    """Tonnes, millimetres and seconds; y, z and the turns about them of each node; loads and discs in the same "
+    "units."""
+    stem = "pump_by_its_matrices"
+    m, k, g = (mmread(PROBLEMS / f"pump_shaft_{one}.mtx").toarray() for one in ("mass", "stiffness", "gyroscopic"))
+    for node, mass, across, about in ((0, 6e-3, 15.0, 20.0), (8, 22e-3, 190.0, 330.0)):
+        at = 4 * node
+        m[range(at, at + 4), range(at, at + 4)] += [mass, mass, across, across]
+        g[at + 2, at + 3] += about
+        g[at + 3, at + 2] -= about
+    c = np.zeros_like(m)
+    for node, brakes in ((1, 2.0), (6, 2.0), (8, 0.8)):  # N s/mm
+        c[range(4 * node, 4 * node + 2), range(4 * node, 4 * node + 2)] = brakes
+    force = np.zeros(len(m), dtype=complex)
+    force[32:34] = 0.45e-3 * np.array([1.0, -1j])
+
+    def held(bearing: float) -> Any:
+        stiff = k.copy()
+        for node, springs in ((1, 6e4), (6, bearing)):
+            stiff[range(4 * node, 4 * node + 2), range(4 * node, 4 * node + 2)] += springs
+        return stiff
+
+    def far(bearing: float, spin: float) -> float:
+        dynamic = held(bearing) + 1j * spin * (c + spin * g) - spin**2 * m
+        y, z = np.linalg.solve(dynamic, spin**2 * force)[32:34]
+        return float(np.sqrt(0.5 * (abs(y) ** 2 + abs(z) ** 2 + abs(y**2 + z**2))))
+
+    def most(bearing: float) -> float:
+        """Up to 3300 rpm it rises with the spin or has one top."""
+        found: Any = minimize_scalar(
+            lambda spin: -far(bearing, spin), bounds=(1.0, 3300.0 * RPM), method="bounded", options={"xatol": 1e-7}
+        )
+        return max(-float(found.fun), far(bearing, 3300.0 * RPM))
+
+    def critical(bearing: float, sense: float) -> float:
+        """Of free whirl in both planes, with z a quarter turn behind: the matrices of (u, -i u)."""
+        ways = np.zeros((36, 18), dtype=complex)
+        for node in range(9):
+            ways[4 * node, 2 * node], ways[4 * node + 3, 2 * node + 1] = 1.0, 1.0
+            ways[4 * node + 1, 2 * node], ways[4 * node + 2, 2 * node + 1] = -1j, 1j
+        inertia = ways.conj().T @ (m - sense * 1j * g) @ ways
+        return float(1.0 / np.sqrt(eigh(inertia, ways.conj().T @ held(bearing) @ ways, eigvals_only=True)[-1]))
+
+    right = expected(stem)
+    low, high = (read_quantity(one, "stiffness").value for one in right["set"][0])
+    assert low == pytest.approx(1e3 * brentq(lambda one: most(one) - 0.05, 3e4, 1e5, xtol=1e-4), rel=1e-7)
+    assert high == 2e8
+    for bearing in np.geomspace(5e3, 2e5, 60):
+        apart = not 0.85 * 2950.0 * RPM < critical(bearing, 1.0) < 1.15 * 2950.0 * RPM
+        assert (apart and most(bearing) <= 0.05) == (bearing >= 1e-3 * low)
+    text = (PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8").partition("[goal]")[0]
+    document = placed(tomllib.loads(text.replace('{ from = "5 MN/m", to = "200 MN/m" }', '"100 MN/m"')), PROBLEMS)
+    back = vo.solve(vo.from_dict(document)).measures["backward"].value.value
+    assert critical(1e5, -1.0) == pytest.approx(back, rel=1e-7)
 
 
 @pytest.mark.parametrize("lags", [2e-5, 4e-4])

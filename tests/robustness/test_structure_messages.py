@@ -142,7 +142,7 @@ TABLES = {
     "format": (
         SKID.replace("mass.mtx", "bad.toml"),
         'bad.toml line 2: structures.skid.mass = "bad.toml" is in no format that vibopt reads. Give a Matrix Market '
-        "file (.mtx) or a NumPy file (.npz).",
+        "file (.mtx), a NumPy file (.npy, .npz) or a table (.csv).",
     ),
     "no file name": (
         SKID.replace('"mass.mtx"', "3"),

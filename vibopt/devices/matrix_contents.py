@@ -1,4 +1,4 @@
-"""What stands in a matrix file, checked before anything of its size is made: Matrix Market and NumPy archives."""
+"""What stands in a matrix file, checked before anything of its size is made: Matrix Market, NumPy and CSV."""
 
 from __future__ import annotations
 
@@ -9,13 +9,15 @@ import zipfile
 import zlib
 from codecs import BOM_UTF8
 from io import BytesIO
+from pathlib import Path as FilePath
 from typing import Any, NoReturn
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import QuantityError, counted
+from vibopt.errors import InputError, QuantityError, counted
 from vibopt.records import dataclass
+from vibopt.values.csv_tables import sheet_of
 
 MOST_ROWS = 100_000
 """Most degrees of freedom of a structure."""
@@ -33,6 +35,7 @@ _GLUED = re.compile(rb"[0-9.][+-]")
 _LEAST_BYTES = {"array": 2, "coordinate": 4}
 """Bytes that one entry takes at least, with the end of its line."""
 _MATRIX_MARKET = "is no valid Matrix Market file: {}. Write it anew, for example with scipy.io.mmwrite."
+_NPY = "is no valid .npy file. Write it anew with numpy.save."
 _NPZ = "is no valid .npz file. Write it anew with numpy.savez or scipy.sparse.save_npz."
 _DAMAGED = (ValueError, TypeError, OverflowError, OSError, EOFError, KeyError, RuntimeError, NotImplementedError,
             zipfile.BadZipFile, zlib.error, SyntaxError, tokenize.TokenError, MemoryError, AttributeError)  # fmt: skip
@@ -180,7 +183,7 @@ class Archive:
         try:
             info = self._held.getinfo(f"{name}.npy")
             with self._held.open(info) as raw:
-                shape, dtype = self._header(raw)
+                shape, dtype = _header(raw)
                 if not dtype.hasobject and int(np.prod(shape, dtype=object)) * dtype.itemsize > info.file_size:
                     raise QuantityError(_NPZ)
             if dtype.hasobject:
@@ -197,12 +200,61 @@ class Archive:
                 raise
             raise QuantityError(_NPZ) from None
 
-    @staticmethod
-    def _header(raw: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
-        version = np.lib.format.read_magic(raw)
-        read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-        shape, _, dtype = read(raw)
-        return shape, dtype
+
+def _header(raw: Any) -> tuple[tuple[int, ...], np.dtype[Any]]:
+    """Shape and kind of numbers of a .npy file, before its numbers are read."""
+    version = np.lib.format.read_magic(raw)
+    read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
+    shape, _, dtype = read(raw)
+    return shape, dtype
+
+
+def from_array(content: bytes) -> Any:
+    """The array of a .npy file; QuantityError where it is damaged, too large, or no array of numbers."""
+    raw = BytesIO(content)
+    try:
+        shape, dtype = _header(raw)
+        count = int(np.prod(shape, dtype=object))
+        if count * dtype.itemsize > len(content):
+            raise QuantityError(_NPY)
+        if dtype.hasobject:
+            raise QuantityError("holds Python objects, which vibopt does not open. Save a plain array of numbers.")
+        if count > MOST_ENTRIES:
+            _too_many(count)
+        if len(shape) == 2:
+            _check_sizes(*shape)
+        raw.seek(0)
+        return np.lib.format.read_array(raw, allow_pickle=False)
+    except _DAMAGED as error:
+        if isinstance(error, QuantityError):
+            raise
+        raise QuantityError(_NPY) from None
+
+
+def from_sheet(file: FilePath) -> FloatArray:
+    """The matrix of a CSV file of numbers, without headings."""
+    try:
+        sheet = sheet_of(file)
+    except InputError as error:
+        raise QuantityError(f"cannot be used: {error.messages[0]}") from None
+    wide = max((len(row) for _, row in sheet.rows), default=0)
+    _check_sizes(len(sheet.rows), wide)
+    found = np.empty((len(sheet.rows), wide))
+    for i, (number, row) in enumerate(sheet.rows):
+        if len(row) != wide:
+            raise QuantityError(
+                f"cannot be used. Its row {number} has {counted(len(row), 'numbers')}, others have {wide}. Write the "
+                "whole matrix, a row a line."
+            )
+        for j, cell in enumerate(row):
+            try:
+                found[i, j] = float(sheet.number(cell))
+            except ValueError:
+                raise QuantityError(
+                    f'cannot be used. Its row {number} has "{cell}", which is no number. Write the numbers alone, '
+                    "without headings."
+                ) from None
+    return found
 
 
 def from_archive(held: Archive, key: str) -> Any:
@@ -300,4 +352,13 @@ def _unfit(before: str, why: str) -> NoReturn:
     raise QuantityError(f"cannot be used. {which} is damaged: {why}. Write the file anew.")
 
 
-__all__ = ["MOST_ENTRIES", "MOST_ROWS", "NO_VALUES", "Archive", "from_archive", "from_matrix_market"]
+__all__ = [
+    "MOST_ENTRIES",
+    "MOST_ROWS",
+    "NO_VALUES",
+    "Archive",
+    "from_archive",
+    "from_array",
+    "from_matrix_market",
+    "from_sheet",
+]

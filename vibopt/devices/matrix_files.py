@@ -1,17 +1,26 @@
-"""Matrices of a structure from files: Matrix Market (.mtx) and NumPy (.npz), with what can be wrong in them."""
+"""Matrices of structures and shafts from files: Matrix Market, NumPy and CSV, with what can be wrong in them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path as FilePath
 from typing import Any
 
 import numpy as np
 
-from vibopt.devices.matrix_contents import NO_VALUES, Archive, from_archive, from_matrix_market
+from vibopt.devices.matrix_contents import (
+    NO_VALUES,
+    Archive,
+    from_archive,
+    from_array,
+    from_matrix_market,
+    from_sheet,
+)  # fmt: skip
 from vibopt.errors import QuantityError, counted
 from vibopt.files.reading import FileFault, Kind, Stamp, content_of, shown_name, stamp_of
 from vibopt.units.parsing import LARGEST
+from vibopt.values.fields import complaint
 
 MATRIX = Kind("a matrix file", 500_000_000, "", "Name a Matrix Market file (.mtx) or a NumPy file (.npz).")
 SYMMETRIC = 1e-10
@@ -20,13 +29,51 @@ _TINY = 1e-12
 WORDS = {"M": "mass", "C": "damping", "K": "stiffness"}
 
 
-def matrix_of(file: FilePath, key: str = "") -> Any:
-    """One symmetric real matrix of a file, sparse by columns.
+class Kept:
+    """A matrix as a key: equal where it is the same object."""
+
+    def __init__(self, matrix: Any) -> None:
+        self.matrix = matrix
+
+    def __hash__(self) -> int:
+        return id(self.matrix)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Kept) and self.matrix is other.matrix
+
+
+def seen(given: str) -> FilePath:
+    """The file that a name means, seen from the folder that comes with it."""
+    return FilePath(getattr(given, "folder", "")) / given
+
+
+def named(given: object, read: Callable[[FilePath], object]) -> FilePath:
+    """The file that a key names, looked into.
+
+    Raises
+    ------
+    PydanticCustomError
+        It is no name, or what it names cannot be used.
+    """
+    if isinstance(given, FilePath):
+        return given
+    if not isinstance(given, str):
+        raise complaint('is no file name. Write it in quotation marks: "m.mtx".')
+    file = seen(given)
+    try:
+        read(file)
+    except QuantityError as error:
+        raise complaint(str(error)) from None
+    return file
+
+
+def matrix_of(file: FilePath, key: str = "", *, skew: bool = False) -> Any:
+    """One real matrix of a file, symmetric or `skew`, sparse by columns.
 
     Parameters
     ----------
     file
-        Where it lies: .mtx, or .npz as scipy.sparse.save_npz writes it.
+        Where it lies: .mtx, .csv, .npy, or .npz as scipy.sparse.save_npz writes it.
     key
         "M", "C" or "K" of a .npz with several matrices.
 
@@ -36,7 +83,7 @@ def matrix_of(file: FilePath, key: str = "") -> Any:
         The file or the matrix cannot be used; the text continues `path = "file" `.
     """
     try:
-        return _matrix_at(file, key, stamp_of(file, MATRIX))
+        return _matrix_at(file, key, skew, stamp_of(file, MATRIX))
     except FileFault as fault:
         raise QuantityError(_fault(file, fault)) from None
 
@@ -69,21 +116,26 @@ def _fault(file: FilePath, fault: FileFault) -> str:
 
 
 @lru_cache(maxsize=16)
-def _matrix_at(file: FilePath, key: str, stamp: Stamp) -> Any:
+def _matrix_at(file: FilePath, key: str, skew: bool, stamp: Stamp) -> Any:
     """The matrix of a file as it is now: a file that has changed is read again."""
     raw = _read(file, key)
     which = f"Its matrix {key}" if key else "It"
     whole = _plain(raw, which)
-    return _symmetric(whole, which)
+    return _skew(whole, which) if skew else _symmetric(whole, which)
 
 
 def _read(file: FilePath, key: str) -> Any:
     ending = file.suffix.lower()
     if ending == ".npz":
         return from_archive(Archive(content_of(file, MATRIX)), key)
+    if ending == ".npy":
+        return from_array(content_of(file, MATRIX))
+    if ending == ".csv":
+        return from_sheet(file)
     if ending != ".mtx":
         raise QuantityError(
-            "is in no format that vibopt reads. Give a Matrix Market file (.mtx) or a NumPy file (.npz)."
+            "is in no format that vibopt reads. Give a Matrix Market file (.mtx), a NumPy file (.npy, .npz) or a table "
+            "(.csv)."
         )
     return from_matrix_market(content_of(file, MATRIX))
 
@@ -137,6 +189,21 @@ def _symmetric(whole: Any, which: str) -> Any:
             'says "symmetric" in its first line.'
         )
     return ((whole + mirrored) * 0.5).tocsc()
+
+
+def _skew(whole: Any, which: str) -> Any:
+    mirrored = whole.T.tocsc()
+    apart = abs(whole + mirrored).tocoo()
+    largest = float(np.abs(whole.data).max(initial=0.0))
+    if apart.nnz and float(apart.data.max()) > SYMMETRIC * largest:
+        worst = int(apart.data.argmax())
+        i, j = sorted((int(apart.row[worst]), int(apart.col[worst])))
+        raise QuantityError(
+            f"cannot be used. {which} is not skew: row {i}, column {j} has {whole[i, j]:g}, and row {j}, column {i} "
+            f"has {whole[j, i]:g} (counted from 0), where gyroscopic moments have the opposite. Give the matrix that "
+            "the speed of rotation is multiplied by, without damping."
+        )
+    return ((whole - mirrored) * 0.5).tocsc()
 
 
 def mass_fault(mass: Any, which: str = "It") -> str:

@@ -1,29 +1,42 @@
 """A rotor: sections of a round shaft, discs on it, and stations at which bearings and supports hold it."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
 
+from vibopt.arrays import FloatArray
 from vibopt.devices.device import Device
+from vibopt.devices.rotor_disc import RotorDisc
 from vibopt.devices.spring import bore, check_bore
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import QuantityError, counted
 from vibopt.mechanics import shaft_waves as waves
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
-from vibopt.mechanics.model import INERTIA, STIFFNESS, stressed
+from vibopt.mechanics.matrix_shaft import MatrixShaft
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.shaft_polynomials import Beam, Span, shapes, shares
 from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, Value, number, word
-from vibopt.values.fields import Choice, complaint
+from vibopt.values.fields import Choice, Later, complaint
+
+if TYPE_CHECKING:
+    from vibopt.devices.shaft_matrices import Planes, ShaftMatrices
+else:
+    ShaftMatrices = Annotated[Any, Later("vibopt.devices", "shaft_matrices.ShaftMatrices")]
 
 _TOGETHER = 1e-9
 """Part of the length by which two places on a shaft are the same."""
+_AT_NODE = 1e-6
+"""Part of the length by which a place may be off a node of matrices."""
+_NOTHING = 1e-14
+"""Part of the greatest value of a scaled matrix below which one is rounding."""
+_OF_SECTIONS = ("modulus", "density", "poisson_ratio", "shear_modulus", "shear_coefficient")
 _WIDEST = 1000.0
 """Widest over thinnest section; stiffness goes with the fourth power."""
 
@@ -48,89 +61,6 @@ class Section(Table):
     def _hollow(self) -> "Section":
         check_bore(self, "bend")
         return self
-
-
-class RotorDisc(Table):
-    """One entry of `discs`: a rigid disc, by mass and moments of inertia or by its sizes.
-
-    Keys
-    ----
-    name: What it is called: a point as any other, at which links end and `on` which an unbalance acts: `name =
-        "wheel"`.
-    at: Its place from the left end of the shaft.
-    mass: Its mass; beside it both moments of inertia, or none of a mass that is a point.
-    diametral: Moment of inertia about a diameter.
-    polar: Moment of inertia about the axis of the shaft, which says how much it resists tilting as it spins.
-    outer_diameter: Of a round disc, beside `width` and `density`, instead of `mass`.
-    inner_diameter: Of its bore; none without it.
-    width: Along the shaft.
-    density: Of its material: `density = "7850 kg/m3"`.
-    """
-
-    name: str
-    at: Fact = number("length", choice=False, sign="not negative", required=True)
-    mass: Value | None = number("mass")
-    diametral: Value | None = number("inertia")
-    polar: Value | None = number("inertia")
-    outer_diameter: Value | None = number("length")
-    inner_diameter: Fact | None = number("length", choice=False)
-    width: Value | None = number("length")
-    density: Fact | None = number("density", choice=False)
-
-    @model_validator(mode="after")
-    def _one_way(self) -> "RotorDisc":
-        sizes = [key for key in ("outer_diameter", "width", "density") if getattr(self, key) is not None]
-        if self.mass is not None:
-            if sizes:
-                raise word(f"gives mass and {sizes[0]}. Keep the mass with its moments of inertia, or the sizes.")
-            if (self.diametral is None) != (self.polar is None):
-                raise word('gives one moment of inertia. Write both: diametral = "0.4 kg m2" and polar = "0.8 kg m2".')
-            polar, diametral = (getattr(one, "value", None) for one in (self.polar, self.diametral))
-            if polar is not None and diametral is not None and polar > 2.0 * diametral * (1.0 + 1e-9):
-                raise word(
-                    "has a polar moment of inertia of more than twice the diametral one: there is no such body. A thin "
-                    "disc has twice."
-                )
-            return self
-        if len(sizes) < 3:
-            raise word('needs its mass, or outer_diameter, width and density. Write mass = "30 kg".')
-        if self.diametral is not None or self.polar is not None:
-            raise word("gives its sizes and a moment of inertia, which follows from them. Keep one.")
-        least = getattr(self.outer_diameter, "low", getattr(self.outer_diameter, "value", 0.0))
-        if self.inner_diameter is not None and self.inner_diameter.value >= least:
-            raise word("is as wide inside as outside, or wider. Write a smaller inner_diameter.")
-        return self
-
-    def inertias(self, path: str, symbols: Symbols) -> tuple[list[Monomial], list[Monomial], list[Monomial]]:
-        """Mass [kg], diametral and polar moment of inertia [kg m^2], each a sum."""
-
-        def read(key: str) -> Monomial:
-            return symbols.read(f"{path}.{key}", getattr(self, key))
-
-        if self.mass is not None:
-            tilts = [[read(key)] if getattr(self, key) is not None else [] for key in ("diametral", "polar")]
-            return [read("mass")], tilts[0], tilts[1]
-        assert self.density is not None
-        hole = self.inner_diameter.value if self.inner_diameter is not None else 0.0
-        ring = read("width").times(0.25 * math.pi * self.density.value)
-        squares = [ring * read("outer_diameter") ** 2.0, *([ring.times(-(hole**2))] if hole else [])]
-        fourths = [ring * read("outer_diameter") ** 4.0, *([ring.times(-(hole**4))] if hole else [])]
-        flat = [square * read("width") ** 2.0 for square in squares]
-        diametral = [fourth.times(1.0 / 16.0) for fourth in fourths] + [one.times(1.0 / 12.0) for one in flat]
-        return squares, diametral, [fourth.times(1.0 / 8.0) for fourth in fourths]
-
-    def built(self, path: str, numbers: Numbers) -> tuple[float, float, float]:
-        """Mass [kg], diametral and polar moment of inertia [kg m^2], of radii."""
-
-        def given(key: str) -> float:
-            return numbers(f"{path}.{key}", getattr(self, key))
-
-        if self.mass is not None:
-            return given("mass"), given("diametral"), given("polar")
-        outer, inner, wide = 0.5 * given("outer_diameter"), 0.5 * given("inner_diameter"), given("width")
-        mass = given("density") * math.pi * (outer - inner) * (outer + inner) * wide
-        about = outer**2 + inner**2
-        return mass, mass * (3.0 * about + wide**2) / 12.0, 0.5 * mass * about
 
 
 def _stations(given: object) -> object:
@@ -158,17 +88,22 @@ Stations = Annotated[
 
 
 class RotorTable(Device):
-    """`[rotors.NAME]`: a shaft that spins, of sections, with discs and stations; its whirl is that of an unbalance.
+    """`[rotors.NAME]`: a shaft that spins, with discs and stations; its whirl is that of an unbalance.
 
     Keys
     ----
-    sections: Pieces of shaft from left to right: `sections = [{ length = "0.8 m", diameter = "60 mm" }]`.
+    sections: Pieces of shaft from left to right: `sections = [{ length = "0.8 m", diameter = "60 mm" }]`. One of
+        `sections`, `matrices`.
+    matrices: The shaft by matrices of another program, instead of its sections and what these are made of: `matrices =
+        { mass = "mass.mtx", stiffness = "stiffness.mtx", gyroscopic = "gyroscopic.mtx", units = "kg m s", order = ["y",
+        "z", "about_y", "about_z"], nodes = ["0 mm", "400 mm", "800 mm"] }`.
     discs: What sits on it: `discs = [{ name = "wheel", at = "0.5 m", mass = "30 kg", diametral = "0.4 kg m2", polar =
         "0.8 kg m2" }]`.
     stations: Named places from the left end, at which links end and motion is asked for: `stations = { left = "0 mm",
         right = "800 mm" }`. Discs are stations by their own names.
-    modulus: Modulus of elasticity of the shaft: `modulus = "207 GPa"`.
-    density: Of the shaft: `density = "7850 kg/m3"`.
+    modulus: Modulus of elasticity of the shaft: `modulus = "207 GPa"`. One of `modulus`, `matrices`; so with the
+        next four.
+    density: Of the shaft: `density = "7850 kg/m3"`. One of `density`, `matrices`.
     poisson_ratio: Of the shaft, 0.3 without it; it says the shear modulus, and how shear is spread over a section.
     shear_modulus: Instead of what modulus and Poisson's ratio say.
     shear_coefficient: Mean over greatest shear of a section, by which its area counts; by Cowper's formula without it:
@@ -177,11 +112,12 @@ class RotorTable(Device):
         strain, E (e + t de/dt), in shear as in bending: `material_damping = "0.02 ms"`. See `stability_threshold`.
     """
 
-    sections: tuple[Section, ...]
+    sections: tuple[Section, ...] = ()
+    matrices: ShaftMatrices | None = None
     discs: tuple[RotorDisc, ...] = ()
     stations: Stations
-    modulus: Fact = number("modulus", choice=False, required=True)
-    density: Fact = number("density", choice=False, required=True)
+    modulus: Fact | None = number("modulus", choice=False)
+    density: Fact | None = number("density", choice=False)
     poisson_ratio: Fact | None = number("ratio", choice=False, sign="not negative", most=0.5)
     shear_modulus: Fact | None = number("modulus", choice=False)
     shear_coefficient: Fact | None = number("ratio", choice=False, most=1.0)
@@ -189,8 +125,7 @@ class RotorTable(Device):
 
     @model_validator(mode="after")
     def _fits(self) -> "RotorTable":
-        if not self.sections:
-            raise word('has no sections. Write sections = [{ length = "0.5 m", diameter = "60 mm" }].')
+        self._one_way()
         ends = [
             getattr(section.diameter, end, None) or 0.0 for section in self.sections for end in ("value", "low", "high")
         ]
@@ -202,11 +137,19 @@ class RotorTable(Device):
             )
         discs = [disc.name for disc in self.discs]
         for name, place in self.places.items():
+            at = ("discs", discs.index(name), "at") if name in discs else ("stations", name)
             if place > self.long * (1.0 + _TOGETHER):
                 raise word(
                     f"has {name} at {place:g} m, beyond the end of its shaft at {self.long:g} m. Write a place on the "
                     "shaft, or longer sections.",
-                    *(("discs", discs.index(name), "at") if name in discs else ("stations", name)),
+                    *at,
+                )
+            near = self.nodes[self.node(place)]
+            if abs(near - place) > _AT_NODE * self.long:
+                raise word(
+                    f"has {name} at {place:g} m, where its matrices have no node; the nearest is at {near:g} m. Write "
+                    "that place, or export a node there.",
+                    *at,
                 )
         names = [*self.stations, *(disc.name for disc in self.discs)]
         double = next((name for name in names if names.count(name) > 1), None)
@@ -214,10 +157,23 @@ class RotorTable(Device):
             raise word(f"has two places called {double}. Give each a name of its own; a disc is a station, too.")
         return self
 
+    def _one_way(self) -> None:
+        """Whether the shaft is said by its sections, or by matrices."""
+        if self.matrices is not None:
+            extra = [key for key in (*_OF_SECTIONS, "sections") if getattr(self, key)]
+            if extra:
+                raise word(f"gives matrices and {extra[0]}. Keep the matrices, or sections with what they are made of.")
+            return
+        if not self.sections:
+            raise word('has no sections. Write sections = [{ length = "0.5 m", diameter = "60 mm" }].')
+        for key, example in (("modulus", "207 GPa"), ("density", "7850 kg/m3")):
+            if getattr(self, key) is None:
+                raise word(f'has sections and no {key}. Write {key} = "{example}".')
+
     @property
     def long(self) -> float:
         """Length of the shaft [m]."""
-        return sum(section.length.value for section in self.sections)
+        return self.matrices.nodes[-1] if self.matrices else sum(one.length.value for one in self.sections)
 
     @property
     def lags(self) -> float:
@@ -243,6 +199,8 @@ class RotorTable(Device):
     @property
     def nodes(self) -> list[float]:
         """Ends of sections, stations and discs from left to right, those that are together once [m]."""
+        if self.matrices is not None:
+            return list(self.matrices.nodes)
         ends = np.cumsum([0.0, *(section.length.value for section in self.sections)])
         found: list[float] = []
         for place in sorted([*ends.tolist(), *self.places.values()]):
@@ -262,10 +220,14 @@ class RotorTable(Device):
         last = len(self.sections) - 1
         return [(min(int(np.searchsorted(ends, 0.5 * (a + b))), last), b - a) for a, b in between]
 
+    def _given(self, key: str) -> float:
+        """What sections are made of, which is there beside them."""
+        return float(getattr(self, key).value)
+
     def sheared(self, section: Section) -> float:
         """Shear coefficient times shear modulus [Pa]: of a ring by Cowper (1966)."""
         ratio = self.poisson_ratio.value if self.poisson_ratio is not None else 0.3
-        modulus = self.modulus.value / (2.0 * (1.0 + ratio))
+        modulus = self._given("modulus") / (2.0 * (1.0 + ratio))
         if self.shear_modulus is not None:
             modulus = self.shear_modulus.value
         if self.shear_coefficient is not None:
@@ -287,7 +249,8 @@ class RotorTable(Device):
         return waves.MODES
 
     def declare(self, builder: ModelBuilder, name: str) -> None:
-        for i in range(self.beam(builder.top, builder.modes).count):
+        many = 2 * len(self.nodes) if self.matrices else self.beam(builder.top, builder.modes).count
+        for i in range(many):
             builder.add_coordinate(coordinate(name, i))
         for point, place in self.places.items():
             builder.add_point(point, {coordinate(name, 2 * self.node(place)): 1.0})
@@ -310,9 +273,15 @@ class RotorTable(Device):
                 wide *= 1.0 + (-1.0 if end == "low" else 1.0) * section.diameter.tolerance
                 area = 0.25 * math.pi * wide**2 * (1.0 - bore(section) ** 2)
                 second = area * wide**2 * (1.0 + bore(section) ** 2) / 16.0
-                heavy = self.density.value
+                heavy = self._given("density")
                 found.append(
-                    Span(long, self.modulus.value * second, self.sheared(section) * area, heavy * area, heavy * second)
+                    Span(
+                        long,
+                        self._given("modulus") * second,
+                        self.sheared(section) * area,
+                        heavy * area,
+                        heavy * second,
+                    )
                 )
         return both
 
@@ -322,11 +291,29 @@ class RotorTable(Device):
         return ((modes + len(self.stations) - 0.5) * math.pi / phases) ** 2 if modes else 0.0
 
     def bent(self, name: str) -> tuple[str, ...]:
-        """Both ends of every span, where bending is asked for: what a rotor called so stands for."""
+        """Both ends of every span, where bending is asked for: what a rotor called so stands for; none of matrices."""
+        if self.matrices is not None:
+            return ()
         return tuple(one for k in range(len(self.spans)) for one in ends_of_span(name, k))
 
     def add_to(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
-        """Energies of the shaft by its sections, and of the discs; polar inertia counts in forward whirl alone."""
+        """Energies of the shaft, and of the discs; polar inertia counts in forward whirl alone."""
+        if self.matrices is not None:
+            builder.remarks.append(add_planes(builder, name, self.matrices.planes, self.lags))
+        else:
+            self._add_sections(builder, name, symbols)
+        for j, disc in enumerate(self.discs):
+            masses, diametral, polar = disc.inertias(f"rotors.{name}.discs.{j + 1}", symbols)
+            tilt = {coordinate(name, 2 * self.node(disc.at.value) + 1): 1.0}
+            for mass in masses:
+                builder.add_inertia(disc.name, mass, name)
+            for moment in diametral:
+                builder.add_term(INERTIA, tilt, moment, name, 0.0)
+            for moment in polar:
+                builder.add_polar(tilt, moment, name)
+
+    def _add_sections(self, builder: ModelBuilder, name: str, symbols: Symbols) -> None:
+        """Energies of the shaft by its sections."""
         beam = self.beam(builder.top, builder.modes)
         for k, (i, _) in enumerate(self.spans):
             section, path = self.sections[i], f"rotors.{name}.sections.{i + 1}"
@@ -337,15 +324,6 @@ class RotorTable(Device):
             stress = (wide**-3.0).times(32.0 / (math.pi * (1.0 - bore(section) ** 4)))
             for single in ends_of_span(name, k):
                 builder.counts[stressed(single)] = stress**-1.0
-        for j, disc in enumerate(self.discs):
-            masses, diametral, polar = disc.inertias(f"rotors.{name}.discs.{j + 1}", symbols)
-            tilt = {coordinate(name, 2 * self.node(disc.at.value) + 1): 1.0}
-            for mass in masses:
-                builder.add_inertia(disc.name, mass, name)
-            for moment in diametral:
-                builder.add_term(INERTIA, tilt, moment, name, 0.0)
-            for moment in polar:
-                builder.add_polar(tilt, moment, name)
         builder.remarks.append(self._remark(name, beam, builder))
 
     def _remark(self, name: str, beam: Beam, builder: ModelBuilder) -> str:
@@ -368,9 +346,9 @@ class RotorTable(Device):
         area, second, shear = section
         places, owner = [coordinate(name, i) for i in beam.coordinates(k)], f"{name}@{k + 1}"
         rows, long = shapes(beam.degrees[k], beam.lengths[k]), beam.lengths[k]
-        mass, rotary = area.times(self.density.value), second.times(self.density.value)
+        mass, rotary = area.times(self._given("density")), second.times(self._given("density"))
         kinds = (
-            (STIFFNESS, rows.curvature, second.times(self.modulus.value), False),
+            (STIFFNESS, rows.curvature, second.times(self._given("modulus")), False),
             (STIFFNESS, rows.shear, area.times(shear), False),
             (INERTIA, rows.deflection, mass, True),
             (INERTIA, rows.tilt, rotary, False),
@@ -387,7 +365,15 @@ class RotorTable(Device):
                     builder.add_polar(parts, size.times(2.0 * float(share)), owner, tilts)
 
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
-        """The same shaft by its waves, of radii."""
+        """The same shaft by its waves, of radii; or by the matrices of both planes."""
+        discs = [
+            waves.Disc(self.node(disc.at.value), *disc.built(f"rotors.{name}.discs.{j + 1}", numbers))
+            for j, disc in enumerate(self.discs)
+        ]
+        points = {point: self.node(place) for point, place in self.places.items()}
+        if self.matrices is not None:
+            assembly.shafts[name] = MatrixShaft(self.matrices.planes.both, tuple(discs), points, self.lags)
+            return
         pieces = []
         for i, long in self.spans:
             section, path = self.sections[i], f"rotors.{name}.sections.{i + 1}"
@@ -397,18 +383,45 @@ class RotorTable(Device):
                 inner = outer * numbers(f"{path}.inner_ratio", section.inner_ratio)
             area = math.pi * (outer - inner) * (outer + inner)
             second = 0.25 * area * (outer**2 + inner**2)
-            bends, shears = self.modulus.value * second, self.sheared(section) * area
-            heavy = self.density.value
+            bends, shears = self._given("modulus") * second, self.sheared(section) * area
+            heavy = self._given("density")
             pieces.append(waves.Section(long, bends, shears, heavy * area, heavy * second, outer / second))
-        discs = [
-            waves.Disc(self.node(disc.at.value), *disc.built(f"rotors.{name}.discs.{j + 1}", numbers))
-            for j, disc in enumerate(self.discs)
-        ]
-        points = {point: self.node(place) for point, place in self.places.items()}
         phases = sum(piece.length * (piece.mass / piece.bending) ** 0.25 for piece in pieces)
         reach = ((assembly.modes + len(points)) * math.pi / phases) ** 2 if assembly.modes else 0.0
         top = max(assembly.top, reach)
         assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points, top, self.lags)
+
+
+def add_planes(builder: ModelBuilder, name: str, planes: "Planes", lags: float) -> str:
+    """Energies of a shaft by its matrices, each a sum of squares, and what to say of it."""
+    n = len(planes.mass)
+    moves = np.tile([1.0, 0.0], n // 2)
+    pushed = planes.mass @ moves
+    weight = float(moves @ pushed)
+
+    def squares(matrix: FloatArray, size: FloatArray, least: int = 0) -> Iterator[tuple[dict[str, float], float]]:
+        """Of a scaled matrix, without so many of its lowest values: rows over the coordinates, and their factors."""
+        values, ways = np.linalg.eigh(matrix / np.outer(size, size))
+        for value, way in list(zip(values.tolist(), ways.T, strict=True))[least:]:
+            if value > _NOTHING * values[-1]:
+                yield {coordinate(name, i): float(one) for i, one in enumerate(size * way)}, value
+
+    own, stiff = np.sqrt(np.diag(planes.mass)), np.sqrt(np.diag(planes.stiffness))
+    along = {coordinate(name, i): float(one) for i, one in enumerate(pushed / weight)}
+    builder.add_term(INERTIA, along, Monomial(weight), name)  # on which gravity acts; the rest it has no hold on
+    for row, value in squares(planes.mass - np.outer(pushed, pushed) / weight, own, 1):
+        builder.add_term(INERTIA, row, Monomial(value), name, 0.0)
+    for row, value in squares(planes.stiffness, stiff, 2):  # it may move and tilt freely
+        builder.add_term(STIFFNESS, row, Monomial(value), name)
+        if lags:
+            builder.add_rotating_term(row, Monomial(value * lags), name)
+    if planes.damping.any():
+        for row, value in squares(planes.damping, own):
+            builder.add_term(DAMPING, row, Monomial(value), name, 0.0)
+    for row, value in squares(planes.polar, own) if planes.polar.any() else ():
+        builder.add_polar(row, Monomial(value), name)
+    builder.precision = max(builder.precision, planes.precision)
+    return f"{name}: a shaft of {weight:.4g} kg by its matrices at {counted(n // 2, 'nodes')}, all of them used"
 
 
 def ends_of_span(rotor: str, k: int) -> tuple[str, str]:

@@ -11,7 +11,17 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationInfo, WithJsonSchema, model_validator
 
 from vibopt.devices.device import Device
-from vibopt.devices.matrix_files import WORDS, holding_fault, keys_of, mass_fault, matrix_of, sign_fault
+from vibopt.devices.matrix_files import (
+    WORDS,
+    Kept,
+    holding_fault,
+    keys_of,
+    mass_fault,
+    matrix_of,
+    named,
+    seen,
+    sign_fault,
+)  # fmt: skip
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import QuantityError, counted
 from vibopt.mechanics.assembly import Assembly
@@ -40,25 +50,8 @@ class MatrixError(ValueError):
         self.key, self.given, self.text = key, given, text
 
 
-def _seen(given: str) -> FilePath:
-    """The file that a name means, seen from the folder that comes with it."""
-    return FilePath(getattr(given, "folder", "")) / given
-
-
 def _file(given: object, info: ValidationInfo) -> FilePath:
-    if isinstance(given, FilePath):
-        return given
-    if not isinstance(given, str):
-        raise complaint('is no file name. Write it in quotation marks: "m.mtx".')
-    file = _seen(given)
-    try:
-        if info.field_name == "file":
-            keys_of(file)
-        else:
-            matrix_of(file)
-    except QuantityError as error:
-        raise complaint(str(error)) from None
-    return file
+    return named(given, keys_of if info.field_name == "file" else matrix_of)
 
 
 File = Annotated[FilePath, BeforeValidator(_file), WithJsonSchema({"type": "string", "description": "a file name"})]
@@ -117,8 +110,8 @@ class StructureTable(Device):
     modes: Natural modes, each with a value for every point: `modes = [{ frequency = "4.2 Hz", damping_ratio = 0.01,
         modal_mass = "20 t", shape = { midspan = 1.0 } }]`. One of `modes`, `file`, or `mass`
         and `stiffness`.
-    mass: File of the mass matrix, Matrix Market or .npz, SI units, beside the problem file: `mass = "mass.mtx"`.
-        Symmetric, of no negative mass.
+    mass: File of the mass matrix, Matrix Market, .npy, .npz or .csv, SI units, beside the problem file: `mass =
+        "mass.mtx"`. Symmetric, of no negative mass.
     stiffness: File of the stiffness matrix: `stiffness = "stiffness.mtx"`. Symmetric, of no negative stiffness, not
         empty.
     damping: File of the damping matrix; none without it: `damping = "damping.mtx"`.
@@ -274,7 +267,7 @@ class StructureTable(Device):
     def whole(self) -> Matrices:
         """The matrices as they are in the file, coordinates without mass included."""
         return _assembled(
-            *(_Kept(self._part(key)) for key in "MCK"), self.loss_factor.value if self.loss_factor else 0.0
+            *(Kept(self._part(key)) for key in "MCK"), self.loss_factor.value if self.loss_factor else 0.0
         )
 
     @property
@@ -329,7 +322,7 @@ class StructureTable(Device):
         for key, matrix in (("file", "M"), ("mass", "")):
             if isinstance(given.get(key), str):
                 try:
-                    return int(matrix_of(_seen(given[key]), matrix).shape[0])
+                    return int(matrix_of(seen(given[key]), matrix).shape[0])
                 except QuantityError:
                     return 0
         return 0
@@ -402,21 +395,8 @@ def _coordinate_names(structure: str, count: int) -> list[str]:
     return [f"{structure} [{index + 1}]" for index in range(count)]
 
 
-class _Kept:
-    """A matrix as a key: equal where it is the same object."""
-
-    def __init__(self, matrix: Any) -> None:
-        self.matrix = matrix
-
-    def __hash__(self) -> int:
-        return id(self.matrix)
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Kept) and self.matrix is other.matrix
-
-
 @lru_cache(maxsize=8)
-def _assembled(mass: _Kept, damping: _Kept, stiffness: _Kept, loss_factor: float) -> Matrices:
+def _assembled(mass: Kept, damping: Kept, stiffness: Kept, loss_factor: float) -> Matrices:
     from scipy.sparse import csc_array
 
     from vibopt.mechanics.host import Matrices

@@ -17,8 +17,8 @@ from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 
 PROBLEM = Kind("a problem file", 2_000_000, "Name an existing problem file (.toml).", "Name a problem file (.toml).")
-FILES = ("mass", "stiffness", "damping", "file", "table")
-"""Keys of a structure that name a file."""
+FILES = ("mass", "stiffness", "damping", "gyroscopic", "file", "table")
+"""Keys of a structure, of a bearing and of the matrices of a shaft that name a file."""
 _MOST_BITS = 1000
 """Of a whole number; a float holds 1024."""
 _LETTERS = ("x", "y", "z")
@@ -64,6 +64,9 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
         tables = new.get(family)
         if isinstance(tables, (dict, Mapping)):
             new[family] = {name: _placed(table, folder) for name, table in tables.items()}
+    rotors = new.get("rotors")
+    if isinstance(rotors, (dict, Mapping)):
+        new["rotors"] = {name: _with_matrices(table, folder) for name, table in rotors.items()}
     for family in ("links", "mounts"):
         tables = new.get(family)
         if isinstance(tables, (dict, Mapping)):
@@ -78,6 +81,12 @@ def _with_part(table: Any, folder: FilePath) -> Any:
     if part is None or not isinstance(file, str):
         return table
     return {**table, "part": {**part, "catalogue": FileText(file, folder)}}
+
+
+def _with_matrices(table: Any, folder: FilePath) -> Any:
+    """A rotor whose shaft names its matrices as seen from the folder."""
+    matrices = table.get("matrices") if isinstance(table, (dict, Mapping)) else None
+    return table if matrices is None else {**table, "matrices": _placed(matrices, folder)}
 
 
 def _placed(table: Any, folder: FilePath) -> Any:

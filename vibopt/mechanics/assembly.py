@@ -16,6 +16,7 @@ from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from vibopt.mechanics.hosted import Carrier
+    from vibopt.mechanics.matrix_shaft import MatrixShaft
     from vibopt.mechanics.rigid import Rigid, Spring3
     from vibopt.mechanics.shaft_waves import WhirlingShaft
 
@@ -66,7 +67,7 @@ class Assembly:
     mounts: list[Spring3] = field(default_factory=list)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
     carriers: dict[str, Carrier] = field(default_factory=dict)
-    shafts: dict[str, WhirlingShaft] = field(default_factory=dict)
+    shafts: dict[str, WhirlingShaft | MatrixShaft] = field(default_factory=dict)
     bearings: dict[str, PlaneBearing] = field(default_factory=dict)
     gears: dict[str, tuple[str, float]] = field(default_factory=dict)
 

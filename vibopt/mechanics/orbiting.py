@@ -57,7 +57,7 @@ class OrbitingMachine(RotatingMachine):
     def planes(self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None) -> ComplexArray:
         """Dynamic stiffness over y, then z, at frequencies (k,) [rad/s] and spins, those of an unbalance without."""
         turn = np.asarray(omega) if spin is None else spin
-        forward, backward = (self._shafts_alone(sense * np.asarray(omega), turn) for sense in (1.0, -1.0))
+        forward, backward = (self._shafts_alone(np.asarray(omega), sense * turn) for sense in (1.0, -1.0))
         n = forward.shape[-1]
         found = np.zeros((len(forward), 2 * n, 2 * n), dtype=complex)
         found[:, :n, :n] = found[:, n:, n:] = 0.5 * (forward + backward)

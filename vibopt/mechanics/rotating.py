@@ -18,7 +18,7 @@ from vibopt.mechanics.built import Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.hosted import solved
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.shaft_waves import MODES, WhirlingShaft
+from vibopt.mechanics.shaft_waves import MODES
 from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
@@ -40,10 +40,10 @@ class RotatingMachine(Machine):
     """A machine with shafts that spin, all at the speed that is looked at.
 
     shafts
-        By name of the rotor.
+        By name of the rotor: a `WhirlingShaft`, or a `MatrixShaft`.
     """
 
-    shafts: Mapping[str, WhirlingShaft] = field(default_factory=dict)
+    shafts: Mapping[str, Any] = field(default_factory=dict)
     on_structures: ClassVar[bool] = True
 
     @property
@@ -52,8 +52,8 @@ class RotatingMachine(Machine):
 
     @property
     def spinning(self) -> float:
-        shafts = sum(part.mass * part.length for shaft in self.shafts.values() for part in shaft.sections)
-        return shafts + sum(disc.mass for shaft in self.shafts.values() for disc in shaft.discs)
+        shafts = self.shafts.values()
+        return float(sum(one.weighs + sum(disc.mass for disc in one.discs) for one in shafts))
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
@@ -159,6 +159,7 @@ class RotatingMachine(Machine):
         for shaft, (stiff, inertia, tilted) in zip(self.shafts.values(), parts, strict=True):
             here = slice(start, start + len(stiff))
             stiffness[here, here], mass[here, here], polar[here, here] = stiff, inertia, tilted
+            damping[here, here] += shaft.drag
             places |= {point: start + shaft.place(point) for point in shaft.points}
             start += len(stiff)
         for joint, ends in self._joined(places):

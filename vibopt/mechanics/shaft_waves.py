@@ -199,6 +199,16 @@ class WhirlingShaft:
             polar[at + 1, at + 1] += disc.polar
         return stiff, inertia, polar
 
+    @property
+    def drag(self) -> float:
+        """None at rest: what damps a shaft by itself turns with it."""
+        return 0.0
+
+    @property
+    def weighs(self) -> float:
+        """Its mass without discs [kg]."""
+        return sum(one.mass * one.length for one in self.sections)
+
     def place(self, point: str) -> int:
         """Number of a point's deflection among the coordinates of `slow`."""
         return 2 * self.pieces * self.points[point]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 
 from vibopt.devices.rotor import RotorTable
 from vibopt.devices.spring import bore
@@ -14,6 +15,8 @@ from vibopt.values import Value
 
 _LONGEST = 24
 """Letters of a name in a drawing."""
+_THIN = 0.02
+"""Part of its length by which a shaft is drawn whose diameters are not known."""
 
 
 def rotors_of(design: Design) -> list[Rotor]:
@@ -27,6 +30,8 @@ def _rotor(design: Design, name: str, table: RotorTable) -> Rotor:
         wide = _known(design, f"rotors.{name}.sections.{number}.diameter", section.diameter)
         sections.append((left, left + section.length.value, wide, bore(section) * wide))
         left += section.length.value
+    if table.matrices is not None:  # which do not say how thick it is
+        sections = [(a, b, _THIN * table.long, 0.0) for a, b in pairwise(table.nodes)]
     discs = []
     for number, disc in enumerate(table.discs, start=1):
         path = f"rotors.{name}.discs.{number}"

@@ -222,6 +222,11 @@ def machine_figure(design: Design, title: str = "") -> Figure | None:
             for excitation in design.scene.excitations
         ]
         notes += [one.replace(" (circles)", "") for one in notes_of(design.scene)]
+        notes += [
+            f"{name} is given by its matrices: the lines across are their nodes, and how thick it is they do not say."
+            for name, table in design.scene.rotors.items()
+            if table.matrices is not None
+        ]
         return rotor_figure(rotors_of(design), title, [line for note in notes for line in wrap(note, 118)])
     return None if is_spatial(design.scene) else sketch_figure(sketch_of(design), title=title)
 

@@ -114,6 +114,14 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
     key, where, name = response.response, dotted(path), next(iter(scene.rotors))
     if planes_fault(scene, path, response, mistakes):
         return True
+    rotor = str(getattr(response, "of", "")) if response.of_rotor else ""
+    if rotor in scene.rotors and scene.rotors[rotor].matrices is not None:
+        mistakes.add(
+            path,
+            f"{where} asks for the {key} of rotors.{rotor}, whose matrices do not say how thick it is. Write its "
+            "sections instead of the matrices, or ask for the displacement.",
+        )
+        return True
     if (
         response.modes
         and not response.whirls

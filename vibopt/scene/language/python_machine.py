@@ -116,7 +116,8 @@ class Machine(Responses):
     def rotor(self, name: str, **words: Unpack[RotorWords]) -> None:
         """A shaft that spins, with discs and stations, which act as bodies do; an unbalance drives its whirl.
 
-        Words: sections, discs, stations; modulus, density, poisson_ratio, shear_modulus, shear_coefficient.
+        Words: sections (or matrices), discs, stations; modulus, density, poisson_ratio, shear_modulus,
+        shear_coefficient.
         """
         self._add("rotors", name, words)
 

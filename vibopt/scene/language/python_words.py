@@ -162,10 +162,12 @@ class StructureWords(TypedDict, total=False):
 
 
 class RotorWords(TypedDict, total=False):
-    """Keys of `[rotors.NAME]`: a shaft of sections that spins, with discs.
+    """Keys of `[rotors.NAME]`: a shaft of sections, or by its matrices, that spins, with discs.
 
     sections
         Tables of length, diameter, inner_diameter or inner_ratio, from left to right.
+    matrices
+        Files of mass, stiffness, gyroscopic and damping; units, order and nodes.
     discs
         Tables of name, at, and mass, diametral, polar, or outer_diameter, inner_diameter, width, density.
     stations
@@ -177,6 +179,7 @@ class RotorWords(TypedDict, total=False):
     """
 
     sections: Sequence[Mapping[str, object]]
+    matrices: Mapping[str, object]
     discs: Sequence[Mapping[str, object]]
     stations: Mapping[str, Bound]
     modulus: Bound
