@@ -751,6 +751,7 @@ def test_a_motion_that_turns_too_often_to_be_followed_is_refused(monkeypatch: py
         }
     )
     monkeypatch.setattr("vibopt.mechanics.panels._MOST", 2)
+    monkeypatch.setattr("vibopt.mechanics.pulsed._CELLS", 2)
     with pytest.raises(InputError) as caught:
         vo.solve(job)
     assert str(caught.value) == (

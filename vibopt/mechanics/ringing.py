@@ -69,6 +69,12 @@ class Peaks:
         return cls(zeros[0], zeros[1], np.zeros(count, dtype=int), zeros[2], np.zeros(count, dtype=bool))
 
     @classmethod
+    def lone(cls, one: Peak) -> Peaks:
+        """Of a row of one."""
+        each = np.array([one.value]), np.array([one.time]), np.array([one.within]), np.array([one.part])
+        return cls(*each, np.array([one.open]))
+
+    @classmethod
     def of(cls, every: Iterable[Peaks]) -> Peaks:
         """Behind each other."""
         rows = [(one.value, one.time, one.within, one.part, one.open) for one in every]

@@ -22,6 +22,7 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, greatest
+from vibopt.mechanics.pulsed import peak_by_modes
 from vibopt.mechanics.ringing import Behind, Peak, Peaks
 from vibopt.mechanics.stacked import cholesky, moved, product, read_at, row_sum, stepped, trace, wide
 from vibopt.records import cached_property, dataclass
@@ -108,8 +109,14 @@ class Transient:
         InputError
             A machine moves to and fro too often while a load lasts.
         """
+        if self.mass.size == self.mass.shape[-1] ** 2 and (found := peak_by_modes(self, reading)):
+            return Peaks.lone(found)
         if self.mass.ndim == 2:
-            return self.row_of_one.peaks(reading)
+            return self.row_of_one._peaks_of_row(reading)
+        return self._peaks_of_row(reading)
+
+    def _peaks_of_row(self, reading: Reading) -> Peaks:
+        """By exponentials of matrices, of machines in a row."""
         try:
             return self._peaks(reading)
         except (TooLongError, UnlikeError) as error:

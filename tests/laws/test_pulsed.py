@@ -1,0 +1,111 @@
+"""Peaks under short loads: by modes as by exponentials of matrices, on which the two roads share nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.arrays import FloatArray
+from vibopt.excitations.segments import line, sine
+from vibopt.mechanics.pulsed import peak_by_modes
+from vibopt.mechanics.transient import Reading, Transient
+from vibopt.signals import Segment
+
+NOTHING = np.zeros(1)
+
+
+def chain(rng: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Mass, damping and stiffness of bodies on a base, the last; damping from none to far too much, even or uneven."""
+    mass = np.diag([*10.0 ** rng.uniform(-1, 1, count), 0.0])
+    table = np.eye(count, count + 1) - np.eye(count, count + 1, k=-1)
+    table[0, count] = -1.0
+    springs = 10.0 ** rng.uniform(-1, 1, count)
+    dampers = rng.choice([0.0, 0.02, 0.6, 6.0]) * (springs if rng.random() < 0.5 else 10.0 ** rng.uniform(-1, 1, count))
+    return mass, (table.T * dampers) @ table, (table.T * springs) @ table
+
+
+def load(rng: np.random.Generator) -> tuple[Segment, ...]:
+    """One to three segments of any kind, some begun by a blow; the second of two signals pushes."""
+    found = []
+    for _ in range(rng.integers(1, 4)):
+        length = 10.0 ** rng.uniform(-1.0, 1.5)
+        kinds = (
+            line(length, *rng.normal(size=2)),
+            sine(length, rng.normal(), rng.normal(), rng.uniform(0.5, 20.0)),
+            sine(length, 1.0, 0.0, 9.0, 2.0),
+            sine(length, 0.5, -0.5 * np.pi, 2.0 * np.pi, 0.0, 0.5),
+        )
+        one = kinds[rng.integers(4)]
+        read, blows = np.zeros((2, one.read.shape[1])), np.zeros(2)
+        read[rng.integers(2)] = one.read[0]
+        blows[0] = length * rng.normal() if rng.random() < 0.2 else 0.0
+        found.append(replace(one, read=read, blows=blows))
+    return tuple(found)
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 100_000), count=st.integers(1, 5))
+def test_a_peak_by_modes_is_the_one_by_exponentials(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    mass, damping, stiffness = chain(rng, count)
+    loads = np.zeros((count + 1, 2))
+    loads[count, 0], loads[rng.integers(count), 1] = 1.0, rng.normal()
+    machine = Transient(mass, damping, stiffness, count, loads, load(rng))
+    own, none = np.eye(count + 1)[rng.integers(count)], np.zeros(count + 1)
+    readings = (
+        Reading(own - np.eye(count + 1)[count], none, none, int(rng.integers(2))),
+        Reading(own, none, none, 2),
+        Reading(stiffness[count], damping[count], none),
+    )
+    reading = readings[rng.integers(3)]
+    found = peak_by_modes(machine, reading)
+    if found is None:
+        return
+    (other,) = machine.row_of_one._peaks_of_row(reading).each()
+    assert abs(found.value) == pytest.approx(abs(other.value), rel=1e-10)
+    assert machine.at(reading, found.within, found.part) == pytest.approx(found.value, rel=1e-9)
+
+
+def test_most_machines_under_pulses_go_by_modes() -> None:
+    rng, taken = np.random.default_rng(14), 0
+    for _ in range(40):
+        count = int(rng.integers(1, 5))
+        loads = np.eye(count + 1)[:, -1:] * np.array([1.0, 0.0])
+        machine = Transient(*chain(rng, count), count, loads, load(rng))
+        apart = np.eye(count + 1)[0] - np.eye(count + 1)[count]
+        taken += peak_by_modes(machine, Reading(apart, 0.0 * apart, 0.0 * apart)) is not None
+    assert taken >= 20
+
+
+@pytest.mark.parametrize("turns", [3.0, 7.5, 40.0])
+@pytest.mark.parametrize("length", [1.0, 0.37])
+def test_of_equal_peaks_the_earliest_is_named(turns: float, length: float) -> None:
+    """A rectangle on an undamped mass: twice the static distance half a period behind its beginning, and then again."""
+    w = 2.0 * np.pi * turns / length
+    machine = Transient(np.eye(1), np.zeros((1, 1)), w * w * np.eye(1), 1, np.eye(1), (line(length, 1.0, 1.0),))
+    found = machine.peak(Reading(np.ones(1), NOTHING, NOTHING))
+    assert found.value == pytest.approx(2.0 / w**2, rel=1e-12)
+    assert found.time == pytest.approx(np.pi / w, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "segment"),
+    [
+        ([1.0, 0.0], [[2.0, -1.0], [-1.0, 2.0]], line(1.0, 1.0, 1.0)),
+        ([1.0, 1.0], [[1.0, -1.0], [-1.0, 1.0]], line(1.0, 1.0, 1.0)),
+        ([1.0, 1.0], [[2.0, -1.0], [-1.0, 1e6]], line(1.0, 1.0, 1.0)),
+        ([1.0, 1.0], [[2.0, -1.0], [-1.0, 2.0]], replace(sine(1.0, 1.0, 0.0, np.pi), endless=True)),
+        ([1.0, 1.0], [[2.0, -1.0], [-1.0, 2.0]], line(1e-6, 1.0, 0.0)),
+        ([1.0, 1.0], [[2.0, -1.0], [-1.0, 2.0]], sine(1.0, 1.0, 0.0, 1.0)),
+    ],
+    ids=["massless", "loose", "stiff", "endless", "a blow", "resonant"],
+)
+def test_what_modes_cannot_say_is_left_to_exponentials(
+    mass: list[float], stiffness: list[list[float]], segment: Segment
+) -> None:
+    machine = Transient(np.diag(mass), np.zeros((2, 2)), np.array(stiffness), 2, np.eye(2)[:, :1], (segment,))
+    assert peak_by_modes(machine, Reading(np.array([1.0, 0.0]), np.zeros(2), np.zeros(2))) is None
