@@ -6,19 +6,15 @@ After Dolan and More, "Benchmarking optimization software with performance profi
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.charts.random_cases import DRAWN, drawn, methods_of, table
+from vibopt.charts.random_cases import BEST, DRAWN, drawn, table
 from vibopt.charts.runner import Chart, Progress, charted
-from vibopt.charts.trial import DEFAULT, Case, Said, Trial, judged, scene_table
-from vibopt.program.pose import pose
+from vibopt.charts.trial import against
 from vibopt.records import dataclass
-from vibopt.scene.scene import Scene
-from vibopt.solve.branch import Judge
 
 EXACT, FAIR = 1e-6, 1e-3
 """True error up to which an answer counts, in either of the two profiles."""
@@ -44,52 +40,20 @@ def profiles(
 
 
 def _charted(family: str, seed: int, count: int, quick: bool, progress: Progress | None) -> Chart:
-    questions = drawn(family, seed, count)
-    known = table(family, questions, quick=quick)
-    if known is not None:
-        return charted(known, progress)
-    cases = [(case, case.scene()) for case in questions]
-    seen: dict[tuple[str, str], _Seen] = {}
-
-    def judge(case: Case, scene: Scene, method: str, said: Said) -> Trial:
-        seen[case.name, method] = one = _seen(scene, said)
-        return judged(case, method, said, one.missed, 0.0)
-
-    asked = scene_table(cases, (DEFAULT, *methods_of(family, quick=quick)), 1, [cases[0][0]])
-    return _against_best(charted(replace(asked, judge=judge), progress), seen)
+    return _against_best(charted(table(family, drawn(family, seed, count), quick=quick), progress))
 
 
-@dataclass(frozen=True, slots=True)
-class _Seen:
-    """What a run said, with the greatest violation and the goal (to be minimised) of its design, measured exactly."""
-
-    said: Said
-    missed: float = math.nan
-    goal: float = math.nan
-
-
-def _seen(scene: Scene, said: Said) -> _Seen:
-    if said.answer is None:
-        return _Seen(said)
-    judge = Judge(pose(scene))
-    missed = max((judge.limit(limit, said.answer)[0] for limit in judge.program.limits), default=0.0)
-    return _Seen(said, missed, judge.goal(said.answer).value)
-
-
-def _against_best(chart: Chart, seen: Mapping[tuple[str, str], _Seen]) -> Chart:
-    """The same runs judged against the best design that any of them found and that keeps every limit."""
+def _against_best(chart: Chart) -> Chart:
+    """Questions whose best is not known, judged against the best answer of all methods that keeps every limit."""
+    asked = {case.name for case in chart.cases if case.known_by == BEST}
     best: dict[str, float] = {}
-    for (case, _), one in seen.items():
-        if one.missed <= KEPT:
-            best[case] = min(best.get(case, math.inf), one.goal)
-    cases = tuple(replace(case, goal=abs(best.get(case.name, math.nan))) for case in chart.cases)
-    by_name = {case.name: case for case in cases}
-    trials = []
-    for trial in chart.trials:
-        one, least = seen[trial.case, trial.method], best.get(trial.case, math.nan)
-        off = abs(one.goal - least) / max(abs(least), 1e-300)
-        trials.append(judged(by_name[trial.case], trial.method, one.said, one.missed, off))
-    return Chart(cases, chart.methods, tuple(trials))
+    for one in chart.trials:
+        if one.case in asked and one.missed <= KEPT:
+            best[one.case] = min(best.get(one.case, math.inf), one.goal)
+    cases = (replace(case, goal=abs(best.get(case.name, math.nan))) if case.name in asked else case
+             for case in chart.cases)  # fmt: skip
+    trials = (against(one, best.get(one.case, math.nan)) if one.case in asked else one for one in chart.trials)
+    return replace(chart, cases=tuple(cases), trials=tuple(trials))
 
 
 def times(chart: Chart, error: float, *, absolute: bool = False) -> dict[str, FloatArray]:

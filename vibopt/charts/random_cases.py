@@ -14,7 +14,15 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.charts import friction_cases, mount_cases, mount_fidelity, run_up_cases, shock_cases
+from vibopt.charts import (
+    friction_cases,
+    mount_cases,
+    mount_fidelity,
+    run_up_cases,
+    shaft_cases,
+    shock_cases,
+    study_cases,
+)
 from vibopt.charts.absorber_cases import taking
 from vibopt.charts.balancing_cases import SLOWER, table_of
 from vibopt.charts.balancing_questions import Asked, asked, least_squares, shelf, worst
@@ -22,8 +30,11 @@ from vibopt.charts.balancing_rivals import METHODS as BALANCING
 from vibopt.charts.machines import absorbed
 from vibopt.charts.mount_cases import machine_on
 from vibopt.charts.mount_machine import LINE, SPACE
-from vibopt.charts.trial import Case, Table
+from vibopt.charts.trial import DEFAULT, NOWHERE, Case, Said, Table, Trial, judged, scene_table
 from vibopt.charts.verdicts import FEASIBLE
+from vibopt.program.pose import pose
+from vibopt.scene.scene import Scene
+from vibopt.solve.branch import Judge
 
 BUILT, BEST = "built round its answer", "the best of all methods"
 _SPEEDS, _TRIES = 4000, 20
@@ -187,7 +198,8 @@ def rotor(rng: np.random.Generator, name: str) -> Asked:
 
 DRAWN: Mapping[str, Callable[[np.random.Generator, str], Any]] = {
     "isolation": isolator, "absorbers": absorber, "several": several, "balancing": rotor, "weights": weights,
-    "mounts": mounts, "shock": load, "run_up": passage, "friction": slip,
+    "mounts": mounts, "shock": load, "run_up": passage, "friction": slip, "shafts": shaft_cases.drawn,
+    "studies": study_cases.drawn,
 }  # fmt: skip
 """How a question of each family is drawn."""
 
@@ -202,23 +214,35 @@ _METHODS: Mapping[str, Callable[[tuple[str, ...]], tuple[str, ...]]] = {
 }  # fmt: skip
 
 
-def methods_of(family: str, *, quick: bool) -> tuple[str, ...]:
-    """Rivals that a family of scenes is given to."""
-    return _METHODS[family](QUICK_RIVALS if quick else RIVALS)
-
-
-def table(family: str, questions: Sequence[Any], *, quick: bool) -> Table | None:
-    """Questions whose truth is known by another road, with every method; None of scenes, whose best is looked for."""
+def table(family: str, questions: Sequence[Any], *, quick: bool) -> Table:
+    """Questions with every method."""
+    if family in _METHODS:
+        names = _METHODS[family](QUICK_RIVALS if quick else RIVALS)
+        asked = scene_table([(case, case.scene()) for case in questions], (DEFAULT, *names), 1, questions[:1])
+        return replace(asked, judge=judged_measured)
     if family in ("balancing", "weights"):
         dear = ("milp", "hsbalance") if quick and family == "weights" else ()
         less = [name for name in BALANCING if name in SLOWER or name.startswith(dear or "none")]
         return replace(table_of(questions, 1, less), drops=True)
     if family == "mounts":
         return mount_fidelity.table_of(questions, mount_fidelity.methods(quick=quick), 1)
-    kin = {"shock": shock_cases, "run_up": run_up_cases, "friction": friction_cases}.get(family)
-    if kin is None:
-        return None
+    kin = _KIN[family]
     return Table(questions, kin.QUICK_METHODS if quick else kin.METHODS, kin.judge, 1, questions[:1])
+
+
+_KIN: Mapping[str, Any] = {
+    "shock": shock_cases, "run_up": run_up_cases, "friction": friction_cases, "shafts": shaft_cases,
+    "studies": study_cases,
+}  # fmt: skip
+
+
+def judged_measured(case: Case, scene: Scene, method: str, said: Said) -> Trial:
+    """A design measured at its exact peaks, its goal against nothing yet."""
+    if said.answer is None:
+        return judged(case, method, said, *NOWHERE)
+    judge = Judge(pose(scene))
+    missed = max((judge.limit(limit, said.answer)[0] for limit in judge.program.limits), default=0.0)
+    return judged(case, method, said, missed, 0.0, judge.goal(said.answer).value)
 
 
 def drawn(family: str, seed: int, count: int) -> list[Any]:
@@ -227,4 +251,4 @@ def drawn(family: str, seed: int, count: int) -> list[Any]:
     return [draw(np.random.default_rng([seed, i]), f"{family} {seed}.{i}") for i in range(count)]
 
 
-__all__ = ["DRAWN", "drawn", "methods_of", "table"]
+__all__ = ["BEST", "DRAWN", "drawn", "table"]

@@ -15,7 +15,7 @@ from vibopt.arrays import FloatArray
 from vibopt.charts.scene_rivals import absent
 from vibopt.charts.scene_rivals import method as rival
 from vibopt.charts.stopwatch import answered, spent
-from vibopt.charts.verdicts import MISSING, REFUSES, verdict_of
+from vibopt.charts.verdicts import FEASIBLE, MISSING, REFUSES, verdict_of
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.records import dataclass
@@ -118,6 +118,10 @@ class Trial:
         Why less was asked than the chart promises; "" where all was.
     runs
         How many were timed.
+    goal
+        Of the answer, to be minimised [SI]; nan where its judge does not say.
+    within
+        How exact the answer is said to be, as a part.
     """
 
     case: str
@@ -134,6 +138,8 @@ class Trial:
     cut: str = ""
     quartiles: tuple[float, float] = (math.nan, math.nan)
     runs: int = 0
+    goal: float = math.nan
+    within: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -278,14 +284,22 @@ def said_of(scene: Scene, method: str) -> Said:
                 within=float(found.details.get("within", 0.0)))  # fmt: skip
 
 
-def judged(case: Case, method: str, said: Said, missed: float, off: float) -> Trial:
+def judged(case: Case, method: str, said: Said, missed: float, off: float, goal: float = math.nan) -> Trial:
     """What is claimed against what is true; `missed` and `off` are nan where there is no design."""
     error = math.nan if math.isnan(missed) else max(missed, off, 0.0)
     found = verdict_of(case.truth, said.status, missed, off, said.past, said.within)
     return Trial(
         case.name, method, said.seconds, said.kernel, said.status, said.claim, missed, off, error,
-        found.fault, found.verdict, said.cut, said.quartiles, said.runs,
+        found.fault, found.verdict, said.cut, said.quartiles, said.runs, goal, said.within,
     )  # fmt: skip
+
+
+def against(one: Trial, least: float) -> Trial:
+    """The same answer judged against the least goal there is, of a question that has an answer; nan: unknown."""
+    off = abs(one.goal - least) / max(abs(least), 1e-300)
+    found = verdict_of(FEASIBLE, one.status, one.missed, off, within=one.within)
+    error = math.nan if math.isnan(one.missed) else max(one.missed, off, 0.0)
+    return replace(one, off=off, error=error, fault=found.fault, verdict=found.verdict)
 
 
 def measured(case: Case, program: Program, x: FloatArray) -> tuple[float, float]:

@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 
 FORMATS = (".svg", ".png", ".pdf")
 SILENTLY_WRONG, ASKED_LESS = 6, 5
+_RANDOM = (
+    "isolation", "absorbers", "several", "balancing", "weights", "mounts", "shock", "run_up", "friction", "shafts",
+    "studies",
+)  # fmt: skip
 
 _files = click.argument("files", metavar="[FILE]...", nargs=-1)
 _quick = click.option("--quick", is_flag=True, help="Fewer scenes, methods and runs; which ones is fixed.")
@@ -109,13 +113,7 @@ def fidelity(
 
 
 @chart.command(cls=Once)
-@click.option(
-    "--family",
-    type=click.Choice(
-        ["isolation", "absorbers", "several", "balancing", "weights", "mounts", "shock", "run_up", "friction"]
-    ),
-    help="One kind only; all if left out.",
-)
+@click.option("--family", type=click.Choice(_RANDOM), help="One kind only; all if left out.")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which random questions.")
 @click.option("--count", type=click.IntRange(1, 10_000), default=50, show_default=True, help="How many of a kind.")
 @_quick
