@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from vibopt.scene.scene import Scene as Scene
     from vibopt.study.explain import explain as explain
     from vibopt.study.prices import prices as prices
+    from vibopt.study.remedies import remedies as remedies
     from vibopt.study.sweep import sweep as sweep
     from vibopt.study.tradeoff import tradeoff as tradeoff
     from vibopt.study.variants import compare as compare
@@ -62,6 +63,7 @@ _HOMES = {
     "vibopt.document.toml_writing": ("to_toml", "write"),
     "vibopt.study.explain": ("explain",),
     "vibopt.study.prices": ("prices",),
+    "vibopt.study.remedies": ("remedies",),
     "vibopt.study.sweep": ("sweep",),
     "vibopt.study.tradeoff": ("tradeoff",),
     "vibopt.study.variants": ("compare",),

@@ -19,7 +19,7 @@ from vibopt.values.fact_at import FactAt, fact_among
 
 _WORDS = (
     "title", "statement", "source", "name", "readings", "sensor", "plane", "of", "throw", "firing_order", "response",
-    "unit", "orders", "order", "strokes", "minimise", "then",
+    "unit", "orders", "order", "strokes", "minimise", "then", "soft",
 )  # fmt: skip
 """Keys whose values are words, or whole numbers that say what is meant and not how large it is."""
 _NAMED = tuple((one,) for one in ("weights", "readings", "bearings", "planes", "residual"))

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vibopt.answer.entry import Checked, Entry
     from vibopt.jobs import Job
     from vibopt.scene.scene import Design
+    from vibopt.solve.method import Progress
     from vibopt.study.thresholds import Threshold
     from vibopt.study.whatif import WhatIf
 
@@ -43,9 +44,9 @@ def whatif(
     """Change facts or limits, and see the old answer beside the new.
 
     Without --set: what to argue about, every limit and fact ranked by what a step of it buys, both ways, over
-    which range, and what takes over then.  With --keep-design the old design stays: which limits break under
-    the changes, and how far each fact may go; with --round it stays with rounded values.  Exit code: that of
-    the new answer.
+    which range, and what takes over then; where there is no design, which number changed alone gives one.
+    With --keep-design the old design stays: which limits break under the changes, and how far each fact may
+    go; with --round it stays with rounded values.  Exit code: that of the new answer.
     """
     from vibopt.cli.progress import Bar
     from vibopt.study.whatif import whatif as compare
@@ -72,12 +73,16 @@ def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
     from vibopt.answer.text import grid, rendered, section
     from vibopt.cli.progress import Bar
     from vibopt.study.price_words import HEADS, range_rows, rows_of
-    from vibopt.study.prices import prices
+    from vibopt.study.prices import answered, prices
+    from vibopt.study.remedies import without_design
 
     if kept:
         raise InputError("--keep-design and --round go with --set. Name a change: --set PATH=VALUE.")
     with Bar() as bar:
-        found = prices(job, thorough=thorough, progress=bar)
+        here = answered(job)
+        if without_design(job, here):
+            return _mended(job, thorough, as_json, bar)
+        found = prices(job, found=here, thorough=thorough, progress=bar)
     if as_json:
         say_json({"status": found.found.status, **found.to_json()})
         return found.found.exit_code
@@ -90,6 +95,42 @@ def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
         section(console, "How far that goes on, and what takes over", grid(range_rows(found)))
         if found.notes:
             section(console, "Notes", grid([(note,) for note in found.notes]))
+
+    say(rendered(tell, width=width(), colour=colour()))
+    return found.found.exit_code
+
+
+def _mended(job: Job, thorough: bool, as_json: bool, bar: Progress) -> int:
+    """Where there is no design: why, and which number, changed alone, gives one."""
+    from vibopt.answer.jsonable import views_of
+    from vibopt.answer.text import grid, paragraph, rendered, section, show, verdict
+    from vibopt.jobs import answer, is_scene
+    from vibopt.report.machine_words import conflict_words
+    from vibopt.study.nearest import with_nearest
+    from vibopt.study.remedies import remedies
+
+    whole: Any = answer(job)
+    found = remedies(job, found=with_nearest(whole) if is_scene(job) else whole, thorough=thorough, progress=bar)
+    if as_json:
+        say_json({"status": found.found.status, **found.to_json()})
+        return found.found.exit_code
+
+    def tell(console: Console) -> None:
+        console.print(job.title, style="bold")
+        console.print(verdict(found.found))
+        said = [found.found.reason] if found.found.reason or not is_scene(job) else []
+        for text in (*said, *(conflict_words(whole) if is_scene(job) else ()), found.first):
+            if text:
+                paragraph(console, text)
+        if found.helpful:
+            heads = ("Number", "Change", "", "Goal then")
+            kept = (0, 2, 3) if max(len(line[0]) for line in found.lines) <= _LONG else (1, 2, 3)
+            section(console, "What would help, each by itself", grid(found.lines, heads, whole=kept))
+        for text in (found.useless, *found.notes):
+            if text:
+                paragraph(console, text)
+        for block in views_of(found.found).nearest_blocks(found.found):
+            show(block, console)
 
     say(rendered(tell, width=width(), colour=colour()))
     return found.found.exit_code

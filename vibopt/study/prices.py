@@ -194,12 +194,12 @@ def prices(
         A job that answers with a set, that has nothing to count a price in, or that has no design; a path of `only`
         that the file does not have.
     """
-    found = _answered(job) if found is None else found
+    found = answered(job) if found is None else found
     measure, sense = measured_by(job)
     refused = _refusal(job, found, measure)
     if refused:
         raise InputError(f"{job.name}: {refused}")
-    asked, read = _asked(found)
+    asked, read = asked_of(found)
     if only is not None:
         unknown = sorted(set(only) - {one.path for one, _ in asked})
         if unknown:
@@ -214,7 +214,7 @@ def prices(
     return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
 
 
-def _answered(job: Job) -> Answer[Any]:
+def answered(job: Job) -> Answer[Any]:
     """The answer; where a balancing job has none, with what stands in the way."""
     found = answer(job, explain=False)
     return answer(job) if found.status == "infeasible" and not is_scene(job) else found
@@ -235,8 +235,11 @@ def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
     return ""
 
 
-def _asked(found: Answer[Any]) -> tuple[list[tuple[FactAt, str]], int]:
-    """Numbers in the order in which they are looked at, and how many of them are measured data."""
+def asked_of(found: Answer[Any], *, ends: bool = False) -> tuple[list[tuple[FactAt, str]], int]:
+    """Numbers in the order in which they are looked at, and how many of them are measured data.
+
+    With `ends` also the ends of all ranges of a machine, not only those on which a chosen value rests.
+    """
     job = _job(found)
     known, read = [], 0
     for fact in facts(job):
@@ -245,7 +248,7 @@ def _asked(found: Answer[Any]) -> tuple[list[tuple[FactAt, str]], int]:
             continue
         limit = fact.path.startswith("limits.")
         known.append((fact, LIMITS if limit else CAPS if _is_cap(fact.path) else FACTS))
-    known += [(one, CAPS) for one in _ends_of(found)]
+    known += [(one, CAPS) for one in _ends_of(found, every=ends)]
     active = {name for name, one in found.limits.items() if one.active}
     order = {LIMITS: 1, CAPS: 2, FACTS: 3}
     return sorted(known, key=lambda one: 0 if _is_of(one[0].path, active, found) else order[one[1]]), read
@@ -266,19 +269,20 @@ def _job(found: Answer[Any]) -> Job:
     return (job.asked or job) if is_scene(job) else job
 
 
-def _ends_of(found: Answer[Any]) -> Iterator[FactAt]:
-    """Ends of ranges of a machine on which a chosen value rests."""
+def _ends_of(found: Answer[Any], *, every: bool) -> Iterator[FactAt]:
+    """Ends of ranges of a machine on which a chosen value rests, or all of them."""
     job = _job(found)
     if not is_scene(job):
         return
     from vibopt.document.toml_reading import inside
 
     for variable in job.variables:
-        end = found.variables[variable.path].at_bound if variable.path in found.variables else ""
-        given = inside(job.document, variable.path) if end else None
-        if isinstance(given, dict) and end in given:
-            value = variable.high if end == "to" else variable.low
-            yield FactAt(f"{variable.path}.{end}", value, variable.unit, variable.dimension)
+        rests = found.variables[variable.path].at_bound if variable.path in found.variables else ""
+        given = inside(job.document, variable.path) if every or rests else None
+        for end in ("from", "to") if every else (rests,):
+            if isinstance(given, dict) and end in given:
+                value = variable.high if end == "to" else variable.low
+                yield FactAt(f"{variable.path}.{end}", value, variable.unit, variable.dimension)
 
 
 class _Purse:
@@ -288,7 +292,7 @@ class _Purse:
         self.found, self.sense, self.most = found, sense, most
         self.job = _job(found)
         self.each = max(found.work, LEAST_WORK)
-        self.extent = extent_of(list(facts(self.job))) if is_scene(self.job) else _length(self.job)
+        self.extent = length_of(self.job)
         self.roads: dict[str, Along] = {}
 
     @property
@@ -360,8 +364,10 @@ class _Purse:
         return "", 0
 
 
-def _length(job: Job) -> float:
-    """How far apart the places along a shaft are [m]."""
+def length_of(job: Job) -> float:
+    """How far apart the places of a machine, or along a shaft, are [m]."""
+    if is_scene(job):
+        return extent_of(list(facts(job)))
     places = [fact.value for fact in facts(job) if fact.path.endswith(".at") and fact.dimension == "length"]
     return (max(places) - min(places) if places else 0.0) or 1.0
 
@@ -428,7 +434,7 @@ def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | 
     job = _job(found)
     if (found.work > PATIENCE and not thorough) or _refusal(job, found, measured_by(job)[0]):
         return None
-    paths = {one.path for one, sort in _asked(found)[0] if sort != FACTS}
+    paths = {one.path for one, sort in asked_of(found)[0] if sort != FACTS}
     if not paths:
         return None
     return prices(job, found=found, only=paths, thorough=thorough, most=OF_LIMITS)
@@ -462,4 +468,16 @@ def _price(design: Design, row: Ranked) -> Price | None:
     return Price(said, way.value, way.goal, way.ends if way.beyond == GAIN else None, None, ways)
 
 
-__all__ = ["PATIENCE", "Prices", "Ranked", "priced", "prices", "prices_of_limits", "with_prices"]
+__all__ = [
+    "ALLOWANCE",
+    "PATIENCE",
+    "Prices",
+    "Ranked",
+    "answered",
+    "asked_of",
+    "length_of",
+    "priced",
+    "prices",
+    "prices_of_limits",
+    "with_prices",
+]

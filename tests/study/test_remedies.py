@@ -1,0 +1,192 @@
+"""What would give a job without a design one: each value named does, a third digit less does not, nothing is left out.
+
+The second route is a dense grid of formulas for one mass, on which a change helps or does not.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from math import copysign, floor, log10, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import vibopt as vo
+from vibopt.cli.main import main
+from vibopt.errors import InputError
+from vibopt.jobs import answer, fact_at, from_text, open_job, with_changes
+from vibopt.study.remedies import Remedies, remedies
+from vibopt.units import to_unit
+
+PROBLEMS = Path(__file__).parents[2] / "problems"
+STIFFNESS, DAMPING = np.geomspace(1e5, 1e8, 401)[:, None], np.geomspace(1e3, 1e6, 301)[None, :]
+PRESS = """
+title = "Press"
+[bodies.press]
+mass = "300 kg"
+[links.mount]
+between = ["press", "ground"]
+stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
+damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
+[excitations.punch]
+kind = "force"
+on = "press"
+amplitude = "30 kN"
+speed = "3000 rpm"
+varies = "constant"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "{floor!r} N"
+[limits.run_up]
+response = "displacement"
+of = "press"
+over = "start-up"
+at_most = "{run_up!r} m"
+{soft}
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+
+
+def missed(floor: float, run_up: float, mass: float, force: float, rpm: float) -> float:
+    """By which factor the worst limit is missed at least, over a dense grid of mounts."""
+    top, k, c = rpm * pi / 30.0, STIFFNESS, DAMPING
+    spring = k + 1j * top * c
+    into = force * np.abs(spring / (spring - mass * top**2))
+    peak = np.sqrt(np.maximum(k / mass - c**2 / (2.0 * mass**2), 0.0)).clip(max=top)
+    there = np.maximum.reduce([force / np.abs(k + 1j * w * c - mass * w**2) for w in (0.0 * k, peak, top + 0.0 * peak)])
+    return float(np.maximum(into / floor, there / run_up).min())
+
+
+@settings(max_examples=8)
+@given(st.floats(4e3, 8.5e3), st.floats(3e-3, 9e-3))
+def test_what_helps_a_mount_is_what_a_dense_grid_says(floor: float, run_up: float) -> None:
+    found = remedies(from_text(PRESS.format(floor=floor, run_up=run_up, soft=""), "press.toml"))
+    assert found.found.status == "infeasible"
+    facts = {"bodies.press.mass": 300.0, "excitations.punch.amplitude": 30e3, "excitations.punch.speed": 3000.0}
+    for place, path in enumerate(facts):
+        row = next(row for row in found.rows if row.path == path)
+        if row.then is None:
+            for times in (0.1, 0.2, 0.5, 2.0, 5.0, 10.0):
+                given = (value * (times if k == place else 1.0) for k, value in enumerate(facts.values()))
+                assert missed(floor, run_up, *given) > 1.0
+            continue
+        then = row.then.value * (30.0 / pi if path.endswith("speed") else 1.0)
+        now = facts[path]
+        ahead, behind = (
+            missed(floor, run_up, *(one if k == place else value for k, value in enumerate(facts.values())))
+            for one in (then, then - 0.06 * (then - now))
+        )
+        assert ahead <= 1.03  # the grid is a few percent wide
+        assert behind > 1.0 or np.isclose(then, now, rtol=0.02)
+    least = min(found.helpful, key=lambda row: row.change)
+    assert found.helpful[0] == least
+
+
+def checked(found: Remedies) -> int:
+    """Every value that is named has a design, one in its third digit less has none; how many there are."""
+    assert found.helpful
+    for row in found.helpful:
+        assert row.then is not None
+        fact = fact_at(found.job, row.path)
+        text: str | float = row.then.shown if row.then.unit else fact.text(row.then.value)
+        if fact.place:
+            text = fact.text(row.then.value)
+        made = with_changes(found.job, {fact.path: text})
+        assert answer(made, explain=False).status in ("optimal", "feasible"), row.path
+        number = float(to_unit(row.then.value, fact.unit, fact.dimension) if fact.unit else row.then.value)
+        size = max(abs(number), 1e-300)
+        step = 1.0 if fact.dimension == "count" else 10.0 ** (floor(log10(size * (1.0 - 1e-9))) - 2)
+        less = number + (1.0 if fact.dimension == "count" else 1.001) * copysign(step, row.now.value - row.then.value)
+        value = fact.read(f"{less!r} {fact.unit}") if fact.unit else less
+        assert row.then.value == row.now.value or _none(found, fact, value), row.path
+    return len(found.helpful)
+
+
+def _none(found: Remedies, fact: Any, value: float) -> bool:
+    return answer(with_changes(found.job, fact.changes(value)), explain=False).status not in ("optimal", "feasible")
+
+
+@pytest.mark.parametrize(
+    ("file", "changes", "wanted"),
+    [
+        ("isolation/rao_9_34.toml", {"limits.start_up.at_most": "8 mm"}, ("bodies.", "excitations.", "limits.")),
+        ("balancing/rao_9_7_holes.toml", {}, ("planes.",)),
+        ("balancing/rao_9_14_b_capped.toml", {}, ("masses.", "planes.", "shaft.")),
+        ("balancing/engine_share_capped.toml", {}, ("engine.",)),
+    ],
+)
+def test_of_every_kind_of_job_what_is_named_helps_and_a_step_less_does_not(
+    file: str, changes: dict[str, str], wanted: tuple[str, ...]
+) -> None:
+    limits = {
+        "rao_9_7_holes": '[limits.all]\nresponse = "residual"\nat_most = "0.005 mm"',
+        "rao_9_14_b_capped": '[limits.bearings]\nresponse = "bearing_reaction"\nat_most = "2 N"',
+        "engine_share_capped": '[limits.first]\nresponse = "primary_force"\nat_most = "900 N"',
+    }
+    name = Path(file).stem
+    text = (PROBLEMS / file).read_text(encoding="utf-8").partition("[[expected]]")[0]
+    if name in limits:
+        head, *tables = text.split("\n[limits.")
+        text = head + "".join(f"\n[{one.partition(chr(10) + '[')[2]}" for one in tables if "\n[" in one)
+        text += f"\n{limits[name]}\n"
+    found = remedies(with_changes(from_text(text, f"{name}.toml"), changes))
+    assert checked(found) >= 3
+    for family in wanted:
+        assert any(row.path.startswith(family) for row in found.helpful), family
+
+
+@pytest.mark.slow
+def test_a_tolerance_that_leaves_no_design_is_named() -> None:
+    text = PRESS.format(floor=10e3, run_up=16e-3, soft="").replace(
+        '"300 kg"', '{ value = "300 kg", tolerance = "30 %" }'
+    )
+    job = from_text(text, "press.toml")
+    assert answer(with_changes(job, {"bodies.press.mass.tolerance": "1 %"}), explain=False).status == "optimal"
+    found = remedies(job, found=answer(job, explain=False), only=["bodies.press.mass.tolerance"])
+    assert len(found.rows) == 1
+    row = next(row for row in found.helpful if row.path == "bodies.press.mass.tolerance")
+    assert row.then is not None
+    assert 0.03 < row.then.value < 0.3
+
+
+def test_a_soft_limit_comes_first() -> None:
+    plain, soft = (
+        remedies(from_text(PRESS.format(floor=8e3, run_up=8e-3, soft=one), "press.toml")) for one in ("", "soft = 20")
+    )
+    assert plain.helpful[0].path == "excitations.punch.amplitude"
+    assert soft.helpful[0].path == "limits.run_up.at_most"
+    assert {row.path: row.then for row in plain.rows} == {row.path: row.then for row in soft.rows}
+
+
+def test_what_is_left_out_is_said_and_a_job_with_a_design_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = PRESS.format(floor=8e3, run_up=8e-3, soft="")
+    found = vo.remedies(from_text(text, "press.toml"), most=0.0)
+    assert not found.helpful
+    assert found.first == "No limit, range or fact, changed alone, was found to give a design."
+    assert found.notes[0].startswith("Not looked at because of the work: limits.floor.at_most, ")
+    assert found.notes[0].endswith(". `vibopt whatif FILE --thorough` looks at all.")
+    with pytest.raises(InputError) as refused:
+        remedies(open_job(PROBLEMS / "isolation" / "rao_9_34.toml"))
+    words = "rao_9_34.toml: is optimal, so there is nothing to mend. See vibopt whatif FILE."
+    assert refused.value.messages == (words,)
+    file = tmp_path / "press.toml"
+    file.write_text(text, encoding="utf-8")
+    assert main(["whatif", str(file)]) == 3
+    shown = capsys.readouterr().out
+    assert "What would help, each by itself" in shown
+    assert re.search(r"excitations.punch.amplitude +30 kN pk -> 23.1 kN pk +-23 %", shown)
+    assert "The nearest design" in shown
+    assert main(["whatif", str(file), "--json"]) == 3
+    data = json.loads(capsys.readouterr().out)
+    assert data["rows"][0]["path"] == "excitations.punch.amplitude"
+    assert data["answer"]["status"] == "infeasible"

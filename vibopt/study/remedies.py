@@ -1,0 +1,322 @@
+"""Where there is no design: which number of the file, changed alone and by how much, gives one.
+
+Every number that a price is asked of is moved both ways, and the whole job is answered again.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Iterator
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Entry
+from vibopt.answer.tabular import Tabular
+from vibopt.errors import InputError, UnknownName
+from vibopt.jobs import answer, is_scene, noun_of, with_changes
+from vibopt.records import dataclass
+from vibopt.scene.open_places import open_positions
+from vibopt.solve.method import Progress
+from vibopt.study.holding import LEAST_WORK, Road, SpentError
+from vibopt.study.one_way import Axis, axis_of, complement_of
+from vibopt.study.price_words import CAPS, LIMITS
+from vibopt.study.prices import ALLOWANCE, asked_of, length_of
+from vibopt.study.seen import GOOD
+from vibopt.units import to_unit
+from vibopt.values.fact_at import FactAt
+from vibopt.values.soft import softness
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
+
+_DIGITS = 3
+_DECADES = (0.01, 0.04, 0.1, 0.2, 0.4, 0.7, 1.0)
+"""Decades at which a number is looked at, each way; parts of the whole extent for places and angles."""
+_BOUNDS = (0.04, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0)
+"""The same for a bound or the end of a range, which is moved in the way that loosens it."""
+_HALVINGS = 14
+_LOOSER = {"at_most": 1, "to": 1, "most": 1, "holes": 1, "most_weights": 1, "stock": 1, "deepest": 1,
+           "at_least": -1, "from": -1, "least": -1}  # fmt: skip
+"""The way in which what a path ends with is loosened."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """A number of the file, and the nearest value found with which the whole job has a design.
+
+    sort
+        "limit", "cap" (the end of a range that is chosen from), or "fact".
+    then
+        Three digits in its unit, solved again; None where no value helps, or none was looked for.
+    change
+        Part of what it is (of an angle or a place: of the extent) by which it moves; inf without one.
+    weighed
+        The same divided by `soft` of a limit: by this numbers are ranked.
+    goal
+        Of the answer with it; None without a goal.
+    why
+        Why there is no value; "" where there is one.
+    """
+
+    path: str
+    sort: str
+    now: Entry
+    then: Entry | None = None
+    change: float = math.inf
+    weighed: float = math.inf
+    goal: Entry | None = None
+    why: str = ""
+
+    @property
+    def part(self) -> str:
+        """The change with its sign: "-23 %"; "" where there is none."""
+        if self.then is None:
+            return ""
+        sign = "+" if self.then.value > self.now.value else "-"
+        return f"{sign}{100.0 * self.change:.3g} %"
+
+
+@dataclass(frozen=True)
+class Remedies(Tabular):
+    """What would give a job without a design one, each number alone, the least change on top.
+
+    found
+        The answer without a design, with the limits that clash.
+    rows
+        Of every number that was looked at; those that do not help come last.
+    notes
+        What was left out, and how to get it.
+    """
+
+    job: Job
+    found: Answer[Any]
+    rows: tuple[Remedy, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def helpful(self) -> tuple[Remedy, ...]:
+        """Those with a value that helps."""
+        return tuple(row for row in self.rows if row.then is not None)
+
+    @property
+    def first(self) -> str:
+        """The least change that helps, as a sentence."""
+        if not self.helpful:
+            return "No limit, range or fact, changed alone, was found to give a design."
+        one = self.helpful[0]
+        assert one.then is not None
+        return f"The least change of one number: {one.path} {one.now.shown} -> {one.then.shown}."
+
+    @property
+    def lines(self) -> list[tuple[str, ...]]:
+        """Number, change, part, and the goal with it, of those that help."""
+        return [
+            (row.path, f"{row.now.shown} -> {row.then.shown}", row.part, row.goal.shown if row.goal is not None else "")
+            for row in self.helpful
+            if row.then is not None
+        ]
+
+    @property
+    def useless(self) -> str:
+        """Numbers that were moved both ways and do not help, as a sentence; "" where there are none."""
+        paths = [row.path for row in self.rows if row.then is None and row.why != _LEFT]
+        return f"Alone no value that was looked at helps of {', '.join(paths)}." if paths else ""
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each number, ranked: what it is and what would help, in SI and as shown."""
+        return [
+            {
+                "path": row.path, "sort": row.sort, "unit": row.now.si, "now": row.now.value,
+                "now_shown": row.now.shown, "then": None if row.then is None else row.then.value,
+                "then_shown": None if row.then is None else row.then.shown,
+                "change": None if row.then is None else row.change,
+                "goal": None if row.goal is None else row.goal.value, "why": row.why,
+            }
+            for row in self.rows
+        ]  # fmt: skip
+
+    def heading(self) -> tuple[str, ...]:
+        """Title, and the least change that helps."""
+        return self.job.title, self.first, *self.notes
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain data, with the answer."""
+        return {"first": self.first, "rows": self.table(), "notes": list(self.notes), "answer": self.found.to_json()}
+
+
+def without_design(job: Job, found: Answer[Any]) -> bool:
+    """Whether a job asks for a design and has none, so that remedies may be looked for."""
+    return found.status in ("infeasible", "unproven") and not (is_scene(job) and job.find_all is not None)
+
+
+def remedies(
+    job: Job,
+    *,
+    found: Answer[Any] | None = None,
+    only: Collection[str] | None = None,
+    thorough: bool = False,
+    most: float = ALLOWANCE,
+    progress: Progress | None = None,
+) -> Remedies:
+    """The numbers of a job without a design that, changed alone, give one, and by how much.
+
+    Parameters
+    ----------
+    job
+        Of any kind.
+    found
+        Its answer, where it is known.
+    only
+        Paths to look at; None for all.
+    thorough
+        Whatever the work.
+    most
+        Work [nominal ms] after which the rest is named as not looked at.
+    progress
+        Called with a stage and the part that is done.
+
+    Raises
+    ------
+    InputError
+        A job that has a design, or asks for none; a path of `only` that the file does not have.
+    """
+    found = answer(job) if found is None else found
+    if not without_design(job, found):
+        raise InputError(f"{job.name}: is {found.status}, so there is nothing to mend. See vibopt whatif FILE.")
+    asked, read = asked_of(found, ends=True)
+    if only is not None:
+        unknown = sorted(set(only) - {one.path for one, _ in asked})
+        if unknown:
+            raise UnknownName.among("number", unknown[0], [one.path for one, _ in asked])
+        asked, read = [(one, sort) for one, sort in asked if one.path in only], 0
+    search = _Search(job, found, math.inf if thorough else most)
+    rows = []
+    for k, (fact, sort) in enumerate(asked):
+        if progress is not None:
+            progress("what would help", k / len(asked))
+        rows.append(search.looked_at(fact, sort))
+    ranked = sorted(range(len(rows)), key=lambda k: (rows[k].weighed, k))
+    left = [row.path for row in rows if row.why == _LEFT]
+    notes = []
+    if left:
+        way = "`vibopt whatif FILE --thorough` looks at all."
+        notes.append(f"Not looked at because of the work: {', '.join(left)}. {way}")
+    if read:
+        notes.append(f"{read} numbers that were measured were left as they are: they are data of {noun_of(job)}.")
+    return Remedies(job, found, tuple(rows[k] for k in ranked), tuple(notes))
+
+
+_LEFT = "left out because of the work"
+
+
+class _Search:
+    """Remedies one after the other, from one allowance of work [nominal ms]."""
+
+    def __init__(self, job: Job, found: Answer[Any], most: float) -> None:
+        self.job, self.most, self.spent = job, most, 0.0
+        self.each = max(found.work if is_scene(job) else 0.0, LEAST_WORK)
+        self.extent = length_of(job)
+        near = found.nearest
+        self.soft = softness(job.limits) if is_scene(job) else dict(near.soft) if near is not None else {}
+
+    def looked_at(self, fact: FactAt, sort: str) -> Remedy:
+        """The nearest value of one number with which there is a design."""
+        now = Entry(fact.value, fact.dimension, fact.unit, amplitude=fact.amplitude)
+        axis = axis_of(fact, self.extent, complement=complement_of(self.job, fact.path))
+        if axis is None:
+            return Remedy(fact.path, sort, now, why="it is zero, and nothing says how large a step is")
+        if is_scene(self.job) and open_positions(self.job) and self.spent + self.each > self.most:
+            return Remedy(fact.path, sort, now, why=_LEFT)
+        road = Road(self.job, fact, None, lambda: self.spent + road.work <= self.most)
+        try:
+            best = min((one for way in self._ways(fact, sort) if (one := _along(road, axis, way))), default=None)
+        except SpentError:
+            return Remedy(fact.path, sort, now, why=_LEFT)
+        finally:
+            self.spent += road.work
+        if best is None:
+            return Remedy(fact.path, sort, now, why=_none(axis, self._ways(fact, sort), sort))
+        far, value = best
+        found = self._confirmed(fact, value)
+        if found is None:
+            return Remedy(fact.path, sort, now, why="what helps could not be told to three digits")
+        then = Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
+        part = far if axis.extent else abs(value / fact.value - 1.0)
+        soft = self.soft.get(fact.path.split(".")[1], 1.0) if sort == LIMITS else 1.0
+        goal = found.goal[1] if found.goal is not None else None
+        return Remedy(fact.path, sort, now, then, part, part / soft, goal)
+
+    def _ways(self, fact: FactAt, sort: str) -> tuple[int, ...]:
+        way = _LOOSER.get(fact.path.rpartition(".")[2], 0) if sort in (LIMITS, CAPS) else 0
+        return (way,) if way else (-1, 1)
+
+    def _confirmed(self, fact: FactAt, value: float) -> Answer[Any] | None:
+        """The answer with the value as it is shown; None where that has no design."""
+        found = answer(with_changes(self.job, fact.changes(value)), explain=False, brief=True)
+        self.spent += found.work if is_scene(self.job) else LEAST_WORK
+        return found if found.status in GOOD else None
+
+
+def _along(road: Road, axis: Axis, way: int) -> tuple[float, float] | None:
+    """How far the nearest value with a design is found to lie one way, and that value [SI]; None where there is none.
+
+    Between the last value without a design and the first with one it is halved, in steps of the third digit.
+    """
+    fact = axis.fact
+    steps = _BOUNDS if fact.path.startswith("limits.") or fact.path.endswith((".to", ".from")) else _DECADES
+    values = list(dict.fromkeys(_rounded(fact, axis.value(way * t)) for t in steps))
+    values = [one for one in values if way * (one - fact.value) > 0.0]
+    bad, good = fact.value, None
+    for value, state in zip(values, _states(road, values), strict=False):
+        if state:
+            good = value
+            break
+        bad = value
+    if good is None:
+        return None
+    for _ in range(_HALVINGS):
+        middle = _rounded(fact, 0.5 * (bad + good), size=good)
+        if middle in (bad, good) or not min(bad, good) < middle < max(bad, good):
+            break
+        if _good(road, middle):
+            good = middle
+        else:
+            bad = middle
+    far = abs(axis.at(good))
+    return (far if math.isfinite(far) else math.inf), good
+
+
+def _states(road: Road, values: list[float]) -> Iterator[bool]:
+    """Whether there is a design at each value: at once where that is one batch, else one by one as they are asked."""
+    if road.together:
+        yield from (state is not None and state.status in GOOD for state in road.at(values))
+    else:
+        yield from (_good(road, value) for value in values)
+
+
+def _good(road: Road, value: float) -> bool:
+    return road(value).status in GOOD
+
+
+def _rounded(fact: FactAt, value: float, size: float | None = None) -> float:
+    """A value [SI] with three digits in the unit of the file; of `size` where that says which digits these are."""
+    if fact.dimension == "count":
+        return float(round(value))
+    number = to_unit(value, fact.unit, fact.dimension) if fact.unit else value
+    scale = number if size is None else (to_unit(size, fact.unit, fact.dimension) if fact.unit else size)
+    if not scale or fact.dimension == "level":
+        return value
+    step = 10.0 ** (math.floor(math.log10(abs(scale) * (1.0 - 1e-9))) - _DIGITS + 1)
+    said = f"{round(number / step) * step:.12g}"
+    return fact.read(f"{said} {fact.unit}") if fact.unit else float(said)
+
+
+def _none(axis: Axis, ways: tuple[int, ...], sort: str) -> str:
+    """Why a number does not help."""
+    ends = [axis.value(way * (_BOUNDS if sort == LIMITS else _DECADES)[-1]) for way in ways]
+    fact = axis.fact
+    shown = " or ".join(Entry(end, fact.dimension, fact.unit, amplitude=fact.amplitude).shown for end in ends)
+    return f"no value looked at up to {shown} helps alone"
+
+
+__all__ = ["Remedies", "Remedy", "remedies", "without_design"]
