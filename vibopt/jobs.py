@@ -21,7 +21,7 @@ from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import FileText, changed, inside, parsed, placed, text_of
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
-from vibopt.work import answering, each_answer_within
+from vibopt.work import answering, each_answer_within, metered
 
 if TYPE_CHECKING:
     from typing_extensions import TypeIs
@@ -335,7 +335,7 @@ def answer(
         Seconds after which every search ends with what it has, and the claim says so.  Without it no clock is
         read: the same job has the same answer on any machine, idle or busy.
     explain
-        Whether prices, and what clashes where nothing holds, are found out too.
+        Whether what clashes where nothing holds is found out too.
     brief
         Without words that no point of a sweep shows.
 
@@ -370,11 +370,11 @@ def method_of(method: str | None) -> Any:
 def balanced(
     job: BalancingJob, *, thorough: bool = False, explain: bool = True, method: str | None = None
 ) -> Answer[Any]:
-    """The answer to a balancing job; `thorough` computes every price, whatever the work, without `explain` none."""
-    from vibopt.balancing.question_prices import without_prices
+    """The answer to a balancing job; `thorough` says what clashes, whatever the work; without `explain` none."""
+    from vibopt.balancing.optimisers import answers_alone
 
-    with answering() as limit, nullcontext() if explain else without_prices():
-        found = _balanced(job, thorough, method)
+    with answering() as limit, metered() as meter, nullcontext() if explain else answers_alone():
+        found = replace(_balanced(job, thorough, method), work=meter.done)
     return found if limit is None or found.proven else replace(found, claim=limit.added_to(found.claim))
 
 

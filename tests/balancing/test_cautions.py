@@ -14,12 +14,12 @@ from rotor_jobs import FAN, correction, messages, read_text, solve_text
 from test_rotor_plan import ALIKE, SECOND, fan, put_back_of
 from vibopt.answer.blocks import WARNING
 from vibopt.answer.text import blocks_of, text_of
-from vibopt.balancing import question_prices as prices
-from vibopt.balancing import solve_rotor
+from vibopt.balancing import optimisers, solve_rotor
 from vibopt.balancing.influence import identify
 from vibopt.balancing.plan_views import goal_words
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import noise_of, scenario_rows
+from vibopt.study.prices import priced
 from vibopt.units import read_quantity
 
 SCATTER = '[scatter]\namplitude = "2 %"\nangle = "1 deg"\n'
@@ -123,13 +123,12 @@ def test_free_weights_say_from_where_a_limit_buys_nothing() -> None:
     goal = '[goal]\nminimise = "residual"\ncombine = "{}"\n'
     limit = '[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "{} g"\n'
     for combine in ("rms", "worst"):
-        plan = solve_text(FAN + SECOND + limit.format(8) + goal.format(combine))
+        plan = priced(solve_text(FAN + SECOND + limit.format(8) + goal.format(combine)), until=True)
         price = plan.limits["t"].price.words
         wider = solve_text(FAN + SECOND + limit.format(8.8) + goal.format(combine))
         assert wider.goal is not None
         assert of_unit(price, "mil pp")[1] == pytest.approx(float(wider.goal[1].value) / MIL, rel=1e-3)
-        until = of_unit(price, "g")[-1]
-        assert "; nothing more to gain beyond " in price
+        until = float(price.partition("; nothing more to gain beyond ")[2].removesuffix(" g"))
         at, far = (solve_text(FAN + SECOND + limit.format(g) + goal.format(combine)) for g in (until * 1.001, 100))
         assert at.goal is not None
         assert far.goal is not None
@@ -156,7 +155,7 @@ def test_a_limit_on_shelf_weights_has_a_price_by_trying_every_choice() -> None:
         return found / MIL
 
     assert plan.limits["t"].margin > 0.05
-    now, then = of_unit(plan.limits["t"].price.words, "mil pp")
+    now, then = of_unit(priced(plan).limits["t"].price.words, "mil pp")
     assert (now, then) == pytest.approx((best(0.0135), best(0.01485)), rel=1e-3)
     assert best(0.01485) < best(0.0135)
 
@@ -176,24 +175,13 @@ def test_a_robust_goal_has_prices_of_its_own() -> None:
         u = np.array([one.u for one in solve_text(text + limit.format(total)).plan.planes])
         rows = np.concatenate([y0 + H @ u, identified.residual(u)])
         worst.append(float(np.abs(rows).max()) / MIL)
-    assert plan.limits["t"].price.words.endswith(" (worst over the scatter)")
-    assert of_unit(plan.limits["t"].price.words, "mil pp") == pytest.approx(worst, rel=1e-3)
-
-
-def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prices, "ALLOWANCE", 0)
-    job = read_text(FAN + '[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "8 g"\n')
-    plan = solve_rotor.solve_job(job)
-    assert plan.limits["t"].price is None
-    assert plan.notes[-1] == (
-        "No price was computed for t: 1 more solution would exceed the budget. `vibopt explain FILE --thorough` "
-        "computes it."
-    )
-    assert "; nothing more to gain beyond " in solve_rotor.solve_job(job, thorough=True).limits["t"].price.words
+    words = priced(plan).limits["t"].price.words
+    assert words.startswith("12 g -> 13.2 g: worst residual of 201 rotors within the scatter ")
+    assert of_unit(words, "mil pp") == pytest.approx(worst, rel=1e-3)
 
 
 def test_an_impasse_beyond_the_budget_is_said_with_what_computes_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prices, "ALLOWANCE", 0)
+    monkeypatch.setattr(optimisers, "ALLOWANCE", 0)
     limits = '[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "4 g"\n[limits.r]\nresponse = "residual"\n'
     job = read_text(FAN + limits + 'at = "a"\nat_most = "3 mil"\n')
     assert solve_rotor.solve_job(job).reason == (
@@ -317,7 +305,7 @@ def test_the_goal_of_huber_is_an_amplitude() -> None:
     assert bent.goal is not None
     assert float(bent.goal[1].value) / MIL == pytest.approx(np.sqrt(cost.mean()), rel=1e-9)
     assert goal_words(bent).startswith("least root mean square of the residuals by Huber's rule is ")
-    assert of_unit(bent.limits["t"].price.words, "mil pp")[0] == pytest.approx(np.sqrt(cost.mean()), rel=1e-3)
+    assert of_unit(priced(bent).limits["t"].price.words, "mil pp")[0] == pytest.approx(np.sqrt(cost.mean()), rel=1e-3)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from rotor_jobs import FAN, polar, read_text, solve_text
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.contradictions import Heard, heard, held_bands
 from vibopt.balancing.influence import identify, leverage
-from vibopt.balancing.question_prices import solve_question
+from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.solve_rotor import solve_job

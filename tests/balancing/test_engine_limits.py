@@ -11,10 +11,11 @@ import pytest
 
 from test_engine import engine, job_of, number_at, solved
 from vibopt.answer.text import blocks_of, text_of
-from vibopt.balancing import question_prices as prices
+from vibopt.balancing import optimisers
 from vibopt.balancing.engine import EngineJob, solve_engine
 from vibopt.balancing.engine.choose_weights import balance, settings
 from vibopt.balancing.engine.shaking import Arms, arms, of_order
+from vibopt.study.prices import priced
 from vibopt.study.prices import prices as every_price
 from vibopt.units import read_quantity
 
@@ -59,44 +60,47 @@ def grid(job: EngineJob, here: Arms) -> tuple[np.ndarray, np.ndarray]:
 def test_a_limit_says_what_a_tenth_more_buys_and_from_where_nothing_is_gained() -> None:
     """Against all pairs of weights on a grid: the words are within its step."""
     document = four(secondary_couple="400 N m")
-    answer = solved(document)
-    words = answer.limits["secondary_couple"].price.words
-    bound, wider, until = numbers(words, "moment")
-    now, then = numbers(words, "force")
+    answer = priced(solved(document), until=True)
+    price = answer.limits["secondary_couple"].price
+    bound, wider, until = 400.0, price.loosened.value, price.until.value
+    now, then = answer.goal[1].value, price.goal.value
     force, couple = grid(job_of(document), arms(job_of(document), (0.0, np.pi, np.pi, 0.0)))
-    assert (bound, wider) == (400.0, 440.0)
+    assert wider == pytest.approx(440.0)
+    assert price.words.startswith("400 N m -> 440 N m: secondary force ")
     assert now == pytest.approx(force[couple <= bound].min(), rel=5e-3)
     assert then == pytest.approx(force[couple <= wider].min(), rel=5e-3)
     assert until == pytest.approx(couple[np.argmin(force)], rel=1e-3)
     assert force[couple <= until * 0.99].min() > force.min() * 1.02
     assert "What loosening a limit buys" in [one.title for one in blocks_of(answer)]
-    assert answer.to_json()["limits"]["secondary_couple"]["price"]["words"] == words
+    assert answer.to_json()["limits"]["secondary_couple"]["price"]["words"] == price.words
 
 
 def test_a_limit_that_is_not_touched_has_no_price() -> None:
-    assert solved(four(secondary_couple="2 kN m")).limits["secondary_couple"].price is None
+    assert priced(solved(four(secondary_couple="2 kN m"))).limits["secondary_couple"].price is None
 
 
 @pytest.mark.parametrize("bound", [1000.0, 1150.0])
 def test_where_cranks_are_chosen_a_limit_costs_without_being_touched(bound: float) -> None:
     """Against all 120 settings."""
     document = search(f"{bound} N m")
-    answer, job = solved(document), job_of(document)
+    answer, job = priced(solved(document)), job_of(document)
     every = [arms(job, np.radians(one).tolist()).constant for one in permutations(range(0, 360, 72))]
     pairs = np.array([(of_order(one, True, 1), of_order(one, True, 2)) for one in every])
 
     def best(limit: float) -> float:
         return float(pairs[pairs[:, 1] <= limit * (1 + 1e-9), 0].min())
 
-    words = answer.limits["rock"].price.words
-    until = min(second for first, second in pairs if first <= best(np.inf) * (1 + 1e-9))
+    price = answer.limits["rock"].price
     assert number_at(answer, "goal") == pytest.approx(best(bound))
-    found = numbers(words, "moment")
+    row = every_price(job, only=["limits.rock.at_most"]).rows[0]
     if best(bound * 1.1) < best(bound) * (1 - 1e-6):
-        assert found == pytest.approx([bound, bound * 1.1, best(bound), best(bound * 1.1), until], rel=5e-4)
+        assert price.goal.value == pytest.approx(best(price.loosened.value), rel=5e-4)
     else:
-        assert " buys nothing, " in words
-        assert found[-1] == pytest.approx(best(np.inf), rel=5e-4)
+        assert price is None
+        assert row.ways[1].goal.value == pytest.approx(best(bound), rel=5e-4)
+    end = row.ways[1].until.value
+    assert best(end) == pytest.approx(best(bound), rel=1e-9)
+    assert best(end * 1.001) < best(bound) * (1 - 1e-6)
 
 
 def test_limits_that_cannot_hold_together_are_named_with_the_smallest_loosening() -> None:
@@ -149,18 +153,14 @@ def test_a_job_is_not_called_impossible_because_its_goal_starts_at_zero() -> Non
     assert number_at(answer, "goal") == pytest.approx(couple[force <= 5000.0].min(), rel=1e-2)
 
 
-def test_prices_that_take_too_long_are_said_to_be_missing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(prices, "ALLOWANCE", 0)
-    assert solved(four(secondary_couple="400 N m")).notes[-1] == (
-        "No price was computed for secondary_couple: 1 more solution would exceed the budget. "
-        "`vibopt explain FILE --thorough` computes it."
-    )
+def test_an_impasse_beyond_the_budget_is_said_with_what_computes_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(optimisers, "ALLOWANCE", 0)
     assert solved(four(secondary_couple="200 N m", secondary_force="5 kN")).reason == (
         "Which limits stand in the way was not computed: 7 more solutions would exceed the budget. "
         "`vibopt explain FILE --thorough` computes it."
     )
-    job = job_of(four(secondary_couple="400 N m"))
-    assert "buys" in solve_engine(job, thorough=True).limits["secondary_couple"].price.words
+    job = job_of(four(secondary_couple="200 N m", secondary_force="5 kN"))
+    assert solve_engine(job, thorough=True).reason.startswith("These cannot hold together: secondary_couple, ")
 
 
 def test_a_class_of_cranks_without_a_proof_leaves_the_search_open(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -16,10 +16,10 @@ from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.conventions import WITH, Conventions
 from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.fitting import split
+from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plane_options import Options, options_of
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question, Solved, breaks
-from vibopt.balancing.question_prices import solve_question
 from vibopt.errors import counted
 from vibopt.work import Budget
 

@@ -241,6 +241,9 @@ class Answer(Tabular, Generic[J_co]):
         Each measured on the finished thing.
     prices
         What a wider cap buys, by the path of the cap; prices of limits stand in `limits`.
+    rates
+        What the goal of a balancing job falls by per unit of a limit [SI], or of a cap by its path, that is wider: zero
+        where it holds nothing back; None where that is not known.
     plan
         What to fit where, for a measured rotor; empty elsewhere.
     found
@@ -276,6 +279,7 @@ class Answer(Tabular, Generic[J_co]):
     values: Mapping[str, Value] = field(default_factory=dict)
     places: Mapping[str, Word] = field(default_factory=dict)
     prices: Mapping[str, Price] = field(default_factory=dict)
+    rates: Mapping[str, float] | None = None
     plan: Plan = field(default_factory=Plan)
     found: tuple[tuple[Entry, Entry], ...] | None = None
     conflict: Conflict | None = None

@@ -12,7 +12,7 @@ from typing import Any
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Value
 
-SCHEMA = "vibopt.answer/1"
+SCHEMA = "vibopt.answer/2"
 """Name and number of the shape; the number is raised where a key goes or changes its meaning."""
 INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
 

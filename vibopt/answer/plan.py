@@ -152,8 +152,6 @@ class RowAnswer:
         Ends of the 95 % band of the amplitude left; None where the scatter is not known.
     limit
         Greatest amplitude allowed, None without a limit.
-    price
-        What a wider limit buys, in words; "" where it buys nothing.
     greatest
         Greatest reading of this kind [SI peak], beside which rounding is nothing.
     """
@@ -169,7 +167,6 @@ class RowAnswer:
     fitted_phasor: str = ""
     band: tuple[Entry, Entry] | None = None
     limit: Entry | None = None
-    price: str = ""
     greatest: float = 0.0
 
     @property
@@ -190,7 +187,6 @@ class RowAnswer:
             "band": None if self.band is None else [one.to_json() for one in self.band],
             "limit": None if self.limit is None else self.limit.to_json(),
             "margin": None if self.check is None else self.check.margin,
-            "price": self.price,
         }
 
 

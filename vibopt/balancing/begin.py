@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import fields, replace
 from math import tau
 from typing import Any
@@ -11,18 +11,18 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value
-from vibopt.answer.plan import DeferredMapping, DeferredRows, Fitting, Plan, RowAnswer
+from vibopt.answer.plan import DeferredMapping, DeferredRows, Fitting, Plan
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.cautions import cancelling, last_one, remedies, unsure, warning, ways_out, with_bands
 from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.limit_prices import impasse, limit_answers
+from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.plan_values import coefficients, quality_values, todo, trial_advice, trims
 from vibopt.balancing.question import Question, Solved
-from vibopt.balancing.question_prices import Solver, solve_question
 from vibopt.balancing.rotor_job import RotorJob
+from vibopt.balancing.rotor_limits import impasse, limits_at, rates_of
 from vibopt.balancing.rotor_question import Posed, caps, pose
 from vibopt.balancing.trust import Noise, conditioning
 from vibopt.units import show
@@ -139,7 +139,7 @@ def nothing(
 
 def plan_of(
     job: RotorJob, identified: Identified, posed: Posed, solved: Solved, fitting: Fitting, noise: Noise | None,
-    notes: tuple[str, ...], *, thorough: bool,
+    notes: tuple[str, ...],
 ) -> Answer[RotorJob]:  # fmt: skip
     """The plan of one answer with its limits and prices, or why its weights are not to be fitted."""
     u = solved.u
@@ -158,36 +158,21 @@ def plan_of(
             later=later, notes=(said, *notes),
             method=method_of(job, posed.question, identified), details=dict(solved.details),
         )  # fmt: skip
-    priced = limit_answers(job, plain, solved, goal[1], posed, thorough=thorough)
-    limits = with_bands(job, priced.limits, fitting)
-    shown = DeferredMapping(replace(priced, limits=limits).with_words)
+    limits = with_bands(job, limits_at(job, plain.chosen_only(solved.chosen), u), fitting)
     status, claim = (solved.status, solved.claim) if job.choices else kept_or_broken(limits)
     return begun(
-        job, status=status, claim=claim, goal=goal, fittings=(_priced(job, fitting, shown),),
-        limits=shown,
+        job, status=status, claim=claim, goal=goal, fittings=(fitting,), limits=limits,
+        rates=rates_of(job, posed.question, solved),
         words=DeferredRows(None, lambda: todo(job, fitting)), gap=solved.gap, condition=found.number,
         remedies=ways,
         values={**quality_values(job, identified, u), **trims(job, fitting)},
         later=later,
         notes=(
             *((said, *last_one(ways)) if said else ()), *_reach_notes(job), *unsure(limits),
-            *notes, *priced.notes,
+            *notes,
         ),
-        prices=DeferredMapping(priced.caps),
         method=method_of(job, posed.question, identified), details=dict(solved.details),
     )  # fmt: skip
-
-
-def _priced(job: RotorJob, fitting: Fitting, limits: Mapping[str, Checked]) -> Fitting:
-    """Rows with the price of the limit that bounds them."""
-
-    def rows() -> Sequence[RowAnswer]:
-        own = [limits[limit.name] for limit in reversed(job.residual_limits)]
-        prices = {one.place: one.price.words if one.price is not None else "" for one in own}
-        found = [replace(row, price=prices.get(job.row_name(k), "")) for k, row in enumerate(fitting.rows)]
-        return found if any(prices.values()) else fitting.rows
-
-    return replace(fitting, rows=DeferredRows(len(fitting.rows), rows))
 
 
 def _reach_notes(job: RotorJob) -> tuple[str, ...]:

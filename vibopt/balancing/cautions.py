@@ -12,8 +12,8 @@ from vibopt.answer.plan import Fitting, Remedy
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fitting import amplitude, weight_text
 from vibopt.balancing.influence import Identified
+from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.question import Question, first_greatest
-from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import Posed, rows_of, without_plane
 from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands

@@ -13,7 +13,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.agreement import Agreement, Runs, agreements, without
 from vibopt.balancing.cautions import remedy_of
 from vibopt.balancing.influence import Identified, identify
-from vibopt.balancing.question_prices import solve_question
+from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise, bands, noise_of, seen_noise

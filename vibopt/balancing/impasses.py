@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Conflict, Least, Nearest
 from vibopt.answer.clashes import every_clash
 from vibopt.answer.entry import Checked, Entry, Value
-from vibopt.balancing.question_prices import THOROUGH, allowance
+from vibopt.balancing.optimisers import THOROUGH, allowance
 from vibopt.balancing.rotor_tables import Bounded
 from vibopt.records import dataclass
 from vibopt.values.soft import softness, widened

@@ -19,10 +19,10 @@ from vibopt.balancing import active_set
 from vibopt.balancing.active_set import FAR, Discs, Held, exchanged
 from vibopt.balancing.fitting import NOTHING
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.limit_prices import AGREES
+from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.question import Question, felt
-from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
+from vibopt.balancing.rotor_limits import AGREES
 from vibopt.balancing.rotor_question import rows_of
 from vibopt.balancing.solve_rotor import asked_of
 from vibopt.balancing.trust import conditioning

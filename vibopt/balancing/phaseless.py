@@ -22,9 +22,9 @@ from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, not
 from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.influence import Identified
+from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plan_values import OFF
 from vibopt.balancing.question import Solved
-from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import Posed, pose
 from vibopt.balancing.trust import conditioning
@@ -220,7 +220,7 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Answer[Roto
     if len(fittings) > 1:
         return _open(job, answers, posed_of[0], solved[0], fittings)
     notes = _miss_notes(job, answers)
-    plan = plan_of(job, kept[0], posed_of[0], solved[0], fittings[0], None, notes, thorough=thorough)
+    plan = plan_of(job, kept[0], posed_of[0], solved[0], fittings[0], None, notes)
     plan = replace(plan, method=METHOD, details={"miss": answers.miss.tolist()})
     if not plan.plan.fittings:
         return plan

@@ -131,20 +131,6 @@ class Question:
             option_uses=picked(self.option_uses) if self.option_uses else (),
         )
 
-    def same_choices(self, other: Question) -> bool:
-        """Whether every plane may take what it may in `other`: the same list, or the same caps."""
-        for plane in range(self.n_planes):
-            mine, its = (one.options[plane] if one.options else None for one in (self, other))
-            if mine is not None and its is not None:
-                if mine.shape != its.shape:
-                    return False
-                continue
-            fans = [one.fans[plane] if one.fans else None for one in (self, other)]
-            most = [np.inf if fan is None else fan.each for fan in fans]
-            if self.caps[plane] != other.caps[plane] or most[0] != most[1]:
-                return False
-        return True
-
     def residual(self, u: ComplexArray) -> ComplexArray:
         """What is left at the readings (..., n_readings) after the correction u (..., n_planes)."""
         left: ComplexArray = self.y0 + u @ self.H.T

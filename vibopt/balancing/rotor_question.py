@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import field, replace
+from collections.abc import Sequence
+from dataclasses import replace
 from math import inf
 from typing import cast
 
@@ -21,15 +21,11 @@ from vibopt.records import dataclass
 
 @dataclass(frozen=True)
 class Posed:
-    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each.
-
-    `again` poses the same rotor with what another job allows.
-    """
+    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each."""
 
     question: Question
     options: tuple[Options | None, ...]
     n_rows: int
-    again: Callable[[RotorJob], Posed] = field(repr=False)
 
     def chosen_only(self, chosen: Sequence[int]) -> Posed:
         """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
@@ -57,10 +53,7 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
         **choices,
     )
     question = without_plane(question, idle) if len(idle) else question
-    return Posed(
-        _robust(job, identified, noise, question), options, len(identified.y0),
-        lambda other: pose(other, identified, noise, idle),
-    )  # fmt: skip
+    return Posed(_robust(job, identified, noise, question), options, len(identified.y0))
 
 
 def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question: Question) -> Question:

@@ -14,12 +14,12 @@ from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, ju
 from vibopt.balancing.fitting import amplitude, fitting_of, put_back
 from vibopt.balancing.impasses import left_words, with_together
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.limit_prices import AGREES, nearest_plan
+from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.phaseless import solve_without_phase
 from vibopt.balancing.plan_values import quality_values, trial_advice
 from vibopt.balancing.question import Solved
-from vibopt.balancing.question_prices import Solver, solve_question
 from vibopt.balancing.rotor_job import RotorJob
+from vibopt.balancing.rotor_limits import AGREES, nearest_plan
 from vibopt.balancing.rotor_question import Posed, pose
 from vibopt.balancing.trust import Noise
 
@@ -27,7 +27,7 @@ _ROUNDING = 1e-12
 
 
 def solve_job(job: RotorJob, *, thorough: bool = False, solver: Solver = solve_question) -> Answer[RotorJob]:
-    """The plan for a measured rotor; `thorough` computes every price, whatever the work, `solver` answers its question.
+    """The plan for a measured rotor; `thorough` says what clashes whatever the work, `solver` answers its question.
 
     Every answer has been put back into a simulated rotor by another route (`vibopt.balancing.verification`); one that
     the simulation refuses has the status "check_failed".
@@ -59,7 +59,7 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
             )
         return judged(of, _unless_felt(of, idle, none, solver))
     fitting = _fitting(of, identified, posed, solved)
-    plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise), thorough=thorough)
+    plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise))
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
     plan = judged(of, plan.with_plan(beside=beside(of, solved.u)))
     return _certified(plan, identified) if plan.plan.fittings else plan

@@ -13,8 +13,8 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.continuous import solve_continuous
+from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.question import Question
-from vibopt.balancing.question_prices import solve_question
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.charts.balancing_questions import Asked
 from vibopt.charts.rotor_file import HOLES, WEIGHTS

@@ -281,11 +281,8 @@ def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -
         which it is to be added.
     """
     from vibopt.cli.answer_cache import keep, kept
-    from vibopt.jobs import is_scene
 
-    stage = "prices" if prices is not False and is_scene(asked.job) else "answer"
-    if prices is not False and not isinstance(prices, bool) and stage == "answer":
-        return prices  # a balancing answer has its prices already
+    stage = "answer" if prices is False else "prices"
     key = "" if seconds_of_each_answer() is not None else asked.key(stage)  # what a clock may end is not kept
     last = kept(asked, key) if key and not fresh else None
     if last is not None:
@@ -313,9 +310,10 @@ def _answer(asked: Asked) -> Answer[Any]:
 def _beside(found: Answer[Any]) -> Answer[Any]:
     """The answer with what its limits cost, or with the design that comes nearest."""
     from vibopt.cli.progress import Bar
+    from vibopt.jobs import is_scene
 
     with Bar() as bar:
-        if found.status in EMPTY:
+        if found.status in EMPTY and is_scene(found.job):
             from vibopt.study.nearest import with_nearest
 
             bar("the design that comes nearest", 0.0)

@@ -49,11 +49,9 @@ def kept_answer(file: Path, job: Job, found: Answer[Any]) -> dict[str, Any]:
     job, found
         What it asks, and the answer.
     """
-    if is_scene(found.job):
-        from vibopt.study.prices import priced
+    from vibopt.study.prices import priced
 
-        found = priced(found)
-    answer = {key: one for key, one in plain(found.to_json()).items() if key != "timings"}
+    answer = {key: one for key, one in plain(priced(found).to_json()).items() if key != "timings"}
     return {"sha256": _digests(file, job), "answer": json.loads(json_text(answer))}
 
 

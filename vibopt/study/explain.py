@@ -105,8 +105,7 @@ def explain(
         return _balancing(job, method, thorough)
     design = solve(job, method=method_of(method), progress=progress, thorough=thorough)
     design = with_nearest(design, thorough=thorough)
-    every = prices_of_limits(design, thorough=thorough)
-    design = priced(design) if every is None else with_prices(design, every)
+    design, every = _priced(design, thorough)
     program = pose(design.scene)
     return Explanation(
         design,
@@ -123,12 +122,18 @@ def explain(
 def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explanation:
     """What a balancing job is modelled by, the methods it could have, and what its limits cost."""
     found = balanced(job, thorough=thorough) if method is None else answer(job, method=method)
-    every = prices_of_limits(found, thorough=thorough)
+    found, every = _priced(found, thorough)
     limits = tuple(Said(name, f"{_row(limit)}{_ranged(every, name)}") for name, limit in found.limits.items())
     caps = tuple(Said(path, f"ACTIVE, {price.words}{_ranged(every, path)}") for path, price in found.prices.items())
     model, methods = reasons(job, found)
     said, considered = tuple(Said(*one) for one in model), tuple(Considered(*one) for one in methods)
     return Explanation(found, said, considered, (*limits, *caps), None, every)
+
+
+def _priced(found: Answer[Any], thorough: bool) -> tuple[Answer[Any], Prices | None]:
+    """An answer with what limits and caps buy, and the table of it where there is one."""
+    every = prices_of_limits(found, thorough=thorough)
+    return (priced(found), None) if every is None else (with_prices(found, every), every)
 
 
 def _ranged(every: Prices | None, name: str) -> str:

@@ -127,23 +127,54 @@ def _end(which: str) -> str:
     return _PLACES["high" if which == "to" else "low"]
 
 
-def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
-    """Limits and caps that are touched and hold the goal back, and what was chosen of lists."""
-    held = {name for name, limit in found.limits.items() if limit.margin <= _TOUCHED}
-    entries, caps = found.entries(), {}
+def in_steps(job: Job) -> bool:
+    """Whether a limit may hold the answer to a balancing job back without being touched."""
+    robust = getattr(getattr(job, "goal", None), "robust", "")
+    return bool(robust) or getattr(job, "is_search", False) or any(map(_is_listed, getattr(job, "planes", ())))
+
+
+def _is_listed(plane: Any) -> bool:
+    """Whether the weights of a plane are chosen from lists."""
+    return bool(plane.is_discrete and plane.is_open)
+
+
+def caps_of(job: Any, found: Answer[Any]) -> Iterator[tuple[str, FactAt, float]]:
+    """Upper ends of what a balancing job chooses: path of the choice, the number, and the part of it that is taken."""
+    entries, planes = found.entries(), {f"planes.{one.name}": one.weights for one in found.plan.planes}
     for fact in facts(job):
         path, _, end = fact.path.rpartition(".")
-        if end == "to" and fact.value > 0.0:
-            one = next((entries[key] for key in _chosen_at(path) if key in entries), None)
-            if isinstance(one, Entry) and one.value >= fact.value * (1.0 - _TOUCHED):
-                caps[path] = f"{path} at {_PLACES['high']}"
+        if end not in ("to", "deepest") or not fact.value > 0.0:
+            continue
+        weights, one = planes.get(path.rpartition(".")[0]), entries.get(next(filter(entries.get, _chosen_at(path)), ""))
+        taken = one.value if isinstance(one, Entry) else 0.0
+        if weights is not None:
+            deep = max((weight.depth or 0.0 for weight in weights), default=0.0)
+            taken = deep if end == "deepest" else sum((weight.mass for weight in weights), 0.0)
+        yield path, fact, taken / fact.value
+
+
+def is_touched(part: float) -> bool:
+    """Whether an answer touches what it takes this part of."""
+    return part >= 1.0 - _TOUCHED
+
+
+def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
+    """Limits and caps that are touched and hold the goal back, and what was chosen of lists."""
+    rates = found.rates if found.rates is not None else {}
+    held = {name for name, limit in found.limits.items() if is_touched(1.0 - limit.margin) and rates.get(name, 1.0)}
+    caps = {
+        path: f"{path} at {_PLACES['high']}"
+        for path, _, part in caps_of(job, found)
+        if is_touched(part) and rates.get(path, 1.0)
+    }
     held |= set(caps.values())
     if job.kind == ENGINE:
         from vibopt.balancing.engine.needless import needless
 
         held -= needless(job, held, caps)
-    for plane, made in zip(getattr(job, "planes", ()), getattr(found.plan, "planes", ()), strict=False):
-        if getattr(plane, "is_discrete", False):
+    entries = found.entries()
+    for plane, made in zip(getattr(job, "planes", ()), found.plan.planes, strict=False):
+        if plane.is_discrete:
             held.add(f"{plane.name}: {' and '.join(_fitted(plane, made)) or 'nothing'}")
     held |= {f"{path} = {entries[path].shown}" for path in job.choices if path.startswith("cyl") and path in entries}
     return held

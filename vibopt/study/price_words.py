@@ -21,7 +21,7 @@ def words_of(found: Answer[Any], now: Entry, way: Way, ways: Sequence[Way] = ())
     """What a loosened limit buys, then what a tighter one costs, and where there is nothing more to gain."""
     assert found.goal is not None
     assert way.goal is not None
-    name, goal = found.goal
+    name, goal = found.goal[0].replace("_", " "), found.goal[1]
     text = f"{now.shown} -> {way.value.shown}: {name} {goal.shown} -> {way.goal.shown}"
     if goal.shown == way.goal.shown:
         text = f"{now.shown} -> {way.value.shown}: {name} stays {goal.shown}"

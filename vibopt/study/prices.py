@@ -6,7 +6,7 @@ job is answered again.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,12 +17,21 @@ from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, facts, is_scene, noun_of
 from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
-from vibopt.scene.scene import Design
 from vibopt.solve.method import Progress
-from vibopt.study.holding import LEAST_WORK, Road, SpentError, State, measured_by, state_of
+from vibopt.study.holding import (
+    LEAST_WORK,
+    Road,
+    SpentError,
+    State,
+    caps_of,
+    in_steps,
+    is_touched,
+    measured_by,
+    state_of,
+)
 from vibopt.study.one_way import Along, Axis, axis_of, complement_of
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, first_words, words_of
-from vibopt.study.seen import reason
+from vibopt.study.seen import goal_of, reason
 from vibopt.study.thresholds import extent_of
 from vibopt.values.fact_at import FactAt
 
@@ -229,7 +238,7 @@ def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
         )
     if not measure:
         return "there is neither a goal nor a limit, so nothing to count a price in. Add one of them."
-    if found.goal is None and found.status not in ("met", "violated"):
+    if goal_of(job, found) is None and found.status not in ("met", "violated"):
         why = reason(found) or found.claim
         return f"there is no design whose price could be told: {found.status}. {why[:1].upper()}{why[1:]}".rstrip()
     return ""
@@ -358,9 +367,9 @@ class _Purse:
             key = next((key for key, row in rows.items() if row.side == steps[2]), next(iter(rows), steps[1]))
             ways = {"at_most": 1, "at_least": -1, "lowest": 1, "highest": -1}
             return key, ways.get(steps[-1], 0)
-        if steps[-1] in ("to", "from"):
-            end = "highest" if steps[-1] == "to" else "lowest"
-            return f"{path.rpartition('.')[0]} at its {end}", 1 if steps[-1] == "to" else -1
+        if steps[-1] in ("to", "from", "deepest"):
+            end, loose = ("lowest", -1) if steps[-1] == "from" else ("highest", 1)
+            return f"{path.rpartition('.')[0]} at its {end}", loose
         return "", 0
 
 
@@ -390,39 +399,60 @@ def _data(job: Job, read: int) -> str:
     )
 
 
-def priced(design: Design, *, until: bool = False, thorough: bool = False) -> Design:
-    """The same design with a price on every active limit; analyses and failures are returned as they are.
+def priced(found: Answer[Any], *, until: bool = False, thorough: bool = False) -> Answer[Any]:
+    """The same answer with a price on all that holds it back; analyses and failures are returned as they are.
 
     Parameters
     ----------
-    design
-        An answer with a goal.
+    found
+        An answer with a goal, of any kind of job.
     until
         Look both ways, for the range of each, and for the bound beyond which loosening buys nothing more.
     thorough
         Whatever the work; without it the answer says what was left out.
+
+    Notes
+    -----
+    Where weights are chosen from lists, and where a goal is robust, a limit may hold the answer back without being
+    touched: there every limit and cap is looked at, as far as the work goes.
     """
-    if design.goal is None or design.status not in ("optimal", "feasible"):
-        return design
-    asked = [key for key, row in design.limits.items() if row.active and row.name in design.scene.limits]
+    if found.goal is None or found.status not in ("optimal", "feasible"):
+        return found
+    asked = _holding_back(found)
     if not asked:
-        return design
-    names = ", ".join(dict.fromkeys(design.limits[key].name for key in asked))
-    if design.work > PATIENCE and not thorough:
+        return found
+    if found.work > PATIENCE and not thorough:
+        names = ", ".join(dict.fromkeys(_spoken(found, key) for key in asked))
         note = f"No price was computed for {names}: each is an answer of its own. {THOROUGH} computes it."
-        return replace(design, notes=(*design.notes, note))
+        return replace(found, notes=(*found.notes, note))
     if until:
-        every = prices_of_limits(design, thorough=thorough)
-        return design if every is None else with_prices(design, every)
-    purse = _Purse(design, measured_by(design.scene)[1], float("inf"))
-    known = {fact.path: fact for fact in facts(_job(design))}
-    limits = dict(design.limits)
-    for key in asked:
-        path = _bound_of(limits[key], known)
-        one = known[path] if path else None
-        row = None if one is None else purse.priced(one, LIMITS, None, 0.0)
-        limits[key] = replace(limits[key], price=None if row is None else _price(design, row))
-    return replace(design, limits=limits)
+        every = prices_of_limits(found, thorough=thorough)
+        return found if every is None else with_prices(found, every)
+    job = _job(found)
+    steps = not is_scene(job) and in_steps(job)
+    purse = _Purse(found, measured_by(job)[1], OF_LIMITS if steps and not thorough else float("inf"))
+    rows = [purse.priced(fact, LIMITS, None, 0.0) for fact in asked.values()]
+    return _with_rows(found, asked, {row.path: row for row in rows}, _left(rows))
+
+
+def _spoken(found: Answer[Any], key: str) -> str:
+    return found.limits[key].name if key in found.limits else key
+
+
+def _holding_back(found: Answer[Any]) -> dict[str, FactAt]:
+    """What holds an answer back, or may: a limit by its key, a cap by the path of what it bounds, with its number."""
+    job = _job(found)
+    steps = not is_scene(job) and in_steps(job)
+    known = {fact.path: fact for fact in facts(job)}
+    asked = {key: _bound_of(row, known) for key, row in found.limits.items() if steps or _is_active(job, row)}
+    held = {key: known[path] for key, path in asked.items() if path}
+    if is_scene(job):
+        return held
+    return held | {path: fact for path, fact, part in caps_of(job, found) if steps or is_touched(part)}
+
+
+def _is_active(job: Job, row: Checked) -> bool:
+    return row.active if is_scene(job) else is_touched(1.0 - row.margin)
 
 
 def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | None:
@@ -440,15 +470,19 @@ def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | 
     return prices(job, found=found, only=paths, thorough=thorough, most=OF_LIMITS)
 
 
-def with_prices(design: Design, every: Prices) -> Design:
-    """The same design with the prices of its active limits from a table, and what that left out."""
-    rows = {one.path: one for one in every.rows}
-    known = {fact.path: fact for fact in facts(_job(design)) if fact.path in rows}
-    limits = dict(design.limits)
-    for key, row in design.limits.items():
-        path = _bound_of(row, known) if row.active else ""
-        limits[key] = replace(row, price=_price(design, rows[path]) if path else None)
-    return replace(design, limits=limits, notes=(*design.notes, *every.notes))
+def with_prices(found: Answer[Any], every: Prices) -> Answer[Any]:
+    """The same answer with the prices of what holds it back from a table, and what that left out."""
+    return _with_rows(found, _holding_back(found), {one.path: one for one in every.rows}, every.notes)
+
+
+def _with_rows(
+    found: Answer[Any], asked: Mapping[str, FactAt], rows: Mapping[str, Ranked], notes: Iterable[str]
+) -> Answer[Any]:
+    """The same answer with prices from the rows of a table, by the path of what is moved."""
+    bought = {key: _price(found, key, rows[fact.path]) for key, fact in asked.items() if fact.path in rows}
+    limits = {key: replace(row, price=bought[key]) if key in bought else row for key, row in found.limits.items()}
+    caps = {key: price for key, price in bought.items() if key not in limits and price is not None}
+    return replace(found, limits=limits, prices=caps, notes=(*found.notes, *notes))
 
 
 def _bound_of(row: Checked, known: Mapping[str, FactAt]) -> str:
@@ -457,15 +491,15 @@ def _bound_of(row: Checked, known: Mapping[str, FactAt]) -> str:
     return min(paths, key=lambda one: abs(known[one].value - row.value.value), default="")
 
 
-def _price(design: Design, row: Ranked) -> Price | None:
-    """Of an active limit what a wider one buys, and what is known of both ways."""
-    loose = 1 if row.path.endswith(("at_most", "lowest")) else -1
+def _price(found: Answer[Any], key: str, row: Ranked) -> Price | None:
+    """What a wider limit buys, and what is known of both ways; None where a balancing job gains nothing by it."""
+    loose = 1 if row.path.endswith(("at_most", "lowest", ".to", ".deepest")) else -1
     way = next((one for one in row.ways if loose * (one.value.value - row.now.value) > 0.0), None)
-    if way is None or way.goal is None:
+    if way is None or way.goal is None or not (is_scene(found.job) or (way.change or 0.0) > 0.0):
         return None
     ways = row.ways if row.ranged else ()
-    said = words_of(design, row.now, way, ways)
-    return Price(said, way.value, way.goal, way.ends if way.beyond == GAIN else None, None, ways)
+    said, rate = words_of(found, row.now, way, ways), (found.rates or {}).get(key)
+    return Price(said, way.value, way.goal, way.ends if way.beyond == GAIN else None, rate, ways)
 
 
 __all__ = [

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from math import inf, isfinite
 
 import numpy as np
 
 from vibopt.answer.answer import Conflict
-from vibopt.answer.entry import Checked, Entry
+from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
@@ -17,10 +17,8 @@ from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
 from vibopt.balancing.impasses import Step, clash
 from vibopt.balancing.lengths import Box, Least, Lengths, least
-from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices
 from vibopt.errors import counted
 from vibopt.records import dataclass
-from vibopt.units import show
 from vibopt.values.soft import softness
 from vibopt.work import Budget
 
@@ -244,16 +242,6 @@ class Cap:
         first = len(shares) + 2 * free_weights(job).index(self.weight)
         return [first, first + 1]
 
-    def reached(self, job: EngineJob, found: Balanced) -> float:
-        """Part of it that an answer takes."""
-        return float(np.linalg.norm(found.x[self.columns(job)])) / self.bound
-
-    def size(self, job: EngineJob) -> Lengths:
-        """What it bounds as a length of the choices."""
-        slope = np.zeros((1, box_of(job).size), dtype=complex)
-        slope[0, self.columns(job)] = (1.0, 1j)[: len(self.columns(job))]
-        return Lengths(np.zeros(1, dtype=complex), slope)
-
 
 def caps_of(job: EngineJob) -> list[Cap]:
     """All of them, shares first."""
@@ -280,63 +268,6 @@ def wider(job: EngineJob, cap: Cap, bound: float) -> EngineJob:
 
 _LOOSER = 1.0005
 Known = EngineLimitTable | Cap
-
-
-def priced(job: EngineJob, found: Balanced, limits: Mapping[str, Checked], work: float, budget: Budget) -> Priced:
-    """The limits with what wider ones and caps buy.
-
-    Parameters
-    ----------
-    job, found
-        The engine with its answer.
-    limits
-        Measured on the answer.  Where cranks are chosen every limit may hold the answer back, else those it touches.
-    work, budget
-        What the answer took, which is expected of each further solution, and what all may take [nominal ms].
-    """
-    if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
-        return Priced(limits, {})
-    asked: list[tuple[str, Known]] = [
-        (name, job.limits[name]) for name, limit in limits.items() if job.is_search or limit.margin < ACTIVE
-    ]
-    asked += [(one.path, one) for one in caps_of(job) if job.is_search or one.reached(job, found) >= 1.0 - ACTIVE]
-    goal = goal_table(job)
-    grain = 1e-9 * size_of(job, goal.is_couple)
-    prices = Prices(
-        [_bound(job, name, one, grain) for name, one in asked], goal_value(job, found),
-        lambda one: show(one, "", goal.dimension, digits=4), work, budget, searched=job.is_search, grain=grain,
-    )  # fmt: skip
-    return Priced(limits, prices.words, prices.notes)
-
-
-def _bound(job: EngineJob, name: str, limit: Known, grain: float) -> Bound:
-    def best(bound: float) -> tuple[float, Balanced] | None:
-        other = moved(job, name, limit, bound)
-        found = balance(other)
-        return (goal_value(other, found), found) if found.status in ("optimal", "feasible") else None
-
-    def until(free: tuple[float, Balanced], best: Best) -> float | None:
-        return _until(job, name, limit, free[0] + 10.0 * grain, best)
-
-    return Bound(name, limit.bound, limit.unit, limit.dimension, best, until, stepped=job.is_search)
-
-
-def _until(job: EngineJob, name: str, limit: Known, target: float, best: Best) -> float | None:
-    """The bound from which on the goal is as good as without the limit, solved once more with it; None if none."""
-    free = moved(job, name, limit, inf)
-    reached: list[float] = []
-    for cranks in settings(job):
-        here = arms(job, cranks)
-        kept = replace(lengths(goal_table(job), here), limit=target)
-        asked = limit.size(job) if isinstance(limit, Cap) else lengths(limit, here)
-        value = least_response(free, here, asked, [kept])
-        reached += [] if value is None else [value]
-    if not reached:
-        return None
-    bound = min(reached) * (1.0 + 1e-6)
-    again = best(bound)
-    grain = 1e-7 * size_of(job, goal_table(job).is_couple)
-    return bound if again is not None and again[0] <= target + grain else None
 
 
 def moved(job: EngineJob, name: str, limit: Known, bound: float) -> EngineJob:

@@ -10,9 +10,8 @@ import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
-from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, impasse, priced
+from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, impasse
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, is_even
@@ -28,7 +27,7 @@ from vibopt.balancing.engine.shaking import (
 )
 from vibopt.balancing.impasses import left_words, nearest_of, with_together
 from vibopt.balancing.lengths import least
-from vibopt.balancing.question_prices import Priced, allowance
+from vibopt.balancing.optimisers import allowance
 from vibopt.units import show
 from vibopt.work import metered
 
@@ -79,7 +78,7 @@ _SAME = 0.01
 
 
 def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = least) -> Answer[EngineJob]:
-    """Choose what is to be chosen, and say what the engine still does; `thorough` computes every price."""
+    """Choose what is to be chosen, and say what is left; `thorough` says what clashes, whatever the work."""
     with metered() as meter:
         found = balance(job, solver)
     here = arms(job, found.cranks)
@@ -96,20 +95,17 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         job.limits, lambda limits: _best(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
         lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough=thorough,
     ) if impossible else None  # fmt: skip
-    solved = status in ("optimal", "feasible")
-    bought = priced(job, found, limits, meter.done, budget) if solved else Priced(limits, {})
     return Answer(
         job=job,
         status=status,
         claim=claim,
         values=_values(job, found, here),
-        limits={} if status == "infeasible" else DeferredMapping(bought.with_words),
+        limits={} if status == "infeasible" else limits,
         measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
         nearest=near,
-        notes=(*_notes(job, found, here), *bought.notes, *(left_words(near) if impossible else ())),
-        prices=DeferredMapping(bought.caps),
+        notes=(*_notes(job, found, here), *(left_words(near) if impossible else ())),
         details={"classes": found.tried, "as_good": found.alike},
         reason=with_together(reason, near),
         conflict=conflict,

@@ -22,9 +22,10 @@ from vibopt.balancing.known.shaft_statics import (
     middle_and_arm,
     unbalances,
 )
+from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.plane_options import Options, choices_of
-from vibopt.balancing.question import Goal, Question, breaks
-from vibopt.balancing.question_prices import Solver, solve_question
+from vibopt.balancing.question import Goal, Question, Solved, breaks
+from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.records import dataclass
 
 AS_WRITTEN = Conventions("", "", WITH, "pk", "")
@@ -38,8 +39,8 @@ class Correction:
 
     way
         "vector sum", "least mass", "program" or "none".
-    prices
-        What the goal falls by per unit of each limit [SI], by name.
+    rates
+        What the goal falls by per unit of each limit and cap [SI], by name; None where it goes in steps.
     planes
         What is done in each plane.
     """
@@ -48,7 +49,7 @@ class Correction:
     status: str
     claim: str
     way: str
-    prices: dict[str, float]
+    rates: dict[str, float] | None
     planes: tuple[PlaneAnswer, ...] = ()
 
 
@@ -68,7 +69,7 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
     n = len(job.planes)
     if not n or job.goal is None:
         as_it_is = "nothing is corrected: the shaft as it is"
-        return Correction(np.zeros(n, dtype=complex), "met", as_it_is, "none", {}), (None,) * n
+        return Correction(np.zeros(n, dtype=complex), "met", as_it_is, "none", None), (None,) * n
     if not job.choices:
         return _given(options), options
     if solver is None and job.goal.minimise != "reaction" and not question.is_search:
@@ -83,14 +84,14 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
         options = tuple(
             None if option is None else option.only(k) for option, k in zip(options, solved.chosen, strict=True)
         )
-    found = Correction(np.asarray(u), solved.status, solved.claim, "program", _prices(job, question, solved))
+    found = Correction(np.asarray(u), solved.status, solved.claim, "program", _rates(job, question, solved))
     return found, options if solved.u is not None else (None,) * n
 
 
 def _given(options: Sequence[Options | None]) -> Correction:
     """The weights that are decided, in planes that are not left untouched."""
     u = np.array([0.0 if option is None else option.u[0] for option in options], dtype=complex)
-    return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", {})
+    return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", None)
 
 
 def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
@@ -192,13 +193,15 @@ def _exact(job: KnownJob, question: Question) -> Correction | None:
         if breaks(question, u):
             return None
         said = "static and couple unbalance" if n_rows == 2 else "static unbalance"
-        return Correction(u, "optimal", f"vector sums: the only correction that leaves no {said}", "vector sum", {})
+        claim = f"vector sums: the only correction that leaves no {said}"
+        return Correction(u, "optimal", claim, "vector sum", dict.fromkeys([*own_caps(job.planes), *job.limits], 0.0))
     lightest = _lightest(question, free, part, right[rank:].T)
     if lightest is None:
         return None
     u[free] = lightest
     claim = f"complete balance with the least mass of all {len(free)} planes together, a convex program"
-    return None if breaks(question, u) else Correction(u, "optimal", claim, "least mass", {})
+    held = None if goal == "correction" else dict.fromkeys([*own_caps(job.planes), *job.limits], 0.0)
+    return None if breaks(question, u) else Correction(u, "optimal", claim, "least mass", held)
 
 
 def _no_balance(job: KnownJob, question: Question) -> Correction:
@@ -211,12 +214,12 @@ def _no_balance(job: KnownJob, question: Question) -> Correction:
     nearest = np.linalg.lstsq(H, -y0, rcond=None)[0] if len(free) else np.zeros(0)
     if np.abs(y0 + H @ nearest).max() > 1e-9 * max(np.abs(y0).max(), 1e-300):
         claim = f"no weights in these planes balance the shaft completely. {way}"
-        return Correction(nothing, "infeasible", claim, "program", {})
+        return Correction(nothing, "infeasible", claim, "program", None)
     if len(free) == np.linalg.matrix_rank(H) and not question.is_discrete:
         claim = f"the only weights that balance the shaft completely break a cap or a forbidden sector. {way}"
-        return Correction(nothing, "infeasible", claim, "program", {})
+        return Correction(nothing, "infeasible", claim, "program", None)
     claim = f"no complete balance was found within caps, holes and sectors. {way}"
-    return Correction(nothing, "unproven", claim, "program", {})
+    return Correction(nothing, "unproven", claim, "program", None)
 
 
 def _lightest(question: Question, free: np.ndarray, part: ComplexArray, null: FloatArray) -> ComplexArray | None:
@@ -267,22 +270,17 @@ def sharpened(part: ComplexArray, null: FloatArray, mass: FloatArray, w: Complex
     return found if mass @ np.abs(found) <= mass @ np.abs(near) * (1.0 + 1e-12) else near
 
 
-def _prices(job: KnownJob, question: Question, solved: object) -> dict[str, float]:
-    """Prices of the limits by their names in the file [goal per SI unit of the limit]."""
-    prices = getattr(solved, "prices", None)
-    if prices is None:
-        return {}
-    found: dict[str, float] = {}
+def _rates(job: KnownJob, question: Question, solved: Solved) -> dict[str, float] | None:
+    """What the goal falls by per unit of each limit and cap, by their names in the file [SI]."""
+    known = own_caps(job.planes)
     for name, table in job.limits.items():
         rows, size = bounded_rows(job, table)
         if rows:
-            found[name] = float(max(prices.readings[k] for k in rows)) / size
+            known[name] = Bounding(table.bound / size, size, rows)
         elif table.total:
-            found[name] = float(prices.total)
+            known[name] = Bounding(table.bound)
         elif table.response == "correction":
             k = next(i for i, plane in enumerate(job.planes) if plane.name == table.of)
-            found[name] = float(prices.caps[k]) * job.planes[k].radius
-    aim = aim_of(job)
-    if aim is not None:
-        found = {name: price * aim.scale for name, price in found.items()}
-    return found
+            known[name] = cap_of(job.planes[k], k, table.bound)
+    aim, found = aim_of(job), rates(question, solved, known)
+    return found if aim is None or found is None else {name: rate * aim.scale for name, rate in found.items()}

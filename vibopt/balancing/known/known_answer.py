@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from math import inf, tau
+from math import tau
 
 from vibopt.answer.answer import Answer, Conflict
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
-from vibopt.answer.plan import DeferredMapping, Fitting, Plan, PlaneAnswer, Weight
+from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.impasses import Step, clash, left_words, narrowest, nearest_of, with_together
 from vibopt.balancing.known.correct import Correction, correct
@@ -22,78 +22,10 @@ from vibopt.balancing.known.shaft_statics import (
     turned_by_hand,
     unbalances,
 )
-from vibopt.balancing.plane_options import OwnCap, own_caps
+from vibopt.balancing.optimisers import Solver, allowance
 from vibopt.balancing.planes import MASS, Plane
-from vibopt.balancing.question_prices import ACTIVE, Best, Bound, Priced, Prices, Solver, allowance
-from vibopt.units import show
 from vibopt.values.soft import softness
 from vibopt.work import Budget, metered
-
-
-def _priced(job: KnownJob, found: Correction, limits: Mapping[str, Checked], work: float, budget: Budget) -> Priced:
-    """The limits with what wider ones and caps buy."""
-    if job.goal is None or found.status not in ("optimal", "feasible") or found.way == "none":
-        return Priced(limits, {}, rates=found.prices)
-    steps = any(plane.is_discrete for plane in job.planes)
-    caps = sorted(own_caps(job), key=lambda one: one.drilled)
-    taken = [*(_limit(job, found, name) for name in job.limits), *(_cap(job, found, cap) for cap in caps)]
-    asked = [replace(one, stepped=steps) for one, part in taken if steps or part >= 1.0 - ACTIVE]
-    dimension = _dimension(job)
-    prices = Prices(asked, _value(job, found), lambda goal: show(goal, "", dimension), work, budget, searched=steps)
-    return Priced(limits, prices.words, prices.notes, found.prices)
-
-
-Measure = Callable[[KnownJob, Correction], float]
-Taken = tuple[Bound, float]
-"""A limit or a cap, and the part of it that the answer takes."""
-
-
-def _taken(
-    found: Correction, path: str, now: float, unit: str, dimension: str, measured: Measure,
-    moved: Callable[[float], KnownJob],
-) -> Taken:  # fmt: skip
-    """A bound by how an answer measures it, and by the job with another one."""
-
-    def best(value: float) -> tuple[float, Correction] | None:
-        other = _best(job := moved(value))
-        return None if other is None else (_value(job, other), other)
-
-    def until(free: tuple[float, Correction], best: Best) -> float | None:
-        """What the answer without the bound reaches, if with that bound the goal is as good."""
-        reached = measured(moved(inf), free[1]) * (1.0 + 1e-9)
-        again = best(reached) if reached > now else None
-        return reached if again and again[0] <= free[0] + 1e-6 * _value(moved(now), found) else None
-
-    part = measured(moved(now), found) / now if now > 0.0 else inf
-    return Bound(path, now, unit, dimension, best, until, 2), part
-
-
-def _dimension(job: KnownJob) -> str:
-    """Of the goal."""
-    assert job.goal is not None
-    of = {"correction": "mass", "reaction": "force", "couple_unbalance": "couple_unbalance"}
-    return of.get(job.goal.minimise, "unbalance")
-
-
-def _limit(job: KnownJob, found: Correction, name: str) -> Taken:
-    table = job.limits[name]
-
-    def measured(other: KnownJob, its: Correction) -> float:
-        return float(_held(other, its, name, table).value.value)
-
-    def moved(value: float) -> KnownJob:
-        return replace(job, limits={**job.limits, name: table.at(value)})
-
-    return _taken(found, name, table.bound, table.unit, table.dimension, measured, moved)
-
-
-def _cap(job: KnownJob, found: Correction, cap: OwnCap) -> Taken:
-    """Of a plane: the greatest weight, unbalance, or depth of a hole."""
-
-    def measured(_: KnownJob, its: Correction) -> float:
-        return cap.taken(its.planes[cap.plane].weights)
-
-    return _taken(found, cap.name, cap.at_most, cap.unit, cap.dimension, measured, lambda value: cap.moved(job, value))
 
 
 def impasse(job: KnownJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:
@@ -130,12 +62,11 @@ _LOOSER = 1.0005
 
 
 def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Answer[KnownJob]:
-    """Correct the shaft, put the weights back, and say what is left; `thorough` computes every price."""
+    """Correct the shaft, put weights back, say what is left; `thorough` says what clashes, whatever the work."""
     with metered() as meter:
         found = correct(job, solver)
     limits = _rows(job, found, job.limits)
     status, claim = _status(job, found, limits)
-    priced = _priced(job, found, limits, meter.done, allowance(thorough))
     impossible = status == "infeasible" and job.limits
     conflict, reason = impasse(job, claim, meter.done, allowance(thorough)) if impossible else (None, "")
     near = nearest_of(
@@ -150,13 +81,13 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         reason=with_together(reason, near),
         conflict=conflict,
         values=_values(job, found),
-        limits={} if status == "infeasible" else DeferredMapping(priced.with_words),
+        limits={} if status == "infeasible" else limits,
         measures=_rows(job, found, job.measures),
         goal=_goal(job, found),
         method=found.way,
-        notes=(*job.notes, *_notes(job, found), *priced.notes, *(left_words(near) if impossible else ())),
-        prices=DeferredMapping(priced.caps),
+        notes=(*job.notes, *_notes(job, found), *(left_words(near) if impossible else ())),
         plan=Plan((Fitting(found.planes, (), found.u),)),
+        rates=found.rates,
     )
 
 

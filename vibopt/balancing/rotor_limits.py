@@ -1,10 +1,9 @@
-"""What each limit of a measured rotor costs, by solving again; without an answer what to loosen, and what is near."""
+"""Limits of a measured rotor at a correction; where none keeps them, what to loosen, and what is near."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -14,124 +13,50 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fitting import fitting_of, greatest_readings, put_back
 from vibopt.balancing.impasses import Step, clash, narrowest
 from vibopt.balancing.influence import Identified
+from vibopt.balancing.optimisers import allowance, solve_question
 from vibopt.balancing.plan_values import todo
-from vibopt.balancing.plane_options import OwnCap, own_caps
 from vibopt.balancing.question import Question, Solved, first_greatest
-from vibopt.balancing.question_prices import ACTIVE, Best, Bound, OpenError, Priced, Prices, allowance, solve_question
+from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import Posed, caps, row_limits, rows_of
-from vibopt.units import show
 from vibopt.values.soft import softness, widened
 from vibopt.work import Budget
 
 Limit = ResidualLimit | CorrectionLimit
-Known = Limit | OwnCap
+_CLOSE = 1e-7
 AGREES = 1e-6
 """Part of the readings by which a simulated rotor may differ from what is said of a plan."""
-_LOOKS = 24
-_CLOSE = 1e-7
 NONE: Mapping[str, float] = {}
 
 
-def limit_answers(
-    job: RotorJob, posed: Posed, solved: Solved, goal: Entry, asked: Posed | None = None, *, thorough: bool = False
-) -> Priced:
-    """Every limit of the file at an answer, with its price, and the prices of the planes' own caps.
-
-    Parameters
-    ----------
-    posed
-        The nominal question, on which limits are measured.
-    goal
-        Its value at u, for the units of the prices.
-    asked
-        The question that was answered, where it is another one (a robust goal).
-    thorough
-        Whatever the work.
-
-    Notes
-    -----
-    A price is the question solved again with a wider limit.  Free weights: the limits that the answer touches, and
-    the bound from which on nothing is gained.  Holes and robust goals: every limit, since there a limit holds the
-    answer back without being touched; as far as the work goes.
-    """
-    asked = posed if asked is None else asked
-    steps = asked.question.is_discrete or bool(job.goal.robust)
-    u = solved.u
-    assert u is not None
-    there = posed.chosen_only(solved.chosen)
-    limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
-    greatest, masses = greatest_readings(job), there.question.masses(u)
-    answers = {limit.name: measured(job, there, limit, u, greatest) for limit in limits}
-    reached = {cap: cap.measured(there.question, u, masses) / cap.at_most for cap in own_caps(job)}
-    value = asked.question.chosen_only(solved.chosen).value(u)
-    priced: list[Known] = [one for one in limits if job.choices and (steps or answers[one.name].margin < ACTIVE)]
-    priced += [one for one, part in reached.items() if job.choices and (steps or 1.0 - part < ACTIVE)]
-    budget, over = allowance(thorough), f" ({job.goal.robust} over the scatter)" if job.goal.robust else ""
-    bounds = [_bound(job, asked, one, (value, solved.work), budget, ranged=not steps) for one in priced]
-    prices = Prices(
-        bounds, value, lambda one: show(asked.question.amount(one), goal.unit, goal.dimension), solved.work, budget,
-        searched=asked.question.is_search, behind=over,
-    )  # fmt: skip
-    return Priced(answers, prices.words, prices.notes)
-
-
-def _bound(
-    job: RotorJob, asked: Posed, limit: Known, now: tuple[float, float], budget: Budget, *, ranged: bool
-) -> Bound:
-    """A limit with what other bounds do; `now` is the goal of the answer and its work."""
-
-    def best(bound: float) -> tuple[float, ComplexArray] | None:
-        wider = loosened(job, asked, limit, bound / limit.at_most)
-        solved = None if wider is None else solve_question(wider, _left(wider, budget, now[1]))
-        if solved is not None and solved.status in ("feasible", "unproven") and asked.question.is_discrete:
-            raise OpenError
-        return None if solved is None or solved.u is None or not np.isfinite(solved.value) else (solved.value, solved.u)
-
-    def until(free: tuple[float, ComplexArray], asked_for: Best) -> float | None:
-        """By false position."""
-        most = _amount(job, asked, limit, free[1]) / limit.at_most * (1.0 + 1e-9)
-
-        def root(goal: float) -> float:  # the goal meets its free value as a parabola does, its root as a line
-            return float(np.sqrt(max(goal - free[0], 0.0)) - np.sqrt(1e-6 * now[0]))
-
-        def height(factor: float) -> float:
-            there = asked_for(limit.at_most * factor)
-            return np.inf if there is None else root(there[0])
-
-        if most <= 1.0:
-            return None
-        return limit.at_most * _first_below(height, (1.0, root(now[0])), (most, root(free[0])))
-
-    dimension = _dimension(job, limit)
-    return Bound(limit.name, limit.at_most, limit.unit, dimension, best, until if ranged else None, _LOOKS + 2)
-
-
-def _left(question: Question, budget: Budget, least: float = 1.0) -> float | None:
-    """Work for one more solution: of a search what is left, and so much at least."""
+def _left(question: Question, budget: Budget) -> float | None:
+    """Work for one more solution: of a search what is left."""
     endless = not question.is_search or budget.most > 1e9
-    return None if endless else max(float(budget.most - budget.spent), least, 1.0)
+    return None if endless else max(float(budget.most - budget.spent), 1.0)
 
 
-def _first_below(height: Callable[[float], float], bad: tuple[float, float], good: tuple[float, float]) -> float:
-    """Where a falling function comes down to zero, from above, by false position (Illinois rule).
+def limits_at(job: RotorJob, posed: Posed, u: ComplexArray) -> dict[str, Checked]:
+    """Every limit of the file at the correction u, by name."""
+    greatest = greatest_readings(job)
+    return {limit.name: measured(job, posed, limit, u, greatest) for limit in _limits_of(job)}
 
-    `bad` and `good` are two places with its values there, above zero and not.
-    """
-    (low, above), (high, below), last = bad, good, 0
-    for _ in range(_LOOKS):
-        if high <= low * (1.0 + _CLOSE):
-            break
-        middle = low + (high - low) * float(np.clip(above / (above - below), 0.01, 0.99))
-        here = height(middle)
-        side = 1 if here <= 0.0 else -1
-        fade = 0.5 if last == side else 1.0
-        if side > 0:
-            high, below, above = middle, min(here, 1e-3 * good[1]), above * fade
-        else:
-            low, above, below = middle, min(here, above), below * fade
-        last = side
-    return high
+
+def _limits_of(job: RotorJob) -> tuple[Limit, ...]:
+    return (*job.residual_limits, *job.correction_limits)
+
+
+def rates_of(job: RotorJob, question: Question, solved: Solved) -> dict[str, float] | None:
+    """What the goal falls by per unit of each limit and cap, by their names in the file [SI]."""
+    known = own_caps(job.planes)
+    known |= {one.name: Bounding(one.at_most, 1.0, rows_of(job, one.sensor, one.speed)) for one in job.residual_limits}
+    for one in job.correction_limits:
+        k = one.plane
+        known[one.name] = Bounding(one.at_most) if k is None else cap_of(job.planes[k], k, one.at_most)
+    found = None if job.goal.robust else rates(question, solved, known)
+    if found is None or question.goal != "huber" or not solved.value > 0.0:
+        return found
+    steep = 2.0 * question.n_readings * question.amount(solved.value)  # of its square, beside that of the amplitude
+    return {name: rate / steep for name, rate in found.items()}
 
 
 def measured(
@@ -141,8 +66,9 @@ def measured(
     if isinstance(limit, ResidualLimit):
         return _residual(job, posed, limit, u, greatest)
     place = "all planes" if limit.plane is None else job.planes[limit.plane].name
-    value, bound = (Entry(one, _dimension(job, limit), limit.unit) for one in (
-        _amount(job, posed, limit, u), limit.at_most))  # fmt: skip
+    masses, dimension = posed.question.masses(u), job.planes[limit.plane or 0].dimension
+    taken = float(masses.sum() if limit.plane is None else masses[limit.plane])
+    value, bound = (Entry(one, dimension, limit.unit) for one in (taken, limit.at_most))
     return at_most(limit.name, "correction", place, value, bound)
 
 
@@ -157,39 +83,6 @@ def _residual(
     return at_most(limit.name, "residual", job.row_name(worst), value, bound, greatest.get(dimension))
 
 
-def _amount(job: RotorJob, posed: Posed, limit: Known, u: ComplexArray) -> float:
-    """What the correction u takes of a limit or a cap [SI]."""
-    if isinstance(limit, ResidualLimit):
-        return float(_residual(job, posed, limit, u, NONE).value.value)
-    masses = posed.question.masses(u)
-    if isinstance(limit, OwnCap):
-        return limit.measured(posed.question, u, masses)
-    return float(masses.sum() if limit.plane is None else masses[limit.plane])
-
-
-def _dimension(job: RotorJob, limit: Known) -> str:
-    """What a limit is counted in."""
-    if isinstance(limit, ResidualLimit):
-        return job.sensors[job.readings[rows_of(job, limit.sensor, limit.speed)[0]][1]].dimension
-    return limit.dimension if isinstance(limit, OwnCap) else job.planes[limit.plane or 0].dimension
-
-
-def loosened(job: RotorJob, posed: Posed, limit: Known, factor: float) -> Question | None:
-    """The question with one limit of the file wider, the others as they are; None where that changes nothing."""
-    if isinstance(limit, OwnCap):
-        question = posed.again(limit.moved(job, limit.at_most * factor)).question
-        return None if question.same_choices(posed.question) else question
-    wider = replace(limit, at_most=limit.at_most * factor)
-    return with_limits(
-        replace(
-            job,
-            residual_limits=_exchanged(job.residual_limits, limit, wider),
-            correction_limits=_exchanged(job.correction_limits, limit, wider),
-        ),
-        posed,
-    )
-
-
 def with_limits(job: RotorJob, posed: Posed) -> Question:
     """The question with the limits of `job`, which has none that are new; robust rows go with their own sensor."""
     times = -(-posed.question.n_readings // posed.n_rows)
@@ -199,16 +92,12 @@ def with_limits(job: RotorJob, posed: Posed) -> Question:
     return replace(posed.question, limits=full, caps=caps(job), total_cap=total)
 
 
-def _exchanged(limits: tuple[Any, ...], old: Known, new: Known) -> tuple[Any, ...]:
-    return tuple(new if limit is old else limit for limit in limits)
-
-
 def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = False) -> tuple[Conflict | None, str]:
     """Why there is no correction: the limits that cannot hold together, and the smallest loosening of one of them.
 
     What the proof took that there is none is expected of each further solution.
     """
-    limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
+    limits = _limits_of(job)
 
     def possible(kept: tuple[str, ...]) -> bool:
         residual = tuple(limit for limit in job.residual_limits if limit.name in kept)
@@ -233,15 +122,16 @@ def loosenings(job: RotorJob, posed: Posed, names: Sequence[str], most: float | 
     found = []
     for limit in [one for one in job.residual_limits if one.name in names]:
         rows = rows_of(job, limit.sensor, limit.speed)
-        free = loosened(job, posed, limit, np.inf)
-        assert free is not None
+        others = tuple(one for one in job.residual_limits if one is not limit)
+        free = with_limits(replace(job, residual_limits=others), posed)
         importance = np.zeros(free.n_readings)
         importance[np.isin(np.arange(free.n_readings) % posed.n_rows, rows)] = 1.0
         solved = solve_question(replace(free, importance=importance, goal="worst"), most)
         proven = solved.status == "optimal" or not free.is_search
         if solved.u is None or not proven or not solved.value > limit.at_most:
             continue
-        now, then = (Entry(one, _dimension(job, limit), limit.unit) for one in (limit.at_most, solved.value * 1.0005))
+        dimension = job.sensors[job.readings[rows[0]][1]].dimension
+        now, then = (Entry(one, dimension, limit.unit) for one in (limit.at_most, solved.value * 1.0005))
         found.append((limit.name, now, then))
     return found
 
@@ -270,9 +160,7 @@ def nearest_plan(
     fitting = fitting_of(job, identified, best.u, there.options)
     if not (put_back(job, identified, fitting)[1] <= AGREES).all():
         return None
-    greatest = greatest_readings(job)
-    limits: tuple[Limit, ...] = (*job.residual_limits, *job.correction_limits)
-    rows = {one.name: measured(job, there, one, best.u, greatest) for one in limits}
+    rows = limits_at(job, there, best.u)
     alone = with_limits(replace(job, residual_limits=(), correction_limits=()), posed)
     least = {}
     for limit in job.residual_limits:

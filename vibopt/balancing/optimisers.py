@@ -1,0 +1,58 @@
+"""Which optimiser answers a question, and the work that what is found out beside an answer may take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import replace
+
+from vibopt.balancing.question import Question, Solved
+from vibopt.work import Budget, metered
+
+Solver = Callable[[Question], Solved]
+THOROUGH = "`vibopt explain FILE --thorough`"
+ALLOWANCE = 2_000
+"""Work for the limits that clash, and for what comes nearest [nominal ms]; what takes more is said not to be known."""
+WHATEVER = 10**12
+
+_BARE: ContextVar[bool] = ContextVar("answers alone", default=False)
+
+
+@contextmanager
+def answers_alone() -> Iterator[None]:
+    """Answers inside do not say what clashes, nor what comes nearest: no point of a sweep shows it."""
+    token = _BARE.set(True)
+    try:
+        yield
+    finally:
+        _BARE.reset(token)
+
+
+def allowance(thorough: bool = False) -> Budget:
+    """The work that may be done beside one answer."""
+    most = 0 if _BARE.get() else WHATEVER if thorough else ALLOWANCE
+    return Budget(most, "ms of nominal work")
+
+
+def solve_question(question: Question, most: float | None = None) -> Solved:
+    """The answer by the optimiser that the question asks for; a search takes no more than `most` [nominal ms]."""
+    with metered() as meter:
+        solved = _solved(question, most)
+    return replace(solved, work=meter.done)
+
+
+def _solved(question: Question, most: float | None) -> Solved:
+    if question.is_discrete:
+        from vibopt.balancing.discrete import solve_discrete
+        from vibopt.balancing.option_tree import BOX
+
+        return solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes", BOX))
+    if question.fans:
+        from vibopt.balancing.split_weights import PROGRAM, solve_split, takes
+
+        if takes(question):
+            return solve_split(question, None if most is None else Budget(int(most / PROGRAM) + 1, "programs"))
+    from vibopt.balancing.continuous import solve_continuous
+
+    return solve_continuous(question)
