@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import lru_cache
-from math import comb
+from itertools import pairwise
+from math import comb, prod
 
 import numpy as np
 
@@ -20,6 +21,9 @@ from vibopt.mechanics.harmonic import bordered
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Line, Output
+
+_NEAR = 1 << 17
+"""Numbers of a table that stay near the processor from one step to the next."""
 
 
 @dataclass(frozen=True)
@@ -125,16 +129,32 @@ class Sampled:
             value: FloatArray = np.abs(top / bottom) ** 2
         return value
 
-    def at(self, x: FloatArray, chosen: slice | FloatArray = slice(None)) -> tuple[ComplexArray, ComplexArray]:
-        """N and D at designs x (..., n_vars), each (..., n_samples)."""
-        values, scale = self.groups.model.values(x, static=self.static), self.scale[chosen]
-        each = self.factors[chosen].T[:, :, None] * self.groups.selector[:, None] / scale  # (n_terms, n_samples, G)
-        kappa = (values @ each.reshape(len(each), -1)).reshape(*values.shape[:-1], *scale.shape)
-        return _multilinear(self.top[chosen], kappa), _multilinear(self.bottom[chosen], kappa)
+    def at(self, x: FloatArray, rows: IntArray | None = None) -> tuple[ComplexArray, ComplexArray]:
+        """N and D at designs x (..., n_vars), each (..., n_samples).
+
+        At `rows` (n, k) of its speeds alone, which differ from box to box, x is (n, m, n_vars) and they (n, m, k).
+        """
+        values = self.groups.model.values(x, static=self.static)
+        if rows is None:
+            top, bottom, scale = self.top, self.bottom, self.scale
+            each = self.factors.T[:, :, None] * self.groups.selector[:, None] / scale  # (n_terms, n_samples, G)
+            kappa = values @ each.reshape(len(each), -1)
+        else:
+            top, bottom, scale = self.top[rows][:, None], self.bottom[rows][:, None], self.scale[rows]
+            each = self.factors[rows].swapaxes(1, 2)[..., None] * self.groups.selector[:, None] / scale[:, None]
+            kappa = values @ each.reshape(*each.shape[:2], -1)  # of each box (n_terms, k, G)
+        kappa = kappa.reshape(*values.shape[:-1], *scale.shape[-2:])
+        return _multilinear(top, kappa), _multilinear(bottom, kappa)
 
 
 def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:
-    """sum_S coefficient_S prod_{g in S} kappa_g; coefficients (n, 2**G), kappa (..., n, G)."""
+    """sum_S coefficient_S prod_{g in S} kappa_g; coefficients (..., n, 2**G), kappa (..., n, G)."""
+    count = prod(kappa.shape[:-1]) * coefficients.shape[-1]
+    if count > _NEAR and kappa.ndim > 2 and len(kappa) > 1:
+        ends = np.linspace(0, len(kappa), min(len(kappa), -(-count // _NEAR)) + 1).astype(int)
+        own = coefficients.ndim == kappa.ndim
+        parts = [slice(*some) for some in pairwise(ends)]
+        return np.concatenate([_multilinear(coefficients[one] if own else coefficients, kappa[one]) for one in parts])
     value = np.broadcast_to(coefficients, (*kappa.shape[:-1], coefficients.shape[-1]))
     for g in range(kappa.shape[-1]):
         half = value.shape[-1] // 2
@@ -259,18 +279,22 @@ def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatA
     return nodes, change, np.where(i == j, product[:, i, j], product[:, i, j] + product[:, j, i])
 
 
-def box_coefficients(line: Sampled, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+def box_coefficients(
+    line: Sampled, low: FloatArray, high: FloatArray, rows: IntArray | None = None
+) -> tuple[FloatArray, FloatArray]:
     """Bernstein coefficients of |N|^2 and |D|^2 on boxes, each (n_boxes, n_samples, n_products).
 
     low, high
         Corners of the boxes in x, shape (n_boxes, n_vars).
+    rows
+        At which of its speeds, for each box, shape (n_boxes, k) in place of all; then (n_boxes, k, n_products).
     """
     groups = line.groups
     nodes, change, pairs = transforms(groups.degrees)
     root = 1.0 / groups.roots
     y_low, y_high = low**root, high**root
     y = y_low[:, None, :] + (y_high - y_low)[:, None, :] * nodes
-    top, bottom = line.at(y**groups.roots)
+    top, bottom = line.at(y**groups.roots, rows)
     return _square(top, change, pairs), _square(bottom, change, pairs)
 
 
