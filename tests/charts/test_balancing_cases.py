@@ -130,7 +130,7 @@ def test_rival_that_is_not_installed_says_how_to_get_it(monkeypatch: pytest.Monk
     result = charted(hard(quick=True))
     monkeypatch.setattr(runner, "stability", lambda **_: result)
     run = CliRunner().invoke(chart, ["stability", "--family", "balancing", "--quick"], standalone_mode=False)
-    assert run.return_value == 0
+    assert run.return_value == 5
     assert "hsbalance is not installed: pip install hsbalance==0.5.5" in run.output
     run = CliRunner().invoke(chart, ["stability", "--family", "balancing", "--quick", "--json"], standalone_mode=False)
     assert json.loads(run.output)["counts"]["units"]["hsbalance"] == {MISSING: 4}

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from vibopt.answer.answer import EXIT_CODES
-from vibopt.cli.sweep_table import Journal
+from vibopt.cli.sweep_table import journal_of
 from vibopt.errors import InputError
 from vibopt.files import marks
 from vibopt.files.marks import is_ours, with_check
@@ -305,7 +305,7 @@ def test_what_cannot_be_gone_on_with_is_said(run: Run, fan: Path, tmp_path: Path
     )
     assert (done.code, done.err) == (2, said)
     journal.write_text('vibopt sweep 12\n{"varied": {}}\n', encoding="utf-8")
-    kept = Journal(out, "12")
+    kept = journal_of(out, "12")
     with pytest.raises(InputError, match=r"^--resume: .* is damaged\. Leave --resume out to begin anew\.$"):
         kept.take_up()
     done = run(*words, "--csv", "/dev/null")

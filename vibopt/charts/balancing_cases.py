@@ -55,11 +55,11 @@ def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]
     """Rotors with planes that act alike, and with sensors and speeds that do not bind."""
     runs = 3 if quick else 15
     solve_continuous(worst(8, 2))
-    rows: list[Callable[[], Sequence[Fidelity]]] = []
-    rows += [partial(_planes, *counts, runs) for counts in (((4, 2),) if quick else ((4, 2), (8, 3)))]
-    rows += [partial(_sensors, n, runs) for n in ((24,) if quick else (8, 24))]
-    rows += [partial(_speeds, n, runs) for n in ((12,) if quick else (3, 12, 96))]
-    return [("balancing", row) for row in rows]
+    planes, sensors, speeds = (((4, 2),), (24,), (12,)) if quick else (((4, 2), (8, 3)), (8, 24), (3, 12, 96))
+    rows: list[tuple[str, Callable[[], Sequence[Fidelity]]]] = []
+    rows += [(f"rotor, {counts[0]} planes", partial(_planes, *counts, runs)) for counts in planes]
+    rows += [(f"rotor, {n} sensors", partial(_sensors, n, runs)) for n in sensors]
+    return rows + [(f"rotor, {n} speeds", partial(_speeds, n, runs)) for n in speeds]
 
 
 def independent(H: ComplexArray) -> Rows:

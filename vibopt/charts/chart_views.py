@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import math
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from io import StringIO
 from statistics import median
 from typing import TYPE_CHECKING, Any
@@ -113,7 +113,7 @@ def accuracy_table(result: Chart, console: Console) -> None:
         ]
         heads = ("Method", "Time", "Kernel", "Ratio", "True error", "Claims", "Wrong, or why not")
         section(console, f"{case.name} ({case.known_by})", grid(rows, heads, whole=(0, 1, 2, 3, 4)))
-    _say_left(result, console)
+    say_left(result.left, console)
     _say_cut(result, console)
 
 
@@ -146,7 +146,7 @@ def stability_table(result: Chart, console: Console) -> None:
     if stops:
         rows = [(method, str(count), words) for (method, words), count in stops.items()]
         section(console, "Stopped", grid(rows, ("Method", "Scenes", "With the words")))
-    _say_left(result, console)
+    say_left(result.left, console)
     for method, how in {trial.method: trial.claim for trial in result.trials if trial.status == MISSING}.items():
         console.print(f"\n{method} is not installed: {how}")
     _say_cut(result, console)
@@ -159,6 +159,7 @@ def profiles_json(result: Profiles) -> dict[str, Any]:
         "chart": "profiles", "conditions": conditions(), "seed": result.seed, "count": result.count,
         "counts": {family: {method: dict(chart.count(family, method)) for method in chart.methods}
                    for family, chart in result.charts.items()},
+        "left": [line for chart in charts for line in chart.left],
         "cases": [{**_about(case), "text": case.text} for chart in charts for case in chart.cases],
         "trials": [{**as_row(trial), "ratio": chart.ratio(trial)} for chart in charts for trial in chart.trials],
     }  # fmt: skip
@@ -196,6 +197,7 @@ def profiles_table(result: Profiles, console: Console) -> None:
             within = (str(int(np.isfinite(one[method]).sum())) for one in (fine, fair))
             rows.append((method, *(str(count[name]) for name in CLASSES), *within, _ratio(median(good or [math.nan]))))
         section(console, family, grid(rows, heads, whole=(0,)))
+        say_left(chart.left, console)
         _say_cut(chart, console)
 
 
@@ -214,10 +216,10 @@ def draw_profiles(result: Profiles) -> Figure:
     return profiles_figure(rows, result.count, DEFAULT, asked + conditions().words)
 
 
-def _say_left(result: Chart, console: Console) -> None:
+def say_left(left: Sequence[str], console: Console) -> None:
     """What a shorter chart does not ask."""
-    if result.left:
-        console.print(f"\nAsked without --quick only: {'; '.join(result.left)}.")
+    if left:
+        console.print(f"\nAsked without --quick only: {'; '.join(left)}.")
 
 
 def _say_cut(result: Chart, console: Console) -> None:

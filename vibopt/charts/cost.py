@@ -17,6 +17,7 @@ from vibopt.charts import machines
 from vibopt.charts.balancing_questions import asked, worst
 from vibopt.charts.mount_cases import machine_on
 from vibopt.charts.mount_machine import LINE
+from vibopt.charts.runs import run
 from vibopt.charts.stopwatch import spent
 from vibopt.records import dataclass
 from vibopt.scene.read import from_text
@@ -164,9 +165,20 @@ def cost(
     for number, (name, size, make) in enumerate(jobs):
         if progress:
             progress(f"{name}: {size}", number / len(jobs))
-        for answered in make(size):
-            found.append(_timed(name, size, answered, QUICK_RUNS if quick else RUNS))
+        found += run(f"{name}: {size}", Size, partial(_sized, name, size, make, QUICK_RUNS if quick else RUNS))
     return tuple(found)
+
+
+def cost_left(ladder: str | None) -> tuple[str, ...]:
+    """Sizes that only the whole chart asks, and its runs."""
+    left = {name: [size for size in LADDERS[name][0] if size not in LADDERS[name][1]]
+            for name in ([ladder] if ladder else LADDERS)}  # fmt: skip
+    words = [f"{name} of {', '.join(map(str, sizes))}" for name, sizes in left.items() if sizes]
+    return (*words, f"{RUNS} runs instead of {QUICK_RUNS}")
+
+
+def _sized(name: str, size: int, make: Callable[[int], Iterator[Answered]], runs: int) -> list[Size]:
+    return [_timed(name, size, answered, runs) for answered in make(size)]
 
 
 def _timed(ladder: str, size: int, answered: Answered, runs: int) -> Size:
@@ -211,4 +223,4 @@ def _fit(rows: list[Size]) -> Fit:
     return Fit(rows[0].ladder, rows[0].method, exponent, half, tuple(row.size for row in rows))
 
 
-__all__ = ["LADDERS", "Fit", "Size", "cost", "fits"]
+__all__ = ["LADDERS", "Fit", "Size", "cost", "cost_left", "fits"]

@@ -13,11 +13,13 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.charts.random_cases import BEST, DRAWN, drawn, table
 from vibopt.charts.runner import Chart, Progress, charted
-from vibopt.charts.trial import against
+from vibopt.charts.trial import against, left_out
 from vibopt.records import dataclass
 
 EXACT, FAIR = 1e-6, 1e-3
 """True error up to which an answer counts, in either of the two profiles."""
+COUNT, QUICK_COUNT = 50, 4
+"""Questions of a family."""
 KEPT = 1e-9
 """Part of a bound that a design may miss and still tell how good an answer can be."""
 
@@ -32,15 +34,27 @@ class Profiles:
 
 
 def profiles(
-    family: str | None = None, *, seed: int = 1, count: int = 50, quick: bool = False, progress: Progress | None = None
+    family: str | None = None,
+    *,
+    seed: int = 1,
+    count: int | None = None,
+    quick: bool = False,
+    progress: Progress | None = None,
 ) -> Profiles:
-    """Random questions of a family (None: of all), every method asked once on each."""
+    """Random questions of a family (None: of all), every method asked once on each; a count of None is the chart's."""
+    count = count or (QUICK_COUNT if quick else COUNT)
     charts = {name: _charted(name, seed, count, quick, progress) for name in ([family] if family else DRAWN)}
     return Profiles(seed, count, charts)
 
 
 def _charted(family: str, seed: int, count: int, quick: bool, progress: Progress | None) -> Chart:
-    return _against_best(charted(table(family, drawn(family, seed, count), quick=quick), progress))
+    asked = table(family, drawn(family, seed, count), quick=quick)
+    if quick:
+        every = table(family, [], quick=False).methods
+        lines = left_out([], [], tuple(every), tuple(asked.methods))
+        more = (f"{COUNT - count} more questions of {family}",) if count < COUNT else ()
+        asked = replace(asked, left=(*more, *lines))
+    return _against_best(charted(asked, progress))
 
 
 def _against_best(chart: Chart) -> Chart:

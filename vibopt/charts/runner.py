@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache, partial
 from types import ModuleType
+from typing import Any
 
 from vibopt.charts import (
     absorber_cases,
@@ -18,6 +20,7 @@ from vibopt.charts import (
 )
 from vibopt.charts import own_scenes as own
 from vibopt.charts.fidelity import Fidelity, on_both_models
+from vibopt.charts.runs import run
 from vibopt.charts.trial import DEFAULT, Case, Table, Trial
 from vibopt.charts.verdicts import REFUSES
 from vibopt.records import dataclass
@@ -91,9 +94,9 @@ def charted(table: Table, progress: Progress | None = None) -> Chart:
     Chart
         Trials case by case, each in the order of the methods.
     """
-    for case, given in table.warm:
-        for method in table.methods:
-            table.tried(case, given, method, 1)
+    warm = cache(
+        lambda: [table.tried(case, given, method, 1) for case, given in table.warm for method in table.methods]
+    )
     own_pairs = [(i, DEFAULT) for i in range(len(table.cases))] if DEFAULT in table.methods else []
     pairs = own_pairs + [(i, method) for i in range(len(table.cases)) for method in table.methods if method != DEFAULT]
     found: dict[tuple[int, str], Trial] = {}
@@ -101,12 +104,19 @@ def charted(table: Table, progress: Progress | None = None) -> Chart:
         case, given = table.cases[index]
         if progress:
             progress(f"{case.name}: {method}", number / len(pairs))
-        found[index, method] = table.tried(case, given, method)
+        tried = partial(_tried, warm, table, case, given, method)
+        found[index, method] = run(f"{case.name}: {method}", Trial, tried)[0]
     trials = [found[index, method] for index in range(len(table.cases)) for method in table.methods]
     answering = {trial.method for trial in trials if trial.status != REFUSES}
     methods = tuple(name for name in table.methods if name in answering or not table.drops)
     kept = tuple(trial for trial in trials if trial.method in methods)
     return Chart(tuple(case for case, _ in table.cases), methods, kept, tuple(table.left))
+
+
+def _tried(warm: Callable[[], Any], table: Table, case: Case, given: Any, method: str) -> list[Trial]:
+    """A run, once what all of them need is loaded."""
+    warm()
+    return [table.tried(case, given, method)]
 
 
 def speed_accuracy(
@@ -155,8 +165,15 @@ def fidelity(
     for number, (name, make) in enumerate(makers):
         if progress:
             progress(name, number / len(makers))
-        found += make()
+        found += run(name, Fidelity, make)
     return tuple(found)
+
+
+def fidelity_left(family: str | None) -> tuple[str, ...]:
+    """Rows that only the whole chart of fidelity asks."""
+    asked = {name for one in _chosen(family) for name, _ in one.fidelity(quick=True)}
+    left = [name for one in _chosen(family) for name, _ in one.fidelity(quick=False) if name not in asked]
+    return (*([f"cases {', '.join(left)}"] if left else []), "further runs of each")
 
 
 def _chosen(family: str | None) -> list[ModuleType]:

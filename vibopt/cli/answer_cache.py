@@ -48,7 +48,7 @@ class Asked:
             held = {name: sha256(content_of(one, _ANY, counts=False)).hexdigest() for name, one in self._files()}
         except FileFault:
             return ""
-        told = [_program(), stage, self.job.name, self.method, list(self.changes), held, self.whole]
+        told = [program(), stage, self.job.name, self.method, list(self.changes), held, self.whole]
         return sha256(json.dumps(told).encode()).hexdigest()
 
     def _files(self) -> Iterator[tuple[str, Path]]:
@@ -74,7 +74,7 @@ def _texts(given: Any) -> Iterator[str]:
 
 
 @cache
-def _program() -> list[Any]:
+def program() -> list[Any]:
     """The state of the program's files: after a change nothing kept is used."""
     home = Path(__file__).parents[1]
     files = list(_sources(str(home)))

@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+import json
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from vibopt.cli.options import Once, as_json, force, limited, read_scene
-from vibopt.cli.output import colour, say, say_json, width
-from vibopt.errors import InputError
+from vibopt.cli.output import colour, note_kept, say, say_json, width
+from vibopt.errors import InputError, counted
+from vibopt.files.reading import shown_name
 from vibopt.files.writing import checked_target, format_of, is_stream, write_file
+from vibopt.records import dataclass
+from vibopt.work import seconds_of_each_answer
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibopt.answer.console import Console
+    from vibopt.charts.runs import Rows
     from vibopt.charts.trial import Trial
+    from vibopt.files.journal import Journal
     from vibopt.scene.scene import Scene
 
 FORMATS = (".svg", ".png", ".pdf")
@@ -29,7 +36,10 @@ _RANDOM = (
 )  # fmt: skip
 
 _files = click.argument("files", metavar="[FILE]...", nargs=-1)
-_quick = click.option("--quick", is_flag=True, help="Fewer scenes, methods and runs; which ones is fixed.")
+_quick = click.option(
+    "--quick", is_flag=True, help="Two minutes of work: always the same cases, methods and runs; the others are listed."
+)
+_resume = click.option("--resume", is_flag=True, help="Go on with the runs of a chart that was stopped.")
 _family = click.option(
     "--family",
     type=click.Choice(["isolation", "absorbers", "balancing", "mounts", "shock", "run_up", "friction"]),
@@ -51,10 +61,14 @@ def chart() -> None:
 @_quick
 @limited
 @_figure
+@_resume
 @force
 @as_json
 def speed_accuracy(
-    files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, force: bool, as_json: bool
+    files: tuple[str, ...],
+    family: str | None,
+    quick: bool,
+    **how: Any,
 ) -> int:
     """Time and true error of every method, on scenes whose answer is known or on problem files.
 
@@ -66,8 +80,9 @@ def speed_accuracy(
 
     scenes = _scenes(files, family)
     made = partial(run, scenes, family=family, quick=quick)
-    result = _charted("accuracy", made, figure, force=force, as_json=as_json)
-    return _code(result.trials, cut=result.cut)
+    asked = _Asked("accuracy", [family, quick], files, scenes, **how)
+    result = _charted(asked, made)
+    return _code(result.trials, less=bool(result.cut or result.left))
 
 
 @chart.command(cls=Once)
@@ -75,9 +90,10 @@ def speed_accuracy(
 @_quick
 @limited
 @_figure
+@_resume
 @force
 @as_json
-def stability(family: str | None, quick: bool, figure: str | None, force: bool, as_json: bool) -> int:
+def stability(family: str | None, quick: bool, **how: Any) -> int:
     """How methods fail on hard ground: right, says so, wrong but unproven, or silently wrong.
 
     Exit code 6 if vibopt itself is ever silently wrong, 5 if less was asked than the chart promises.
@@ -85,8 +101,8 @@ def stability(family: str | None, quick: bool, figure: str | None, force: bool, 
     from vibopt.charts.runner import stability as run
 
     made = partial(run, family=family, quick=quick)
-    result = _charted("stability", made, figure, force=force, as_json=as_json)
-    return _code(result.trials, cut=result.cut)
+    result = _charted(_Asked("stability", [family, quick], **how), made)
+    return _code(result.trials, less=bool(result.cut or result.left))
 
 
 @chart.command(cls=Once)
@@ -95,70 +111,157 @@ def stability(family: str | None, quick: bool, figure: str | None, force: bool, 
 @_quick
 @limited
 @_figure
+@_resume
 @force
 @as_json
 def fidelity(
-    files: tuple[str, ...], family: str | None, quick: bool, figure: str | None, force: bool, as_json: bool
+    files: tuple[str, ...],
+    family: str | None,
+    quick: bool,
+    **how: Any,
 ) -> int:
     """Freedoms, planes, sensors and speeds declared and needed; error of the smaller model, and time saved.
 
     Exit code 5 if less was asked than the chart promises.
     """
     from vibopt.charts.runner import fidelity as run
+    from vibopt.charts.runner import fidelity_left
 
     scenes = _scenes(files, family)
     made = partial(run, scenes, family=family, quick=quick)
-    rows = _charted("fidelity", made, figure, force=force, as_json=as_json)
-    return ASKED_LESS if any(row.cut for row in rows) else 0
+    left = fidelity_left(family) if quick and not scenes else ()
+    asked = _Asked("fidelity", [family, quick], files, scenes, left, **how)
+    rows = _charted(asked, made)
+    return ASKED_LESS if left or any(row.cut for row in rows) else 0
 
 
 @chart.command(cls=Once)
 @click.option("--family", type=click.Choice(_RANDOM), help="One kind only; all if left out.")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which random questions.")
-@click.option("--count", type=click.IntRange(1, 10_000), default=50, show_default=True, help="How many of a kind.")
+@click.option("--count", type=click.IntRange(1, 10_000), help="How many of a kind; 50, with --quick 4.")
 @_quick
 @limited
 @_figure
+@_resume
 @force
 @as_json
 def profiles(
-    family: str | None, seed: int, count: int, quick: bool, figure: str | None, force: bool, as_json: bool
+    family: str | None,
+    seed: int,
+    count: int | None,
+    quick: bool,
+    **how: Any,
 ) -> int:
     """Share of random questions that each method answers rightly, against its time (performance profiles).
 
-    A seed gives the same questions on every machine; --quick asks fewer methods.  Exit code 6 if vibopt itself is ever
-    silently wrong, 5 if less was asked than the chart promises.
+    A seed gives the same questions on every machine; --quick asks few of each, of fewer methods.  Exit code 6 if vibopt
+    itself is ever silently wrong, 5 if less was asked than the chart promises.
     """
     from vibopt.charts.profiles import profiles as run
 
     made = partial(run, family, seed=seed, count=count, quick=quick)
-    result = _charted("profiles", made, figure, force=force, as_json=as_json)
-    trials = [trial for part in result.charts.values() for trial in part.trials]
-    return _code(trials, cut=any(trial.cut for trial in trials))
+    result = _charted(_Asked("profiles", [family, seed, count, quick], **how), made)
+    parts = result.charts.values()
+    less = any(part.cut or part.left for part in parts)
+    return _code([trial for part in parts for trial in part.trials], less=less)
 
 
-def _charted(name: str, make: Callable[..., Any], figure: str | None, *, force: bool, as_json: bool) -> Any:
-    """A chart made, written and said, by what `vibopt.charts.chart_views` has of its name."""
-    from vibopt.charts import chart_views as views
+@dataclass
+class _Asked:
+    """A chart by its name among the views, with its options and all that says where it goes.
+
+    left
+        What only the whole chart asks, where its result does not say it.
+    """
+
+    name: str
+    options: list[Any]
+    files: Sequence[str] = ()
+    scenes: Sequence[Scene] = ()
+    left: tuple[str, ...] = ()
+    figure: str | None = None
+    resume: bool = False
+    force: bool = False
+    as_json: bool = False
+
+    @property
+    def key(self) -> str:
+        """Tells these runs from those of every other chart, program and machine."""
+        from vibopt.charts.conditions import conditions
+        from vibopt.cli.answer_cache import Asked, program
+
+        here = conditions()
+        read = [Asked(file, scene).key("chart") for file, scene in zip(self.files, self.scenes, strict=True)]
+        told = [self.name, self.options, seconds_of_each_answer(), read, program(), here.processor, here.versions]
+        return sha256(json.dumps(told).encode()).hexdigest()
+
+
+def _charted(asked: _Asked, make: Callable[..., Any]) -> Any:
+    """A chart made, written and said, by what its views have of its name."""
+    from vibopt.charts import chart_views, cost_views
+    from vibopt.charts.runs import kept
     from vibopt.cli.progress import Bar
 
-    targets = _targets(figure, force=force)
-    with Bar() as bar:
-        result = make(progress=bar)
+    name, views = asked.name, cost_views if asked.name == "cost" else chart_views
+    targets = _targets(asked.figure, force=asked.force)
+    journal = _journal(asked, targets)
+    known = journal.take_up() if journal is not None and asked.resume else []
+    try:
+        with Bar() as bar, kept(known, journal.add if journal is not None else lambda _: None):
+            result = make(progress=bar)
+    except KeyboardInterrupt:
+        note_kept(_kept_words(journal))
+        raise
     data = getattr(views, f"{name}_json")(result)
+    data |= {"left": list(asked.left)} if asked.left else {}
+
+    def written(console: Console) -> None:
+        getattr(views, f"{name}_table")(result, console)
+        chart_views.say_left(asked.left, console)
+
     _write(targets, data, lambda: getattr(views, f"draw_{name}")(result))
-    _say(data, lambda console: getattr(views, f"{name}_table")(result, console), targets, as_json=as_json)
+    if journal is not None:
+        journal.end()
+    _say(data, written, targets, as_json=asked.as_json)
     return result
 
 
-def _code(trials: Iterable[Trial], *, cut: bool) -> int:
+def _journal(asked: _Asked, targets: Sequence[Path]) -> Journal[Rows] | None:
+    """Where the runs are kept as they come: beside the figure, None without one."""
+    from vibopt.files.journal import Journal
+
+    if len(targets) < 2:
+        if asked.resume:
+            raise InputError("--resume goes on with the runs beside a --figure FILE. Name it.")
+        return None
+    journal: Journal[Rows] = Journal(
+        targets[0].with_name(f"{targets[0].name}.runs"), "chart", asked.key,
+        others="another chart, other options, another machine", option="--figure", told=list,
+        made=lambda told: (str(told[0]), list(told[1])),
+    )  # fmt: skip
+    journal.check()
+    return journal
+
+
+def _kept_words(journal: Journal[Rows] | None) -> str:
+    """What is left of a chart that was stopped."""
+    if journal is None:
+        return "No run was kept: with --figure FILE each is written as it comes."
+    count = len(journal.items)
+    if not count:
+        return ""
+    held = f"{shown_name(journal.target)} holds {counted(count, 'runs')}"
+    return f"{held}; the same command with --resume goes on."
+
+
+def _code(trials: Iterable[Trial], *, less: bool) -> int:
     """Exit code: whether vibopt itself is silently wrong, or less was asked than the chart promises."""
     from vibopt.charts.trial import DEFAULT
     from vibopt.charts.verdicts import SILENT
 
     if any(trial.verdict == SILENT and trial.method == DEFAULT for trial in trials):
         return SILENTLY_WRONG
-    return ASKED_LESS if cut else 0
+    return ASKED_LESS if less else 0
 
 
 @chart.command(cls=Once)
@@ -172,24 +275,21 @@ def _code(trials: Iterable[Trial], *, cut: bool) -> int:
 @_quick
 @limited
 @_figure
+@_resume
 @force
 @as_json
-def cost(ladder: str | None, quick: bool, figure: str | None, force: bool, as_json: bool) -> int:
+def cost(ladder: str | None, quick: bool, **how: Any) -> int:
     """CPU time and memory of whole answers as a job grows, with fitted exponents and their intervals.
 
     Exit code 5 if less was asked than the chart promises.
     """
-    from vibopt.charts import cost_views as views
     from vibopt.charts.cost import cost as run
-    from vibopt.cli.progress import Bar
+    from vibopt.charts.cost import cost_left
 
-    targets = _targets(figure, force=force)
-    with Bar() as bar:
-        sizes = run(ladder, quick=quick, progress=bar)
-    data = views.cost_json(sizes)
-    _write(targets, data, lambda: views.draw_cost(sizes))
-    _say(data, lambda console: views.cost_table(sizes, console), targets, as_json=as_json)
-    return ASKED_LESS if any(size.cut for size in sizes) else 0
+    left = cost_left(ladder) if quick else ()
+    asked = _Asked("cost", [ladder, quick], left=left, **how)
+    sizes = _charted(asked, partial(run, ladder, quick=quick))
+    return ASKED_LESS if left or any(size.cut for size in sizes) else 0
 
 
 def _scenes(files: tuple[str, ...], family: str | None) -> list[Scene]:

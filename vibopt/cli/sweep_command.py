@@ -27,7 +27,7 @@ from vibopt.cli.options import (
     workers,
 )
 from vibopt.cli.output import note_kept, told
-from vibopt.cli.sweep_table import GrowingTable, Journal, csv_text
+from vibopt.cli.sweep_table import GrowingTable, csv_text, journal_of
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
 from vibopt.files.writing import checked_target, format_of, is_stream, write_file
@@ -35,8 +35,10 @@ from vibopt.files.writing import checked_target, format_of, is_stream, write_fil
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.answer.entry import Entry
+    from vibopt.files.journal import Journal
     from vibopt.jobs import Job
     from vibopt.study.edges import Boundary
+    from vibopt.study.points import Point
     from vibopt.study.sweep import Sweep
 
 TABLES = (".csv", ".txt")
@@ -156,13 +158,13 @@ def _journal(
     changes: Sequence[str],
     table: Path,
     asked: tuple[Mapping[str, str], int | None, Mapping[str, Any]],
-) -> Journal:
+) -> Journal[Point]:
     """Where the points are kept; the number of processes makes no difference to them."""
     from vibopt.cli.answer_cache import Asked
 
     ranges, points, how = asked
     told = [dict(ranges), points, how["sample"], how["keep_design"]]
-    journal = Journal(table, Asked(file, job, tuple(changes)).key(f"sweep {json.dumps(told)}"))
+    journal = journal_of(table, Asked(file, job, tuple(changes)).key(f"sweep {json.dumps(told)}"))
     journal.check()
     return journal
 

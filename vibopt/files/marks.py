@@ -23,7 +23,7 @@ _MARKDOWN_CHECK = r"<!-- vibopt ([0-9a-f]{16}): [^\n]* -->\n\Z"
 _JSON_CHECK = r',\n "vibopt": "([0-9a-f]{16})"\n}\n\Z'
 _ENDS = 20_000
 """Bytes at either end of a file in which a mark stands."""
-_CHARTS = {"speed-accuracy", "stability", "fidelity", "profiles"}
+_CHARTS = {"speed-accuracy", "stability", "fidelity", "profiles", "cost"}
 _STATUSES = {
     "optimal", "feasible", "met", "violated", "infeasible", "unbounded", "unproven", "check_failed",
 }  # fmt: skip
@@ -75,7 +75,7 @@ def _is_table(text: str) -> bool:
         return False
     if head[:3] == ["kind", "row", "unit"]:
         return all(re.fullmatch("[a-z]+", row[0]) for row in rows)
-    if head[:2] == ["chart", "case"]:
+    if head[:2] in (["chart", "case"], ["chart", "ladder"]):
         return all(row[0] in _CHARTS for row in rows)
     return head[1:2] == ["status"] and all(row[1] in _STATUSES for row in rows)
 
