@@ -277,12 +277,11 @@ class _Program:
         self.right.append(right)
 
     def _table(self, width: int) -> SimpleNamespace:
-        from scipy.sparse import csc_array
-
         rows, columns, factors = (np.concatenate(one) for one in zip(*self.rows, strict=True))
-        table = csc_array((factors, (rows, columns)), shape=(self.height, width))
-        table.sort_indices()
-        return by_columns(table.data, table.indices, table.indptr, (self.height, width))
+        places, which = np.unique(columns * self.height + rows, return_inverse=True)
+        starts = np.searchsorted(places, self.height * np.arange(width + 1))
+        summed = np.asarray(np.bincount(which, factors), dtype=float)
+        return by_columns(summed, places % self.height, starts, (self.height, width))
 
 
 def _apart(times: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.cones import LINEAR, solve_cones
 from vibopt.forms.bounds import FormBounds
 from vibopt.forms.tangent import Tangent
 from vibopt.frontier import Frontier
@@ -297,17 +298,15 @@ def _together(box: _Box) -> float | None:
 
 def _weights(tangents: Sequence[Tangent], count: int, reach: FloatArray) -> FloatArray | None:
     """Of tangents, by the program: least t with the first `count` of them at most t and the others at most 0."""
-    from scipy.optimize import linprog
-
-    rows = np.array([[*tangent.slope, -1.0 if i < count else 0.0] for i, tangent in enumerate(tangents)])
+    n, goal = len(reach), np.arange(len(tangents)) < count
+    unit = np.eye(n, n + 1)
+    slopes = np.array([tangent.slope for tangent in tangents])
+    rows = np.concatenate([np.column_stack([slopes, -1.0 * goal]), unit, -unit])
     rest = np.array([tangent.rest - tangent.value for tangent in tangents])
-    box = [*((-one, one) for one in reach), (None, None)]
-    solved = linprog(np.append(np.zeros(len(reach)), 1.0), rows, rest, bounds=box, method="highs")
-    if solved.status != 0:
-        return None
-    weights = np.maximum(-solved.ineqlin.marginals, 0.0)
-    total = weights[:count].sum()
-    return np.asarray(weights / total) if total > 0.0 else None
+    solved = solve_cones(np.eye(n + 1)[n], rows, np.concatenate([rest, reach, reach]), [(LINEAR, len(rows))])
+    weights = np.maximum(solved.z[: len(tangents)], 0.0)
+    total = float(weights[:count].sum())
+    return np.asarray(weights / total) if 0.0 < total < np.inf else None
 
 
 def _weighed(tangents: Sequence[Tangent], weights: FloatArray, reach: FloatArray) -> float:

@@ -1,8 +1,8 @@
-"""Motion in time of the machine as built, stretch by stretch, by a Runge-Kutta method of eighth order.
+"""Motion in time of the machine as built, stretch by stretch, by Duhamel's integral over even steps.
 
 The other road to a motion: bodies and joints with their positions and velocities, and the signals as functions of time;
-no segment, and an exponential of a matrix only where many even steps need it: long smooth stretches go by Duhamel's
-integral, records from sample to sample, and a load that is slow beside all that fades as polynomials.
+no segment and no mode.  Even records go from sample to sample, uneven ones by a Runge-Kutta method of eighth order,
+what is stiff by an implicit one, and a load that is slow beside all that fades as polynomials.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ INSIDE = 1e-9
 _RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-12, 1e-9, 1e-13, 1e-4
 _STIFF = 2e5
 """Fastest rate times the time to go beyond which an implicit method is used."""
-_LONG, _TURN, _TAYLOR = 60.0, 0.25, 14
-"""Fastest rate times the time from which on steps are even, how far it turns in one of them, and terms of a series."""
+_TURN, _TAYLOR = 0.25, 14
+"""How far what is fastest turns in an even step, and terms of a series."""
 _PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
 _POINTS = 100
 """Points of a record in a period."""
@@ -172,8 +172,6 @@ class MotionInTime:
 
     def _run(self, number: int) -> Any:
         """States against time on a stretch, (2 n, n_times)."""
-        from scipy import integrate
-
         while len(self._runs) <= number:
             current = len(self._runs)
             low, high = self._spans[current]
@@ -188,9 +186,11 @@ class MotionInTime:
                     continue
             turned = self._fastest(current) * (high - low)
             smooth = self._step == np.inf or not self._loaded(current)
-            if smooth and _LONG < turned <= _STIFF:
+            if smooth and turned <= _STIFF:
                 self._runs.append(self._stepped(low, high, start, int(turned / _TURN) + 1))
                 continue
+            from scipy import integrate
+
             rates = self._rates(low, high)
             way: Any = "Radau" if self._fastest(current) * (high - low) > _STIFF else "DOP853"
             rough: Any = integrate.solve_ivp(
@@ -216,10 +216,8 @@ class MotionInTime:
 
     def _stepped(self, low: float, high: float, start: FloatArray, count: int) -> Any:
         """States against time on a long stretch, by Duhamel's integral in so many steps, each by Gauss's rule."""
-        from scipy.linalg import expm
-
         (system, loads), places = self._states.matrices, len(self._places)
-        step, edge = (high - low) / count, INSIDE * (high - low)
+        still, step, edge = np.eye(2 * places), (high - low) / count, INSIDE * (high - low)
         times: FloatArray = low + step * np.arange(count, dtype=float)
 
         def forced(begin: FloatArray, length: Any) -> list[tuple[FloatArray, Any]]:
@@ -230,8 +228,8 @@ class MotionInTime:
                 found.append((weight * length * (loads @ signals), (1.0 - place) * length))
             return found
 
-        added = np.sum([expm(system * left) @ one for one, left in forced(times, step)], axis=0).T
-        states, onward = np.empty((count, 2 * places)), expm(system * step)
+        added = np.sum([_carried(system, one, left) for one, left in forced(times, step)], axis=0).T
+        states, onward = np.empty((count, 2 * places)), _carried(system, still, step)
         states[0] = start
         for j in range(count - 1):
             states[j + 1] = onward @ states[j] + added[j]
