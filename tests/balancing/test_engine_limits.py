@@ -215,3 +215,22 @@ def test_what_the_taken_of_equal_weights_touch_ends_no_range() -> None:
     assert end.until is not None
     assert end.until.value == pytest.approx(whole - 0.5 * 100.0 / omega**2, rel=1e-4)
     assert "force" in end.then
+
+
+@pytest.mark.parametrize("cap", [1.0, 2.0])
+def test_the_rate_of_a_limit_and_of_a_cap_is_what_solving_again_shows(cap: float) -> None:
+    def document(most: float, couple: float) -> dict[str, Any]:
+        found = four(secondary_couple=f"{couple} N m")
+        found["balance_shafts"]["left"]["unbalance"] = {"from": "0 g mm", "to": f"{most} kg mm"}
+        return found
+
+    here, step = solved(document(cap, 400.0)), 1e-3
+    path = "balance_shafts.left.unbalance"
+    assert here.rates is not None
+    for name, one, size in (
+        (path, document(cap * (1.0 + step), 400.0), 1e-3 * cap),
+        ("secondary_couple", document(cap, 400.0 * (1.0 + step)), 400.0),
+    ):
+        gained = number_at(here, "goal") - number_at(solved(one), "goal")
+        assert here.rates[name] * size * step == pytest.approx(gained, rel=1e-2, abs=1e-3)
+    assert max(here.rates.values()) > 0.0

@@ -21,6 +21,8 @@ from vibopt.work import worked
 PROVEN = 1e-7
 _TIGHT = 0.01
 _PULLS, _INSIDE = 5, 1e-9
+_NOISE = 1e-6
+"""Part of the goal that all of a bound would have to be worth for it to count."""
 REACH = 1e3
 """Choices without a cap are searched up to this many times the size that matters; the claim says so."""
 
@@ -68,14 +70,24 @@ class Box:
 
 
 @dataclass(frozen=True)
+class Pulls:
+    """What the goal falls by where a bound is wider, per unit of it: ends of shares, caps, and limits."""
+
+    shares: FloatArray
+    caps: FloatArray
+    limits: FloatArray
+
+
+@dataclass(frozen=True)
 class Least:
-    """The answer: x [SI] or None, its goal, a bound no allowed x can beat, and the status with its claim."""
+    """The answer: x [SI] or None, its goal, a bound no allowed x can beat, the status, its claim, and what pulls."""
 
     x: FloatArray | None
     value: float
     bound: float
     status: str
     claim: str
+    pulls: Pulls | None = None
 
 
 def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray, size: float) -> _Posed:
@@ -88,7 +100,10 @@ def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray
     at = first + 2 * np.arange(len(box.caps))
     slope = np.zeros((len(at), box.size), dtype=complex)
     slope[np.arange(len(at)), at], slope[np.arange(len(at)), at + 1] = 1.0, 1j
-    cones.moduli(slope, np.zeros(len(at), dtype=complex), np.minimum(np.array(box.caps) / scale[at], REACH))
+    heads = cones.moduli(slope, np.zeros(len(at), dtype=complex), np.minimum(np.array(box.caps) / scale[at], REACH))
+    uppers = np.where(kept[:first], np.cumsum(kept[:first]) - 1, -1)
+    places = [uppers, heads + 3 * np.arange(len(at))]
+    units = [np.where(kept[:first], size, 0.0), size / scale[at]]
     if goal.by == "sum":
         cost, _ = _sum(cones, goal, box, scale / size, size, 1.0)
     else:
@@ -98,12 +113,15 @@ def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray
         own = (
             limit.limit if limit.limit > _TIGHT * reached else reached
         )  # limits far below are met in the size of their rows
+        units.append(np.array([size / own]))
         if limit.by == "worst":
-            cones.moduli(limit.slope * scale / own, limit.constant / own, limit.limit / own)
+            start = cones.moduli(limit.slope * scale / own, limit.constant / own, limit.limit / own)
+            places.append(start + 3 * np.arange(len(limit.constant)))
             continue
-        row, heads = _sum(cones, limit, box, scale / own, own, 0.0)
-        cones.linear(row[None], np.array([limit.limit / own]), (0 * heads, heads, np.ones(len(heads))))
-    return _Posed(cones, cost)
+        row, tops = _sum(cones, limit, box, scale / own, own, 0.0)
+        places.append(np.array([cones.n_rows]))
+        cones.linear(row[None], np.array([limit.limit / own]), (0 * tops, tops, np.ones(len(tops))))
+    return _Posed(cones, cost, places, units)
 
 
 def _sum(
@@ -118,10 +136,12 @@ def _sum(
 
 @dataclass(frozen=True)
 class _Posed:
-    """A program, and what x itself costs in it."""
+    """A program, what x itself costs in it, and the rows of its ends, caps and limits with the unit of each."""
 
     cones: Cones
     cost: FloatArray
+    places: list[IntArray]
+    units: list[FloatArray]
 
     def run(self, box: Box, scale: FloatArray) -> _Point:
         """The solver's point, its multipliers brought into their cones, and the bound that they prove."""
@@ -137,18 +157,21 @@ class _Posed:
             slack = square * x + q + back
             bound = -falls - 0.5 * float(square @ x**2) - float(np.abs(slack) @ room)
             ray = falls < 0.0 and bool(np.abs(back).max() * REACH * (1.0 + n) < -falls)
-        return _Point(x, found.status, bound, ray, bool(np.isfinite(x).all() and np.isfinite(z).all()))
+        ends, caps, *limits = (z[at] * unit for at, unit in zip(self.places, self.units, strict=True))
+        pulls = Pulls(ends, caps, np.array([one.sum() for one in limits]))
+        return _Point(x, found.status, bound, ray, bool(np.isfinite(x).all() and np.isfinite(z).all()), pulls)
 
 
 @dataclass(frozen=True)
 class _Point:
-    """Where the solver ended: scaled x, its word, the bound of the scaled goal, whether its dual is a ray, finite."""
+    """Where the solver ended: scaled x, its word, a bound of the goal, whether its dual is a ray, finite, and pulls."""
 
     x: FloatArray
     status: str
     bound: float
     ray: bool
     finite: bool
+    pulls: Pulls
 
 
 def _bent(one: Lengths, box: Box) -> BoolArray:
@@ -179,7 +202,17 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     gap = max(value - bound, 0.0) / max(value, 1e-6 * whole)
     status = "optimal" if gap <= PROVEN * 10.0 or value - bound <= 1e-9 * whole else "feasible"
     said = f"gap {gap:.1e}" if value > 1e-9 * whole else "the goal is zero to rounding, gap 0"
-    return Least(x, value, bound, status, f"convex program, {said} by our own dual bound")
+    claim = f"convex program, {said} by our own dual bound"
+    return Least(x, value, bound, status, claim, _told(run.pulls, value, whole, limits, box))
+
+
+def _told(pulls: Pulls, value: float, whole: float, limits: Sequence[Lengths], box: Box) -> Pulls:
+    """What pulls by more than multipliers are known to; a goal of zero is held back by nothing."""
+    bounds = [np.array([high for _, high in box.shares]), np.array(box.caps), np.array([one.limit for one in limits])]
+    least = _NOISE * max(value, 1e-3 * whole) if value > 1e-9 * whole else np.inf
+    parts = (pulls.shares, pulls.caps, pulls.limits)
+    with np.errstate(invalid="ignore"):
+        return Pulls(*(np.where(p * b > least, p, 0.0) for p, b in zip(parts, bounds, strict=True)))
 
 
 def _kept(x: FloatArray, limits: Sequence[Lengths], box: Box, scale: FloatArray) -> FloatArray:

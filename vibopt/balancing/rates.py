@@ -49,8 +49,9 @@ def rates(question: Question, solved: Solved, known: Mapping[str, Bounding]) -> 
     if question.is_search or solved.u is None:
         return None
     prices, found = solved.prices, dict.fromkeys(known, 0.0)
-    least = _NOTHING * (question.measure(np.abs(question.y0)) if question.goal != "correction" else 0.0)
-    for name, one in known.items() if prices is not None and solved.value > least else ():
+    whole = 0.0 if question.goal == "correction" else float(question.measure(np.abs(question.y0)))
+    least = _NOISE * max(solved.value, 1e-3 * whole)
+    for name, one in known.items() if prices is not None and solved.value > _NOTHING * whole else ():
         assert prices is not None
         if one.rows:
             rate = sum(prices.readings[k] for k in one.rows if one.bound <= question.limits[k] * (1.0 + _SAME))
@@ -59,6 +60,6 @@ def rates(question: Question, solved: Solved, known: Mapping[str, Bounding]) -> 
             rate = prices.caps[one.plane] if tightest else 0.0
         else:
             rate = prices.total
-        if rate * one.bound > _NOISE * solved.value or (rate > 0.0 and not one.bound):
+        if rate * one.bound > least or (rate > 0.0 and not one.bound):
             found[name] = float(rate) / one.size
     return found

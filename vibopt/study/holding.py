@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.answer.entry import ACTIVE, Entry
-from vibopt.balancing import ENGINE
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, with_changes
 from vibopt.records import cached_property, dataclass
@@ -168,10 +167,6 @@ def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
         if is_touched(part) and rates.get(path, 1.0)
     }
     held |= set(caps.values())
-    if job.kind == ENGINE:
-        from vibopt.balancing.engine.needless import needless
-
-        held -= needless(job, held, caps)
     entries = found.entries()
     for plane, made in zip(getattr(job, "planes", ()), found.plan.planes, strict=False):
         if plane.is_discrete:

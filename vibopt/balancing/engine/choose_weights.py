@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from math import inf, isfinite
+from math import inf
 
 import numpy as np
 
@@ -33,6 +33,8 @@ class Balanced:
 
     alike
         Classes of crank phasings that are as good in the goal and in every response of `then`; 1 without a search.
+    rates
+        What the goal falls by per unit of each limit, and of what is chosen at its most [SI]; None with a search.
     """
 
     cranks: tuple[float, ...]
@@ -42,6 +44,7 @@ class Balanced:
     way: str
     tried: int = 1
     alike: int = 1
+    rates: Mapping[str, float] | None = None
 
 
 def balance(job: EngineJob, solver: Solver = least) -> Balanced:
@@ -51,7 +54,7 @@ def balance(job: EngineJob, solver: Solver = least) -> Balanced:
         answer = weigh(job, arms(job, cranks), solver)
         way = "program" if box_of(job).size and job.goal is not None else "none"
         x = answer.x if answer.x is not None else np.zeros(box_of(job).size)
-        return Balanced(cranks, x, answer.status, answer.claim, way)
+        return Balanced(cranks, x, answer.status, answer.claim, way, rates=_rates(job, answer))
     best: Balanced | None = None
     best_rank: tuple[float, ...] = ()
     tried, alike, open_ = 0, 1, 0
@@ -68,6 +71,20 @@ def balance(job: EngineJob, solver: Solver = least) -> Balanced:
         if order < 0:
             best, best_rank = Balanced(cranks, answer.x, answer.status, answer.claim, "phasing"), rank
     return _searched(job, best, tried, alike, open_)
+
+
+def _rates(job: EngineJob, answer: Least) -> dict[str, float] | None:
+    """By names in the file; None of an analysis."""
+    if answer.pulls is None:
+        return None
+    weights = [job.weights[k] for k in free_weights(job)]
+    names = [
+        *(f"engine.{share.name}" for share in free_shares(job)),
+        *(f"{w.family}.{w.name}.unbalance" for w in weights),
+    ]
+    pulls = answer.pulls
+    every = np.concatenate([pulls.shares, pulls.caps, pulls.limits])
+    return dict(zip([*names, *job.limits], every.tolist(), strict=True))
 
 
 def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
@@ -142,10 +159,10 @@ def goal_value(job: EngineJob, found: Balanced) -> float:
     return lengths(goal_table(job), arms(job, found.cranks)).value(found.x)
 
 
-def least_response(job: EngineJob, found: Arms, asked: Lengths, more: Sequence[Lengths]) -> float | None:
-    """The least a response can be under the limits of the job and `more` of them, for given cranks; None: unknown."""
+def least_response(job: EngineJob, found: Arms, asked: Lengths) -> float | None:
+    """The least a response can be under the limits of the job, for given cranks; None: unknown."""
     box = box_of(job)
-    limits = [*(lengths(limit, found, limit.bound) for limit in job.limits.values()), *more]
+    limits = [lengths(limit, found, limit.bound) for limit in job.limits.values()]
     if box.size:
         answer = least(asked, limits, box)
         return None if answer.x is None else answer.value
@@ -201,7 +218,7 @@ def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, fi
     second = solver(weights, [*limits, kept], box)
     if second.x is None or first.x is None or weights.value(second.x) > weights.value(first.x) * (1.0 - 1e-6):
         return first
-    return Least(second.x, goal.value(second.x), first.bound, first.status, first.claim)
+    return replace(first, x=second.x, value=goal.value(second.x))
 
 
 def lengths(table: EngineLimitTable, found: Arms, limit: float = inf) -> Lengths:
@@ -217,66 +234,7 @@ def lengths(table: EngineLimitTable, found: Arms, limit: float = inf) -> Lengths
     return Lengths(constant, slope.T.reshape(_SAMPLES, -1), "worst", limit)
 
 
-@dataclass(frozen=True, slots=True)
-class Cap:
-    """The upper end of what is chosen: an unbalance [kg m], or a share [1].
-
-    path
-        In the file: "counterweights.front.unbalance", "engine.counterweight_share".
-    weight, share
-        Index of the weight, or name of the share.
-    """
-
-    path: str
-    bound: float
-    unit: str
-    dimension: str
-    weight: int | None = None
-    share: str = ""
-
-    def columns(self, job: EngineJob) -> list[int]:
-        """Its places in the choices x."""
-        shares = free_shares(job)
-        if self.weight is None:
-            return [[share.name for share in shares].index(self.share)]
-        first = len(shares) + 2 * free_weights(job).index(self.weight)
-        return [first, first + 1]
-
-
-def caps_of(job: EngineJob) -> list[Cap]:
-    """All of them, shares first."""
-    found = [Cap(f"engine.{share.name}", share.high, "%", "ratio", share=share.name) for share in free_shares(job)]
-    for index in free_weights(job):
-        one = job.weights[index]
-        if isfinite(one.cap):
-            path = f"{one.family}.{one.name}.unbalance"
-            found.append(Cap(path, one.cap, one.unit, "unbalance", weight=index))
-    return found
-
-
-def wider(job: EngineJob, cap: Cap, bound: float) -> EngineJob:
-    """The job with one of them at another bound."""
-    if cap.weight is None:
-        shares = tuple(
-            replace(share, high=max(bound, share.low)) if share.name == cap.share else share for share in job.shares
-        )
-        return replace(job, shares=shares)
-    weights = list(job.weights)
-    weights[cap.weight] = replace(weights[cap.weight], cap=bound)
-    return replace(job, weights=tuple(weights))
-
-
 _LOOSER = 1.0005
-Known = EngineLimitTable | Cap
-
-
-def moved(job: EngineJob, name: str, limit: Known, bound: float) -> EngineJob:
-    """The job with one limit or cap at another bound [SI], inf: without it."""
-    if isinstance(limit, Cap):
-        return wider(job, limit, bound)
-    if bound == inf:
-        return replace(job, limits={key: one for key, one in job.limits.items() if key != name})
-    return replace(job, limits={**job.limits, name: limit.at(bound)})
 
 
 def impasse(job: EngineJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:
@@ -295,13 +253,13 @@ def impasse(job: EngineJob, claim: str, work: float, budget: Budget) -> tuple[Co
 def _loosening(job: EngineJob, name: str) -> list[Step]:
     """The least bound of one limit that lets the others hold, solved once more with it."""
     table = job.limits[name]
-    free, every = moved(job, name, table, inf), (arms(job, cranks) for cranks in settings(job))
-    found = [least_response(free, here, lengths(table, here), []) for here in every]
+    free = replace(job, limits={key: one for key, one in job.limits.items() if key != name})
+    found = [least_response(free, here, lengths(table, here)) for here in (arms(job, one) for one in settings(job))]
     reached = [one for one in found if one is not None]
     if not reached:
         return []
     bound = min(reached) * _LOOSER
-    if balance(moved(job, name, table, bound)).status == "infeasible":
+    if balance(replace(job, limits={**job.limits, name: table.at(bound)})).status == "infeasible":
         return []
     now, then = (Entry(one, table.dimension, table.unit) for one in (table.bound, bound))
     return [(name, now, then)]

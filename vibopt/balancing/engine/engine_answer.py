@@ -106,6 +106,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         method=found.way,
         nearest=near,
         notes=(*_notes(job, found, here), *(left_words(near) if impossible else ())),
+        rates=found.rates,
         details={"classes": found.tried, "as_good": found.alike},
         reason=with_together(reason, near),
         conflict=conflict,
