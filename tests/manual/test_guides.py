@@ -13,6 +13,7 @@ from examples import agrees, blocks_of, run
 from vibopt.balancing.conventions import CHOICES
 from vibopt.cli.main import main
 from vibopt.devices import FAMILIES
+from vibopt.devices.shaft_matrices import ShaftMatrices
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.manual.book import GROUPS, the_book
 from vibopt.manual.keys import keys_of
@@ -84,6 +85,7 @@ def _known() -> dict[str, set[str]]:
 
     for name, kind in FAMILIES.items():
         add(name, [kind])
+    add("matrices", [ShaftMatrices])
     add("excitations", EXCITATIONS.values())
     for family in ("limits", "measures", "goal"):
         add(family, RESPONSES.values())
@@ -102,8 +104,8 @@ def test_no_guide_shows_a_key_that_there_is_not(name: str) -> None:
     for block in blocks_of(GUIDES[name]):
         table = ""
         for line in block.text.splitlines() if block.language == "toml" else ():
-            if heading := re.match(r"\[+(\w+)", line):
-                table = heading[1]
+            if heading := re.match(r"\[+(\w+)(?:\.\w+\.(\w+))?", line):
+                table = heading[2] if heading[2] in known else heading[1]
                 assert table in known, line
             elif table and (key := re.match(r"(\w+) = ", line)):
                 assert key[1] in known[table], f"{table}: {line}"
