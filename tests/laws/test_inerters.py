@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,10 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import vibopt as vo
 from vibopt.errors import InputError
+from vibopt.jobs import with_changes
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 
+LAYOUTS = Path(__file__).parents[2] / "problems" / "absorbers" / "inerter_layouts.toml"
 FORCE = {"kind": "force", "on": "pump", "amplitude": "300 N", "speed": "5..30 Hz", "varies": "constant"}
 PUMP: dict[str, Any] = {
     "title": "pump on a mount beside an inerter",
@@ -285,3 +289,36 @@ def test_identical_inerters_share_evenly() -> None:
     through = 200e3 + 1e3j * w - b * w**2
     assert design.goal is not None
     assert design.goal[1].value == pytest.approx(np.abs(300.0 * through / (through - 120.0 * w**2)).min(), rel=1e-5)
+
+
+def test_behind_a_spring_and_a_damper_an_inerter_to_the_ground_is_a_mass_without_weight() -> None:
+    job = vo.read(LAYOUTS)
+    behind = vo.solve(job)
+    document = {key: table for key, table in job.document.items() if key not in ("inerters", "expected", "scenarios")}
+    document["bodies"] = {"machine": {"mass": "100 kg"}, "joint": {"mass": "10 kg"}}
+    hung = solve(from_dict(document))
+    assert (behind.status, hung.status) == ("optimal", "optimal")
+    assert behind.goal is not None
+    assert hung.goal is not None
+    assert behind.goal[1].value == pytest.approx(hung.goal[1].value, rel=1e-6)
+    sag = vo.solve(from_dict({**job.document, "measures": {"sag": {"response": "static_deflection", "of": "spring"}}}))
+    assert sag.measures["sag"].value.value == 0.0
+
+
+def test_before_a_damper_and_an_inerter_a_spring_is_tuned_as_a_search_on_fine_frequencies_finds() -> None:
+    """|F / (k - m w^2 + 1 / (1 / s + 1 / (i w c - w^2 b)))|, and its peaks no higher for any spring and damper near."""
+    design = vo.solve(with_changes(vo.read(LAYOUTS), {"links.damper.between": ["joint", "ground"]}))
+    omega = np.linspace(1.0, 40.0 * np.pi, 400_001)
+
+    def peak(spring: float, damper: float) -> float:
+        inner = 1j * omega * damper - 10.0 * omega**2
+        return float(np.abs(100.0 / (1e5 - 100.0 * omega**2 + 1.0 / (1.0 / spring + 1.0 / inner))).max())
+
+    assert design.status == "optimal"
+    assert design.goal is not None
+    spring, damper = (design.variables[f"links.{one}"].value.value for one in ("spring.stiffness", "damper.damping"))
+    assert design.goal[1].value == pytest.approx(peak(spring, damper), rel=1e-9)
+    turns = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
+    for far in (1e-3, 0.05):
+        around = [peak(spring * np.exp(far * np.cos(one)), damper * np.exp(far * np.sin(one))) for one in turns]
+        assert min(around) > design.goal[1].value * (1.0 - 1e-9)

@@ -12,6 +12,9 @@ from vibopt.responses.response import Response
 from vibopt.signals import Combine, Drive
 from vibopt.values.directions import AXES, Direction
 
+_LEVEL = 1e-13
+"""Part of a sag below which the difference of two is their rounding: what hangs below carries nothing."""
+
 
 class StaticDeflection(Response):
     """`response = "static_deflection"`: sag of a body, or compression of a link, under all weights [m].
@@ -51,7 +54,8 @@ class StaticDeflection(Response):
             return float("inf")
         for joint in machine.joints:
             if joint.name == self.of:
-                return abs(sag.get(joint.ends[1], 0.0) - sag.get(joint.ends[0], 0.0))
+                first, second = (sag.get(end, 0.0) for end in joint.ends)
+                return abs(second - first) if abs(second - first) > _LEVEL * abs(first) else 0.0
         return abs(sag[self.of]) if self.of in sag else self._in_space(machine, sag)
 
     def _in_space(self, machine: Machine, sag: dict[str, float]) -> float:
