@@ -47,6 +47,50 @@ J_co = TypeVar("J_co", bound=Asked, covariant=True)
 
 
 @dataclass(frozen=True, slots=True)
+class Odds:
+    """What machines that were drawn say of a limit with a probability.
+
+    wanted
+        Share of all machines that shall keep it.
+    kept, drawn
+        Machines that keep it, of those that were drawn.
+    low, high
+        Ends of the interval of Clopper and Pearson for the share of all machines, at the confidence over all looks.
+    verdict
+        "met", "not met", or "cannot be told".
+    worst
+        Value on the worst machine within the tolerances (three standard deviations of a normal distribution).
+    worst_met
+        Whether that one keeps the limit.
+    """
+
+    wanted: float
+    kept: int
+    drawn: int
+    low: float
+    high: float
+    confidence: float
+    verdict: str
+    worst: Entry
+    worst_met: bool
+
+    @property
+    def words(self) -> str:
+        """All of it in words."""
+        ends = f"{_share(self.low)} to {_share(self.high)}"
+        at = f"{100.0 * self.wanted:.6g} %"
+        return (
+            f"{self.kept} of {self.drawn} machines drawn keep it, of all {ends} % at a confidence of "
+            f"{100.0 * self.confidence:g} %; {at} asked: {self.verdict}; worst within the tolerances {self.worst.shown}"
+        )
+
+
+def _share(part: float) -> str:
+    """A share of all machines in percent, with as many digits as it differs from all of them."""
+    return f"{100.0 * part:.4g}" if part < 0.999 else f"{100.0 * part:.6g}"
+
+
+@dataclass(frozen=True, slots=True)
 class Tolerances:
     """What tolerances do to an answer.
 
@@ -58,6 +102,8 @@ class Tolerances:
         By how much numbers are off where the goal is worst.
     open
         Limits (and "the goal") of which the worst machine is found, but not proven to be the worst.
+    odds
+        Of each limit with a probability.
     """
 
     status: str
@@ -67,6 +113,7 @@ class Tolerances:
     goal_off: Mapping[str, float] = field(default_factory=dict)
     open: tuple[str, ...] = ()
     parts: Mapping[str, str] = field(default_factory=dict)
+    odds: Mapping[str, Odds] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -321,7 +368,8 @@ class Answer(Tabular, Generic[J_co]):
     @property
     def proven(self) -> bool:
         """Whether nothing about the status is left open."""
-        sure = self.tolerances is None or not self.tolerances.open or self.status == "violated"
+        off = self.tolerances
+        sure = off is None or not (off.open or off.odds) or (self.status == "violated" and not off.odds)
         return sure and self.status not in OPEN
 
     def require_proof(self) -> Answer[J_co]:

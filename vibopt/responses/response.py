@@ -19,6 +19,7 @@ from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
 from vibopt.values.directions import UNIT
 from vibopt.values.fields import KeyedError, ReadBy, complaint
+from vibopt.values.probability import Probability
 from vibopt.values.soft import Soft
 
 START_UP = "start-up"
@@ -109,6 +110,8 @@ class Response(Table):
     unit: How the value of a measure is shown: `unit = "mm/s rms"`. It must fit the response.
     soft: Of a limit, how easily it may be loosened where not all can hold: with `soft = 2` a loosening by 20 % counts
         as one by 10 %. An answer keeps every limit, soft or not.
+    with_probability: Of a limit, the share of all machines that shall keep it, where numbers scatter (`tolerance = {
+        normal = "2 %" }`): `with_probability = "99 %"`. Without it the limit holds for the worst machine.
     worst: Of a measure over speeds, mounts or tolerances, which value is shown: `worst = "least"`.
     """
 
@@ -117,6 +120,7 @@ class Response(Table):
     at_least: Bound = None
     unit: str | None = None
     soft: Soft = None
+    with_probability: Probability = None
     worst: Literal["least", "greatest"] | None = None
     dimension: ClassVar[str] = "ratio"
     amplitude: ClassVar[bool] = False

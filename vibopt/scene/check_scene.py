@@ -15,6 +15,7 @@ from vibopt.scene.check_friction import check_friction, rubs_in
 from vibopt.scene.check_gears import check_gears, gear_fault
 from vibopt.scene.check_joints import check_beams, check_joints
 from vibopt.scene.check_places import check_places
+from vibopt.scene.check_probability import check_probabilities
 from vibopt.scene.check_random import check_lossy, check_random
 from vibopt.scene.check_rotors import check_rotors, whirl_fault
 from vibopt.scene.check_space import check_space
@@ -43,6 +44,8 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_spin(scene, mistakes)
     for path, response in _responses(scene):
         check_response(scene, path, response, mistakes, broken)
+    if not broken:
+        check_probabilities(scene, _responses(scene), mistakes)
     _question(scene, mistakes, broken)
     if not mistakes.found and not broken:
         check_stable(scene, mistakes)

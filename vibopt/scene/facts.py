@@ -15,7 +15,7 @@ from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of
 from vibopt.values.directions import AXES
 from vibopt.values.fact_at import FactAt, fact_among
-from vibopt.values.tolerance import read_tolerance
+from vibopt.values.tolerance import Scatter, read_tolerance
 
 _PLACES = ("centre", "at")
 _SIDES = ("box",)
@@ -54,8 +54,14 @@ def _facts(path: str, table: Table, given: Any) -> Iterator[FactAt]:
         yield from _ends(here, table, key)
         wide = given.get(key) if key == "tolerance" and isinstance(given, Mapping) else None
         wide = said["tolerance"] if isinstance(said, Mapping) and "tolerance" in said else wide
-        if wide is not None:
-            yield FactAt(here if key == "tolerance" else f"{here}.tolerance", read_tolerance(wide), "%", "ratio")
+        off = here if key == "tolerance" else f"{here}.tolerance"
+        if isinstance(wide, Mapping):
+            sized = read_tolerance(wide)
+            assert isinstance(sized, Scatter)
+            if sized.size:
+                yield FactAt(f"{off}.{sized.kind}", sized.size, "%", "ratio")
+        elif wide is not None:
+            yield FactAt(off, read_tolerance(wide), "%", "ratio")
 
 
 def _entry(given: Any, index: int) -> Any:

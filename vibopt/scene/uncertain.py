@@ -32,7 +32,7 @@ def uncertain(scene: Scene) -> tuple[Uncertain, ...]:
     for family, name, table in devices(scene):
         base = f"{family}.{name}"
         own = {path: value.tolerance for path, value, _ in numbers_in(base, table) if value.tolerance > 0.0}
-        wide = float(getattr(table, "tolerance", None) or 0.0)
+        wide = getattr(table, "tolerance", None) or 0.0
         said = dict(own)
         for part, key in table.parts().items() if wide else ():
             here = f"{base}.{key}"

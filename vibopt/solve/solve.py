@@ -397,7 +397,12 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
         timings=clock.seconds,
         notes=notes_of(scene, {}),
     )
-    return design if robust is None or doubt else analysed(design, robust)
+    if robust is None or doubt:
+        return design
+    from vibopt.solve.odds import likely, with_odds
+
+    over = analysed(design, robust)
+    return with_odds(over) if likely(scene) else over
 
 
 def _permitted(scene: Scene, program: Program, clock: _Clock) -> Design:

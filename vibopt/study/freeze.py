@@ -14,6 +14,7 @@ from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
+from vibopt.values.tolerance import read_tolerance, written
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.checked import usual_unit
 
@@ -52,7 +53,7 @@ def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene
         unit = variable.unit
         said = _said(value, unit, variable.dimension)
         off = variable.choice.tolerance
-        values[variable.path] = {"value": said, "tolerance": off} if off else said
+        values[variable.path] = {"value": said, "tolerance": written(off)} if off else said
     document = changed(scene.document, values)
     for part in bound_parts(scene):
         family, name = part.path.split(".")[:2]
@@ -142,9 +143,11 @@ def _keep_tolerances(scene: Scene, name: str, given: dict[str, Any]) -> None:
         key = next((key for key in given if any(word in kind and key in kind for kind in kinds)), None)
         if key is None:
             continue
-        had = given[key]["tolerance"] if isinstance(given[key], dict) else 0.0
+        had = read_tolerance(given[key]["tolerance"]) if isinstance(given[key], dict) else 0.0
         value = given[key]["value"] if isinstance(given[key], dict) else given[key]
-        given[key] = {"value": value, "tolerance": (1.0 + had) * _spread(doubt.tolerance, power) - 1.0}
+        alone = power == 1 and not had  # a distribution goes on only where nothing is combined with it
+        wide = written(doubt.tolerance) if alone else (1.0 + had) * _spread(doubt.tolerance, power) - 1.0
+        given[key] = {"value": value, "tolerance": wide}
 
 
 def _spread(tolerance: float, power: int) -> float:

@@ -11,6 +11,7 @@ from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of, resolved, with_changes
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
+from vibopt.solve.odds import likely
 from vibopt.study.many import answers
 from vibopt.study.rounded_plan import drawn
 from vibopt.study.seen import chosen_from, kept
@@ -117,14 +118,15 @@ def whatif(
     breaks = tuple(name for name, limit in after.limits.items() if not limit.met and name in held)
     base = with_changes(fixed, changes) if after.status == "met" else fixed
     sound = is_scene(base) and (after.status == "met" or len(held) == len(before.limits))
-    found = thresholds(base, progress) if sound and is_scene(base) else ()
+    found = thresholds(base, progress) if sound and is_scene(base) and not likely(base) else ()
     return WhatIf(job, changes, before, after, keep_design, breaks, tuple(found))
 
 
 def unfollowed(job: Job) -> str:
     """Why it is not said of a kind of job how far each fact may go; "" where it is."""
     if is_scene(job):
-        return ""
+        words = "is told for the worst machine, and a limit asks for a probability. Vary what is in doubt"
+        return f"How far each fact may go {words}: vibopt sweep --keep-design." if likely(job) else ""
     return (
         f"How far each fact may go is told for machines alone: {noun_of(job)} feels a weight by its size and its angle "
         "together, and neither alone has an end. Vary what is in doubt: vibopt sweep --keep-design."

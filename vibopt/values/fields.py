@@ -292,7 +292,7 @@ Tolerance = Annotated[
     float,
     ReadBy(
         _read_tolerance,
-        {"type": ["string", "number"], "description": "how far each number of the table may be off, 5 %"},
+        {"type": ["string", "number", "object"], "description": "how far each number of the table may be off, 5 %"},
     ),
 ]
 """`tolerance = "5 %"` of a whole table: each of its numbers on its own."""
@@ -342,9 +342,10 @@ def _schema(rule: Rule) -> dict[str, Any]:
         "description": f"{rule.dimension}, for example {DIMENSIONS[rule.dimension].example}",
     }
     side = {"type": ["string", "number"]}
+    wide = {**side, "type": ["string", "number", "object"]}
     off = {
         "type": "object",
-        "properties": {"value": side, "tolerance": side},
+        "properties": {"value": side, "tolerance": wide},
         "required": ["value", "tolerance"],
         "additionalProperties": False,
     }
@@ -357,7 +358,7 @@ def _schema(rule: Rule) -> dict[str, Any]:
             "to": side,
             "one_of": {"type": "array"},
             "whole": {"type": "boolean"},
-            **({"tolerance": side} if rule.may_be_off else {}),
+            **({"tolerance": wide} if rule.may_be_off else {}),
         },
         "additionalProperties": False,
     }

@@ -1,0 +1,236 @@
+"""Limits with a probability: shares against integrals of formulas, intervals against sums, and three verdicts."""
+
+from __future__ import annotations
+
+from math import comb, erf, pi, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from vibopt.errors import InputError, NotProven
+from vibopt.jobs import answer, from_text
+from vibopt.program.drawn import MET, NOT_MET, OPEN, Sampled, clopper_pearson, drawn
+from vibopt.scene.uncertain import Uncertain, uncertain
+from vibopt.study.sweep import sweep
+from vibopt.study.whatif import whatif
+from vibopt.values.tolerance import Scatter
+
+HANGING = """
+title = "Mass on a spring"
+[bodies.{name}]
+mass = {{ value = "300 kg", tolerance = {{ normal = "{sigma!r} %" }} }}
+[links.spring]
+between = ["{name}", "ground"]
+stiffness = {{ value = "200 kN/m", tolerance = {{ uniform = "{width!r} %" }} }}
+[limits.sag]
+response = "static_deflection"
+of = "spring"
+at_most = "{bound!r} m"
+with_probability = "{wanted!r} %"
+"""
+PRESS = """
+title = "Press"
+[bodies.press]
+mass = "300 kg"
+[links.mount]
+between = ["press", "ground"]
+stiffness = { value = "4 MN/m", tolerance = { uniform = "20 %" } }
+damping = "9 kN s/m"
+[excitations.punch]
+kind = "force"
+on = "press"
+amplitude = "30 kN"
+speed = "3000 rpm"
+varies = "constant"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "6.6 kN"
+with_probability = "90 %"
+"""
+
+
+def share_of(bound: float, sigma: float, width: float) -> float:
+    """Share of machines that sag no more: the normal mass in closed form, the uniform spring by Simpson's rule."""
+    k = np.linspace(2e5 * (1.0 - width), 2e5 * (1.0 + width), 2001)
+    lightest = bound * k / 9.80665
+    below = np.array([0.5 * (1.0 + erf((one / 300.0 - 1.0) / (sigma * sqrt(2.0)))) for one in lightest])
+    weights = np.ones(2001)
+    weights[1:-1:2], weights[2:-1:2] = 4.0, 2.0
+    return float((weights * below).sum() / weights.sum())
+
+
+@settings(max_examples=40)
+@given(
+    st.sampled_from(["a", "b", "press", "pump", "x1", "x2", "x3"]),
+    st.floats(1.0, 12.0), st.floats(1.0, 25.0), st.floats(0.95, 1.35), st.sampled_from([60.0, 90.0, 95.0, 99.0]),
+)  # fmt: skip
+def test_the_interval_holds_the_share_and_a_verdict_is_right(
+    name: str, sigma: float, width: float, part: float, wanted: float
+) -> None:
+    bound = part * 300.0 * 9.80665 / 2e5
+    text = HANGING.format(name=name, sigma=sigma, width=width, bound=bound, wanted=wanted)
+    design = answer(from_text(text, "hanging.toml"))
+    assert design.tolerances is not None
+    odds = design.tolerances.odds["sag"]
+    truth = share_of(bound, sigma / 100.0, width / 100.0)
+    assert odds.low <= truth <= odds.high
+    right = {MET: truth >= wanted / 100.0, NOT_MET: truth < wanted / 100.0, OPEN: odds.drawn > 1000}
+    assert right[odds.verdict]
+    assert design.status == {MET: "met", NOT_MET: "violated", OPEN: "unproven"}[odds.verdict]
+    row = design.limits["sag"]
+    assert row.met == (odds.verdict == MET)
+    worst = 300.0 * 9.80665 / 2e5 * (1.0 + 3.0 * sigma / 100.0) / (1.0 - width / 100.0)
+    assert odds.worst.value == pytest.approx(worst, rel=1e-9)
+    assert not design.proven
+
+
+def test_a_limit_that_falls_with_one_number_is_told_by_its_quantile() -> None:
+    """The force grows with the spring: of a uniform one 90 % stay below that of 90 % of its width."""
+    top, design = 3000.0 * 2.0 * pi / 60.0, answer(from_text(PRESS, "press.toml"))
+
+    def force(k: float) -> float:
+        spring = k + 1j * top * 9e3
+        return float(30e3 * abs(spring / (spring - 300.0 * top**2)))
+
+    assert design.tolerances is not None
+    odds = design.tolerances.odds["floor"]
+    exact = next(k for k in np.linspace(3.2e6, 4.8e6, 160001) if force(k) > 6.6e3)
+    truth = (exact - 3.2e6) / 1.6e6
+    assert odds.low <= truth <= odds.high
+    assert odds.worst.value == pytest.approx(force(4.8e6), rel=1e-9)
+    assert force(4.8e6) > design.limits["floor"].value.value > force(3.2e6 + 0.9 * 1.6e6)
+
+
+@settings(max_examples=60)
+@given(st.integers(1, 60), st.data(), st.floats(0.8, 0.999))
+def test_the_interval_is_that_of_the_sums_of_binomial_chances(n: int, data: Any, confidence: float) -> None:
+    k = data.draw(st.integers(0, n))
+    low, high = clopper_pearson(k, n, confidence)
+    tail = 0.5 * (1.0 - confidence)
+
+    def chance(some: range, p: float) -> float:
+        return sum(comb(n, j) * p**j * (1.0 - p) ** (n - j) for j in some)
+
+    assert (low == 0.0) if k == 0 else chance(range(k, n + 1), low) == pytest.approx(tail, rel=1e-7)
+    assert (high == 1.0) if k == n else chance(range(k + 1), high) == pytest.approx(tail, rel=1e-7)
+
+
+@settings(max_examples=60)
+@given(
+    st.integers(0, 10**6), st.integers(20, 900), st.sampled_from([0.5, 0.9, 0.97]), st.floats(0.05, 3.0), st.booleans()
+)
+def test_what_so_many_stay_within_is_within_a_bound_where_the_verdict_is_met(
+    seed: int, n: int, wanted: float, bound: float, least: bool
+) -> None:
+    values = np.random.default_rng(seed).exponential(size=n)
+    seen = Sampled(values, values >= bound if least else values <= bound, 0.99)
+    reached = seen.stays_within(wanted, least=least)
+    within = reached >= bound if least else reached <= bound
+    assert within == (seen.verdict(wanted) == MET)
+
+
+@settings(max_examples=20)
+@given(st.sampled_from(["normal", "uniform"]), st.floats(0.01, 0.2), st.text("abc.", min_size=1, max_size=8))
+def test_what_is_drawn_has_its_distribution_and_is_the_same_each_time(kind: str, size: float, path: str) -> None:
+    one = [Uncertain(path, Scatter(kind, size))]
+    factors = drawn(one, 4096)[:, 0]
+    assert np.array_equal(factors[:256], drawn(one, 256)[:, 0])
+    assert not np.array_equal(factors, drawn(one, 4096, "again")[:, 0])
+    spread = size if kind == "normal" else size / sqrt(3.0)
+    assert abs(factors.mean() - 1.0) <= 5.0 * spread / 64.0
+    assert factors.std() == pytest.approx(spread, rel=0.08)
+    assert kind == "normal" or abs(factors - 1.0).max() <= size
+
+
+def test_deviations_that_were_measured_are_drawn_alike() -> None:
+    text = PRESS.replace('{ uniform = "20 %" }', '{ data = ["-10 %", "0 %", "5 %", "30 %"] }')
+    text = text.replace('"90 %"', '"60 %"')
+    design = answer(from_text(text, "press.toml"))
+    assert design.tolerances is not None
+    odds = design.tolerances.odds["floor"]
+    assert odds.low <= 0.75 <= odds.high  # only the stiffest breaks 6.6 kN
+    assert odds.verdict == MET
+    assert uncertain(design.job)[0].tolerance == pytest.approx(0.3)
+
+
+def test_a_bound_at_the_share_itself_cannot_be_told() -> None:
+    bound = 300.0 * 9.80665 / 2e5
+    text = HANGING.format(name="a", sigma=5.0, width=0.001, bound=bound, wanted=50.0)
+    design = answer(from_text(text, "hanging.toml"))
+    assert design.status == "unproven"
+    assert design.claim.startswith("cannot be told with so many machines: sag; sag: ")
+    assert design.tolerances is not None
+    assert design.tolerances.odds["sag"].drawn == 16384
+    with pytest.raises(NotProven):
+        answer(from_text(text.replace('"50.0 %"', '"40 %"').replace("40", "55"), "hanging.toml")).require_proof()
+
+
+def test_studies_draw_the_same_machines() -> None:
+    job = from_text(PRESS, "press.toml")
+    both = [sweep(job, {"limits.floor.at_most": one}).table() for one in ("6.2, 6.5, 6.6 kN", "6.6, 6.2, 6.5 kN")]
+    assert sorted(map(str, both[0])) == sorted(map(str, both[1]))
+    assert len({str(row) for row in both[0]}) == 3
+    kept = whatif(job, {"links.mount.stiffness.tolerance.uniform": "1 %"}, keep_design=True)
+    assert kept.after.status in ("met", "violated")
+    assert not kept.thresholds
+
+
+NONE = "is no share that machines which are drawn can tell."
+WAY = 'Write a share from "50 %" to "99.9 %", for example with_probability = "99 %".'
+KINDS = 'Write { normal = "2 %" } for a standard deviation, { uniform = "5 %" } or { data = ["+1 %", "-0.5 %"] }.'
+MINE = '{ value = "4 MN/m", tolerance = { uniform = "20 %" } }'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"90 %"', '"120 %"', f'line 19: limits.floor.with_probability = "120 %" is more than all machines. For every '
+         f"machine within the tolerances leave it out. {WAY}"),
+        ('"90 %"', '"100 %"', f'line 19: limits.floor.with_probability = "100 %" is all machines. For every machine '
+         f"within the tolerances leave it out. {WAY}"),
+        ('"90 %"', '"99.99 %"', f'line 19: limits.floor.with_probability = "99.99 %" {NONE} {WAY}'),
+        ('"90 %"', '"often"', f'line 19: limits.floor.with_probability = "often" is no share of all machines. {WAY}'),
+        (MINE, '"4 MN/m"', "line 19: limits.floor has with_probability, but no number scatters. Add one, for example "
+         'tolerance = { normal = "2 %" } of a mass.'),
+        ('{ uniform = "20 %" }', '"20 %"', "line 19: limits.floor has with_probability, but of links.mount.stiffness "
+         'it is only known how far it may be off. Write its distribution, tolerance = { uniform = "5 %" } or '
+         '{ normal = "2 %" }.'),
+        ('"9 kN s/m"', '{ from = "1 kN s/m", to = "20 kN s/m" }', "line 19: limits.floor has with_probability, but "
+         "something is to be chosen: it judges a machine that is there. Solve without it, keep the answer with --save "
+         "design.toml, and add with_probability there."),
+        ('at_most = "6.6 kN"', 'at_most = "6.6 kN"\nat_least = "1 kN"', "line 20: limits.floor has "
+         "with_probability, but that goes with at_most or at_least, one of the two. Write two "
+         "limits, or remove with_probability."),
+        ("{ uniform =", "{ gauss =", f'line 7: links.mount.stiffness = {MINE.replace("uniform", "gauss")} has a '
+         f"tolerance that is no distribution. {KINDS}"),
+        ('{ uniform = "20 %" }', '{ normal = "25 %" }', "line 7: links.mount.stiffness = "
+         f'{MINE.replace("uniform", "normal").replace("20", "25")} has a standard deviation above 20 %, with which '
+         'some machines would have nothing of it. Write { uniform = "..." } or { data = [...] }.'),
+        ('{ uniform = "20 %" }', '{ uniform = "0 %" }', "line 7: links.mount.stiffness = "
+         f"{MINE.replace('20', '0')} has a uniform tolerance that is not greater than zero. {KINDS}"),
+    ],
+)  # fmt: skip
+def test_what_cannot_be_is_refused(old: str, new: str, words: str) -> None:
+    with pytest.raises(InputError) as refused:
+        from_text(PRESS.replace(old, new), "press.toml")
+    assert f"press.toml {words}" in refused.value.messages
+    assert len(refused.value.messages) <= 2
+
+
+def test_a_saved_design_keeps_its_distributions() -> None:
+    from vibopt.study.freeze import frozen
+
+    text = PRESS.replace('with_probability = "90 %"', "").replace(
+        '"9 kN s/m"', '{ from = "1 kN s/m", to = "9 kN s/m" }'
+    )
+    text += '[goal]\nminimise = "damping"\nof = "mount"\n'
+    text = text.replace('to = "9 kN s/m" }', 'to = "9 kN s/m", tolerance = { normal = "3 %" } }').replace(
+        "7 kN", "9 kN"
+    )
+    design = answer(from_text(text, "press.toml"))
+    kept = {one.path: one.tolerance for one in uncertain(frozen(design.scene, design.x))}
+    assert kept == {"links.mount.stiffness": Scatter("uniform", 0.2), "links.mount.damping": Scatter("normal", 0.03)}

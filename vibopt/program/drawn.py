@@ -1,0 +1,106 @@
+"""Machines drawn from the distributions of their tolerances, and what share of all machines that says of."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+
+import numpy as np
+
+from vibopt.arrays import BoolArray, FloatArray
+from vibopt.errors import InputError
+from vibopt.program.program import Limit
+from vibopt.records import dataclass
+from vibopt.scene.uncertain import Uncertain
+from vibopt.values.tolerance import Scatter
+from vibopt.work import late
+
+SIZES = (256, 1024, 4096, 16384)
+"""Machines that are drawn, until a verdict is reached: each draw begins with all machines of the one before."""
+CONFIDENCE = 0.99
+"""Of a verdict, over all looks together."""
+_ROUNDING = 1e-9
+MET, NOT_MET, OPEN = "met", "not met", "cannot be told"
+
+
+@dataclass(frozen=True, slots=True)
+class Sampled:
+    """Values of one limit on machines that were drawn.
+
+    values
+        As the user counts them [SI], shape (n_drawn,).
+    kept
+        Whether each keeps the limit.
+    confidence
+        Of the interval of this one look.
+    """
+
+    values: FloatArray
+    kept: BoolArray
+    confidence: float
+
+    @property
+    def share(self) -> tuple[float, float]:
+        """Ends of the interval of Clopper and Pearson for the share of all machines that keep the limit."""
+        return clopper_pearson(int(self.kept.sum()), len(self.kept), self.confidence)
+
+    def verdict(self, wanted: float) -> str:
+        """Whether a share of at least `wanted` keeps the limit."""
+        low, high = self.share
+        return MET if low >= wanted else NOT_MET if high < wanted else OPEN
+
+    def stays_within(self, wanted: float, *, least: bool) -> float:
+        """What a share of `wanted` stays below (above for the least) at the confidence; nan where too few were drawn.
+
+        It is within a bound just where the verdict on that bound is MET.
+        """
+        ordered = np.sort(-self.values if least else self.values)
+        low, high = 0, len(ordered) + 1
+        while high - low > 1:  # the fewest that must keep a bound
+            middle = (low + high) // 2
+            enough = clopper_pearson(middle, len(ordered), self.confidence)[0] >= wanted
+            low, high = (low, middle) if enough else (middle, high)
+        if high > len(ordered):
+            return float("nan")
+        return float(-ordered[high - 1] if least else ordered[high - 1])
+
+
+def clopper_pearson(kept: int, drawn: int, confidence: float) -> tuple[float, float]:
+    """The exact interval of a share, from `kept` of `drawn` (Clopper and Pearson, Biometrika 26, 1934)."""
+    from scipy.special import betaincinv
+
+    tail = 0.5 * (1.0 - confidence)
+    low = float(betaincinv(kept, drawn - kept + 1, tail)) if kept else 0.0
+    high = float(betaincinv(kept + 1, drawn - kept, 1.0 - tail)) if kept < drawn else 1.0
+    return low, high
+
+
+def drawn(doubts: Sequence[Uncertain], count: int, stream: str = "") -> FloatArray:
+    """Factors of uncertain numbers, shape (count, n_doubts): independent, the same each time for the same path.
+
+    What is drawn of one number follows from its path alone, so that two designs are compared on the same machines;
+    another `stream` is independent of the first.
+    """
+    columns = []
+    for one in doubts:
+        assert isinstance(one.tolerance, Scatter)
+        seed = int.from_bytes(hashlib.sha256(f"{stream}{one.path}".encode()).digest()[:8], "big")
+        columns.append(one.tolerance.factors(np.random.Generator(np.random.PCG64(seed)).random(count)))
+    return np.stack(columns, axis=1)
+
+
+def sampled(parts: Sequence[Limit], factors: FloatArray, confidence: float) -> Sampled:
+    """The worst of a limit, which may be asked at several places, on machines with factors (n_drawn, n_doubts)."""
+    first = parts[0]
+    values = np.empty(len(factors))
+    sense = -1.0 if first.side == "at_least" else 1.0
+    for k, row in enumerate(factors):
+        if late("the drawing of machines"):
+            raise InputError("the time was over before enough machines were drawn. Allow more with --time-limit.")
+        values[k] = max(sense * one.worst(row).value for one in parts) * sense
+    size = abs(first.bound) or 1.0
+    kept = sense * (values - first.bound) <= _ROUNDING * size
+    return Sampled(1.0 - values if first.complement else values, kept, confidence)
+
+
+__all__ = ["CONFIDENCE", "MET", "NOT_MET", "OPEN", "SIZES", "Sampled", "clopper_pearson", "drawn", "sampled"]

@@ -1,0 +1,132 @@
+"""Limits `with_probability`: whether enough of all machines keep them, from machines that are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from vibopt.answer.answer import Odds
+from vibopt.answer.entry import Checked
+from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, SIZES, Sampled, drawn, sampled
+from vibopt.program.program import Limit
+from vibopt.program.worst_case import around, doubts_at
+from vibopt.scene.scene import Design, Scene
+from vibopt.units import show
+from vibopt.verify.checked import checked_limits
+from vibopt.work import worked
+
+_MOST = 20_000.0
+"""Work [nominal ms] that drawing machines may take for one limit."""
+_PUT_BACK = 8
+"""Machines nearest to a bound that are measured as built."""
+_SAME = 1e-6
+
+
+def likely(scene: Scene) -> bool:
+    """Whether a limit asks for a probability."""
+    return any(limit.with_probability is not None for limit in scene.limits.values())
+
+
+def with_odds(design: Design) -> Design:
+    """An analysis over tolerances with what is drawn of each limit with a probability; the others stay as they are.
+
+    Its rows show what so many of all machines stay within; the worst within the tolerances stands beside it.
+    """
+    scene = design.scene
+    rows, odds = dict(design.limits), {}
+    for key, row in design.limits.items():
+        limit = scene.limits.get(row.name)
+        if limit is None or limit.with_probability is None:
+            continue
+        parts = [one for one in around(scene, np.zeros(0)).limits if one.name == row.name and one.user_side == row.side]
+        seen, doubt = _looked(scene, row, parts, limit.with_probability)
+        odds[key] = _odds(row, seen, limit.with_probability)
+        rows[key] = _row(row, seen, limit.with_probability, doubt)
+    assert design.tolerances is not None
+    names = tuple(dict.fromkeys((*design.tolerances.open, *odds)))
+    made = replace(design, limits=rows, tolerances=replace(design.tolerances, odds=odds, open=names))
+    return _judged(made, odds)
+
+
+def _looked(scene: Scene, row: Checked, parts: list[Limit], wanted: float) -> tuple[Sampled, str]:
+    """Machines drawn until a verdict is reached or the work is done, and what the machines as built say against it."""
+    assert row.limit is not None
+    doubts = doubts_at(scene, np.zeros(0))
+    cost = sum(one.cost for one in parts)
+    sizes = [size for k, size in enumerate(SIZES) if not k or size * cost <= _MOST]
+    every = drawn(doubts, sizes[-1])
+    confidence = 1.0 - (1.0 - CONFIDENCE) / len(SIZES)
+    seen = sampled(parts, every[: sizes[0]], confidence)
+    for before, size in pairwise(sizes):
+        if seen.verdict(wanted) != OPEN:
+            break
+        more = sampled(parts, every[before:size], confidence)
+        seen = Sampled(np.append(seen.values, more.values), np.append(seen.kept, more.kept), confidence)
+    worked(len(seen.values) * cost)
+    names = [one.path for one in doubts]
+    machines = [dict(zip(names, row, strict=True)) for row in every[: len(seen.values)].tolist()]
+    return seen, _contradicted(scene, row, seen, machines)
+
+
+def _contradicted(scene: Scene, row: Checked, seen: Sampled, machines: list[dict[str, float]]) -> str:
+    """What the machines nearest to the bound, measured as built, say against their values; "" where nothing."""
+    assert row.limit is not None
+    near = np.argsort(np.abs(seen.values - row.limit.value), kind="stable")[:_PUT_BACK]
+    for k in {*near.tolist(), int(seen.values.argmin()), int(seen.values.argmax())}:
+        rows = checked_limits(replace(scene, off=machines[k]), {}).values()
+        built = next(one for one in rows if (one.name, one.side) == (row.name, row.side))
+        one, other = built.value.value, float(seen.values[k])
+        if abs(one - other) > _SAME * max(abs(one), abs(other)) and one != other:
+            return f"{row.name} is {other:.9g} in the model of a machine that was drawn, {one:.9g} on it as built"
+    return ""
+
+
+def _row(row: Checked, seen: Sampled, wanted: float, doubt: str) -> Checked:
+    assert row.limit is not None
+    least = row.side == "at_least"
+    value = seen.stays_within(wanted, least=least)
+    size = abs(row.limit.value) or 1.0
+    margin = (value - row.limit.value if least else row.limit.value - value) / size
+    shown = replace(row.value, value=value, text="")
+    if np.isnan(value):
+        shown, margin = replace(row.value, value=-np.inf if least else np.inf, text="not known"), -np.inf
+    place = f"{row.place}, {percent(wanted)} of all machines".removeprefix(", ")
+    return replace(row, value=shown, margin=float(margin), worst_at={}, off={}, place=place, doubt=row.doubt or doubt)
+
+
+def _odds(row: Checked, seen: Sampled, wanted: float) -> Odds:
+    low, high = seen.share
+    return Odds(
+        wanted, int(seen.kept.sum()), len(seen.kept), low, high, CONFIDENCE, seen.verdict(wanted), row.value, row.met
+    )
+
+
+def percent(share: float) -> str:
+    """A share as "99 %"."""
+    return show(share, "%", "ratio")
+
+
+def _judged(design: Design, odds: Mapping[str, Odds]) -> Design:
+    """Status and claim by the verdicts."""
+    if design.status == "check_failed":
+        return design
+    doubts = [row.doubt for row in design.limits.values() if row.doubt]
+    if doubts:
+        return replace(design, status="check_failed", claim=doubts[0])
+    broken = [key for key, row in design.limits.items() if key not in odds and not row.met]
+    broken += [key for key, one in odds.items() if one.verdict == NOT_MET]
+    unknown = [key for key, one in odds.items() if one.verdict == OPEN]
+    told = "; ".join(f"{key}: {one.words}" for key, one in odds.items())
+    status = "violated" if broken else "unproven" if unknown else MET
+    said = f"broken: {', '.join(broken)}" if broken else "every limit holds"
+    if unknown and not broken:
+        said = f"cannot be told with so many machines: {', '.join(unknown)}"
+    others = len(odds) < len(design.limits)
+    rest = "; the other limits over all machines within the tolerances" if others else ""
+    return replace(design, status=status, claim=f"{said}{rest}; {told}")
+
+
+__all__ = ["likely", "percent", "with_odds"]
