@@ -14,6 +14,7 @@ from vibopt.forms.rational import sampled
 from vibopt.forms.rows_on_boxes import response_rows
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
+from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
 
 relaxed = import_module("vibopt.solve.relaxed")
@@ -169,3 +170,56 @@ def test_below_the_greatest_is_counted_of_the_greatest() -> None:
     assert found.goal is not None
     below = 100.0 * (1.0 - found.goal[1].value / abs(found.details["bound"]))
     assert found.claim.endswith(f"; at most {relaxed._no_less(below)} % below the greatest possible")
+
+
+def ordered(document: dict[str, Any]) -> list[tuple[str, str]]:
+    """Variables of which boxes keep one order only."""
+    program = closed(pose(from_dict(document)))
+    assert program.aim is not None
+    boxes = relaxed._Relaxed(program, program.aim.pieces)
+    return [(program.axes[i].path, program.axes[j].path) for i, j in boxes.orders]
+
+
+@pytest.mark.parametrize(
+    ("on", "masses", "strokes", "alike"),
+    [
+        ((1, 1), ("3 kg", "3 kg"), (), True),
+        ((1, 1), ("3 kg", "3 kg"), ("9 mm", "9 mm"), True),
+        ((1, 1), ("3 kg", "3 kg"), ("9 mm", "8 mm"), False),
+        ((1, 1), ("3 kg", "3 kg"), ("9 mm",), False),
+        ((1, 1), ("3 kg", "3.000001 kg"), (), False),
+        ((0, 1), ("3 kg", "3 kg"), (), False),
+    ],
+)
+def test_one_order_is_kept_of_devices_that_are_alike(
+    on: tuple[int, int], masses: tuple[str, str], strokes: tuple[str, ...], alike: bool
+) -> None:
+    document = scene(on)
+    for one, mass in zip(document["absorbers"].values(), masses, strict=True):
+        one["mass"] = mass
+    for name, stroke in zip(document["absorbers"], strokes, strict=False):
+        document.setdefault("limits", {})[name] = {"response": "stroke", "of": name, "at_most": stroke}
+    pair = ("absorbers.a0.frequency", "absorbers.a1.frequency")
+    assert ordered(document) == ([pair] if alike else [])
+
+
+def test_one_order_of_devices_that_are_alike_bounds_both() -> None:
+    """With as many boxes no worse a bound, and nothing in either order is below it."""
+    document = scene((0, 0))
+    for one in document["absorbers"].values():
+        one["mass"] = "3 kg"
+    program = closed(pose(from_dict(document)))
+    assert program.aim is not None
+    w, rng = 2.0 * np.pi * np.geomspace(4.0, 30.0, 1500), np.random.default_rng(5)
+    x = np.array([58.0, 0.12, 66.0, 0.12])
+    top = np.log(by_matrices(x, (0, 0), w, (3.0, 3.0)).max())
+    bounds = []
+    for every in (True, False):
+        boxes = relaxed._Relaxed(program, program.aim.pieces, 3000)
+        boxes.orders = [] if every else boxes.orders
+        bounds.append(boxes.search(top))
+    assert bounds[0] < bounds[1] <= top
+    for _ in range(300):
+        there = x * np.exp(0.1 * rng.normal(size=4))
+        for one in (there, there[[2, 3, 0, 1]]):
+            assert np.log(by_matrices(one, (0, 0), w, (3.0, 3.0)).max()) >= bounds[1]

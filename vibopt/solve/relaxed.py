@@ -13,13 +13,14 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from vibopt.arrays import FloatArray, IntArray
+from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.forms.rational import Sampled, sampled
 from vibopt.forms.rows_on_boxes import Rows, coefficients, power_rows, response_rows
 from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import first_speeds
+from vibopt.solve.interchange import orders
 from vibopt.solve.method import Found
 from vibopt.work import Budget
 
@@ -33,11 +34,16 @@ _WORK, _COST = 120_000, 0.02
 _PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
 """Part of the boxes by which something must be known, the log within which it counts as such, and boxes that are
 looked at before any search whether there is a design."""
-_BATCH, _SPEEDS = 64, 48
+_BATCH, _SPEEDS = 64, 64
 _ROWS, _ROUNDS = 10, 6
 """Rows of the goal and of the limits that are weighed, and rounds of it."""
 _NOTHING, _LONG = -1e3, 1e-9
 """A bound that is none, and the weight of the length of a side beside what its halves promise."""
+_TOLD = 0.02
+"""Part of what is open by which the speeds known may miss a peak."""
+_TURNS, _AGAIN, _NEAR = 3, 0.25, 0.02
+"""How often a box is cut by what its sides promised before they are tried again, what is left of it for a side, and how
+near (in logs) to what is to be proven: farther away promises are not kept."""
 _HOLDS = 1e-8
 _FAR = 4.6
 """Log of a bound that says nothing."""
@@ -129,45 +135,76 @@ class _Relaxed:
         self.goals: Sequence[Limit | Aim] = list(aims) or kept
         self.limits: Sequence[Limit] = kept if aims else []
         self.lines = {id(one): _Speeds(program, one) for one in (*self.goals, *self.limits) if one.form.powers is None}
+        asked = (*self.goals, *self.limits)
+        self.orders = orders(program, asked, {key: line.sampled for key, line in self.lines.items()})
         each = sum(line.count for line in self.lines.values()) or 1
         self.budget = Budget(min(most, max(_WORK // each, 1)), "boxes", _COST * each)
 
-    def learn(self, x: FloatArray) -> None:
-        """Look at the speeds at which the design x (n_vars,) is worst."""
+    def learn(self, x: FloatArray, open_: float = 1e-3) -> None:
+        """Look at the speeds at which the design x (n_vars,) is worst, where those known say too little of them.
+
+        Little is judged by what is still open of the log of the goal.
+        """
         for line in self.lines.values():
-            line.learn(x)
+            line.learn(x, open_)
 
     def search(self, bar: float, floor: float = -np.inf) -> float:
         """No design has a goal whose log is below this, which is no greater than `bar`; given up far below `floor`."""
-        frontier = Frontier(self.budget)
-        frontier.add(np.array([-np.inf]), np.log(self.program.low)[None], np.log(self.program.high)[None])
+        frontier, low, high = Frontier(self.budget), np.log(self.program.low)[None], np.log(self.program.high)[None]
+        frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
         while frontier and not frontier.over:
             if frontier.bound < floor and self.budget.spent > _PATIENCE * self.budget.most:
                 break
-            known, low, high = frontier.take(_BATCH)
-            if not (high > low).any():  # rounding leaves nothing to split
-                frontier.add(known, low, high)
+            boxes = _Boxes(*frontier.take(_BATCH))
+            if not (boxes.high > boxes.low).any():  # rounding leaves nothing to split
+                frontier.add(*boxes.columns)
                 break
-            self.learn(np.exp(0.5 * (low + high)[0]))
-            bound, low, high = self._split(known, low, high, bar)
-            left = bound < bar
-            frontier.add(bound[left], low[left], high[left])
+            self.learn(np.exp(0.5 * (boxes.low + boxes.high)[0]), bar - boxes.bound[0])
+            tried = (boxes.turns > 0) & (boxes.bound > bar - _NEAR)
+            for some, split in ((boxes.chosen(~tried), self._best_side), (boxes.chosen(tried), self._next_side)):
+                if len(some.bound):
+                    halves = split(some, bar)
+                    frontier.add(*halves.chosen(halves.bound < bar).columns)
         return min(frontier.bound, bar)
 
-    def _split(
-        self, known: FloatArray, low: FloatArray, high: FloatArray, bar: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Both halves of every box across the side whose halves promise least, with their bounds."""
-        sides = np.flatnonzero((high > low).any(axis=0))
+    def _best_side(self, boxes: _Boxes, bar: float) -> _Boxes:
+        """Both halves of every box across the side whose halves promise least, and what each side would have gained."""
+        low, high = boxes.low, boxes.high
+        sides, rows = np.flatnonzero((high > low).any(axis=0)), np.arange(len(low))
         halves = [_halves(low, high, np.full(len(low), side)) for side in sides]
         lows, highs = (np.stack(one, axis=1) for one in zip(*halves, strict=True))  # (2 n_boxes, n_sides, n_vars)
-        bound = self.on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]))
+        bound = self._on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]))
+        bound = np.maximum(bound.reshape(len(low), 2, -1), boxes.bound[:, None, None])
+        gain = np.zeros(low.shape)
+        gain[:, sides] = (np.clip(bound, _NOTHING, bar) - np.clip(boxes.bound, _NOTHING, bar)[:, None, None]).sum(
+            axis=1
+        )
+        gain += _LONG * (high - low)
+        best, twice = gain[:, sides].argmax(axis=1), np.repeat(rows, 2)
+        at, every = best[twice], np.arange(len(twice))
+        gain[rows, sides[best]] *= _AGAIN
+        found = bound.swapaxes(1, 2)[rows, best].ravel()
+        return _Boxes(found, lows[every, at], highs[every, at], gain[twice], np.full(len(twice), float(_TURNS)))
+
+    def _next_side(self, boxes: _Boxes, bar: float) -> _Boxes:
+        """Both halves of every box across the side that would have gained most."""
+        gain, rows = np.where(boxes.high > boxes.low, boxes.gain, -np.inf), np.arange(len(boxes.bound))
+        side = gain.argmax(axis=1)
+        low, high = _halves(boxes.low, boxes.high, side)
+        gain = boxes.gain.copy()
+        gain[rows, side] *= _AGAIN
+        twice = np.repeat(rows, 2)
+        bound = np.maximum(self._on(low, high), boxes.bound[twice])
+        return _Boxes(bound, low, high, gain[twice], boxes.turns[twice] - 1)
+
+    def _on(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """The bound on boxes of which each counts; none where they hold the other order of devices that are alike."""
+        bound = self.on(low, high)
         self.budget.spend(len(bound))
-        bound = np.maximum(bound.reshape(len(low), 2, -1), known[:, None, None])
-        merit = np.clip(bound, _NOTHING, bar).sum(axis=1) + _LONG * (high - low)[:, sides]
-        best = merit.argmax(axis=1)
-        rows, at = np.arange(2 * len(low)), np.repeat(best, 2)
-        return bound.swapaxes(1, 2)[np.arange(len(low)), best].ravel(), lows[rows, at], highs[rows, at]
+        for i, j in self.orders:  # what boxes that touch share is in others, too
+            gap, wide = low[:, i] - high[:, j], (high > low)[:, i] & (high > low)[:, j]
+            bound[(gap > 0.0) | (wide & (gap == 0.0))] = np.inf
+        return bound
 
     def on(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Bound of the log of the goal on boxes of logs (n_boxes, n_vars), shape (n_boxes,)."""
@@ -183,6 +220,30 @@ class _Relaxed:
             return response_rows(self.lines[id(part)].sampled, x, half).less(log)
         made = power_rows(powers.scale, powers.exponents, x, half).less(log)
         return made.falling() if part.least_wanted else made
+
+
+@dataclass(frozen=True, slots=True)
+class _Boxes:
+    """Boxes of logs, low and high (n_boxes, n_vars), with their bounds and how to cut them.
+
+    gain
+        What cutting each side in two would add to the bounds of the halves, (n_boxes, n_vars).
+    turns
+        How often they are cut by that before all sides are tried again, (n_boxes,).
+    """
+
+    bound: FloatArray
+    low: FloatArray
+    high: FloatArray
+    gain: FloatArray
+    turns: FloatArray
+
+    @property
+    def columns(self) -> tuple[FloatArray, ...]:
+        return self.bound, self.low, self.high, self.gain, self.turns
+
+    def chosen(self, some: BoolArray) -> _Boxes:
+        return _Boxes(*(column[some] for column in self.columns))
 
 
 @dataclass
@@ -201,9 +262,21 @@ class _Speeds:
         """Coefficients of a response."""
         return coefficients(self.sampled)
 
-    def learn(self, x: FloatArray) -> None:
-        if len(self.known) < _SPEEDS:
-            self._add([extreme.speeds[0] for extreme in self.part.extremes(x)])
+    def learn(self, x: FloatArray, open_: float) -> None:
+        if len(self.known) >= _SPEEDS:
+            return
+        found, known = self.part.extremes(x), np.array(self.known)
+        with np.errstate(divide="ignore"):
+            said = 0.5 * np.log(self.sampled.square(x[None])[0])
+        top = max((one.value for one in found), default=0.0) if isinstance(self.part, Aim) else np.log(self.part.bound)
+        self._add(
+            [
+                one.speeds[0]
+                for one in found
+                if one.value >= top - open_
+                and not one.value - said[np.abs(known - one.speeds[0]).argmin()] <= _TOLD * open_
+            ]
+        )
 
     def _add(self, speeds: list[float]) -> None:
         fresh: list[float] = []

@@ -25,7 +25,7 @@ _HEAVY, _LIGHTER = (0.8, 0.3, 0.1, 0.03), (1.0, 0.25, 0.1)
 """Parts of the greatest masses, and of its host that one is which rides on another."""
 _LITTLE = 0.05
 """Part of the damping of those in the middle."""
-_SPRINGS, _WEIGHTS = {"frequency", "tuning", "stiffness"}, (".mass", ".mass_ratio")
+SPRINGS, _WEIGHTS = {"frequency", "tuning", "stiffness"}, (".mass", ".mass_ratio")
 
 
 def is_cheap(part: Limit | Aim) -> bool:
@@ -139,7 +139,7 @@ def _devices(program: Program) -> list[_Device]:
         path, _, word = axis.path.rpartition(".")
         owners.setdefault(path.partition(".")[2], {})[word] = index
     tuned = {
-        name for name, axes in owners.items() if _SPRINGS & set(axes) and name in model.ends and name in model.points
+        name for name, axes in owners.items() if SPRINGS & set(axes) and name in model.ends and name in model.points
     }
     hosts = {name: next((one for one in model.ends[name] if one != name), "") for name in tuned}
     found = []
