@@ -109,7 +109,9 @@ def state_of(job: Job, found: Answer[Any], value: float) -> State:
     worst = {name: limit.value.value for name, limit in found.limits.items()}
     room = {name: limit.margin for name, limit in found.limits.items()}
     if not is_scene(job):
-        return State(value, found.status, goal, frozenset(_balancing_held(job, found)), worst, room)
+        caps = {path: part for path, _, part in caps_of(job, found)}
+        room |= {_at_most(path): 1.0 - part for path, part in caps.items()}
+        return State(value, found.status, goal, frozenset(_balancing_held(job, found, caps)), worst, room)
     held = {name for name, limit in found.limits.items() if limit.active}
     held |= {f"{path} at {_end(variable.at_bound)}" for path, variable in found.variables.items() if variable.at_bound}
     listed = {variable.path for variable in found.scene.variables if variable.values is not None}
@@ -157,16 +159,15 @@ def is_touched(part: float) -> bool:
     return part >= 1.0 - _TOUCHED
 
 
-def _balancing_held(job: Any, found: Answer[Any]) -> set[str]:
+def _at_most(path: str) -> str:
+    return f"{path} at {_PLACES['high']}"
+
+
+def _balancing_held(job: Any, found: Answer[Any], caps: Mapping[str, float]) -> set[str]:
     """Limits and caps that are touched and hold the goal back, and what was chosen of lists."""
     rates = found.rates if found.rates is not None else {}
     held = {name for name, limit in found.limits.items() if is_touched(1.0 - limit.margin) and rates.get(name, 1.0)}
-    caps = {
-        path: f"{path} at {_PLACES['high']}"
-        for path, _, part in caps_of(job, found)
-        if is_touched(part) and rates.get(path, 1.0)
-    }
-    held |= set(caps.values())
+    held |= {_at_most(path) for path, part in caps.items() if is_touched(part) and rates.get(path, 1.0)}
     entries = found.entries()
     for plane, made in zip(getattr(job, "planes", ()), found.plan.planes, strict=False):
         if plane.is_discrete:
