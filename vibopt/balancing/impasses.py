@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 
@@ -63,46 +63,8 @@ _OF_SETS = 0.2
 _CLOSE = 1e-6
 """Part by which a common factor of all bounds is known."""
 _WIDEST, _NARROWEST, _FURTHER = 1e12, 1e-9, 4.0
-
-
-def nearest_by_factor(
-    names: Sequence[str],
-    answered: Callable[[Mapping[str, float]], T | None],
-    rows_at: Callable[[T], Mapping[str, Checked]],
-    budget: Budget,
-    soft: Mapping[str, float],
-) -> tuple[T, dict[str, Checked], dict[str, Least], tuple[str, ...]] | None:
-    """The answer with which the worst limit is missed by the least factor, its rows, the least of each limit, the rest.
-
-    Parameters
-    ----------
-    names
-        Of all limits.
-    answered
-        The answer with bounds so many times as wide, and without those that are not named; None where there is none.
-    rows_at
-        Every limit of the job at an answer.
-    budget
-        Of answers.
-    soft
-        How easily limits may be loosened.
-    """
-
-    def common(some: Sequence[str]) -> Narrowest[T] | None:
-        weights = {name: soft.get(name, 1.0) if len(some) > 1 else 1.0 for name in some}
-        return narrowest(lambda factor: answered({name: widened(factor, one) for name, one in weights.items()}), budget)
-
-    best = common(names)
-    if best is None:
-        return None
-    least = {}
-    for name in names:
-        alone = common((name,))
-        if alone is not None:
-            row = rows_at(alone.found)[name]
-            nothing = row.limit is not None and row.value.value <= _NARROWEST * row.limit.value
-            least[name] = Least(replace(row.value, value=0.0) if nothing else row.value, alone.proven, row.met)
-    return best.found, dict(rows_at(best.found)), least, tuple(name for name in names if name not in least)
+_LOOSER = 1.0005
+"""So much wider a loosening is said than is needed at least: shown digits are fewer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,30 +110,114 @@ def narrowest(at: Callable[[float], T | None], budget: Budget) -> Narrowest[T] |
     return Narrowest(found, high, high <= max(low * (1.0 + _CLOSE), _NARROWEST))
 
 
-def nearest_of(
-    limits: Mapping[str, B], answered: Callable[[Mapping[str, B]], T | None],
-    rows_at: Callable[[T], Mapping[str, Checked]], values: Callable[[T], Mapping[str, Value]], work: float,
-    *, thorough: bool,
-) -> Nearest | None:  # fmt: skip
-    """What misses the worst limit by the least factor, measured like every other answer; None where none was found.
+class Solved(Protocol):
+    """An answer of an optimiser."""
 
-    `answered` takes other limits; each answer takes `work` [nominal ms].
+    @property
+    def status(self) -> str: ...
+
+
+S = TypeVar("S", bound=Solved)
+
+
+@dataclass(frozen=True)
+class Asking(Generic[S, B]):
+    """How a job that has no answer is asked again with other limits.
+
+    limits
+        Of the job, by name.
+    solved
+        The answer with other limits.
+    rows_at, values
+        Every limit of the job, and every number, at an answer.
+    least
+        The least bound of one limit with which the others hold; None: it is looked for by halving.
+    work, thorough
+        What an answer takes [nominal ms], and whether all is found out whatever the work.
     """
 
-    def at(factors: Mapping[str, float]) -> T | None:
-        return answered({name: limits[name].at(limits[name].bound * factor) for name, factor in factors.items()})
+    limits: Mapping[str, B]
+    solved: Callable[[Mapping[str, B]], S]
+    rows_at: Callable[[S], Mapping[str, Checked]]
+    values: Callable[[S], Mapping[str, Value]]
+    work: float
+    thorough: bool
+    least: Callable[[str], float | None] | None = None
 
-    soft = softness(limits)
-    best = nearest_by_factor(tuple(limits), at, rows_at, costing(work, thorough=thorough), soft)
-    if best is None:
-        return None
-    found, rows, least, left = best
-    return Nearest(values=values(found), limits=rows, least=least, left=left, soft=soft)
+    def unmet(self, claim: str) -> Unmet:
+        """What stands in the way, and what comes nearest; `claim` is the proof that there is no answer."""
+        near, budget, limits = self._nearest(), allowance(self.thorough), self.limits
+
+        def possible(kept: tuple[str, ...]) -> bool:
+            return self.solved({name: limits[name] for name in kept}).status != "infeasible"
+
+        def loosened(names: tuple[str, ...]) -> list[Step]:
+            return [step for name in names if (step := self._loosening(name))]
+
+        solves = (1 if self.least is None else 3) * len(limits) + 1
+        conflict, reason = clash(tuple(limits), possible, loosened, claim, solves, self.work, budget, softness(limits))
+        return Unmet(near, conflict, with_together(reason, near), left_words(near))
+
+    def _kept(self, bounds: Mapping[str, float], others: Iterable[str] = ()) -> S | None:
+        """The answer with these bounds, and others as they are; None where there is none."""
+        limits = {name: self.limits[name] for name in others}
+        found = self.solved({**limits, **{name: self.limits[name].at(bound) for name, bound in bounds.items()}})
+        return found if found.status in ("optimal", "feasible") else None
+
+    @property
+    def _answers(self) -> Budget:
+        return Budget(int(allowance(self.thorough).most / max(self.work, 1.0)), "answers")
+
+    def _loosening(self, name: str) -> Step | None:
+        """The least bound of one limit that lets the others hold."""
+        table, every = self.limits[name], tuple(self.limits)
+        if self.least is not None:
+            bound = self.least(name)
+            if bound is None or self._kept({name: bound * _LOOSER}, every) is None:
+                return None
+        else:
+            best = narrowest(lambda factor: self._kept({name: table.bound * factor}, every), self._answers)
+            if best is None or not best.proven:
+                return None
+            bound = table.bound * best.factor
+        now, then = (Entry(one, table.dimension, table.unit) for one in (table.bound, bound * _LOOSER))
+        return name, now, then
+
+    def _nearest(self) -> Nearest | None:
+        """What misses the worst limit by the least factor, with the least of each limit; None where none was found."""
+        soft, budget, least = softness(self.limits), self._answers, {}
+
+        def common(some: Sequence[str]) -> Narrowest[S] | None:
+            weights = {name: soft.get(name, 1.0) if len(some) > 1 else 1.0 for name in some}
+
+            def at(factor: float) -> S | None:
+                return self._kept({name: self.limits[name].bound * widened(factor, weights[name]) for name in some})
+
+            return narrowest(at, budget)
+
+        best = common(tuple(self.limits))
+        if best is None:
+            return None
+        for name in self.limits:
+            alone = common((name,))
+            if alone is not None:
+                row = self.rows_at(alone.found)[name]
+                nothing = row.limit is not None and row.value.value <= _NARROWEST * row.limit.value
+                least[name] = Least(replace(row.value, value=0.0) if nothing else row.value, alone.proven, row.met)
+        left = tuple(name for name in self.limits if name not in least)
+        return Nearest(
+            values=self.values(best.found), limits=dict(self.rows_at(best.found)), least=least, left=left, soft=soft
+        )
 
 
-def costing(work: float, *, thorough: bool) -> Budget:
-    """How many answers the nearest one and the least of each limit may take, where each takes `work` [nominal ms]."""
-    return Budget(int(allowance(thorough).most / max(work, 1.0)), "answers")
+@dataclass(frozen=True)
+class Unmet:
+    """What is said where no answer keeps the limits: what comes nearest, what clashes, why, and what was left out."""
+
+    nearest: Nearest | None = None
+    conflict: Conflict | None = None
+    reason: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def with_together(reason: str, near: Nearest | None) -> str:

@@ -333,6 +333,7 @@ class Bounded(Table):
 
     at_most: Any = None
     soft: Soft = None
+    unit: str = ""
 
     @property
     def dimension(self) -> str:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 from vibopt.answer.entry import Entry, Value
 from vibopt.jobs import facts
 from vibopt.study.freeze import MEASURED
-from vibopt.study.seen import chosen, goal_of, reason, results
-from vibopt.study.variant_cells import SAME, Cell, Row, marked
-from vibopt.study.variant_rows import limit_words
+from vibopt.study.seen import chosen, goal_of, results
+from vibopt.study.variant_cells import Cell, Row
+from vibopt.study.variant_rows import goal_row, limit_rows, verdict_rows
 from vibopt.units import si_unit
 
 if TYPE_CHECKING:
@@ -20,40 +20,24 @@ if TYPE_CHECKING:
 
 def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) -> list[Row]:
     """All rows of the table, in the order in which they are read."""
-    rows = [Row("verdict", "verdict", "", tuple(Cell(one.status) for one in found))]
-    why = [_why(one) for one in found]
-    if any(why):
-        rows.append(Row("reason", "why", "", tuple(Cell(one) if one else None for one in why)))
+    rows = verdict_rows(found)
     rows += _goals(found)
     paths = dict.fromkeys(path for one in jobs for path in one.choices)
     taken = [chosen(job, one) for job, one in zip(jobs, found, strict=True)]
     rows += [_numbers("chosen", path, [one.get(path) for one in taken]) for path in paths]
     rows += _facts(jobs)
-    rows += _limits(found)
+    rows += limit_rows(found)
     left = [{**{name: measure.value for name, measure in a.measures.items()}, **results(j, a)}
             for j, a in zip(jobs, found, strict=True)]  # fmt: skip
     names = dict.fromkeys(name for one in left for name in one if name not in MEASURED.values())
     return rows + [_numbers("measure", name, [one.get(name) for one in left]) for name in names]
 
 
-def _why(one: Answer[Any]) -> str:
-    if one.exit_code == 0:
-        return ""
-    broken = [name for name, row in one.limits.items() if not row.met]
-    return reason(one) or (f"breaks {', '.join(broken)}" if broken else one.claim)
-
-
 def _goals(found: Sequence[Answer[Any]]) -> list[Row]:
     """What any plan makes least, on every plan that measures it."""
     names = dict.fromkeys(one.goal[0] for one in found if one.goal is not None)
-    rows = []
-    for name in names:
-        shown = [_goal(one, name) for one in found]
-        cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
-        unit = next((one.si for one in shown if one is not None), "")
-        best = marked(cells, -1.0, [one.exit_code == 0 for one in found])
-        rows.append(Row("goal", f"least {name.replace('_', ' ')}", unit, best))
-    return rows
+    shown = {name: [_goal(one, name) for one in found] for name in names}
+    return [goal_row(f"least {name.replace('_', ' ')}", -1.0, goals, found) for name, goals in shown.items()]
 
 
 def _goal(found: Answer[Any], name: str) -> Entry | None:
@@ -85,15 +69,4 @@ def _facts(jobs: Sequence[BalancingJob]) -> list[Row]:
         first = next(one for one in found if one is not None)
         cells = tuple(None if entry is None else Cell(entry.shown, entry.value) for entry in entries)
         rows.append(Row("fact", path, si_unit(first.dimension), cells))
-    return rows
-
-
-def _limits(found: Sequence[Answer[Any]]) -> list[Row]:
-    rows = []
-    for name in dict.fromkeys(name for one in found for name in one.limits):
-        held = [one.limits.get(name) for one in found]
-        cells = [None if one is None else Cell(limit_words(one), one.margin) for one in held]
-        room = ["" if one is None else one.margin_shown for one in held]
-        best = marked(cells, 1.0, [one is not None and one.met for one in held], room, least=SAME)
-        rows.append(Row("limit", name, "", best))
     return rows

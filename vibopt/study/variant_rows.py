@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
+from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import at_words, spoken
 from vibopt.answer.entry import Checked, Entry
 from vibopt.arrays import FloatArray
@@ -26,17 +28,23 @@ MOST_MODES = 6
 
 def rows_of(designs: Sequence[Design]) -> list[Row]:
     """All rows of the table, in the order in which they are read."""
-    rows = [Row("verdict", "verdict", "", tuple(Cell(design.status) for design in designs))]
-    reasons = [_reason(design) for design in designs]
-    if any(reasons):
-        rows.append(Row("reason", "why", "", tuple(Cell(reason) if reason else None for reason in reasons)))
+    rows = verdict_rows(designs)
     rows += _goal_rows(designs)
     rows += _chosen_rows(designs)
     rows += _fact_rows(designs, {row.name for row in rows})
     rows += _price_rows(designs)
-    rows += _limit_rows(designs)
+    rows += limit_rows(designs)
     rows += _measure_rows(designs)
     return rows + _mode_rows(designs)
+
+
+def verdict_rows(found: Sequence[Answer[Any]]) -> list[Row]:
+    """Verdicts, and why an answer cannot be used."""
+    rows = [Row("verdict", "verdict", "", tuple(Cell(one.status) for one in found))]
+    reasons = [_reason(one) for one in found]
+    if any(reasons):
+        rows.append(Row("reason", "why", "", tuple(Cell(reason) if reason else None for reason in reasons)))
+    return rows
 
 
 def has_machine(design: Design) -> bool:
@@ -44,7 +52,7 @@ def has_machine(design: Design) -> bool:
     return bool(design.limits or design.measures or design.x or design.places) and design.status != "unbounded"
 
 
-def _reason(design: Design) -> str:
+def _reason(design: Answer[Any]) -> str:
     """Why a variant has no answer that can be used; "" where it has one."""
     if design.exit_code == 0:
         return ""
@@ -86,10 +94,14 @@ def _goal_row(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
     sense = 1.0 if goal.sense == MAXIMISE else -1.0
     if goal.response.response == "price":
         return _price_row("goal", name, sense, designs)
-    shown = [_goal_of(design, name, goal) for design in designs]
+    return goal_row(name, sense, [_goal_of(design, name, goal) for design in designs], designs)
+
+
+def goal_row(name: str, sense: float, shown: Sequence[Entry | None], found: Sequence[Answer[Any]]) -> Row:
+    """One goal on every answer that has it; `sense` is 1 where more is better, else -1."""
     unit = next((one.si for one in shown if one is not None), "")
     cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
-    return Row("goal", name, unit, marked(cells, sense, [design.exit_code == 0 for design in designs]))
+    return Row("goal", name, unit, marked(cells, sense, [one.exit_code == 0 for one in found]))
 
 
 def _goal_of(design: Design, name: str, goal: Goal) -> Entry | None:
@@ -221,7 +233,8 @@ def _chosen(design: Design) -> dict[str, float]:
     )
 
 
-def _limit_rows(designs: Sequence[Design]) -> list[Row]:
+def limit_rows(designs: Sequence[Answer[Any]]) -> list[Row]:
+    """The room of every limit."""
     names = dict.fromkeys(name for design in designs for name in design.limits)
     rows = []
     for name in names:

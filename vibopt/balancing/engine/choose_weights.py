@@ -8,19 +8,14 @@ from math import inf
 
 import numpy as np
 
-from vibopt.answer.answer import Conflict
-from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
-from vibopt.balancing.impasses import Step, clash
 from vibopt.balancing.lengths import Box, Least, Lengths, least
 from vibopt.errors import counted
 from vibopt.records import dataclass
-from vibopt.values.soft import softness
-from vibopt.work import Budget
 
 Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
 ALIKE = 1e-9
@@ -234,32 +229,9 @@ def lengths(table: EngineLimitTable, found: Arms, limit: float = inf) -> Lengths
     return Lengths(constant, slope.T.reshape(_SAMPLES, -1), "worst", limit)
 
 
-_LOOSER = 1.0005
-
-
-def impasse(job: EngineJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:
-    """Why no weights and no cranks are possible: the limits that cannot hold together and the smallest loosening."""
-
-    def possible(kept: tuple[str, ...]) -> bool:
-        return balance(replace(job, limits={name: job.limits[name] for name in kept})).status != "infeasible"
-
-    def loosened(names: tuple[str, ...]) -> list[Step]:
-        return [step for name in names for step in _loosening(job, name)]
-
-    solves = 3 * len(job.limits) + 1
-    return clash(tuple(job.limits), possible, loosened, claim, solves, work, budget, softness(job.limits))
-
-
-def _loosening(job: EngineJob, name: str) -> list[Step]:
-    """The least bound of one limit that lets the others hold, solved once more with it."""
-    table = job.limits[name]
+def least_bound(job: EngineJob, name: str) -> float | None:
+    """The least bound of one limit that lets the others hold; None where that is not known."""
     free = replace(job, limits={key: one for key, one in job.limits.items() if key != name})
-    found = [least_response(free, here, lengths(table, here)) for here in (arms(job, one) for one in settings(job))]
-    reached = [one for one in found if one is not None]
-    if not reached:
-        return []
-    bound = min(reached) * _LOOSER
-    if balance(replace(job, limits={**job.limits, name: table.at(bound)})).status == "infeasible":
-        return []
-    now, then = (Entry(one, table.dimension, table.unit) for one in (table.bound, bound))
-    return [(name, now, then)]
+    every = (arms(job, cranks) for cranks in settings(job))
+    found = [least_response(free, here, lengths(job.limits[name], here)) for here in every]
+    return min((one for one in found if one is not None), default=None)

@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, impasse
+from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, least_bound
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, is_even
@@ -25,9 +25,8 @@ from vibopt.balancing.engine.shaking import (
     of_order,
     peak,
 )
-from vibopt.balancing.impasses import left_words, nearest_of, with_together
+from vibopt.balancing.impasses import Asking, Unmet
 from vibopt.balancing.lengths import least
-from vibopt.balancing.optimisers import allowance
 from vibopt.units import show
 from vibopt.work import metered
 
@@ -88,13 +87,13 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         status, claim = _checked(job, found, here, limits)
     goal = goal_table(job)
     value = _measured(job, found, goal)
-    budget = allowance(thorough)
-    impossible = status == "infeasible" and job.limits
-    conflict, reason = impasse(job, claim, meter.done, budget) if impossible else (None, "")
-    near = nearest_of(
-        job.limits, lambda limits: _best(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
-        lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough=thorough,
-    ) if impossible else None  # fmt: skip
+    none = Unmet()
+    if status == "infeasible" and job.limits:
+        none = Asking(
+            job.limits, lambda limits: balance(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
+            lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough,
+            lambda name: least_bound(job, name),
+        ).unmet(claim)  # fmt: skip
     return Answer(
         job=job,
         status=status,
@@ -104,23 +103,17 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
-        nearest=near,
-        notes=(*_notes(job, found, here), *(left_words(near) if impossible else ())),
+        nearest=none.nearest,
+        notes=(*_notes(job, found, here), *none.notes),
         rates=found.rates,
         details={"classes": found.tried, "as_good": found.alike},
-        reason=with_together(reason, near),
-        conflict=conflict,
+        reason=none.reason,
+        conflict=none.conflict,
     )
 
 
 def _rows(job: EngineJob, found: Balanced, tables: Mapping[str, EngineLimitTable]) -> dict[str, Checked]:
     return {name: _held(job, found, name, table) for name, table in tables.items()}
-
-
-def _best(job: EngineJob) -> Balanced | None:
-    """Weights and cranks of a job; None where there are none."""
-    found = balance(job)
-    return found if found.status in ("optimal", "feasible") else None
 
 
 def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Checked]) -> tuple[str, str]:

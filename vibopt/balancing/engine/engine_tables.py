@@ -190,7 +190,6 @@ class EngineLimitTable(Bounded):
     order: int | None = None
     when: Fact | None = number("angle", choice=False, sign="any")
     kinematics: Literal["exact", "truncated"] | None = None
-    unit: str = ""
 
     @model_validator(mode="after")
     def _bound(self) -> EngineLimitTable:

@@ -6,11 +6,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from math import tau
 
-from vibopt.answer.answer import Answer, Conflict
+from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.impasses import Step, clash, left_words, narrowest, nearest_of, with_together
+from vibopt.balancing.impasses import Asking, Unmet
 from vibopt.balancing.known.correct import Correction, correct
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
@@ -22,43 +22,11 @@ from vibopt.balancing.known.shaft_statics import (
     turned_by_hand,
     unbalances,
 )
-from vibopt.balancing.optimisers import Solver, allowance
+from vibopt.balancing.optimisers import Solver
 from vibopt.balancing.planes import MASS, Plane
-from vibopt.values.soft import softness
-from vibopt.work import Budget, metered
-
-
-def impasse(job: KnownJob, claim: str, work: float, budget: Budget) -> tuple[Conflict | None, str]:
-    """Why there is no correction: the limits that cannot hold together."""
-
-    def possible(kept: tuple[str, ...]) -> bool:
-        return correct(replace(job, limits={name: job.limits[name] for name in kept})).status != "infeasible"
-
-    def loosened(names: tuple[str, ...]) -> list[Step]:
-        answers = Budget(int(budget.most / max(work, 1.0)), "answers")
-        return [step for name in names if (step := _loosening(job, name, answers))]
-
-    solves = len(job.limits) + 1
-    return clash(tuple(job.limits), possible, loosened, claim, solves, work, budget, softness(job.limits))
-
-
-def _loosening(job: KnownJob, name: str, budget: Budget) -> Step | None:
-    """The least bound of one limit that lets the others hold."""
-    table = job.limits[name]
-
-    def at(factor: float) -> Correction | None:
-        return _best(replace(job, limits={**job.limits, name: table.at(table.bound * factor)}))
-
-    best = narrowest(at, budget)
-    if best is None or not best.proven:
-        return None
-    now, then = (Entry(one, table.dimension, table.unit) for one in (table.bound, table.bound * best.factor * _LOOSER))
-    return name, now, then
-
+from vibopt.work import metered
 
 _TINY = 1e-9
-_LOOSER = 1.0005
-"""So much wider a loosening is said than is needed at least: shown digits are fewer."""
 
 
 def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Answer[KnownJob]:
@@ -67,25 +35,25 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         found = correct(job, solver)
     limits = _rows(job, found, job.limits)
     status, claim = _status(job, found, limits)
-    impossible = status == "infeasible" and job.limits
-    conflict, reason = impasse(job, claim, meter.done, allowance(thorough)) if impossible else (None, "")
-    near = nearest_of(
-        job.limits, lambda limits: _best(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
-        lambda one: _values(job, one), meter.done, thorough=thorough,
-    ) if impossible else None  # fmt: skip
+    none = Unmet()
+    if status == "infeasible" and job.limits:
+        none = Asking(
+            job.limits, lambda limits: correct(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
+            lambda one: _values(job, one), meter.done, thorough,
+        ).unmet(claim)  # fmt: skip
     return Answer(
         job=job,
-        nearest=near,
+        nearest=none.nearest,
         status=status,
         claim=claim,
-        reason=with_together(reason, near),
-        conflict=conflict,
+        reason=none.reason,
+        conflict=none.conflict,
         values=_values(job, found),
         limits={} if status == "infeasible" else limits,
         measures=_rows(job, found, job.measures),
         goal=_goal(job, found),
         method=found.way,
-        notes=(*job.notes, *_notes(job, found), *(left_words(near) if impossible else ())),
+        notes=(*job.notes, *_notes(job, found), *none.notes),
         plan=Plan((Fitting(found.planes, (), found.u),)),
         rates=found.rates,
     )
@@ -93,12 +61,6 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
 
 def _rows(job: KnownJob, found: Correction, tables: Mapping[str, KnownLimitTable]) -> dict[str, Checked]:
     return {name: _held(job, found, name, table) for name, table in tables.items()}
-
-
-def _best(job: KnownJob) -> Correction | None:
-    """The correction of a job; None where there is none."""
-    found = correct(job)
-    return found if found.status in ("optimal", "feasible") else None
 
 
 def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tuple[str, str]:

@@ -130,7 +130,6 @@ class KnownLimitTable(Bounded):
     response: Literal["static_unbalance", "couple_unbalance", "bearing_reaction", "correction"]
     of: str | None = None
     total: bool = False
-    unit: str = ""
 
     @model_validator(mode="after")
     def _bound(self) -> KnownLimitTable:
