@@ -178,6 +178,15 @@ class Segment:
         length, start, rates, read, blows = (one[those] for one in every)
         return Segment(length, start, rates, read, blows, self.endless)
 
+    @property
+    def lone(self) -> Segment:
+        """Of one machine in a row of one."""
+        if np.ndim(self.length) == 0:
+            return self
+        every: Any = self.length, self.start, self.rates, self.read, self.blows
+        length, start, rates, read, blows = (one[0] for one in every)
+        return Segment(float(length), start, rates, read, blows, self.endless)
+
 
 def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
     """Signals of as many like segments, of any lengths and sizes, as one in which each machine of a row has its own."""
@@ -186,6 +195,17 @@ def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
         rows: Any = zip(*((one.length, one.start, one.rates, one.read, one.blows) for one in every), strict=True)
         length, start, rates, read, blows = (np.array(row) for row in rows)
         found.append(Segment(length, start, rates, read, blows, every[0].endless))  # type: ignore[arg-type]
+    return tuple(found)
+
+
+def stretched(signal: tuple[Segment, ...], parts: FloatArray) -> tuple[Segment, ...]:
+    """One signal so many times as long (n,), as one in which each machine of a row has its own."""
+    found = []
+    for one in signal:
+        every = one.start, one.rates, one.read, one.blows
+        rows: Any = (one.length * parts, *(np.broadcast_to(own, (len(parts), *own.shape)) for own in every))
+        length, start, rates, read, blows = rows
+        found.append(Segment(length, start, rates, read, blows, one.endless))
     return tuple(found)
 
 

@@ -62,7 +62,7 @@ def test_a_peak_by_modes_is_the_one_by_exponentials(seed: int, count: int) -> No
         Reading(stiffness[count], damping[count], none),
     )
     reading = readings[rng.integers(3)]
-    found = peak_by_modes(machine, reading)
+    found = peak_by_modes(machine.row_of_one, reading)
     if found is None:
         return
     (other,) = machine.row_of_one._peaks_of_row(reading).each()
@@ -77,7 +77,7 @@ def test_most_machines_under_pulses_go_by_modes() -> None:
         loads = np.eye(count + 1)[:, -1:] * np.array([1.0, 0.0])
         machine = Transient(*chain(rng, count), count, loads, load(rng))
         apart = np.eye(count + 1)[0] - np.eye(count + 1)[count]
-        taken += peak_by_modes(machine, Reading(apart, 0.0 * apart, 0.0 * apart)) is not None
+        taken += peak_by_modes(machine.row_of_one, Reading(apart, 0.0 * apart, 0.0 * apart)) is not None
     assert taken >= 20
 
 
@@ -108,4 +108,4 @@ def test_what_modes_cannot_say_is_left_to_exponentials(
     mass: list[float], stiffness: list[list[float]], segment: Segment
 ) -> None:
     machine = Transient(np.diag(mass), np.zeros((2, 2)), np.array(stiffness), 2, np.eye(2)[:, :1], (segment,))
-    assert peak_by_modes(machine, Reading(np.array([1.0, 0.0]), np.zeros(2), np.zeros(2))) is None
+    assert peak_by_modes(machine.row_of_one, Reading(np.array([1.0, 0.0]), np.zeros(2), np.zeros(2))) is None

@@ -16,7 +16,7 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.forms.form import Form, by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime
 from vibopt.records import dataclass
-from vibopt.signals import Output, Segment, side_by_side
+from vibopt.signals import Output, Segment, side_by_side, stretched
 
 if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
@@ -31,6 +31,8 @@ _IN_A_PERIOD, _SHORT, _RATIO = 6.0, 1e-3, 2.0
 """Durations in the shortest period; part of it from which they are looked at, each so many times the one before."""
 _ACROSS, _AT_ONCE, _NARROWER = 7, 128, 0.2
 """Places across a top at which it is looked at; durations side by side; part of a step around the top of a parabola."""
+_PART, _EVEN = 0.37, 1e-14
+"""Part of the longest duration at which a pulse is seen to be the same but shorter, and rounding of lengths."""
 _CLOSE, _LEVEL, _NEAR = 1e-7, 1e-11, 0.95
 """Parts: of a duration to which a top is found, of a top that is level, of the greatest from which a top may be it."""
 
@@ -148,15 +150,12 @@ class PeakOverDurations(Form):
         from vibopt.mechanics.transient import Transient
 
         p, found = model.values(x), np.zeros(len(times))
-        signals = [self.signals(float(time)) for time in times]
-        kinds = [tuple((*one.rates.shape, one.endless) for one in signal) for signal in signals]
-        for kind in dict.fromkeys(kinds):  # several pulses may come in another order
-            alike = np.flatnonzero([one == kind for one in kinds])
+        for alike, pulses in self._pulses(times):
             left = np.array_split(alike, -(-len(alike) // _AT_ONCE))
             while left:
                 those = left.pop()
-                here, together = p[of[those]], side_by_side([signals[i] for i in those])
-                machine = Transient(*matrices(model, here), model.n_free, self.loads, together)
+                here = p[of[those]]
+                machine = Transient(*matrices(model, here), model.n_free, self.loads, pulses(those))
                 try:
                     found[those] = asked(machine, reading(model, self.output, here), of[those])
                 except UnlikeError:  # a joint that a damper holds at some designs alone
@@ -164,6 +163,31 @@ class PeakOverDurations(Form):
                         raise
                     left += np.array_split(those, len(those))
         return found
+
+    def _pulses(self, times: FloatArray) -> Iterator[tuple[IntArray, Callable[[IntArray], tuple[Segment, ...]]]]:
+        """Which of the durations [s] have signals of one kind, and what gives those of some of them side by side."""
+        if self._stretches:
+            whole = self.signals(self.high)
+            yield np.arange(len(times)), lambda those: stretched(whole, times[those] / self.high)
+            return
+        signals = [self.signals(float(time)) for time in times]
+        kinds = [tuple((*one.rates.shape, one.endless) for one in signal) for signal in signals]
+        for kind in dict.fromkeys(kinds):  # several pulses may come in another order
+            alike = np.flatnonzero([one == kind for one in kinds])
+            yield alike, lambda those: side_by_side([signals[i] for i in those])
+
+    @property
+    def _stretches(self) -> bool:
+        """Whether another duration stretches all signals alike, and changes nothing else: one pulse of a force."""
+        whole, part = self.signals(self.high), self.signals(_PART * self.high)
+        return len(whole) == len(part) and all(
+            not (one.endless or other.endless)
+            and abs(other.length - _PART * one.length) <= _EVEN * other.length
+            and all(
+                np.array_equal(getattr(one, name), getattr(other, name)) for name in ("start", "rates", "read", "blows")
+            )
+            for one, other in zip(whole, part, strict=True)
+        )
 
     def reach(self, model: Model) -> Reach:
         from vibopt.forms.reduce import driven

@@ -56,9 +56,8 @@ class _Piece(NamedTuple):
 
 
 def peak_by_modes(machine: Transient, reading: Reading) -> Peak | None:
-    """Greatest size of a reading of a lone machine, from rest on and for ever; None where this road has no answer."""
-    segments = machine.segments
-    if len(segments) > _SEGMENTS or segments[-1].endless or any(np.ndim(one.length) for one in segments):
+    """Greatest size of a reading of a row of one machine, from rest on and for ever; None where this road has none."""
+    if len(machine.segments) > _SEGMENTS or machine.segments[-1].endless:
         return None
     try:
         with np.errstate(all="ignore"):
@@ -76,10 +75,8 @@ class _Road:
 
     def __init__(self, machine: Transient, reading: Reading) -> None:
         n = machine.n_free
-        mass, damping, stiffness = (
-            one.reshape(one.shape[-2:])[:n] for one in (machine.mass, machine.damping, machine.stiffness)
-        )
-        self.segments, self.power = machine.segments, reading.power
+        mass, damping, stiffness = (one[0, :n] for one in (machine.mass, machine.damping, machine.stiffness))
+        self.segments, self.power = tuple(one.lone for one in machine.segments), reading.power
         loads, moved = machine.loads[:n], machine.loads[n:]
         rows = np.array([one.ravel() for one in (reading.row, reading.rates, reading.inertia)])
         root = _root(mass[:, :n])

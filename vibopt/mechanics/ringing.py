@@ -69,10 +69,10 @@ class Peaks:
         return cls(zeros[0], zeros[1], np.zeros(count, dtype=int), zeros[2], np.zeros(count, dtype=bool))
 
     @classmethod
-    def lone(cls, one: Peak) -> Peaks:
-        """Of a row of one."""
-        each = np.array([one.value]), np.array([one.time]), np.array([one.within]), np.array([one.part])
-        return cls(*each, np.array([one.open]))
+    def row(cls, every: Iterable[Peak]) -> Peaks:
+        """Of those of one machine each."""
+        rows = [(one.value, one.time, one.within, one.part, one.open) for one in every]
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 
     @classmethod
     def of(cls, every: Iterable[Peaks]) -> Peaks:

@@ -32,6 +32,8 @@ _HELD, _FOLLOWS = 1e6, 1e-9
 """Condition of the stiffness up to which bodies follow a base that moves slowly; rounding of how far."""
 _JOINED = 1e-12
 """Part of a time within which it is a joint."""
+_ALONE = 8
+"""Machines up to which each by itself takes less than all side by side."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _TOO_OFTEN = (
@@ -109,11 +111,24 @@ class Transient:
         InputError
             A machine moves to and fro too often while a load lasts.
         """
-        if self.mass.size == self.mass.shape[-1] ** 2 and (found := peak_by_modes(self, reading)):
-            return Peaks.lone(found)
+        if (found := self._by_modes(reading)) is not None:
+            return found
         if self.mass.ndim == 2:
             return self.row_of_one._peaks_of_row(reading)
         return self._peaks_of_row(reading)
+
+    def _by_modes(self, reading: Reading) -> Peaks | None:
+        """One by one in closed form where they are few; None where not all have one."""
+        machines = [self.row_of_one] if self.mass.ndim == 2 else [self]
+        if self.mass.ndim > 2 and len(self.mass) > 1:
+            machines = [self.alone(i) for i in range(len(self.mass))] if len(self.mass) <= _ALONE else []
+        found = list[Peak]()
+        for i, one in enumerate(machines):
+            peak = peak_by_modes(one, reading.of(np.array([i])))
+            if peak is None:
+                return None
+            found.append(peak)
+        return Peaks.row(found) if found else None
 
     def _peaks_of_row(self, reading: Reading) -> Peaks:
         """By exponentials of matrices, of machines in a row."""

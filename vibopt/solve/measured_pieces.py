@@ -93,6 +93,13 @@ class Exact:
             self.known[key] = self._at(y)
         return self.known[key]
 
+    def ahead(self, y: FloatArray) -> None:
+        """Measure at once at designs y (n, n_vars) what takes less for many together."""
+        missing = [np.exp(one) for one in y if one.tobytes() not in self.known]
+        with np.errstate(all="ignore"):
+            for part in self.program.parts if len(missing) > 1 else ():
+                part.form.ahead(part.model, np.array(missing))
+
     def _at(self, y: FloatArray) -> Point:
         self.budget.spend()
         x = np.exp(y)

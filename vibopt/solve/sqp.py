@@ -161,10 +161,11 @@ class Sqp:
         if all(piece.bend is not None for piece, _ in active):
             self.guess = sum((m * piece.bend for piece, m in active if piece.bend is not None), bend)
             return self.guess
-        for i in np.flatnonzero(self.exact.free):
-            step = _STEP if here.y[i] + _STEP <= self.exact.high[i] else -_STEP
-            y = here.y.copy()
-            y[i] += step
+        free = np.flatnonzero(self.exact.free)
+        steps = np.where(here.y + _STEP <= self.exact.high, _STEP, -_STEP)[free]
+        places = here.y + np.eye(n)[free] * steps[:, None]
+        self.exact.ahead(places)
+        for i, step, y in zip(free, steps, places, strict=True):
             there = self.exact.at(y)
             for piece, m in active:
                 other = _same(piece, there)

@@ -216,32 +216,28 @@ class MotionInTime:
 
     def _stepped(self, low: float, high: float, start: FloatArray, count: int) -> Any:
         """States against time on a long stretch, by Duhamel's integral in so many steps, each by Gauss's rule."""
-        (system, loads), places = self._states.matrices, len(self._places)
-        still, step, edge = np.eye(2 * places), (high - low) / count, INSIDE * (high - low)
+        (system, loads), step, edge = self._states.matrices, (high - low) / count, INSIDE * (high - low)
         times: FloatArray = low + step * np.arange(count, dtype=float)
 
-        def forced(begin: FloatArray, length: Any) -> list[tuple[FloatArray, Any]]:
-            """What is added at the places of Gauss's rule, and how long before the end."""
-            found: list[tuple[FloatArray, Any]] = []
-            for place, weight in zip(0.5 + _PLACES, _WEIGHTS, strict=True):
-                signals = self._signals(np.clip(begin + place * length, low + edge, high - edge))
-                found.append((weight * length * (loads @ signals), (1.0 - place) * length))
-            return found
+        def onward(states: FloatArray, begin: FloatArray, length: FloatArray) -> FloatArray:
+            """States (N, n) so much later than times, (n,) each: what they come to, and the signals by Gauss's rule."""
+            places = (0.5 + _PLACES)[:, None]
+            seen = np.clip(begin + places * length, low + edge, high - edge)
+            pushed = loads @ self._signals(seen.ravel()) * (_WEIGHTS[:, None] * length).ravel()
+            left = np.concatenate([length, ((1.0 - places) * length).ravel()])
+            every = _carried(system, np.hstack([states, pushed]), left)
+            return np.asarray(every.reshape(len(states), -1, len(begin)).sum(axis=1))
 
-        added = np.sum([_carried(system, one, left) for one, left in forced(times, step)], axis=0).T
-        states, onward = np.empty((count, 2 * places)), _carried(system, still, step)
+        added = onward(np.zeros((len(start), count)), times, np.full(count, step)).T
+        states, free = np.empty((count, len(start))), _carried(system, np.eye(len(start)), step)
         states[0] = start
         for j in range(count - 1):
-            states[j + 1] = onward @ states[j] + added[j]
+            states[j + 1] = free @ states[j] + added[j]
 
         def run(at: Any) -> FloatArray:
             at = np.atleast_1d(np.asarray(at, dtype=float))
             which = np.clip(((at - low) / step).astype(int), 0, count - 1)
-            length = at - times[which]
-            found = _carried(system, states[which].T, length)
-            for one, left in forced(times[which], length):
-                found = found + _carried(system, one, left)
-            return found
+            return onward(states[which].T, times[which], at - times[which])
 
         return lambda at: run(at) if np.ndim(at) else run(at)[:, 0]
 
