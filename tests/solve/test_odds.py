@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 from math import comb, erf, pi, sqrt
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from shapes import faults
 
+from vibopt.cli.main import main
 from vibopt.errors import InputError, NotProven
 from vibopt.jobs import answer, from_text
+from vibopt.manual.schema import schema_of_answers
 from vibopt.program.drawn import MET, NOT_MET, OPEN, Sampled, clopper_pearson, drawn
 from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.study.sweep import sweep
@@ -234,3 +239,29 @@ def test_a_saved_design_keeps_its_distributions() -> None:
     design = answer(from_text(text, "press.toml"))
     kept = {one.path: one.tolerance for one in uncertain(frozen(design.scene, design.x))}
     assert kept == {"links.mount.stiffness": Scatter("uniform", 0.2), "links.mount.damping": Scatter("normal", 0.03)}
+
+
+def test_no_page_says_more_than_the_share(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The worst machine breaks the bound: nothing that is signed may say that all machines keep it."""
+    file, page = tmp_path / "press.toml", tmp_path / "sheet.html"
+    heads = []
+    for wanted in ("90 %", "95.5 %", "99 %"):
+        file.write_text(PRESS.replace('"90 %"', f'"{wanted}"'), encoding="utf-8")
+        main(["solve", str(file)])
+        shown = capsys.readouterr().out
+        main(["solve", str(file), "--json"])
+        data = json.loads(capsys.readouterr().out)
+        schema = schema_of_answers()
+        assert list(faults(data, schema, schema)) == []
+        assert data["tolerances"]["odds"]["floor"]["wanted"] == pytest.approx(float(wanted[:-2]) / 100.0)
+        assert not data["proven"]
+        main(["report", str(file), "--sheet", "-o", str(page)])
+        capsys.readouterr()
+        text = page.read_text(encoding="utf-8")
+        heads.append((shown.splitlines()[1], "NOT MET" in text, "cannot be told" in text))
+        assert "every machine within" not in text
+        assert "worst machines found" not in text
+        assert "(uniform)" in text
+    assert heads[0] == ("met: all limits hold, floor in 90 % of all machines", False, False)
+    assert heads[1] == ("unproven: it cannot be told whether enough of all machines keep every limit", True, True)
+    assert heads[2] == ('violated: the machine breaks "floor"', True, False)

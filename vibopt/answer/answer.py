@@ -116,6 +116,12 @@ class Tolerances:
     odds: Mapping[str, Odds] = field(default_factory=dict)
 
 
+def odds_said(answer: Answer[Any]) -> str:
+    """Which share of all machines each limit with a probability asks for: "floor in 99 % of all machines"."""
+    odds = answer.tolerances.odds if answer.tolerances is not None else {}
+    return ", ".join(f"{name} in {100.0 * one.wanted:.6g} % of all machines" for name, one in odds.items())
+
+
 @dataclass(frozen=True, slots=True)
 class Used:
     """Degrees of freedom declared by the file and needed by the questions asked, with the reason."""

@@ -228,6 +228,8 @@ class Checked:
         Why it is beyond what the model of a part is good for, as a sentence; "" where it is not.
     unsteady
         Why a whirl grows and there is no steady motion to measure, as a sentence; "" where there is.
+    open
+        Whether it cannot be told if the limit holds: too few machines were drawn. It then does not count as met.
     """
 
     name: str
@@ -245,6 +247,7 @@ class Checked:
     doubt: str = ""
     unknown: str = ""
     unsteady: str = ""
+    open: bool = False
 
     @property
     def met(self) -> bool:
@@ -265,8 +268,8 @@ class Checked:
 
     @property
     def state(self) -> str:
-        """BROKEN, ACTIVE or nothing."""
-        return "BROKEN" if not self.met else "ACTIVE" if self.active else ""
+        """OPEN, BROKEN, ACTIVE or nothing."""
+        return "OPEN" if self.open else "BROKEN" if not self.met else "ACTIVE" if self.active else ""
 
     @property
     def margin_shown(self) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from math import inf, isfinite
 
+from vibopt.answer.answer import odds_said
 from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
@@ -36,6 +37,7 @@ _PLAIN = {
     "unproven": "no design was found, and none was proven impossible",
     "check_failed": "a method claimed this design, the independent check refused it",
 }
+CANNOT_BE_TOLD = "it cannot be told whether enough of all machines keep every limit"
 
 
 def goal_words(design: Design) -> str:
@@ -60,6 +62,8 @@ def verdict(design: Design) -> str:
         said = "a whirl of the machine grows without end"
     if design.status == "met" and not design.limits:
         said = "no limit was set; the measures below are what was asked"
+    if odds := odds_said(design):
+        said = CANNOT_BE_TOLD if design.status == "unproven" else f"{said}, {odds}" if design.status == "met" else said
     return "; ".join(filter(None, (goal_words(design), said)))
 
 
@@ -197,7 +201,7 @@ def next_step(design: Design) -> tuple[str, str]:
         loosened = _loosened(design)
         return (f"vibopt solve FILE {loosened}", "with the smallest loosening") if loosened else _WHY
     if design.status in ("unproven", "unbounded"):
-        return _WHY
+        return ("vibopt report FILE -o NAME.html", "see its curves") if odds_said(design) else _WHY
     if design.status == "check_failed":
         return "", ""
     exact = any(variable.values is None for variable in scene.variables) and "rounded" not in design.details

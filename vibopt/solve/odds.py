@@ -46,8 +46,8 @@ def with_odds(design: Design) -> Design:
         odds[key] = _odds(row, seen, limit.with_probability)
         rows[key] = _row(row, seen, limit.with_probability, doubt)
     assert design.tolerances is not None
-    names = tuple(dict.fromkeys((*design.tolerances.open, *odds)))
-    made = replace(design, limits=rows, tolerances=replace(design.tolerances, odds=odds, open=names))
+    left = tuple(name for name in design.tolerances.open if name not in odds)
+    made = replace(design, limits=rows, tolerances=replace(design.tolerances, odds=odds, open=left))
     return _judged(made, odds)
 
 
@@ -94,7 +94,10 @@ def _row(row: Checked, seen: Sampled, wanted: float, doubt: str) -> Checked:
     if np.isnan(value):
         shown, margin = replace(row.value, value=-np.inf if least else np.inf, text="not known"), -np.inf
     place = f"{row.place}, {percent(wanted)} of all machines".removeprefix(", ")
-    return replace(row, value=shown, margin=float(margin), worst_at={}, off={}, place=place, doubt=row.doubt or doubt)
+    unsure = seen.verdict(wanted) == OPEN
+    return replace(
+        row, value=shown, margin=float(margin), worst_at={}, off={}, place=place, doubt=row.doubt or doubt, open=unsure
+    )
 
 
 def _odds(row: Checked, seen: Sampled, wanted: float) -> Odds:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from vibopt.answer.answer import odds_said
 from vibopt.answer.blocks import SIDES, at_words, spoken
 from vibopt.answer.entry import Checked
 from vibopt.mechanics.constants import GRAVITY
@@ -11,11 +12,20 @@ from vibopt.records import dataclass
 from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.figures.paper import short
 from vibopt.report.limiting_views import limiting
-from vibopt.report.machine_words import goal_words, listed, loosening_words, model_words, notes_of, off_words
+from vibopt.report.machine_words import (
+    CANNOT_BE_TOLD,
+    goal_words,
+    listed,
+    loosening_words,
+    model_words,
+    notes_of,
+    off_words,
+)
 from vibopt.report.sheet.mount_plan import said
 from vibopt.scene.scene import MINIMISE, Design
 from vibopt.scene.uncertain import Uncertain, uncertain, uncertain_at
 from vibopt.units import plain, show
+from vibopt.values.tolerance import NORMAL, Scatter
 
 MOST_LIMITS = 12
 NAME = 24
@@ -48,6 +58,8 @@ def verdict_of(design: Design) -> Verdict:
     broken = [f'"{key}"' for key, limit in design.limits.items() if not limit.met]
     if design.status not in HELD or broken:
         said = _WHY_NOT.get(design.status, _WHY_NOT["violated"]).format(broken=listed(broken) or "a limit")
+        if design.status == "unproven" and odds_said(design):
+            said = CANNOT_BE_TOLD
         if design.status == "violated" and not broken:
             said = "a whirl of the machine grows without end"
         lines = [f"{said[:1].upper()}{said[1:]}.", *_conflict(design)]
@@ -65,8 +77,12 @@ def _within(design: Design) -> str:
     """For which machines the limits are met; where the worst was only searched for, no more is said."""
     if design.tolerances is None:
         return ""
+    odds = odds_said(design)
+    if odds and design.tolerances is not None and len(design.tolerances.odds) == len(design.limits):
+        return f": {odds}"
     every, found = " for every machine within the tolerances", " on the worst machines found within the tolerances"
-    return found if design.tolerances.open else every
+    within = found if design.tolerances.open else every
+    return f"{within}, but {odds}" if odds else within
 
 
 def _best(design: Design) -> str:
@@ -131,7 +147,7 @@ def _limit(design: Design, one: Checked) -> LimitRow:
         one.value.shown,
         "; ".join(filter(None, (at_words(one.worst_at), _off(one)))),
         one.margin_shown,
-        {"BROKEN": "NOT MET", "ACTIVE": "met, at its limit"}.get(one.state, "met"),
+        {"BROKEN": "NOT MET", "OPEN": "cannot be told", "ACTIVE": "met, at its limit"}.get(one.state, "met"),
     )
 
 
@@ -166,11 +182,7 @@ def assumptions_of(design: Design, most: int = MOST_NOTES) -> list[str]:
     """What the answer takes for granted; the longest list is cut, and says so."""
     scene = design.scene
     notes = [*_motion(design), f"Gravity {plain(GRAVITY, 6)} m/s². Coordinates: {model_words(design)}."]
-    doubts = [
-        f"{doubt.path} ±{show(doubt.tolerance, '%', 'ratio', digits=3)}"
-        for doubt in _doubts(design)
-        if doubt.tolerance > 0.0
-    ]
+    doubts = [f"{doubt.path} {_width(doubt.tolerance)}" for doubt in _doubts(design) if doubt.tolerance > 0.0]
     if doubts:
         notes.append(f"Tolerances: {', '.join(doubts)}. Frequencies and loads of single mounts are without them.")
     else:
@@ -193,6 +205,15 @@ def _motion(design: Design) -> Iterator[str]:
         yield "Beams and shafts are bent as under a static load, and weigh nothing themselves."
     if in_time:
         yield "In time: the machine is at rest before the load, and all of the load comes as given."
+
+
+def _width(tolerance: float) -> str:
+    """How far a number may be off, and how it scatters: "±5 %", "±4.5 % (normal, 1.5 %)"."""
+    wide = f"±{show(float(tolerance), '%', 'ratio', digits=3)}"
+    if not isinstance(tolerance, Scatter):
+        return wide
+    size = f", {show(tolerance.size, '%', 'ratio', digits=3)}" if tolerance.kind == NORMAL else ""
+    return f"{wide} ({tolerance.kind}{size})"
 
 
 def _doubts(design: Design) -> tuple[Uncertain, ...]:
