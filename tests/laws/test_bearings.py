@@ -338,7 +338,7 @@ REFUSED = {
     ),
     "a table that ends": (
         HEAD + SHAFT + REST.replace(FILM, BOTH + (ROWS % "600 rpm").replace("/m\" }]", "/m\", k_zz = \"1 MN/m\" }]")),
-        "t line 19: measures.m looks at 1000 rpm to 1000 rpm, but the tables of bearings, bearings.f among them, say "
+        "t line 19: measures.m looks at 1000 rpm, but the tables of bearings, bearings.f among them, say "
         "something of 0 rpm to 600 rpm alone. Write more rows, or look at these speeds.",
     ),
     "no table": (
@@ -358,8 +358,8 @@ REFUSED = {
     ),
     "a critical speed": (
         HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"critical_speed"'),
-        "t line 19: measures.m asks for the critical_speed, but in bearings.f, which is not alike in both planes, a "
-        "whirl is forward and backward at once and damped. Ask for the displacement over a range of speeds.",
+        "t line 19: measures.m asks for the critical_speed without dampers, but bearings.f, which is not alike in both "
+        "planes, has none of that: add damped = true.",
     ),
     "a ratio": (
         HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"transmissibility"\ninto = "ground"'),

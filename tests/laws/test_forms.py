@@ -14,6 +14,7 @@ from vibopt.arrays import FloatArray
 from vibopt.forms import (
     FORMS,
     Added,
+    DampedCriticalSpeed,
     DecayRate,
     EnergyShare,
     Form,
@@ -36,6 +37,7 @@ from vibopt.forms import (
     StaticLoad,
     StaticMoment,
     StaticRow,
+    WhirlDamping,
     WhirlThreshold,
 )
 from vibopt.forms.bounds import FormBounds
@@ -138,21 +140,27 @@ def _orbit(x: Any) -> Any:
     return mp.sqrt((abs(y) ** 2 + abs(z) ** 2 + abs(y**2 + z**2)) / 2)
 
 
+def _spun(x: Any, spin: Any) -> list[Any]:
+    """Rates of whirl at a spin, forward ones with a positive imaginary part."""
+    mass, damping, stiffness = _matrices(x)
+    turns = _TURNS * mp.matrix([[1, -1], [-1, 1]])
+    system = mp.zeros(4)
+    system[0, 2] = system[1, 3] = 1
+    for i in range(2):
+        for j in range(2):
+            system[2 + i, j] = -(stiffness[i, j] - 1j * spin * turns[i, j]) / mass[i, i]
+            system[2 + i, 2 + j] = -(damping[i, j] + turns[i, j]) / mass[i, i]
+    return list(mp.eig(system, left=False, right=False))
+
+
 def _whirls(x: Any) -> Any:
     """The spin at which the fastest growing whirl neither grows nor fades, by secants."""
+    return mp.findroot(lambda spin: max(one.real for one in _spun(x, spin)), (40, 60), solver="anderson", tol=1e-25)
 
-    def growth(spin: Any) -> Any:
-        mass, damping, stiffness = _matrices(x)
-        turns = _TURNS * mp.matrix([[1, -1], [-1, 1]])
-        system = mp.zeros(4)
-        system[0, 2] = system[1, 3] = 1
-        for i in range(2):
-            for j in range(2):
-                system[2 + i, j] = -(stiffness[i, j] - 1j * spin * turns[i, j]) / mass[i, i]
-                system[2 + i, 2 + j] = -(damping[i, j] + turns[i, j]) / mass[i, i]
-        return max(one.real for one in mp.eig(system, left=False, right=False))
 
-    return mp.findroot(growth, (40, 60), solver="anderson", tol=1e-25)
+def _as_fast(x: Any) -> Any:
+    """The spin at which the quicker forward whirl is as fast, by secants."""
+    return mp.findroot(lambda spin: max(one.imag for one in _spun(x, spin)) - spin, (30, 40), tol=1e-25)
 
 
 def _share(x: Any) -> Any:
@@ -256,6 +264,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
         Added((_MODULUS, _PEAK), squares=True),
         lambda x: mp.sqrt(_response(x, _SPEED) ** 2 + _peak(x) ** 2),
     ),
+    DampedCriticalSpeed: (DampedCriticalSpeed(1.0, 2, (), 0.0), _as_fast),
     DecayRate: (DecayRate(), lambda x: min(-one.real for one in _poles(x))),
     EnergyShare: (EnergyShare(np.array([1.0, 0.0])), _share),
     FreeMotion: (FreeMotion(_ROW, np.array([0.01, 0.02]), np.array([0.0, 0.1]), 0.03), _after),
@@ -289,6 +298,10 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     ),
     StaticLoad: (StaticLoad(np.array([1.0, 0.0]), _FACTOR), lambda x: x[0] / _RATING * _sag(x)[0]),
     StaticRow: (StaticRow(_ROW), lambda x: _sag(x)[1]),
+    WhirlDamping: (
+        WhirlDamping(True, ((_SPEED, _SPEED),), 1e3, -1.0, 2),
+        lambda x: max(-s.real / abs(s) for s in _spun(x, _SPEED) if s.imag < 0),
+    ),
     WhirlThreshold: (WhirlThreshold(), _whirls),
 }
 """Of each form one example on the two masses, and its value by formulas of its own."""

@@ -78,7 +78,7 @@ class Rotor:
         self.shaft = self.k.copy()
         for one in table["discs"]:
             self._disc(one)
-        self.links = document["links"]
+        self.links, self.bearings = document.get("links", {}), document.get("bearings", {})
         for link in self.links.values():
             i = self.at[link["between"][0]]
             self.k[i, i] += said(link, "stiffness")
@@ -124,10 +124,45 @@ class Rotor:
 
         return float(brentq(grows, low, high, xtol=1e-9, rtol=1e-13))
 
+    def films(self, spin: float) -> tuple[Any, Any]:
+        """Stiffness and damping of both planes with what bearings add at a spin, straight between rows."""
+        stiff, damp = (np.kron(np.eye(2), one) for one in (self.k, self.c))
+        for bearing in self.bearings.values():
+            i, n = self.at[bearing["between"][0]], len(self.k)
+            for key, value in _coefficients(bearing, spin).items():
+                a, b = (i + n * (letter == "z") for letter in key[2:])
+                (stiff if key[0] == "k" else damp)[a, b] += value
+        return stiff, damp
+
+    def whirls(self, spin: float, sense: float) -> Any:
+        """Complex frequencies [rad/s], Im above zero of those that fade, forward (1), backward (-1) or all (0)."""
+        (stiff, damp), n, zero = self.films(spin), len(self.m), np.zeros_like(self.m)
+        damp = damp + spin * np.block([[zero, self.p], [-self.p, zero]])
+        inverse = np.kron(np.eye(2), np.linalg.inv(self.m))
+        state = np.block([[np.zeros((2 * n, 2 * n)), np.eye(2 * n)], [-inverse @ stiff, -inverse @ damp]])
+        rates, ways = np.linalg.eig(state)
+        y, z = ways[:n], ways[n : 2 * n]
+        turns = np.real(np.sum(np.conj(1j * z) * (self.m @ y), axis=0))  # the area of all orbits, by their masses
+        swings = (rates.imag > 1.0) & (rates.imag > 0.5 * np.abs(rates)) & (sense * turns >= 0.0)
+        found = -1j * rates[swings]
+        return found[np.argsort(found.real)]
+
     def critical(self, sense: float) -> Any:
         """Speeds of free whirl as fast as the spin, forward (1) or backward (-1), ascending [rad/s]."""
         inverse = eigh(self.m - sense * self.p, self.k, eigvals_only=True)
         return 1.0 / np.sqrt(inverse[inverse > 0.0][::-1])
+
+
+def _coefficients(bearing: Any, spin: float) -> dict[str, float]:
+    """Of a bearing at a spin [N/m] and [N s/m]."""
+    if "table" not in bearing:
+        kinds = {"k": "stiffness", "c": "damping"}
+        return {key: read_quantity(one, kinds[key[0]]).value for key, one in bearing.items() if key != "between"}
+    head, *rows = [line.split(";") for line in (PROBLEMS / bearing["table"]).read_text(encoding="utf-8").splitlines()]
+    table, sizes = np.array(rows, dtype=float).T, {"MN/m": 1e6, "kN s/m": 1e3}
+    said = [one.rstrip("]").split(" [") for one in head]
+    return {key: sizes[unit] * float(np.interp(spin / RPM, table[0], column))
+            for (key, unit), column in zip(said[1:], table[1:], strict=True)}  # fmt: skip
 
 
 def limit(ask: Callable[[Rotor], float], stem: str, first: float = 0.0, many: int = 2) -> float:
@@ -266,6 +301,25 @@ def test_the_pump_by_its_matrices_is_that_of_both_planes_as_they_stand_in_the_fi
     document = placed(tomllib.loads(text.replace('{ from = "5 MN/m", to = "200 MN/m" }', '"100 MN/m"')), PROBLEMS)
     back = vo.solve(vo.from_dict(document)).measures["backward"].value.value
     assert critical(1e5, -1.0) == pytest.approx(back, rel=1e-7)
+
+
+@pytest.mark.parametrize(("path", "sense"), [("limits.apart.value", 1.0), ("measures.backward.value", -1.0)])
+def test_the_compressor_whirls_as_fast_as_it_spins(path: str, sense: float) -> None:
+    def ask(one: Rotor) -> float:
+        return float(brentq(lambda spin: one.whirls(spin, sense)[0].real - spin, 420.0, 700.0, xtol=1e-9))
+
+    right = read_quantity(expected("compressor_on_tilting_pads")[path], "angular_rate").value
+    assert right == pytest.approx(limit(ask, "compressor_on_tilting_pads", many=1), rel=2e-7)
+
+
+def test_the_whirls_of_the_compressor_fade_as_fast_as_they_should() -> None:
+    def ask(one: Rotor) -> float:
+        every = one.whirls(7000.0 * RPM, 0.0)
+        each = every[every.real <= 7000.0 * RPM]
+        return float((2.0 * np.pi * each.imag / each.real).min())
+
+    right = expected("compressor_on_tilting_pads")["limits.fades.value"]
+    assert right == pytest.approx(limit(ask, "compressor_on_tilting_pads", many=1), rel=2e-7)
 
 
 @pytest.mark.parametrize("lags", [2e-5, 4e-4])

@@ -13,6 +13,7 @@ FORMS: Kinds[Form] = Kinds(
     __name__,
     {
         "Added": "added.Added",
+        "DampedCriticalSpeed": "whirling.DampedCriticalSpeed",
         "DecayRate": "damped.DecayRate",
         "EnergyShare": "undamped.EnergyShare",
         "FreeMotion": "damped.FreeMotion",
@@ -34,6 +35,7 @@ FORMS: Kinds[Form] = Kinds(
         "StaticBending": "sags.StaticBending",
         "StaticMoment": "sags.StaticMoment",
         "StaticRow": "sags.StaticRow",
+        "WhirlDamping": "whirling.WhirlDamping",
         "WhirlThreshold": "whirling.WhirlThreshold",
     },
 )
@@ -52,7 +54,7 @@ if TYPE_CHECKING:
     from vibopt.forms.rubbing import Rubbing
     from vibopt.forms.sags import StaticBending, StaticForce, StaticLoad, StaticMoment, StaticRow
     from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
-    from vibopt.forms.whirling import WhirlThreshold
+    from vibopt.forms.whirling import DampedCriticalSpeed, WhirlDamping, WhirlThreshold
 else:
 
     def __getattr__(name: str) -> type[Form]:
@@ -64,6 +66,7 @@ else:
 __all__ = [
     "FORMS",
     "Added",
+    "DampedCriticalSpeed",
     "DecayRate",
     "EnergyShare",
     "Form",
@@ -86,5 +89,6 @@ __all__ = [
     "StaticLoad",
     "StaticMoment",
     "StaticRow",
+    "WhirlDamping",
     "WhirlThreshold",
 ]

@@ -152,6 +152,10 @@ class Form:
         """At a design; infinite where it has no end."""
         raise NotImplementedError(f"{type(self).__name__} has no value")
 
+    def every(self, model: Model, x: FloatArray) -> FloatArray:
+        """All frequencies that it keeps away from bands, ascending [rad/s]."""
+        raise NotImplementedError(f"{type(self).__name__} keeps nothing away from bands")
+
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
         """The greatest value (the least with `least_wanted`) over its speeds, and where it is."""
         return Worst(self.value(model, x))

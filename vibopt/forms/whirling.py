@@ -1,4 +1,4 @@
-"""From which spin on the whirl of a rotor grows."""
+"""From which spin on the whirl of a rotor grows, and how its free whirls are damped."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.form import Form
+from vibopt.mechanics.free_whirls import damped_critical_speeds, damping_ratios, decrements, least_damped
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices
 from vibopt.mechanics.orbits import spun
@@ -28,10 +29,7 @@ class WhirlThreshold(Form):
     rough = "is the least threshold of several whirls, which has a kink where two of them are equal"
 
     def acting(self, model: Model) -> FloatArray:
-        rows = [term.exponents for term in model.rotating]
-        rows += [power.row(model.n_vars) for bearing in model.bearings for power in bearing.powers]
-        own = model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA, DAMPING))]
-        return np.vstack([own, *rows])
+        return of_whirls(model)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
@@ -46,3 +44,90 @@ class WhirlThreshold(Form):
             polar = -model.matrix(INERTIA, np.where(turns, p, 0.0))[: model.n_free, : model.n_free]
             return rotor_threshold(mass + polar, polar, damping, model.turning(x), stiffness)
         return threshold(mass, damping, model.turning(x), stiffness)
+
+
+@dataclass(frozen=True, slots=True)
+class WhirlDamping(Form):
+    """Least damping of free whirls over spins: logarithmic decrement, or `ratio` over critical; infinite of none.
+
+    bands
+        Low and high spins [rad/s].
+    top
+        Frequency up to which whirls count [rad/s].
+    sense
+        1 of whirls with the spin, -1 of those against it, 0 of both.
+    number
+        Of the least damped ones, 1 is the least.
+    """
+
+    ratio: bool
+    bands: tuple[tuple[float, float], ...]
+    top: float
+    sense: float
+    number: int
+    no_bounds = "is a damping of whirls: the poles of what spins have no bounds on boxes of designs"
+    not_convex = "is a damping of whirls, which is not convex in stiffness and damping"
+    rough = "is the least damping of several whirls, which has a kink where two of them are equal"
+
+    def acting(self, model: Model) -> FloatArray:
+        return of_whirls(model)
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        rotor, measure = spun(model, x), damping_ratios if self.ratio else decrements
+        return min(least_damped(rotor, band, self.top, self.sense, self.number, measure) for band in self.bands)
+
+
+@dataclass(frozen=True, slots=True)
+class DampedCriticalSpeed(Form):
+    """Speed at which a damped whirl is as fast as the spin, number `mode` [rad/s]; infinite of none.
+
+    With mode 0 how far all are from bands: the least of low / speed or speed / high, one at an edge, less inside.
+
+    sense
+        1 of whirl with the spin, -1 against it.
+    bands
+        Low and high ends [rad/s].
+    top
+        Spin up to which is looked; 0 where a mode says when it is enough.
+    """
+
+    sense: float
+    mode: int
+    bands: tuple[tuple[float, float], ...]
+    top: float
+    no_bounds = "is a damped critical speed: the poles of what spins have no bounds on boxes of designs"
+    not_convex = "is a damped critical speed, which is not convex in stiffness and damping"
+    rough = "is a damped critical speed, which is there from some damping on, and gone beyond"
+
+    def every(self, model: Model, x: FloatArray) -> FloatArray:
+        """All that are looked for, ascending [rad/s]."""
+        return damped_critical_speeds(spun(model, x), self.sense, self.top, self.mode)
+
+    def acting(self, model: Model) -> FloatArray:
+        return of_whirls(model)
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        speeds = self.every(model, x)
+        if self.mode:
+            return float(speeds[self.mode - 1]) if len(speeds) >= self.mode else float("inf")
+        return apart(speeds, self.bands)
+
+
+def apart(speeds: FloatArray, bands: tuple[tuple[float, float], ...]) -> float:
+    """How far speeds are from bands: the least of low / speed or speed / high; infinite of none."""
+    each = [max(low / speed, speed / high) for speed in speeds.tolist() for low, high in bands]
+    return float(min(each, default=np.inf))
+
+
+def of_whirls(model: Model) -> FloatArray:
+    """Exponents of all that free whirls hang on, (n, n_vars)."""
+    rows = [term.exponents for term in model.rotating]
+    rows += [power.row(model.n_vars) for bearing in model.bearings for power in bearing.powers]
+    own = model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA, DAMPING))]
+    return np.vstack([own, *rows])

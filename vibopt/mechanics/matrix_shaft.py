@@ -68,6 +68,10 @@ class MatrixShaft:
         """Damping at rest (n, n)."""
         return self._whirling[1]
 
+    def on_nodes(self, moved: ComplexArray, omega: float) -> ComplexArray:
+        """As of `WhirlingShaft`."""
+        return moved
+
     def place(self, point: str) -> int:
         """Number of a point's deflection among the coordinates."""
         return 2 * self.points[point]

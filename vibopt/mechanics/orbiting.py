@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import field
-from typing import Any, cast
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from vibopt.mechanics.built import Joint, Motion, PlaneBearing
 from vibopt.mechanics.hosted import solved
 from vibopt.mechanics.rotating import RotatingMachine, inverse_poles, vanishing
 from vibopt.records import cached_property, dataclass
+
+if TYPE_CHECKING:
+    from typing import Self
 
 _LOWEST, _ROUNDED, _REAL, _STEPS = 20, 1e-12, 1e-9, 12
 """Free motions at rest by which singular speeds are looked for, and the part of the longest period squared below which
@@ -54,10 +57,17 @@ class OrbitingMachine(RotatingMachine):
         y, z = value
         return np.asarray(np.sqrt(0.5 * (np.abs(y) ** 2 + np.abs(z) ** 2 + np.abs(y**2 + z**2))), dtype=complex)
 
-    def planes(self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None) -> ComplexArray:
-        """Dynamic stiffness over y, then z, at frequencies (k,) [rad/s] and spins, those of an unbalance without."""
+    def planes(
+        self, omega: ComplexArray | FloatArray, spin: FloatArray | None = None, *, braked: bool = False
+    ) -> ComplexArray:
+        """Dynamic stiffness over y, then z, at frequencies (k,) [rad/s] and spins, those of an unbalance without.
+
+        `braked` as of `WhirlingShaft.dynamic`.
+        """
         turn = np.asarray(omega) if spin is None else spin
-        forward, backward = (self._shafts_alone(np.asarray(omega), sense * turn) for sense in (1.0, -1.0))
+        forward, backward = (
+            self._shafts_alone(np.asarray(omega), sense * turn, braked=braked) for sense in (1.0, -1.0)
+        )
         n = forward.shape[-1]
         found = np.zeros((len(forward), 2 * n, 2 * n), dtype=complex)
         found[:, :n, :n] = found[:, n:, n:] = 0.5 * (forward + backward)
@@ -180,6 +190,10 @@ class OrbitingMachine(RotatingMachine):
         mass, damping, stiffness = (np.kron(np.eye(2), shapes.T @ one @ shapes) for one in self.slow[:3])
         turned = np.array([[0.0, 1.0], [-1.0, 0.0]])
         damping = damping + spin * np.kron(turned, polar)
+        if any(shaft.lags for shaft in self.shafts.values()):
+            lagging = shapes.T @ self.lagging @ shapes
+            damping = damping + np.kron(np.eye(2), lagging)
+            stiffness = stiffness + spin * np.kron(turned, lagging)
         for joint, ends in self._joined(self._slow_places):
             row = sum((sign * shapes[i] for i, sign in ends), np.zeros(shapes.shape[1]))
             square = np.outer(row, row)
@@ -190,27 +204,39 @@ class OrbitingMachine(RotatingMachine):
                 damping, stiffness = damping + np.kron(damp[0], square), stiffness + np.kron(stiff[0], square)
         return mass, damping, stiffness
 
+    def begun(self, omega: float, motion: ComplexArray) -> tuple[Self, ComplexArray]:
+        """Short enough stretches for a frequency [rad/s], and a motion of `free` over their nodes, y then z."""
+        cut, planes = self._cut(omega), []
+        for moved in (self._few[0] @ half for half in np.split(motion, 2)):
+            bodies, start, whole = len(self.masses), len(self.masses), []
+            for shaft in self.shafts.values():
+                stop = start + len(shaft.slow[0])
+                whole.append(shaft.on_nodes(moved[start:stop], omega))
+                start = stop
+            planes.append(np.concatenate([moved[:bodies], *whole]))
+        return cut, np.concatenate(planes)
+
     @property
-    def _tables(self) -> list[FloatArray]:
+    def tables(self) -> list[FloatArray]:
         return [one.speeds for one in self.bearings.values() if len(one.speeds) > 1]
 
     @cached_property
-    def _slow(self) -> float:
+    def slowest(self) -> float:
         """Lowest frequency at rest [rad/s]."""
         few = self._few[0]
         return float(1.0 / np.sqrt(np.linalg.norm(few.T @ self.slow[0] @ few, 2)))
 
     def grows(self, spin: float) -> bool:
-        return self._growth(spin)[0] > _STILL * self._slow
+        return self._growth(spin)[0] > _STILL * self.slowest
 
     def searched(self, top: float = 0.0) -> float:
-        return float(min([top or FARTHEST * self._slow, *(one[-1] for one in self._tables)]))
+        return float(min([top or FARTHEST * self.slowest, *(one[-1] for one in self.tables)]))
 
     def threshold(self, top: float = 0.0) -> float:
         """As of `RotatingMachine`, up to a spin and as far as tables go: lowest motions scanned, then the waves."""
         from scipy.optimize import brentq
 
-        tables, slow, high = self._tables, self._slow, self.searched(top)
+        tables, slow, high = self.tables, self.slowest, self.searched(top)
         low = max((one[0] for one in tables), default=0.0)
         spins = np.concatenate([np.linspace(low, high, _SCANNED), slow * np.geomspace(1e-3, 10.0, _SCANNED), *tables])
         none, before = _STILL * slow, low

@@ -215,9 +215,24 @@ class Spun:
         damping += np.kron(np.diag([-1j, 1j]), turned)
         return states(np.tile(squares, 2), damping, rows.T @ still @ rows)
 
-    def whirls(self, spin: float) -> ComplexArray:
-        """Complex frequencies of the lowest free whirls at a spin [rad/s], Im above zero of those that fade."""
-        return np.asarray(-1j * np.linalg.eigvals(self.rates(spin)))
+    def rates_at(self, spin: float) -> ComplexArray:
+        """Rates [1/s] of the lowest free motions at a spin."""
+        return np.asarray(np.linalg.eigvals(self.rates(spin)))
+
+    @property
+    def slowest(self) -> float:
+        """Lowest frequency at rest [rad/s]."""
+        return float(np.sqrt(self._at_rest[0].min()))
+
+    @property
+    def at_rest_shapes(self) -> FloatArray:
+        """Motions (n, m) to which the first half of the states of `rates` belongs, in either sense of whirl."""
+        return np.asarray(self._at_rest[1] / np.sqrt(self._at_rest[0]))
+
+    def powers(self, spin: float) -> tuple[ComplexArray, FloatArray]:
+        """What the dynamic stiffness at a spin has in the frequency and in its square, each (2 n, 2 n)."""
+        first = 0.5 * (self.dynamic(1.0, spin) - self.dynamic(-1.0, spin))
+        return first, np.asarray(-np.kron(np.eye(2), self.mass))
 
     @property
     def knots(self) -> FloatArray:
@@ -234,7 +249,7 @@ class Spun:
 
         Without a `top` it is looked for up to `FARTHEST` times the lowest frequency at rest.
         """
-        unit = float(np.sqrt(self._at_rest[0].min()))
+        unit = self.slowest
         top = top or FARTHEST * unit
         knots = self.knots if len(self.knots) else np.array([0.0, top])
         knots = np.unique(np.append(knots[knots < top], min(top, knots[-1])))
@@ -251,7 +266,7 @@ class Spun:
         rates, ways = np.linalg.eig(self.rates(spin))
         which = int(rates.real.argmax())
         whirl = float(rates[which].imag)
-        motion = np.kron(np.eye(2), self._at_rest[1] / np.sqrt(self._at_rest[0])) @ np.split(ways[:, which], 2)[0]
+        motion = np.kron(np.eye(2), self.at_rest_shapes) @ np.split(ways[:, which], 2)[0]
         force = self._scale.diagonal() * motion
         read = force.conj()
 

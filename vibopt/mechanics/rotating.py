@@ -298,16 +298,11 @@ class RotatingMachine(Machine):
         Where a complex value of the dynamic stiffness of whirl w at spin W is nothing at once in both its parts.
         """
         mass, damping, stiffness, _, polar = self.slow
-        turning = np.zeros_like(mass)
+        turning = self.lagging.copy()
         for joint, ends in self._joined(self._slow_places):
             for i, a in ends:
                 for j, b in ends:
                     turning[i, j] += a * b * joint.rotating
-        start = len(self.masses)
-        for shaft in self.shafts.values():
-            stop = start + len(shaft.slow[0])
-            turning[start:stop, start:stop] += shaft.lags * shaft.slow[0]
-            start = stop
         begun = _neutral(mass, damping + turning, turning, stiffness, polar)
         if begun is None:
             return float("inf")
@@ -323,6 +318,17 @@ class RotatingMachine(Machine):
             return complex(values[np.abs(values).argmin()])
 
         return vanishing(least, begun)
+
+    @cached_property
+    def lagging(self) -> FloatArray:
+        """Damping by the material of shafts, of slow motion, (n, n) [N s/m]."""
+        start, size = len(self.masses), len(self.slow[0])
+        found = np.zeros((size, size))
+        for shaft in self.shafts.values():
+            stop = start + len(shaft.slow[0])
+            found[start:stop, start:stop] = shaft.lags * shaft.slow[0]
+            start = stop
+        return found
 
     def natural_frequencies(self) -> FloatArray:
         """Critical speeds of the whirl with the spin, which an unbalance drives [rad/s]."""

@@ -209,6 +209,14 @@ class WhirlingShaft:
         """Its mass without discs [kg]."""
         return sum(one.mass * one.length for one in self.sections)
 
+    def on_nodes(self, moved: ComplexArray, omega: float) -> ComplexArray:
+        """A slow motion (n,) over the nodes of `cut`, (size,), where both have one."""
+        nodes = self.cuts(omega)
+        found = np.zeros(2 * nodes[-1] + 2, dtype=complex)
+        for k, node in enumerate(nodes):
+            found[2 * node : 2 * node + 2] = moved[2 * self.pieces * k :][:2]
+        return found
+
     def place(self, point: str) -> int:
         """Number of a point's deflection among the coordinates of `slow`."""
         return 2 * self.pieces * self.points[point]

@@ -199,6 +199,8 @@ def _pushed(scene: Scene, model: Model, drive: Drive) -> Drive:
 
 def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bool) -> list[Limit]:
     model, form = on_needed(scene, full, response, reduce=reduce)
+    if response.outside_bands and form.frequency is None:  # one number says how far it is from all bands
+        return [Limit(name, model, form, "at_least", 1.0)]
     if response.outside_bands:
         return [
             Limit(name, model, form, "outside", band.low, band.high, soft=response.soft or 1.0)

@@ -10,13 +10,14 @@ from vibopt.forms import Form, LogDecrement, ModeDamping, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.responses.parameters import OfLink
-from vibopt.responses.response import FEW_MODES, Response
+from vibopt.responses.response import FEW_MODES
+from vibopt.responses.whirl_damping import OfWhirls
 from vibopt.signals import Combine, Drive
 from vibopt.values import word
 
 
-class DampingOfModes(Response):
-    """`response = "damping_ratio"`: of the `mode`-th least damped mode (1 is the least), or `of` a link.
+class DampingOfModes(OfWhirls):
+    """`response = "damping_ratio"`: of the `mode`-th least damped mode or whirl (1 is the least), or `of` a link.
 
     Keys
     ----
@@ -28,6 +29,7 @@ class DampingOfModes(Response):
     mode: int = 1
     dimension: ClassVar[str] = "ratio"
     of_link: ClassVar[bool] = True
+    ratio: ClassVar[bool] = True
 
     @model_validator(mode="after")
     def _words(self) -> "DampingOfModes":
@@ -35,11 +37,13 @@ class DampingOfModes(Response):
             raise word("has a mode below 1. Modes are counted from 1, the least damped.")
         if self.of is not None and "mode" in self.model_fields_set:
             raise word("has both of (a link) and mode. Keep one of them.")
+        if self.of is not None and self.spins:
+            raise word("has both of (a link) and a spin of a rotor. Keep one of them.")
         return self
 
     @property
     def modes(self) -> int:
-        return max(self.mode, FEW_MODES)
+        return 0 if self.spins else max(self.mode, FEW_MODES)
 
     @property
     def free_vibration(self) -> str:
@@ -49,6 +53,8 @@ class DampingOfModes(Response):
         return {"of": (self.of, "link")} if self.of is not None else {}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        if self.spins:
+            return self.whirl_form(self.mode)
         if self.of is None:
             return ModeDamping(self.mode)
         ratio = model.ratios[self.of]
@@ -57,13 +63,15 @@ class DampingOfModes(Response):
     def measure_static(self, machine: Machine) -> float:
         if self.of is not None:
             return machine.joint(self.of).damping_ratio
+        if self.spins:
+            return self.whirl_damping(machine, self.mode)
         poles = machine.poles()
         ratios = np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))
         return float(ratios[self.mode - 1]) if len(ratios) >= self.mode else float("inf")
 
 
-class LogarithmicDecrement(Response):
-    """`response = "logarithmic_decrement"`: of the `mode`-th least damped mode, 2 pi z / sqrt(1 - z^2); 1 is the least.
+class LogarithmicDecrement(OfWhirls):
+    """`response = "logarithmic_decrement"`: of the `mode`-th least damped mode or whirl, 2 pi z / sqrt(1 - z^2).
 
     Keys
     ----
@@ -81,17 +89,19 @@ class LogarithmicDecrement(Response):
 
     @property
     def modes(self) -> int:
-        return max(self.mode, FEW_MODES)
+        return 0 if self.spins else max(self.mode, FEW_MODES)
 
     @property
     def free_vibration(self) -> str:
         return "logarithmic decrement of free vibration"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        return LogDecrement(self.mode)
+        return self.whirl_form(self.mode) if self.spins else LogDecrement(self.mode)
 
     def measure_static(self, machine: Machine) -> float:
         """By what is left after one turn of each pole e^{i w t}: log of the ratio of two sizes."""
+        if self.spins:
+            return self.whirl_damping(machine, self.mode)
         poles = machine.poles()
         poles = poles[np.argsort(np.abs(poles))[machine.loose :]]
         turning = poles[poles.real > 1e-9 * np.abs(poles)]

@@ -1,5 +1,6 @@
 """Undamped natural frequencies."""
 
+import math
 from collections.abc import Mapping
 from typing import Any, ClassVar, Literal
 
@@ -8,7 +9,7 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
-from vibopt.forms import Form, ModeFrequency
+from vibopt.forms import DampedCriticalSpeed, Form, ModeFrequency
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
@@ -19,6 +20,8 @@ from vibopt.values import SpeedRange, read_speeds, word
 from vibopt.values.fields import KeyedError
 from vibopt.values.speeds import ROTATION, merged
 
+_BEYOND = 1.25
+"""Times the highest band up to which critical speeds are looked for."""
 _EXAMPLE = 'Write outside = { orders = [0.5, 1, 2], of = "engine", margin = "20 %" }.'
 
 
@@ -125,14 +128,17 @@ class NaturalFrequency(Response):
 
 
 class CriticalSpeed(NaturalFrequency):
-    """`response = "critical_speed"`: speed at which an undamped rotor whirls freely as fast as it spins [rad/s].
+    """`response = "critical_speed"`: speed at which a rotor whirls freely as fast as it spins [rad/s].
 
     Keys
     ----
     whirl: "forward", with the spin, as an unbalance drives it, or "backward": `whirl = "backward"`. Forward without it.
+    damped: Whether dampers count, and bearings that differ in both planes: `damped = true`. Whirls damped by 1/sqrt(2)
+        of critical and more have no resonance, and are left out. Without it the rotor is undamped.
     """
 
     whirl: Literal["forward", "backward"] = "forward"
+    damped: bool = False
     whirls: ClassVar[bool] = True
     unit_without: ClassVar[str] = "rpm"
 
@@ -140,8 +146,42 @@ class CriticalSpeed(NaturalFrequency):
     def modes(self) -> int:
         return 0 if self.outside is not None else self.mode
 
+    @property
+    def free_vibration(self) -> str:
+        return "damped critical speed" if self.damped else ""
+
+    @property
+    def reaches(self) -> tuple[float, ...]:
+        return (self._top,) if self.damped and self.outside is not None else ()
+
+    @property
+    def said_of(self) -> str:
+        return f"of {self.whirl} damped whirl" if self.damped else ""
+
+    @property
+    def _top(self) -> float:
+        """Highest spin at which what bands forbid, or what is nearest to them, is looked for [rad/s]; 0 of a mode."""
+        return _BEYOND * max((band.high for band in self.outside_bands), default=0.0)
+
     def seen_in(self, model: Model) -> Model:
-        return model.backward if self.whirl == "backward" else model
+        return model.backward if self.whirl == "backward" and not self.damped else model
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        if not self.damped:
+            return super().form(model, drives, combine)
+        bands = tuple((band.low, band.high) for band in self.outside_bands)
+        return DampedCriticalSpeed(self._sense, 0 if bands else self.mode, bands, self._top)
 
     def frequencies_of(self, machine: Machine) -> FloatArray:
-        return machine.critical_speeds(-1.0 if self.whirl == "backward" else 1.0)
+        if not self.damped:
+            return machine.critical_speeds(self._sense)
+        from vibopt.mechanics.rotating import RotatingMachine
+        from vibopt.mechanics.whirls_as_built import as_fast, in_planes
+
+        assert isinstance(machine, RotatingMachine)
+        many = 0 if self.outside is not None else self.mode
+        return as_fast(in_planes(machine), self._sense, 1.0 / math.sqrt(2.0), self._top, many)
+
+    @property
+    def _sense(self) -> float:
+        return -1.0 if self.whirl == "backward" else 1.0

@@ -225,6 +225,21 @@ class Response(Table):
         return ""
 
     @property
+    def spins(self) -> tuple[Band, ...]:
+        """Spins of a rotor at which it asks for free whirls [rad/s]; none of all else."""
+        return ()
+
+    @property
+    def reaches(self) -> tuple[float, ...]:
+        """Frequencies up to which the model must be good for it, beside those of excitations and bands [rad/s]."""
+        return ()
+
+    @property
+    def said_of(self) -> str:
+        """Of what it speaks, in words, where no place says it."""
+        return ""
+
+    @property
     def outside_bands(self) -> tuple[Band, ...]:
         """Bands that no natural frequency may lie in [rad/s]."""
         return ()
@@ -460,7 +475,7 @@ def place_of(response: Response) -> str:
     said = vars(response)
     place = next((f"{key} {said[key]}" for key in PLACES if said.get(key)), "")
     other = said.get("relative_to")
-    return f"{place}{f' relative to {other}' if other else ''}{_way(response)}"
+    return f"{place}{f' relative to {other}' if other else ''}{_way(response)}" or response.said_of
 
 
 def _way(response: Response) -> str:

@@ -102,11 +102,11 @@ def planes_fault(scene: Scene, path: Path, response: Response, mistakes: Mistake
             "under the weight. Leave it out.",
         )
         return True
-    if response.whirls and not response.in_planes:
+    if response.whirls and not response.free_vibration:
         mistakes.add(
             path,
-            f"{where} asks for the {key}, but in bearings.{name}, which is not alike in both planes, a whirl is "
-            "forward and backward at once and damped. Ask for the displacement over a range of speeds.",
+            f"{where} asks for the {key} without dampers, but bearings.{name}, which is not alike in both planes, has "
+            "none of that: add damped = true.",
         )
         return True
     if isinstance(response, HarmonicResponse) and not response.in_planes:
@@ -119,6 +119,8 @@ def planes_fault(scene: Scene, path: Path, response: Response, mistakes: Mistake
         return True
     if response.response == "stability_threshold":
         return _threshold_beyond(scene, path, response, mistakes)
+    if bands := response.spins or response.outside_bands:
+        return _outside_tables(scene, path, (min(one.low for one in bands), max(one.high for one in bands)), mistakes)
     return isinstance(response, HarmonicResponse) and _beyond_table(scene, path, response, mistakes)
 
 
@@ -142,15 +144,23 @@ def _threshold_beyond(scene: Scene, path: Path, response: Response, mistakes: Mi
 
 def _beyond_table(scene: Scene, path: Path, response: HarmonicResponse, mistakes: Mistakes) -> bool:
     """Whether speeds are looked at of which a table says nothing; adds it."""
-    ends = table_ends(scene)
-    if ends is None or not set(names_for(scene, response)) <= set(scene.excitations):
+    if table_ends(scene) is None or not set(names_for(scene, response)) <= set(scene.excitations):
         return False
-    name, low, high = ends
     bands = [band for one in names_for(scene, response) for band in bands_for(scene, response, one)]
     asked = min(one.low for one in bands), max(one.high for one in bands)
+    return _outside_tables(scene, path, asked, mistakes)
+
+
+def _outside_tables(scene: Scene, path: Path, asked: tuple[float, float], mistakes: Mistakes) -> bool:
+    ends = table_ends(scene)
+    if ends is None:
+        return False
+    name, low, high = ends
     if asked[0] >= low * (1.0 - 1e-12) and asked[1] <= high * (1.0 + 1e-12):
         return False
-    said, known = (" to ".join(show(one, "rpm", "angular_rate") for one in two) for two in (asked, (low, high)))
+    said, known = (
+        " to ".join(dict.fromkeys(show(one, "rpm", "angular_rate") for one in two)) for two in (asked, (low, high))
+    )
     mistakes.add(
         path,
         f"{dotted(path)} looks at {said}, but the tables of bearings, bearings.{name} among them, say something of "

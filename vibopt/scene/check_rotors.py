@@ -109,9 +109,18 @@ def _springs(scene: Scene, points: list[str]) -> list[str]:
 
 def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
     """Whether a response asks of a rotor what changes with its speed, or what it has no number for; adds it."""
+    key, where = response.response, dotted(path)
     if not scene.rotors:
-        return False
-    key, where, name = response.response, dotted(path), next(iter(scene.rotors))
+        asks = response.spins or (response.whirls and response.free_vibration)
+        if not asks or places.raw(scene, "rotors"):
+            return False
+        mistakes.add(
+            path,
+            f"{where} asks for free whirls at a spin, and there is no rotor. Leave at, over, up_to, whirl and "
+            "damped out, or write [rotors.NAME].",
+        )
+        return True
+    name = next(iter(scene.rotors))
     if planes_fault(scene, path, response, mistakes):
         return True
     rotor = str(getattr(response, "of", "")) if response.of_rotor else ""
@@ -130,8 +139,12 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
     ):
         mistakes.add(
             path,
-            f"{where} asks for the {key}, but the modes of rotors.{name} change with its speed. Write response = "
-            '"critical_speed".',
+            f"{where} asks for the {key}, but the modes of rotors.{name} change with its speed. Write "
+            + (
+                'at = "3000 rpm" and up_to = "6000 rpm".'
+                if "up_to" in type(response).model_fields
+                else 'response = "critical_speed".'
+            ),
         )
         return True
     if response.whirls and response.modes > MODES:

@@ -113,7 +113,7 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
                 'whirl grow. Write rotating_damping = "40 N s/m" on a link, or ask for something else.',
             )
         return not turns and not in_planes(scene)
-    if turns and response.free_vibration:
+    if turns and response.free_vibration and not (response.spins or response.whirls):
         mistakes.add(
             path,
             f"{dotted(path)} asks for the {response.free_vibration}, which is another at every spin where "

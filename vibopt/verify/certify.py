@@ -113,7 +113,7 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
         value, times = peak_in_time(scene, machine, response)
         return Measured(value, times, response)
     if response.outside_bands:
-        return Measured(_nearest_mode(response.frequencies_of(machine), response.outside_bands), {}, response)
+        return Measured(nearest(response.frequencies_of(machine), response.outside_bands), {}, response)
     return Measured(response.measure_static(machine), {}, response)
 
 
@@ -126,10 +126,10 @@ def _added(scene: Scene, machine: Machine, response: TransientResponse) -> Measu
     return Measured(total, {name: at for one in found for name, at in one.speeds.items()}, response)
 
 
-def _nearest_mode(modes: FloatArray, outside: tuple[Band, ...]) -> float:
-    """The natural frequency deepest inside any band, or else the nearest to one [rad/s]."""
+def nearest(modes: FloatArray, outside: tuple[Band, ...]) -> float:
+    """The natural frequency deepest inside any band, or else the nearest to one [rad/s]; infinite of none."""
     depth = [(min(w - band.low, band.high - w), w) for band in outside for w in modes]
-    return float(max(depth)[1])
+    return float(max(depth)[1]) if depth else float("inf")
 
 
 def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: str) -> Measured:
@@ -293,4 +293,4 @@ def joined(machine: Machine, link: str) -> Machine:
     return replace(machine, masses=masses, joints=tuple(joints), weights=weights)
 
 
-__all__ = ["TOLERANCE", "Measured", "joined", "machine_of", "measure", "measure_on"]
+__all__ = ["TOLERANCE", "Measured", "joined", "machine_of", "measure", "measure_on", "nearest"]

@@ -26,7 +26,7 @@ from vibopt.records import cached_property, dataclass
 from vibopt.responses import Response
 from vibopt.scene.scene import Scene
 from vibopt.signals import Band, Drive, Output
-from vibopt.verify.certify import Measured
+from vibopt.verify.certify import Measured, nearest
 
 _SAME = 1e-9
 """Part of a value by which the routes may always differ."""
@@ -132,7 +132,9 @@ class Modelled:
             with np.errstate(all="ignore"):
                 value, room = self._harmonic(form.harmonic, response, found, other)
             return (1.0 - value if response.complement else value), room
-        if response.outside_bands:
+        if response.outside_bands and form.frequency is None:
+            value = nearest(form.every(self.full, self.x), response.outside_bands)
+        elif response.outside_bands:
             modes = natural_frequencies(self.full, self.p)
             value = float(modes[np.abs(modes - found.value).argmin()])
         else:

@@ -58,6 +58,15 @@ class Still(Shown, total=False):
     direction: Way
 
 
+class Whirling(Shown, total=False):
+    """Free whirls of a rotor: spins `at` or `over` which, `up_to` which frequency, `whirl` "forward" or "backward"."""
+
+    at: Speeds
+    over: Speeds
+    up_to: str
+    whirl: str
+
+
 class Random(Shown, total=False):
     """White noises that count; without `due_to` all."""
 
@@ -142,8 +151,8 @@ class Responses:
         """How far a body gets by its sag and its whirl together [m]."""
         return Measure("combined_displacement", of=of, **words)
 
-    def logarithmic_decrement(self, *, mode: int | None = None, **words: Unpack[Shown]) -> Measure:
-        """Log of the ratio of two deflections one period apart, of the least damped modes."""
+    def logarithmic_decrement(self, *, mode: int | None = None, **words: Unpack[Whirling]) -> Measure:
+        """Log of the ratio of two deflections one period apart, of the least damped modes or whirls."""
         return Measure("logarithmic_decrement", mode=mode, **words)
 
     def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
@@ -220,11 +229,18 @@ class Responses:
         """Undamped natural frequency [rad/s]; mode 1, the lowest, without a `mode`."""
         return Measure("natural_frequency", mode=mode, **words)
 
-    def critical_speed(self, *, mode: int | None = None, whirl: str | None = None, **words: Unpack[Shown]) -> Measure:
+    def critical_speed(
+        self,
+        *,
+        mode: int | None = None,
+        whirl: str | None = None,
+        damped: bool | None = None,
+        **words: Unpack[Shown],
+    ) -> Measure:
         """Speed at which a rotor whirls freely as fast as it spins [rad/s]; `whirl` "forward", or "backward"."""
-        return Measure("critical_speed", mode=mode, whirl=whirl, **words)
+        return Measure("critical_speed", mode=mode, whirl=whirl, damped=damped, **words)
 
-    def damping_ratio(self, *, of: str | None = None, mode: int | None = None, **words: Unpack[Shown]) -> Measure:
+    def damping_ratio(self, *, of: str | None = None, mode: int | None = None, **words: Unpack[Whirling]) -> Measure:
         """Damping ratio `of` a link, or of the `mode`-th least damped mode; without both, the least damped."""
         return Measure("damping_ratio", of=of, mode=mode, **words)
 

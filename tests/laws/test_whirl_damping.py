@@ -1,0 +1,271 @@
+"""Damped whirls of rotors: closed forms, published figures, both routes, none left out, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from test_bearings import BENDING, BOTH, FILM, REST, ROWS, borne, numbers
+from test_rotors import HEAD, NONE, RPM, SHAFT, asked, friswell, held, light
+from vibopt.errors import InputError
+from vibopt.mechanics.free_whirls import NO_PEAK, damped_critical_speeds, decrements, free_whirls
+from vibopt.mechanics.orbits import spun
+from vibopt.mechanics.whirls_as_built import as_fast, in_planes, whirls
+from vibopt.scene.assemble import model_of
+from vibopt.scene.read import from_dict, from_text
+from vibopt.solve import solve
+from vibopt.verify.as_built import machine_of
+
+OIL = (12.81e6, 16.39e6, -25.06e6, 8.815e6, 232.9e3, -81.92e3, -81.92e3, 294.9e3)
+PRINTED = {
+    200.0: (14.65456496, 15.00342392, 17.29602598, 17.6304386, 69.39050339, 69.45679729),
+    4000.0: (14.65397309, 15.00828414, 17.08915063, 17.78723718, 67.06556436, 71.29745535),
+}
+"""Sizes of the roots over 2 pi [Hz] of two discs in oil films, Friswell, Penny, Garvey and Lees (2010), example 5.9.6,
+of six elements, as the manual of ROSS prints them."""
+
+
+def up_to(document: dict[str, Any], frequency: str) -> dict[str, Any]:
+    """The same, modelled as far as some frequency."""
+    far = {"response": "logarithmic_decrement", "at": "0 rpm", "up_to": frequency}
+    return {**document, "measures": {**document["measures"], "far": far}}
+
+
+@pytest.mark.parametrize("speed", PRINTED)
+def test_whirls_in_oil_films_are_those_that_are_printed(speed: float) -> None:
+    found = free_whirls(spun(model_of(from_dict(borne(friswell(), *OIL))), NONE), speed * RPM, 600.0)
+    assert np.abs(found.rates) / (2.0 * math.pi) == pytest.approx(PRINTED[speed], rel=5e-5)
+
+
+# Closed forms: a disc on a light shaft
+
+
+def disc_decrement(film: complex, damping: float) -> float:
+    """Of 20 kg in the middle of a shaft in two bearings film + w i damping, in series; of a circular whirl."""
+    shears = 4.0 * 0.9 * 80e9 * math.pi * 0.02**2
+    shaft, bearing = 1.0 / (1.0 / (48.0 * BENDING) + 1.0 / shears), np.array([2.0 * film, 2.0j * damping])
+    # m w^2 (k_s + b) = k_s b, b = b_0 + b_1 w
+    roots = np.roots([20.0 * bearing[1], 20.0 * (shaft + bearing[0]), -shaft * bearing[1], -shaft * bearing[0]])
+    turning = roots[roots.real > 1e-6 * np.abs(roots)]
+    return float((2.0 * math.pi * turning.imag / turning.real).min())
+
+
+@pytest.mark.parametrize("damping", [300.0, 3e3, 2e5])
+def test_a_disc_in_films_that_drive_it_fades_by_the_closed_form(damping: float) -> None:
+    """Coupling k at right angles is stiffness -+ i k to a forward and to a backward whirl."""
+    stiff, drive = 4e6, 2e5
+    shaft = light(shear_modulus="80 GPa", shear_coefficient=0.9, density="1e-5 kg/m3")
+    document = borne(shaft, stiff, drive, -drive, stiff, damping, 0.0, 0.0, damping)
+    asks = {"response": "logarithmic_decrement", "at": "900 rpm", "up_to": "9000 rpm"}
+    found = asked(document, forward={**asks, "whirl": "forward"}, backward={**asks, "whirl": "backward"}, least=asks)
+    right = [disc_decrement(stiff - sense * 1j * drive, damping) for sense in (1.0, -1.0)]
+    assert [found["forward"], found["backward"]] == pytest.approx(right, rel=1e-6, abs=1e-9)
+    assert found["least"] == min(found["forward"], found["backward"])
+
+
+def test_damping_ratio_and_decrement_say_the_same() -> None:
+    document = {**friswell(), "links": held(1e6, 3e3)}
+    asks = {"at": "2500 rpm", "up_to": "5000 rpm", "mode": 2}
+    both = {name: {"response": name, **asks} for name in ("damping_ratio", "logarithmic_decrement")}
+    ratio, decrement = asked(document, **both).values()
+    assert decrement == pytest.approx(2.0 * math.pi * ratio / math.sqrt(1.0 - ratio**2), rel=1e-12)
+
+
+def test_without_dampers_damped_critical_speeds_are_the_undamped_ones() -> None:
+    for whirl in ("forward", "backward"):
+        asks = {"response": "critical_speed", "whirl": whirl, "mode": 2}
+        damped, plain = asked(friswell(), damped={**asks, "damped": True}, plain=asks).values()
+        assert damped == pytest.approx(plain, rel=1e-10)
+
+
+@pytest.mark.parametrize("ratio", [0.02, 0.3, 0.6, 0.8])
+def test_a_damped_disc_is_as_fast_as_its_spin_below_its_critical_speed(ratio: float) -> None:
+    """Dampers at the disc: w_n sqrt(1 - z^2), and none from 1 / sqrt(2) on."""
+    document = {**light(), "links": held(1e9)}
+    own = asked(document, c={"response": "critical_speed"})["c"]
+    damping = 2.0 * ratio * own * 20.0
+    document["links"] = {**held(1e9), "seal": {"between": ["disc", "ground"], "damping": f"{damping!r} N s/m"}}
+    found = asked(document, c={"response": "critical_speed", "damped": True})["c"]
+    if ratio < NO_PEAK:
+        assert found == pytest.approx(own * math.sqrt(1.0 - ratio**2), rel=1e-4)  # the shaft weighs something
+    else:
+        assert found > 10.0 * own
+
+
+# Both routes, and none left out
+
+SIGNED = st.integers(-300, 300)
+
+
+@given(
+    springs=st.tuples(*[st.floats(1e6, 4e7)] * 2), dampers=st.tuples(*[st.floats(3e2, 4e4)] * 2),
+    crossed=st.tuples(*[SIGNED] * 2), lags=st.sampled_from([0.0, 1e-5]), spin=st.floats(10.0, 400.0),
+)  # fmt: skip
+@settings(max_examples=12)
+def test_whirls_by_polynomials_are_those_by_waves(
+    springs: Any, dampers: Any, crossed: Any, lags: float, spin: float
+) -> None:
+    film = (springs[0], *(1e3 * one for one in crossed), springs[1], dampers[0], 0.0, 0.0, dampers[1])
+    document = up_to(borne(friswell(), *film), "800 rad/s")
+    if lags:
+        document = up_to(
+            {**friswell(material_damping=f"{1e3 * lags!r} ms"), "links": held(*[springs[0], dampers[0]])}, "800 rad/s"
+        )
+    scene = from_dict(document)
+    model = free_whirls(spun(model_of(scene), NONE), spin, 800.0)
+    built = whirls(in_planes(machine_of(scene, {})), spin, 800.0)
+    light_ones = model.rates.imag < 0.5 * np.abs(model.rates)
+    for rate, forward in zip(model.rates[light_ones], model.forward[light_ones], strict=True):
+        near, with_it = min(built, key=lambda one: abs(one[0] - rate))
+        assert abs(near - rate) <= 1e-9 * abs(rate)
+        sure = min((abs(other - rate) for other in model.rates if other != rate), default=1.0) > 1e-3 * abs(rate)
+        assert forward == with_it or not sure
+
+
+def winding(values: Any) -> int:
+    """How often a path in the complex plane goes round nothing."""
+    return round(float(np.angle(values[1:] / values[:-1]).sum()) / (2.0 * math.pi))
+
+
+@pytest.mark.parametrize("spin", [0.5, 150.0, 418.9])
+@pytest.mark.parametrize("film", [OIL, (1e6, 2e5, -1e5, 3e6, 3e3, 0.0, 0.0, 5e3)])
+def test_as_many_whirls_are_found_as_the_argument_of_the_determinant_counts(film: Any, spin: float) -> None:
+    """Around a part of the plane of frequencies, by the principle of the argument."""
+    rotor = spun(model_of(from_dict(up_to(borne(friswell(), *film), "600 rad/s"))), NONE)
+    size = np.sqrt(np.abs(np.diagonal(rotor.dynamic(0.0, spin))))
+    low, high, below, above = 1.0, 600.0, -20.0, 200.0
+    corners = [
+        complex(low, below),
+        complex(high, below),
+        complex(high, above),
+        complex(low, above),
+        complex(low, below),
+    ]
+    path = np.concatenate([np.linspace(a, b, 500, endpoint=False) for a, b in pairwise(corners)] + [corners[:1]])
+    signs = [np.linalg.slogdet(rotor.dynamic(complex(at), spin) / np.outer(size, size))[0] for at in path]
+    found = free_whirls(rotor, spin, high).rates
+    inside = (found.real > low) & (found.imag > below) & (found.imag < above)
+    assert winding(np.array(signs)) == inside.sum() > 3
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_damped_critical_speeds_by_polynomials_are_those_by_waves(sense: float) -> None:
+    """Of a table over the speed, too: a film that stiffens as it spins."""
+    rows = [{"speed": f"{spin} rad/s", **numbers(stiff, 2e5, -1e5, 2.0 * stiff, 3e3, 0.0, 0.0, 5e3)}
+            for spin, stiff in ((0.0, 1e6), (200.0, 4e6), (900.0, 9e6))]  # fmt: skip
+    for document in (borne(friswell(), table=rows), {**friswell(), "links": held(1e6, 2e3)}):
+        scene = from_dict(up_to(document, "900 rad/s"))
+        rotor = spun(model_of(scene), NONE)
+        found = damped_critical_speeds(rotor, sense, 800.0)
+        assert as_fast(in_planes(machine_of(scene, {})), sense, NO_PEAK, 800.0) == pytest.approx(found, rel=1e-9)
+        assert len(found) >= 2
+        for speed in found.tolist():
+            every = free_whirls(rotor, speed, 1.2 * speed)
+            assert np.abs(every.of(sense).real / speed - 1.0).min() <= 1e-10
+
+
+def test_the_least_over_a_range_is_no_greater_than_anywhere_in_it() -> None:
+    document = borne(friswell(), 1e6, 2e5, -1e5, 3e6, 3e3, 0.0, 0.0, 5e3)
+    asks = {"response": "logarithmic_decrement", "up_to": "6000 rpm"}
+    least = asked(document, m={**asks, "over": "600..3900 rpm"})["m"]
+    rotor = spun(model_of(from_dict(up_to(document, "6000 rpm"))), NONE)
+    each = [decrements(free_whirls(rotor, spin * RPM, 6000.0 * RPM).rates).min() for spin in np.linspace(600, 3900, 45)]
+    assert least <= min(each) * (1.0 + 1e-9)
+    assert least == pytest.approx(min(each), rel=1e-3)
+
+
+# As limits
+
+
+def test_no_damped_critical_speed_lies_near_what_runs() -> None:
+    document = borne(friswell(), 1e6, 2e5, -1e5, 3e6, 3e3, 0.0, 0.0, 5e3)
+    document["excitations"]["imbalance"]["speed"] = "2000 rpm"
+    orders = {"orders": [1, 2], "of": "imbalance", "margin": "15 %"}
+    apart = {"response": "critical_speed", "damped": True, "outside": orders}
+    design = solve(from_dict({**document, "limits": {"apart": apart}}))
+    second = asked(document, m={**apart, "mode": 2, "outside": None})["m"]
+    assert (design.status, design.limits["apart"].limit.text) == ("violated", "3400..4600 rpm")
+    assert design.limits["apart"].value.value == pytest.approx(second, rel=1e-9)
+    assert design.limits["apart"].margin == pytest.approx(1.0 - second / (3400.0 * RPM), rel=1e-9)
+
+
+def test_every_damping_is_found_at_which_whirls_fade_fast_enough() -> None:
+    """Little damping of a bearing damps little, and so does much: it is clamped."""
+    document = borne(friswell(), 2e6, 1e5, -1e5, 3e6, 0.0, 0.0, 0.0, 0.0)
+    for bearing in document["bearings"].values():
+        bearing["c_yy"] = bearing["c_zz"] = "3 kN s/m"
+    document["bearings"]["left_film"]["c_zz"] = {"from": "0.3 kN s/m", "to": "300 kN s/m"}
+    fades = {"response": "logarithmic_decrement", "at": "3000 rpm", "up_to": "2000 rpm", "at_least": "0.055"}
+    document = {**document, "measures": {}, "limits": {"fades": fades}}
+    design = solve(from_dict({**document, "goal": {"find_all": "bearings.left_film.c_zz"}}))
+    assert design.status == "optimal" or design.found, design.claim
+    for low, high in [(one[0].value, one[1].value) for one in design.found]:
+        for end in (low, high):
+            if 301.0 < end < 299e3:
+                at = {**document, "limits": {}, "measures": {"m": {k: v for k, v in fades.items() if k != "at_least"}}}
+                at["bearings"] = {
+                    **at["bearings"],
+                    "left_film": {**at["bearings"]["left_film"], "c_zz": f"{end!r} N s/m"},
+                }
+                assert asked(at, **at["measures"])["m"] == pytest.approx(0.055, rel=1e-6)
+
+
+# What is refused
+
+LINE = (
+    'title = "t"\n[bodies.b]\nmass = "2 kg"\n[links.l]\nbetween = ["b", "ground"]\nstiffness = "1 MN/m"\n[measures.m]\n'
+)
+DECREMENT = 'response = "logarithmic_decrement"\n'
+REFUSED = {
+    "no rotor": (
+        LINE + DECREMENT + 'at = "3000 rpm"\nup_to = "6000 rpm"\n',
+        "t line 7: measures.m asks for free whirls at a spin, and there is no rotor. Leave at, over, up_to, whirl and "
+        "damped out, or write [rotors.NAME].",
+    ),
+    "damped without a rotor": (
+        LINE + 'response = "critical_speed"\ndamped = true\n',
+        "t line 7: measures.m asks for free whirls at a spin, and there is no rotor. Leave at, over, up_to, whirl and "
+        "damped out, or write [rotors.NAME].",
+    ),
+    "no spin": (
+        HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"logarithmic_decrement"'),
+        "t line 19: measures.m asks for the logarithmic_decrement, but the modes of rotors.r change with its speed. "
+        'Write at = "3000 rpm" and up_to = "6000 rpm".',
+    ),
+    "not how far": (
+        HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"logarithmic_decrement"\nat = "3000 rpm"'),
+        "t line 19: measures.m does not say which whirls of the rotor count, and the quickest are the least telling. "
+        'Add the greatest frequency that counts: up_to = "6000 rpm".',
+    ),
+    "at and over": (
+        LINE + DECREMENT + 'at = "3000 rpm"\nover = "0..3000 rpm"\nup_to = "6000 rpm"\n',
+        "t line 7: measures.m has both at and over. Keep one: at for single spins, over for ranges.",
+    ),
+    "how far alone": (
+        LINE + DECREMENT + 'up_to = "6000 rpm"\n',
+        't line 7: measures.m has up_to, but says no spin of the rotor. Add at = "3000 rpm" or over = "0..3600 rpm".',
+    ),
+    "a vehicle": (
+        LINE + DECREMENT + 'at = "30 km/h"\nup_to = "6000 rpm"\n',
+        't line 9: measures.m.at = "30 km/h" is no spin of a rotor. Write at = "3000 rpm" or over = "0..3000 rpm".',
+    ),
+    "beyond the table": (
+        HEAD + SHAFT + REST.replace(FILM, BOTH + (ROWS % "2000 rpm").replace("/m\" }]", "/m\", k_zz = \"1 MN/m\" }]"))
+        .replace('"displacement"\nof = "left"', '"logarithmic_decrement"\nat = "3000 rpm"\nup_to = "6000 rpm"'),
+        "t line 19: measures.m looks at 3000 rpm, but the tables of bearings, bearings.f among them, say something of "
+        "0 rpm to 2000 rpm alone. Write more rows, or look at these speeds.",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("text", "said"), REFUSED.values(), ids=REFUSED)
+def test_what_is_refused_of_whirls(text: str, said: str) -> None:
+    with pytest.raises(InputError) as caught:
+        from_text(text, name="t")
+    assert said in caught.value.messages
