@@ -237,3 +237,18 @@ def test_where_the_best_design_has_no_room_a_design_with_room_is_rounded() -> No
     assert found.design.status == "feasible"
     assert found.worse_by is not None
     assert 0.0 < found.worse_by < 0.2
+
+
+def test_without_limits_the_nearest_values_are_taken() -> None:
+    design = solve(read(PROBLEMS / "absorbers" / "rao_9_62.toml"), explain=False)
+    found = rounded(design, ["3"])
+    assert (found.design.status, found.broken, found.tried) == ("feasible", "", 1)
+    for one in found.values.values():
+        assert one.rounded.value == pytest.approx(float(f"{one.exact.value:.2e}"), rel=1e-12)
+    k, c = (found.values[f"absorbers.absorber.{key}"].rounded.value for key in ("stiffness", "damping"))
+    omega = np.linspace(11.0, 12.3, 400_001)
+    joint = k + 1j * omega * c
+    hung = joint * 10.0 * omega**2 / (joint - 10.0 * omega**2)
+    peak = float(np.abs(600.0 / (2e6 - 15000.0 * omega**2 - hung)).max())
+    assert found.goal is not None
+    assert found.goal.value == pytest.approx(peak, rel=1e-6)

@@ -33,7 +33,7 @@ from vibopt.work import seconds_of_each_answer
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.jobs import Job
-    from vibopt.study.rounded import Rounded
+    from vibopt.study.nearby import Rounded
     from vibopt.study.scenarios import OneForAll
 
 PROBLEMS = (".toml",)

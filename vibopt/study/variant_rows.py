@@ -17,7 +17,7 @@ from vibopt.responses.response import place_of
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import MEASURED, frozen, goal_as_shown
-from vibopt.study.nearby import goal_on
+from vibopt.study.rounded import goal_on
 from vibopt.study.variant_cells import SAME, Cell, Row, bought, comparable, marked, price_of, price_words
 from vibopt.units import si_unit
 from vibopt.values.fields import Fact, rule_of
