@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray, Values
+from vibopt.arrays import ComplexArray, FloatArray, IntArray, Values
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -170,22 +170,13 @@ class Segment:
     blows: FloatArray
     endless: bool = False
 
-    def of(self, those: slice) -> Segment:
+    def of(self, those: IntArray) -> Segment:
         """Of some machines, where each has its own."""
         if np.ndim(self.length) == 0:
             return self
         every: Any = self.length, self.start, self.rates, self.read, self.blows
         length, start, rates, read, blows = (one[those] for one in every)
         return Segment(length, start, rates, read, blows, self.endless)
-
-    @property
-    def lone(self) -> Segment:
-        """Of one machine in a row of one."""
-        if np.ndim(self.length) == 0:
-            return self
-        every: Any = self.length, self.start, self.rates, self.read, self.blows
-        length, start, rates, read, blows = (one[0] for one in every)
-        return Segment(float(length), start, rates, read, blows, self.endless)
 
 
 def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:

@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.segments import line, sine
-from vibopt.mechanics.pulsed import peak_by_modes
+from vibopt.mechanics.pulsed import peaks_by_modes
+from vibopt.mechanics.ringing import Peak
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.signals import Segment
 
@@ -47,6 +48,12 @@ def load(rng: np.random.Generator) -> tuple[Segment, ...]:
     return tuple(found)
 
 
+def by_modes(machine: Transient, reading: Reading) -> Peak | None:
+    """That of a lone machine; None where it has none."""
+    found = peaks_by_modes(machine.row_of_one, reading)
+    return None if found is None or not found[1].all() else found[0].each()[0]
+
+
 @settings(max_examples=60)
 @given(seed=st.integers(0, 100_000), count=st.integers(1, 5))
 def test_a_peak_by_modes_is_the_one_by_exponentials(seed: int, count: int) -> None:
@@ -62,12 +69,29 @@ def test_a_peak_by_modes_is_the_one_by_exponentials(seed: int, count: int) -> No
         Reading(stiffness[count], damping[count], none),
     )
     reading = readings[rng.integers(3)]
-    found = peak_by_modes(machine.row_of_one, reading)
+    found = by_modes(machine, reading)
     if found is None:
         return
     (other,) = machine.row_of_one._peaks_of_row(reading).each()
     assert abs(found.value) == pytest.approx(abs(other.value), rel=1e-10)
     assert machine.at(reading, found.within, found.part) == pytest.approx(found.value, rel=1e-9)
+
+
+@settings(max_examples=15)
+@given(seed=st.integers(0, 100_000), count=st.integers(1, 3))
+def test_machines_in_a_row_have_the_peaks_of_each(seed: int, count: int) -> None:
+    """Some by modes and some not: an undamped one, a braked one, one that is far too stiff for so long a load."""
+    rng = np.random.default_rng(seed)
+    mass, damping, stiffness = chain(rng, count)
+    loads = np.eye(count + 1)[:, -1:] * np.array([1.0, 0.0])
+    row = Transient(
+        np.tile(mass, (4, 1, 1)), damping * np.array([1.0, 0.0, 9.0, 1.0])[:, None, None],
+        stiffness * np.array([1.0, 2.0, 0.5, 1e6])[:, None, None], count, loads, load(rng),
+    )  # fmt: skip
+    apart = np.eye(count + 1)[0] - np.eye(count + 1)[count]
+    reading = Reading(apart, 0.0 * apart, 0.0 * apart)
+    each = [row.some(np.array([i]))._peaks_of_row(reading).value[0] for i in range(4)]
+    assert np.abs(row.peaks(reading).value) == pytest.approx(np.abs(each), rel=1e-10)
 
 
 def test_most_machines_under_pulses_go_by_modes() -> None:
@@ -77,7 +101,7 @@ def test_most_machines_under_pulses_go_by_modes() -> None:
         loads = np.eye(count + 1)[:, -1:] * np.array([1.0, 0.0])
         machine = Transient(*chain(rng, count), count, loads, load(rng))
         apart = np.eye(count + 1)[0] - np.eye(count + 1)[count]
-        taken += peak_by_modes(machine.row_of_one, Reading(apart, 0.0 * apart, 0.0 * apart)) is not None
+        taken += by_modes(machine, Reading(apart, 0.0 * apart, 0.0 * apart)) is not None
     assert taken >= 20
 
 
@@ -108,4 +132,4 @@ def test_what_modes_cannot_say_is_left_to_exponentials(
     mass: list[float], stiffness: list[list[float]], segment: Segment
 ) -> None:
     machine = Transient(np.diag(mass), np.zeros((2, 2)), np.array(stiffness), 2, np.eye(2)[:, :1], (segment,))
-    assert peak_by_modes(machine.row_of_one, Reading(np.array([1.0, 0.0]), np.zeros(2), np.zeros(2))) is None
+    assert by_modes(machine, Reading(np.array([1.0, 0.0]), np.zeros(2), np.zeros(2))) is None

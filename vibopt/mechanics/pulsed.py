@@ -1,10 +1,12 @@
-"""Greatest response of one machine to a load of few segments, by its modes: waves in closed form, looked at together.
+"""Greatest response of machines to a load of few segments, by their modes: waves in closed form, looked at together.
 
 On each segment, and behind the last, a reading is a sum of waves c e^(rate t) and of a straight line.  All are laid on
 one grid as a product of a coarse and a fine one; between its points no wave bends further than its own size allows,
 and only the few cells that may hold the greatest value are looked into.  What this road cannot take (loose or massless
 bodies, motions of the bases themselves, poles that meet, sums that cancel, loads without end) gives nothing: the
 general one, by exponentials of matrices, is for those.
+
+Machines stand in a row (b,), and with them all that is of one.
 """
 
 from __future__ import annotations
@@ -13,18 +15,18 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray, IntArray
-from vibopt.mechanics.ringing import Peak
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.mechanics.ringing import Peaks
 
 if TYPE_CHECKING:
     from vibopt.mechanics.transient import Reading, Transient
     from vibopt.signals import Segment
 
-_SEGMENTS, _CELLS, _FEWEST = 6, 1 << 16, 64
-"""Segments at most, and cells of the grid on each, at most and at least."""
+_SEGMENTS, _CELLS, _FEWEST = 6, 1 << 18, 64
+"""Segments at most, cells of all grids together at most, and of one at least."""
 _CELL, _BENT, _WITHIN, _STEPS = 0.5, 0.05, 200, 8
-"""Radians of the fastest motion in a cell, part of the greatest value by which it may bend, cells that are looked into
-at most, and steps of Newton in each."""
+"""Radians of the fastest motion in a cell, part of the greatest value by which it may bend, cells of a machine that are
+looked into at most, and steps of Newton in each."""
 _APART, _NOTHING, _ROUNDED = 1e-4, 1e-12, 4e3
 """Ratio of squares of natural frequencies, slowest to fastest, from which on both keep their digits; part of the
 sizes in a sum that is rounding; how far the waves in a sum may exceed its greatest value."""
@@ -38,7 +40,7 @@ class _Modes(NamedTuple):
     """s' = poles s + struck f under signals f; motion of the free coordinates from where slow bases hold them is
     Re(shapes s).
 
-    poles (N,), struck (N, n_signals), shapes (n_free, N).
+    poles (b, N), struck (b, N, n_signals), shapes (b, n_free, N).
     """
 
     poles: ComplexArray
@@ -47,21 +49,36 @@ class _Modes(NamedTuple):
 
 
 class _Piece(NamedTuple):
-    """A reading over one piece of time: Re(sum of waves e^(rates t)) + line[0] + line[1] t, t in seconds."""
+    """A reading over one piece of time: Re(sum of waves e^(rates t)) + line[0] + line[1] t, t in seconds.
 
-    length: float
+    length (b,), rates and waves (b, K), line (b, 2).
+    """
+
+    length: FloatArray
     rates: ComplexArray
     waves: ComplexArray
-    line: tuple[float, float]
+    line: FloatArray
 
 
-def peak_by_modes(machine: Transient, reading: Reading) -> Peak | None:
-    """Greatest size of a reading of a row of one machine, from rest on and for ever; None where this road has none."""
+class _Top(NamedTuple):
+    """Greatest sizes (b,), unknown where not a number; signs, pieces, and seconds from the beginning of these."""
+
+    size: FloatArray
+    sign: FloatArray
+    piece: IntArray
+    part: FloatArray
+
+
+def peaks_by_modes(machine: Transient, reading: Reading) -> tuple[Peaks, BoolArray] | None:
+    """Greatest sizes of a reading of machines in a row, from rest on and for ever, and for which they are known.
+
+    None where this road leads nowhere.
+    """
     if len(machine.segments) > _SEGMENTS or machine.segments[-1].endless:
         return None
     try:
         with np.errstate(all="ignore"):
-            return _Road(machine, reading).peak()
+            return _Road(machine, reading).peaks()
     except (_NoWayError, np.linalg.LinAlgError):
         return None
 
@@ -71,190 +88,223 @@ class _NoWayError(ArithmeticError):
 
 
 class _Road:
-    """A machine under its load, and a reading of it."""
+    """Machines under their load, and a reading of them."""
 
     def __init__(self, machine: Transient, reading: Reading) -> None:
         n = machine.n_free
-        mass, damping, stiffness = (one[0, :n] for one in (machine.mass, machine.damping, machine.stiffness))
-        self.segments, self.power = tuple(one.lone for one in machine.segments), reading.power
-        loads, moved = machine.loads[:n], machine.loads[n:]
-        rows = np.array([one.ravel() for one in (reading.row, reading.rates, reading.inertia)])
-        root = _root(mass[:, :n])
-        squares, turned = np.linalg.eigh(root.T @ stiffness[:, :n] @ root)
-        if not squares[0] > _APART * squares[-1]:
-            raise _NoWayError
+        mass, damping, stiffness = (one[:, :n] for one in (machine.mass, machine.damping, machine.stiffness))
+        self.count, self.segments, self.power = len(mass), machine.segments, reading.power
+        moved = machine.loads[n:]
+        every = (one if one.ndim > 1 else one[None] for one in (reading.row, reading.rates, reading.inertia))
+        rows = np.stack(np.broadcast_arrays(*every), axis=1)
+        root = _root(mass[..., :n])
+        squares, turned = np.linalg.eigh(root.mT @ stiffness[..., :n] @ root)
+        self.good: BoolArray = squares[:, 0] > _APART * squares[:, -1]
+        squares = np.where(self.good[:, None], squares, 1.0)
         shapes = root @ turned
-        self.led = np.zeros((3, loads.shape[1]))
+        loads = np.broadcast_to(machine.loads[:n], (self.count, n, machine.loads.shape[1]))
+        self.led = np.zeros((self.count, 3, loads.shape[2]))
         if len(moved):
-            ride = -(shapes / squares) @ (shapes.T @ stiffness[:, n:])
-            dragged = damping[:, n:] + damping[:, :n] @ ride
-            if not (np.abs(dragged) <= _NOTHING * np.abs(damping).max()).all():
-                raise _NoWayError
-            loads = loads - (mass[:, n:] + mass[:, :n] @ ride) @ moved
-            led = rows[:, :n] @ ride + rows[:, n:]
-            sizes = np.abs(rows[:, :n]) @ np.abs(ride) + np.abs(rows[:, n:])
+            ride = -(shapes / squares[:, None]) @ (shapes.mT @ stiffness[..., n:])
+            dragged = np.abs(damping[..., n:] + damping[..., :n] @ ride).max(axis=(1, 2))
+            self.good &= dragged <= _NOTHING * np.abs(damping).max(axis=(1, 2))
+            loads = loads - (mass[..., n:] + mass[..., :n] @ ride) @ moved
+            led = rows[..., :n] @ ride + rows[..., n:]
+            sizes = np.abs(rows[..., :n]) @ np.abs(ride) + np.abs(rows[..., n:])
             self.led = np.where(np.abs(led) > _NOTHING * sizes, led, 0.0) @ moved
-            if self.led[: 2 - min(self.power, 2)].any():  # where a base is, and how fast, is no matter of waves
-                raise _NoWayError
-        self.modes = _modes(squares, shapes, shapes.T @ damping[:, :n] @ shapes, shapes.T @ loads)
-        self.read = rows[:, :n] @ self.modes.shapes
-        poles = self.modes.poles
-        orders = poles ** np.arange(self.power, self.power + 3)[:, None]
-        self.row = (self.read * orders).sum(axis=0)
-        self.sizes = ((np.abs(rows[:, :n]) @ np.abs(self.modes.shapes)) * np.abs(orders)).sum(axis=0)
+            # where a base is, and how fast, is no matter of waves
+            self.good &= ~self.led[:, : 2 - min(self.power, 2)].any(axis=(1, 2))
+        self.modes = _modes(squares, shapes, shapes.mT @ damping[..., :n] @ shapes, shapes.mT @ loads)
+        self.read = rows[..., :n] @ self.modes.shapes
+        orders = self.modes.poles[:, None] ** np.arange(self.power, self.power + 3)[:, None]
+        self.row = (self.read * orders).sum(axis=1)
+        self.sizes = ((np.abs(rows[..., :n]) @ np.abs(self.modes.shapes)) * np.abs(orders)).sum(axis=1)
         self.pieces: list[_Piece] = []
-        self.noise = 0.0
+        self.noise = np.zeros(self.count)
 
-    def peak(self) -> Peak | None:
-        """The greatest size; the earliest where several are as great."""
-        state: ComplexArray = np.zeros(len(self.modes.poles), dtype=complex)
+    def peaks(self) -> tuple[Peaks, BoolArray]:
+        """The greatest sizes, and whether they are known; the earliest where several are as great."""
+        state: ComplexArray = np.zeros(self.modes.poles.shape, dtype=complex)
         for segment in self.segments:
             state = self._through(segment, state)
-        poles, waves = self.modes.poles, self.row * state
-        slowest = float(np.abs(poles).min())
-        window = 2.0 * np.pi / slowest
-        self.pieces.append(_Piece(window, poles, waves, (0.0, 0.0)))
+        waves = self.row * state
+        window = 2.0 * np.pi / np.abs(self.modes.poles).min(axis=1)
+        self.pieces.append(_Piece(window, self.modes.poles, waves, np.zeros((self.count, 2))))
         found = _highest(self.pieces)
-        longer = window * 2.0 ** np.arange(_DOUBLINGS)
-        left = np.abs(waves) @ np.exp(poles.real[:, None] * (window + np.array([0.0, *longer])))
-        room = found[0] * (1.0 + _ALIKE)
-        if left[0] > room:
-            if not left[-1] <= room:
-                raise _NoWayError
-            longest = float(longer[int(np.argmax(left <= room)) - 1])
-            more = _highest([_Piece(longest, poles, waves * np.exp(poles * window), (0.0, 0.0))])
-            if more[0] > room:
-                found = (more[0], more[1], len(self.pieces) - 1, more[3] + window)
-        size, sign, within, part = found
-        if not 0.0 < self.noise <= _ROUNDED * size < np.inf:
-            raise _NoWayError
-        begun = sum(one.length for one in self.segments[:within])
-        return Peak(float(sign * size), float(begun + part), within, float(part))
+        self._later(found, waves, window)
+        good = self.good & (self.noise > 0.0) & (self.noise <= _ROUNDED * found.size) & np.isfinite(found.size)
+        lengths = np.array([one.length for one in self.pieces])
+        begun = np.cumsum(lengths, axis=0) - lengths
+        time = begun[found.piece, np.arange(self.count)] + found.part
+        return Peaks(found.sign * found.size, time, found.piece, found.part, np.zeros(self.count, dtype=bool)), good
+
+    def _later(self, found: _Top, waves: ComplexArray, window: FloatArray) -> None:
+        """Take up what is greater behind the first window behind the load, where anything may be."""
+        poles = self.modes.poles
+        longer = window[:, None] * np.append(0.0, 2.0 ** np.arange(_DOUBLINGS))
+        faded = np.exp(poles.real[:, None] * (window[:, None] + longer)[..., None])
+        left = (faded @ np.abs(waves)[..., None])[..., 0]
+        known = left <= (found.size * (1.0 + _ALIKE))[:, None]
+        self.good &= known[:, -1]
+        if not (again := np.flatnonzero(self.good & ~known[:, 0])).size:
+            return
+        length, rates = longer[again, known[again].argmax(axis=1)], poles[again]
+        begun = waves[again] * np.exp(rates * window[again, None])
+        more = _highest([_Piece(length, rates, begun, np.zeros((len(again), 2)))])
+        better = ~(more.size <= found.size[again] * (1.0 + _ALIKE))
+        those = again[better]
+        found.size[those], found.sign[those] = more.size[better], more.sign[better]
+        found.piece[those], found.part[those] = len(self.pieces) - 1, more.part[better] + window[those]
 
     def _through(self, segment: Segment, state: ComplexArray) -> ComplexArray:
-        """Take up a segment from a state at its beginning; the state at its end."""
+        """Take up a segment from states at its beginning (b, N); the states at its end."""
         poles, struck, _ = self.modes
-        length = float(segment.length)
-        if segment.blows.any():
-            state = state + struck @ segment.blows
-        if not (segment.rates @ segment.rates).any():  # a straight line
-            signal = segment.read @ np.array([segment.start, segment.rates @ segment.start / length]).T
-            pushed = struck @ signal  # s' = poles s + pushed[0] + pushed[1] t
-            second = -pushed[:, 1] / poles
-            first = (second - pushed[:, 0]) / poles
-            along = first + second * length
+        alike = np.ndim(segment.length) == 0
+        start, turned, read, blows = (
+            one[None] if alike else one for one in (segment.start, segment.rates, segment.read, segment.blows)
+        )
+        length = np.full(self.count, segment.length) if alike else np.asarray(segment.length)
+        if blows.any():
+            state = state + (struck @ blows[..., None])[..., 0]
+        if not (turned @ turned).any():  # a straight line
+            rise = (turned @ start[..., None])[..., 0] / length[:, None]
+            signal = read @ np.stack(np.broadcast_arrays(start, rise), axis=2)
+            pushed = struck @ signal  # s' = poles s + pushed[..., 0] + pushed[..., 1] t
+            second = -pushed[..., 1] / poles
+            first = (second - pushed[..., 0]) / poles
+            along = first + second * length[:, None]
             line = self._line(first, second, signal)
-            rates, waves, size = poles, np.zeros(0), abs(line[0]) + abs(line[1]) * length
+            rates, waves = poles, np.zeros((self.count, 0))
+            size = np.abs(line[:, 0]) + np.abs(line[:, 1]) * length
         else:
-            speeds, basis = np.linalg.eig(segment.rates / length)
-            signal = (segment.read @ basis) * np.linalg.solve(basis, segment.start.astype(complex))
-            follows = (struck @ signal) / (speeds - poles[:, None])  # (N, m)
-            first, along = follows.sum(axis=1), follows @ np.exp(speeds * length)
+            speeds, basis = np.linalg.eig(turned)
+            speeds = speeds / length[:, None]
+            signal = (read @ basis) * np.linalg.solve(basis, start[..., None].astype(complex)).mT
+            follows = (struck @ signal) / (speeds[:, None] - poles[..., None])  # (b, N, m)
+            first, along = follows.sum(axis=2), (follows @ np.exp(speeds * length[:, None])[..., None])[..., 0]
             orders = np.arange(self.power, self.power + 3)[:, None]
-            waves = (self.read @ follows) * speeds**orders + (self.led @ signal) * speeds ** np.maximum(orders - 2, 0)
-            waves = waves.sum(axis=0)
-            rates, line, size = np.concatenate([poles, speeds]), (0.0, 0.0), float(np.abs(waves).sum())
-        own = state - first
-        every: ComplexArray = np.concatenate([self.row * own, waves])
+            own = (self.read @ follows) * speeds[:, None] ** orders
+            waves = (own + (self.led @ signal) * speeds[:, None] ** np.maximum(orders - 2, 0)).sum(axis=1)
+            rates, line = np.concatenate([poles, speeds], axis=1), np.zeros((self.count, 2))
+            size = np.abs(waves).sum(axis=1)
+        free = state - first
+        every: ComplexArray = np.concatenate([self.row * free, waves], axis=1)
         self.pieces.append(_Piece(length, rates, every, line))
-        self.noise += float(self.sizes @ (np.abs(first) + np.abs(own))) + size
-        return np.asarray(own * np.exp(poles * length) + along)
+        self.noise += (self.sizes * (np.abs(first) + np.abs(free))).sum(axis=1) + size
+        return np.asarray(free * np.exp(poles * length[:, None]) + along)
 
-    def _line(self, first: ComplexArray, second: ComplexArray, signal: FloatArray) -> tuple[float, float]:
-        """What is read of a motion first + second t beside a signal (n_signals, 2) of the same kind."""
-        found = np.zeros(2)
-        for order, (row, led) in enumerate(zip(self.read, self.led, strict=True), self.power):
+    def _line(self, first: ComplexArray, second: ComplexArray, signal: FloatArray) -> FloatArray:
+        """What is read (b, 2) of a motion first + second t beside a signal (b, n_signals, 2) of the same kind."""
+        found, both = np.zeros((self.count, 2)), np.stack([first, second], axis=2)
+        for index, order in enumerate(range(self.power, self.power + 3)):
             if order < 2:
-                found[: 2 - order] += (row @ np.array([first, second]).T[:, order:]).real
+                found[:, : 2 - order] += (self.read[:, index, None] @ both[..., order:])[:, 0].real
             elif order < 4:
-                found[: 4 - order] += led @ signal[:, order - 2 :]
-        return float(found[0]), float(found[1])
+                found[:, : 4 - order] += (self.led[:, index, None] @ signal[..., order - 2 :])[:, 0]
+        return found
 
 
 def _root(mass: FloatArray) -> FloatArray:
-    """Free coordinates from those of mass one, (n, n)."""
-    own = mass.diagonal()
-    if np.count_nonzero(mass) == len(own):
-        if not (own > 0.0).all():
-            raise _NoWayError
-        return np.diag(1.0 / np.sqrt(own))
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)).T)
+    """Free coordinates from those of mass one, (b, n, n)."""
+    own = np.diagonal(mass, axis1=1, axis2=2)
+    if not (own > 0.0).all():
+        raise _NoWayError
+    if np.count_nonzero(mass) == own.size:
+        return np.asarray(np.eye(own.shape[1]) / np.sqrt(own)[:, None])
+    return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)).mT)
 
 
 def _modes(squares: FloatArray, shapes: FloatArray, braked: FloatArray, pushed: FloatArray) -> _Modes:
     """Of modes of mass one without damping, from their squared frequencies, their shapes, damping and forces on them.
 
-    Where damping couples none, each has two poles, of which one stands for both where they are conjugate.
+    Where damping couples none, each has two poles, of which one stands for both where all are conjugate.
     """
-    n, own = len(squares), braked.diagonal()
-    if not (np.abs(braked - np.diag(own)) > _NOTHING * own.max()).any():
+    n, own = squares.shape[1], np.diagonal(braked, axis1=1, axis2=2)
+    coupled = np.abs(braked * (1.0 - np.eye(n))).max(axis=(1, 2))
+    if (coupled <= _NOTHING * own.max(axis=1)).all():
         half = 0.5 * own
         root = np.sqrt((half * half - squares).astype(complex))
         fast = -half - root
         slow = squares / fast
-        struck = pushed / (slow - fast)[:, None]
+        struck = pushed / (slow - fast)[..., None]
         if not root.real.any():
             return _Modes(slow, 2.0 * struck, shapes)
-        return _Modes(np.concatenate([slow, fast]), np.concatenate([struck, -struck]), np.tile(shapes, 2))
-    a = np.zeros((2 * n, 2 * n))
-    a[:n, n:] = np.eye(n)
-    a[n:, :n], a[n:, n:] = -np.diag(squares), -braked
+        both = np.concatenate([struck, -struck], axis=1)
+        return _Modes(np.concatenate([slow, fast], axis=1), both, np.tile(shapes, 2))
+    a = np.zeros((len(squares), 2 * n, 2 * n))
+    a[:, :n, n:] = np.eye(n)
+    a[:, n:, :n], a[:, n:, n:] = -np.eye(n) * squares[:, None], -braked
     poles, vectors = np.linalg.eig(a)
-    struck = np.linalg.solve(vectors, np.concatenate([np.zeros_like(pushed), pushed]).astype(complex))
-    kept = poles.imag >= 0.0
-    twice = np.where(poles.imag > 0.0, 2.0, 1.0)[kept]
-    poles = np.minimum(poles.real, 0.0) + 1j * poles.imag
-    return _Modes(poles[kept], struck[kept] * twice[:, None], shapes @ vectors[:n, kept])
+    struck = np.linalg.solve(vectors, np.concatenate([np.zeros_like(pushed), pushed], axis=1).astype(complex))
+    return _Modes(np.minimum(poles.real, 0.0) + 1j * poles.imag, struck, shapes @ vectors[:, :n])
 
 
-def _highest(pieces: list[_Piece]) -> tuple[float, float, int, float]:
-    """Greatest size of all, its sign, the piece and the seconds from its beginning; the earliest of those as great."""
-    most, piece, since, cells = _cells(pieces)
-    while len(since) and float(cells.bent.max()) > _BENT * most:
-        which, part, most = cells.halved(most)
-        since, piece, cells = since[which] + part, piece[which], cells.of(which, part)
+def _highest(pieces: list[_Piece]) -> _Top:
+    """The greatest of all pieces; the earliest of those as great."""
+    most, cells = _cells(pieces)
+    while len(cells.of) and (cells.bent > _BENT * most[cells.of]).any():
+        cells = cells.halved(most)
     when, value = cells.tops(most)
-    sizes = np.abs(value)
-    if not len(sizes):
-        raise _NoWayError
-    best = np.flatnonzero(sizes >= sizes.max() * (1.0 - _ALIKE))
-    at = best[np.lexsort(((since + when)[best], piece[best]))[0]]
-    return float(sizes[at]), float(np.sign(value[at])), int(piece[at]), float(since[at] + when[at])
+    sizes, since = np.abs(value), cells.since + when
+    best: FloatArray = np.full(len(most), -np.inf)
+    np.maximum.at(best, cells.of, sizes)
+    good = np.flatnonzero(sizes >= best[cells.of] * (1.0 - _ALIKE))
+    good = good[np.lexsort((since[good], cells.piece[good], cells.of[good]))]
+    of, first = np.unique(cells.of[good], return_index=True)
+    those, none = good[first], np.zeros(len(most))
+    top = _Top(np.full(len(most), np.nan), none.copy(), none.astype(int), none)
+    top.size[of], top.sign[of], top.piece[of], top.part[of] = (
+        sizes[those], np.sign(value[those]), cells.piece[those], since[those]
+    )  # fmt: skip
+    return top
 
 
-def _cells(pieces: list[_Piece]) -> tuple[float, IntArray, FloatArray, _Cells]:
-    """The greatest size on a grid; where more may lie: piece, seconds from its beginning, and the cell."""
-    count = max(len(one.rates) for one in pieces)
-    rates, waves = np.zeros((2, len(pieces), count), dtype=complex)
+def _cells(pieces: list[_Piece]) -> tuple[FloatArray, _Cells]:
+    """The greatest sizes on a grid (b,), and the cells between its points in which more may lie."""
+    shape = (len(pieces[0].length), len(pieces), max(one.rates.shape[1] for one in pieces))
+    rates, waves = np.zeros((2, *shape), dtype=complex)
     for i, one in enumerate(pieces):
-        rates[i, : len(one.rates)], waves[i, : len(one.rates)] = one.rates, one.waves
-    lengths = np.array([one.length for one in pieces])
-    line = np.array([one.line for one in pieces])
-    turns = float(np.abs(rates.imag).max() * lengths.max()) / _CELL
-    if not turns <= _CELLS:
+        rates[:, i, : one.rates.shape[1]], waves[:, i, : one.rates.shape[1]] = one.rates, one.waves
+    lengths = np.stack([one.length for one in pieces], axis=1)
+    line = np.stack([one.line for one in pieces], axis=1)
+    turns = float((np.abs(rates.imag).max(axis=2) * lengths).max()) / _CELL
+    if not turns * lengths.size <= _CELLS:
         raise _NoWayError
     many = int(np.ceil(np.sqrt(max(turns, _FEWEST))))
-    coarse, width = lengths[:, None] * (np.arange(many) / many), lengths / many**2
-    fine = width[:, None] * np.arange(many + 1)
-    begun = waves[:, None] * np.exp(rates[:, None] * coarse[..., None])
-    along = np.exp(rates[..., None] * fine[:, None])
-    sizes = np.abs((begun @ along).real + line[:, :1, None] + line[:, 1:, None] * (coarse[..., None] + fine[:, None]))
-    most = float(sizes.max())
-    bent = (np.abs(begun) @ (np.abs(rates)[..., None] ** 2)) * (0.125 * width**2)[:, None, None]
-    piece, row, column = np.nonzero(np.maximum(sizes[..., :-1], sizes[..., 1:]) + bent >= most * (1.0 - _ALIKE))
-    since = coarse[piece, row] + fine[piece, column]
-    offset, slope = line[piece].T
-    return (
-        most,
-        piece,
-        since,
-        _Cells(width[piece], rates[piece], begun[piece, row] * along[piece, :, column], offset + slope * since, slope),
-    )
+    coarse, width = lengths[..., None] * (np.arange(many) / many), lengths / many**2
+    fine = width[..., None] * np.arange(many + 1)
+    begun = waves[:, :, None] * np.exp(rates[:, :, None] * coarse[..., None])
+    along = np.exp(rates[..., None] * fine[:, :, None])
+    since = coarse[..., None] + fine[:, :, None]
+    sizes = np.abs((begun @ along).real + line[..., :1, None] + line[..., 1:, None] * since)
+    most: FloatArray = sizes.max(axis=(1, 2, 3))
+    bent = (np.abs(begun) @ (np.abs(rates)[..., None] ** 2)) * (0.125 * width**2)[..., None, None]
+    high = np.maximum(sizes[..., :-1], sizes[..., 1:]) + bent >= (most * (1.0 - _ALIKE))[:, None, None, None]
+    of, piece, row, column = (few := _few(*np.nonzero(high)))
+    begins = since[few]
+    offset, slope = line[of, piece].T
+    return most, _Cells(
+        of, piece, begins, width[of, piece], rates[of, piece], begun[of, piece, row] * along[of, piece, :, column],
+        offset + slope * begins, slope,
+    )  # fmt: skip
+
+
+def _few(of: IntArray, *others: IntArray) -> tuple[IntArray, ...]:
+    """Those of machines that have not too many."""
+    few = np.flatnonzero((np.bincount(of) <= _WITHIN)[of]) if len(of) > _WITHIN else slice(None)
+    return of[few], *(one[few] for one in others)
 
 
 class _Cells(NamedTuple):
-    """Short pieces of time: Re(sum of waves e^(rates t)) + offset + slope t over widths [s], (n,); waves (n, K)."""
+    """Short pieces of time, (n,): Re(sum of waves e^(rates t)) + offset + slope t over widths [s]; waves (n, K).
 
+    of, piece, since
+        Of which machine, on which piece, and so many seconds behind its beginning.
+    """
+
+    of: IntArray
+    piece: IntArray
+    since: FloatArray
     width: FloatArray
     rates: ComplexArray
     waves: ComplexArray
@@ -266,21 +316,19 @@ class _Cells(NamedTuple):
         """By how much each may rise above its values at both ends, (n,)."""
         return np.asarray((np.abs(self.waves) * np.abs(self.rates) ** 2).sum(axis=1) * (0.125 * self.width**2))
 
-    def halved(self, most: float) -> tuple[IntArray, FloatArray, float]:
-        """Halves that may hold more than `most`: of which cell, and where each begins in it; the most that was seen."""
-        ends = np.array([self.at(part * self.width, self.orders[:1])[0] for part in (0.0, 0.5, 1.0)])
-        sizes = np.abs(ends)
-        most = max(most, float(sizes.max()))
-        half, which = np.nonzero(np.maximum(sizes[:-1], sizes[1:]) + 0.25 * self.bent >= most * (1.0 - _ALIKE))
-        if len(which) > _WITHIN:
-            raise _NoWayError
-        return which, 0.5 * half * self.width[which], most
-
-    def of(self, which: IntArray, part: FloatArray) -> _Cells:
-        """Half as wide ones that begin in others."""
-        rates, slope = self.rates[which], self.slope[which]
+    def halved(self, most: FloatArray) -> _Cells:
+        """Halves that may hold more than is known of their machine: `most` (b,), which takes up what is seen."""
+        sizes = np.abs([self.at(part * self.width, self.orders[:1])[0] for part in (0.0, 0.5, 1.0)])
+        np.maximum.at(most, self.of, sizes.max(axis=0))
+        high = np.maximum(sizes[:-1], sizes[1:]) + 0.25 * self.bent >= most[self.of] * (1.0 - _ALIKE)
+        half, which = np.nonzero(high)
+        _, half, which = _few(self.of[which], half, which)
+        part, rates, slope = 0.5 * half * self.width[which], self.rates[which], self.slope[which]
         waves = self.waves[which] * np.exp(rates * part[:, None])
-        return _Cells(0.5 * self.width[which], rates, waves, self.offset[which] + slope * part, slope)
+        return _Cells(
+            self.of[which], self.piece[which], self.since[which] + part, 0.5 * self.width[which], rates, waves,
+            self.offset[which] + slope * part, slope,
+        )  # fmt: skip
 
     @property
     def orders(self) -> ComplexArray:
@@ -294,19 +342,17 @@ class _Cells(NamedTuple):
         found[1:2] += self.slope
         return found
 
-    def tops(self, most: float) -> tuple[FloatArray, FloatArray]:
+    def tops(self, most: FloatArray) -> tuple[FloatArray, FloatArray]:
         """When each is greatest inside, and its value there; by steps of Newton, for they hardly bend."""
-        if len(self.width) > _WITHIN:
-            raise _NoWayError
-        when, orders = 0.5 * self.width, self.orders
+        when, orders, least = 0.5 * self.width, self.orders, _RISE * most[self.of]
         for left in range(_STEPS, 0, -1):
             value, rising, bend = self.at(when, orders)
             step = np.where(bend * value < 0.0, -rising / bend, np.copysign(self.width, rising * value))
             moved = np.minimum(np.maximum(when + step, 0.0), self.width)
-            if left == 1 or np.abs(rising * (moved - when)).max(initial=0.0) <= _RISE * most:
+            if left == 1 or (np.abs(rising * (moved - when)) <= least).all():
                 break
             when = moved
         return when, value
 
 
-__all__ = ["peak_by_modes"]
+__all__ = ["peaks_by_modes"]

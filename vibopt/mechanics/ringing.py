@@ -69,12 +69,6 @@ class Peaks:
         return cls(zeros[0], zeros[1], np.zeros(count, dtype=int), zeros[2], np.zeros(count, dtype=bool))
 
     @classmethod
-    def row(cls, every: Iterable[Peak]) -> Peaks:
-        """Of those of one machine each."""
-        rows = [(one.value, one.time, one.within, one.part, one.open) for one in every]
-        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
-
-    @classmethod
     def of(cls, every: Iterable[Peaks]) -> Peaks:
         """Behind each other."""
         rows = [(one.value, one.time, one.within, one.part, one.open) for one in every]
@@ -89,6 +83,12 @@ class Peaks:
         which = np.arange(len(self.value))[those][there]
         for own, new in ((self.value, value), (self.time, time), (self.within, within), (self.part, part)):
             own[which] = new if np.ndim(new) == 0 else np.asarray(new)[there]
+
+    def put(self, those: IntArray, others: Peaks) -> None:
+        """Others in place of `those`."""
+        for own, new in ((self.value, others.value), (self.time, others.time), (self.within, others.within),
+                         (self.part, others.part), (self.open, others.open)):  # fmt: skip
+            own[those] = new
 
     def each(self) -> list[Peak]:
         """One by one."""

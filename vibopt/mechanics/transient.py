@@ -22,7 +22,7 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, greatest
-from vibopt.mechanics.pulsed import peak_by_modes
+from vibopt.mechanics.pulsed import peaks_by_modes
 from vibopt.mechanics.ringing import Behind, Peak, Peaks
 from vibopt.mechanics.stacked import cholesky, moved, product, read_at, row_sum, stepped, trace, wide
 from vibopt.records import cached_property, dataclass
@@ -32,8 +32,6 @@ _HELD, _FOLLOWS = 1e6, 1e-9
 """Condition of the stiffness up to which bodies follow a base that moves slowly; rounding of how far."""
 _JOINED = 1e-12
 """Part of a time within which it is a joint."""
-_ALONE = 8
-"""Machines up to which each by itself takes less than all side by side."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _TOO_OFTEN = (
@@ -111,24 +109,15 @@ class Transient:
         InputError
             A machine moves to and fro too often while a load lasts.
         """
-        if (found := self._by_modes(reading)) is not None:
-            return found
-        if self.mass.ndim == 2:
-            return self.row_of_one._peaks_of_row(reading)
-        return self._peaks_of_row(reading)
-
-    def _by_modes(self, reading: Reading) -> Peaks | None:
-        """One by one in closed form where they are few; None where not all have one."""
-        machines = [self.row_of_one] if self.mass.ndim == 2 else [self]
-        if self.mass.ndim > 2 and len(self.mass) > 1:
-            machines = [self.alone(i) for i in range(len(self.mass))] if len(self.mass) <= _ALONE else []
-        found = list[Peak]()
-        for i, one in enumerate(machines):
-            peak = peak_by_modes(one, reading.of(np.array([i])))
-            if peak is None:
-                return None
-            found.append(peak)
-        return Peaks.row(found) if found else None
+        row = self.row_of_one if self.mass.ndim == 2 else self
+        known = peaks_by_modes(row, reading)
+        if known is None:
+            return row._peaks_of_row(reading)
+        found, good = known
+        if not good.all():
+            rest = np.flatnonzero(~good)
+            found.put(rest, row.some(rest)._peaks_of_row(reading.of(rest)))
+        return found
 
     def _peaks_of_row(self, reading: Reading) -> Peaks:
         """By exponentials of matrices, of machines in a row."""
@@ -137,7 +126,8 @@ class Transient:
         except (TooLongError, UnlikeError) as error:
             if len(self.mass) == 1:
                 raise InputError(_TOO_OFTEN) if isinstance(error, TooLongError) else error from None
-            return Peaks.of([self.alone(i).peaks(reading.of(np.array([i]))) for i in range(len(self.mass))])
+            each = np.arange(len(self.mass))[:, None]
+            return Peaks.of([self.some(one).peaks(reading.of(one)) for one in each])
 
     def _peaks(self, reading: Reading) -> Peaks:
         count = len(self.mass)
@@ -157,9 +147,8 @@ class Transient:
         """A lone machine, in a row."""
         return replace(self, mass=self.mass[None], damping=self.damping[None], stiffness=self.stiffness[None])
 
-    def alone(self, index: int) -> Transient:
-        """One machine of many, in a row."""
-        those = slice(index, index + 1)
+    def some(self, those: IntArray) -> Transient:
+        """One or some machines of many, in a row."""
         return replace(self, mass=self.mass[those], damping=self.damping[those], stiffness=self.stiffness[those],
                        segments=tuple(segment.of(those) for segment in self.segments))  # fmt: skip
 
