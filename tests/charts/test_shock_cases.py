@@ -9,7 +9,7 @@ import pytest
 from vibopt.charts import shock_cases
 from vibopt.charts.shock_cases import METHODS, Load, hard, speed, truth
 from vibopt.charts.trial import DEFAULT, Case
-from vibopt.charts.verdicts import MISSING, RIGHT
+from vibopt.charts.verdicts import MISSING, REFUSES, RIGHT
 
 QUICK = [(case, load) for case, load in speed(quick=True).cases if load.bodies < 20 or "triangle" in case.name]
 
@@ -36,3 +36,10 @@ def test_a_rival_that_is_not_there_says_how_to_get_it(monkeypatch: pytest.Monkey
     monkeypatch.setattr(shock_cases, "find_spec", lambda _: None)
     said = METHODS["solve_exp2 40"](QUICK[0][1])
     assert (said.status, said.claim) == (MISSING, "pip install pyyeti")
+
+
+@pytest.mark.skipif(METHODS["solve_exp2 40"](QUICK[0][1]).status == MISSING, reason=shock_cases.HOW)
+def test_equal_steps_are_counted_before_they_are_made() -> None:
+    (short,) = [load for case, load in hard(quick=True).cases if case.name == "rectangle of 1e-06 periods"]
+    said = METHODS["solve_exp2 40"](short)
+    assert (said.status, said.claim) == (REFUSES, "4e+08 equal steps, more than 2e+06")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from vibopt.charts import friction_cases, run_up_cases
+from vibopt.charts import friction_cases, random_cases, run_up_cases
 from vibopt.charts.friction_cases import Slip
 from vibopt.charts.run_up_cases import Passage
 from vibopt.charts.trial import DEFAULT
@@ -85,6 +85,13 @@ def test_a_short_hold_at_the_top_of_a_slip_is_seen() -> None:
     one = Slip(0.6233381101745086, 0.01077098378593427, 0.571669752383947)
     assert friction_cases.by_vibopt(one).answer == pytest.approx(friction_cases.truth(one), rel=1e-12)
     assert friction_cases.by_dop853(one, 1e-11).answer == pytest.approx(friction_cases.truth(one), rel=1e-9)
+
+
+def test_an_integrator_that_turns_back_at_once_comes_to_an_end() -> None:
+    """A coarse step leaves a stop backwards and stops again: without a count it went on for ever."""
+    (_, one) = random_cases.drawn("friction", 2, 9)[8]
+    said = friction_cases.by_dop853(one, 1e-5)
+    assert (said.status, said.claim[:24]) == ("unproven", "more than 200 stops in c")
 
 
 @pytest.mark.parametrize("one", [Slip(0.6, 0.0, 0.2), Slip(1.5, 0.0, 0.3)])

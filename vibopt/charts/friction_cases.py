@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 FRICTION = "friction"
 CLOSE = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 """Relative tolerances of the integrator."""
-_REPEATS, _CYCLES = 100.0, 400
-"""Change of the greatest from cycle to cycle that ends it, over the tolerance, and most cycles."""
+_REPEATS, _CYCLES, _PIECES = 100.0, 400, 200
+"""Change of the greatest from cycle to cycle that ends it, over the tolerance; most cycles, and most stops in one."""
 _SETTLED, _ROUND, _MOST, _LOOKS = 1e-13, 1e-15, 4000, 400
 """Of the truth: change of the state that ends it, as a part and by rounding; half cycles, looks in one."""
 
@@ -61,8 +61,11 @@ def by_dop853(one: Slip, close: float = 1e-9) -> Said:
 
     stops.terminal = True  # type: ignore[attr-defined]
     for cycle in range(_CYCLES):
-        last, most, until = most, 0.0, 2.0 * np.pi * (cycle + 1)
+        last, most, until, pieces = most, 0.0, 2.0 * np.pi * (cycle + 1), 0
         while theta < until - 1e-12:
+            pieces += 1
+            if pieces > _PIECES:  # a coarse step turns back at once, for ever
+                return Said("unproven", f"more than {_PIECES} stops in cycle {cycle + 1}", most)
             if v == 0.0:
                 push = np.cos(theta) - z
                 side = np.sign(push) if abs(push) > one.friction else 0.0

@@ -17,7 +17,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.charts.stopwatch import spent
 from vibopt.charts.trial import DEFAULT, Case, Said, Table, Trial, judged
-from vibopt.charts.verdicts import FEASIBLE, MISSING
+from vibopt.charts.verdicts import FEASIBLE, MISSING, REFUSES
 from vibopt.excitations.segments import line, sine
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.records import dataclass
@@ -30,8 +30,8 @@ HALF_SINE = "half sine"
 HOW = "pip install pyyeti"
 CLOSE, FINER = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11), (0.5, 1.0, 2.0, 4.0, 16.0)
 """Relative tolerances of the integrator; how many times as fine pyyeti steps."""
-_PILED, _SAMPLES, _ROUND = 100.0, 200, 40
-"""How errors of single steps add up, at most; steps of pyyeti in a pulse and in the fastest period."""
+_PILED, _SAMPLES, _ROUND, _STEPS = 100.0, 200, 40, 2_000_000
+"""How errors of single steps add up, at most; steps of pyyeti in a pulse, in the fastest period, and in all."""
 _LOOKS, _TOPS, _BEHIND, _MORE = 32, 5, 2.0, 8.0
 """Of the truth: looks in the fastest period, tops that are refined; slowest periods behind the load, of rivals and of
 the truth."""
@@ -140,6 +140,9 @@ def by_solve_exp2(load: Load, finer: float = 1.0) -> Said:
     step = float(
         min(np.diff(load.times).min() / (1 if len(load.points) > 3 else _SAMPLES), np.pi * 2.0 / fast / _ROUND) / finer
     )
+    steps = _horizon(load, _BEHIND) / step
+    if steps > _STEPS:
+        return Said(REFUSES, f"{steps:.1g} equal steps, more than {_STEPS:.0e}")
     when = np.arange(0.0, _horizon(load, _BEHIND), step)
     stepping = ode.SolveExp2(np.eye(n), damped[:n, :n], stiff[:n, :n], step)
     found = stepping.tsolve(np.outer(-np.ones(n), load.at(when)))
