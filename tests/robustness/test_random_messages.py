@@ -21,7 +21,7 @@ SHAKEN = {"kind": "white_noise", "on": "b", "density": "1 (m/s²)²/Hz"}
 LOSSY = "but links.l has a loss_factor, which speaks of steady harmonic motion only. Give it damping or damping_ratio"
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "no density": ({"excitations.w.density": None}, "excitations.w has no density. Add it."),
+    "no density": ({"excitations.w.density": None}, 'excitations.w has no density. Add it: density = "100 N²/Hz".'),
     "no unit": ({"excitations.w.density": "3"}, 'excitations.w.density = "3" has no unit. Write "3 N²/Hz".'),
     "a mass": (
         {"excitations.w.density": "3 kg"},
@@ -123,7 +123,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "speeds of noise": (
         {"measures.x.over": "3 Hz"},
-        'unknown key "over" in measures.x. Known: response, at_most, at_least, unit, worst, due_to, of.',
+        'unknown key "over" in measures.x. Known: response, at_most, at_least, unit, soft, with_probability, worst, '
+        "due_to, of.",
     ),
     "find all": (
         {"goal": {"find_all": "w.speed"}, "excitations.f": STEADY},

@@ -145,7 +145,10 @@ WRONG_PARTS = {
         '{ catalogue = "other.csv" }',
         "pump.toml line 8: FOLDER/other.csv is not there. Name the CSV file, relative to the problem file.",
     ),
-    "no catalogue": ('{ name = "M40" }', "pump.toml line 8: links.feet.part has no catalogue. Add it."),
+    "no catalogue": (
+        '{ name = "M40" }',
+        'pump.toml line 8: links.feet.part has no catalogue. Add it: catalogue = "mounts.csv".',
+    ),
     "a name alone": (
         '"M40"',
         'pump.toml line 8: links.feet.part is a name without a catalogue. Write part = { catalogue = "mounts.csv", '

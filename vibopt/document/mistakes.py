@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import field
 from functools import lru_cache
@@ -151,18 +152,27 @@ def take(
             continue
         inner: Path = tuple(step for step in one["loc"] if not _is_tag(step))
         path = base + inner
-        _take_one(one, path, given_at(table, inner), mistakes, _known(kind, inner))
+        within_it = kind if isinstance(kind, list) else _table_of(kind, inner)
+        _take_one(one, path, given_at(table, inner), mistakes, within_it)
 
 
-def _known(kind: type[BaseModel] | list[str], inner: Path) -> list[str]:
-    """Keys of the table, or of the table in it, in which `inner` ends."""
-    if isinstance(kind, list):
-        return kind
+def _table_of(kind: type[BaseModel], inner: Path) -> type[BaseModel]:
+    """The table, or the table in it, in which `inner` ends."""
     for step in inner[:-1]:
         field = kind.model_fields.get(str(step))
         tables = _tables(field.annotation if field else None)
         kind = tables[0] if tables else kind
-    return list(kind.model_fields)
+    return kind
+
+
+def _added(kind: type[BaseModel] | list[str], key: str) -> str:
+    """How to write a key that is not there, as the words of its table show it."""
+    for owner in kind.__mro__ if not isinstance(kind, list) else ():
+        said = re.search(rf"^    {key}: (.*(?:\n {{8}}.*)*)", owner.__doc__ or "", re.M)
+        shown = re.search(rf"`({key} = [^`]+)`", said[1]) if said else None
+        if shown:
+            return f"Add it: {' '.join(shown[1].split())}."
+    return 'Add the name of what is asked: of = "NAME".' if key == "of" else "Add it."
 
 
 def _tables(annotation: Any) -> list[type[BaseModel]]:
@@ -176,7 +186,7 @@ def _is_tag(step: Any) -> bool:
     return isinstance(step, str) and ("[" in step or step in ("Fact", "Choice"))
 
 
-def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: list[str]) -> None:
+def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, table: type[BaseModel] | list[str]) -> None:
     kind, context = one["type"], one.get("ctx", {})
     if kind == "complaint":
         mistakes.value(path, given, str(context["text"]))
@@ -186,10 +196,9 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, known: li
         for text in str(context["text"]).split("\n"):
             mistakes.add(path, text)
     elif kind == "extra_forbidden":
-        mistakes.unknown_key(path, known)
+        mistakes.unknown_key(path, table if isinstance(table, list) else list(table.model_fields))
     elif kind == "missing":
-        way = 'Add the name of what is asked: of = "NAME".' if path[-1] == "of" else "Add it."
-        mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. {way}")
+        mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. {_added(table, str(path[-1]))}")
     elif kind == "value_error" and hasattr(context.get("error"), "kind"):
         take(context["error"].error, path, given, mistakes, context["error"].kind)
     elif kind == "value_error" and hasattr(context.get("error"), "key"):

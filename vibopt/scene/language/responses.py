@@ -16,10 +16,15 @@ from vibopt.scene.language.limit import Measure, Speeds, Way
 
 
 class Shown(TypedDict, total=False):
-    """`unit`: how the value is shown, as "mm rms"; `worst`: "least" or "greatest", which value a measure shows."""
+    """`unit`: how the value is shown, as "mm rms"; `worst`: "least" or "greatest", which value a measure shows.
+
+    Of a limit `soft`, how easily it may be loosened, and `with_probability`, the share of machines that shall keep it.
+    """
 
     unit: str
     worst: str
+    soft: float
+    with_probability: str
 
 
 class Looked(Shown, total=False):
