@@ -56,12 +56,16 @@ def element(long: float, outer: float, inner: float, table: Any) -> tuple[Any, A
 class Rotor:
     """Stiffness, inertia, damping and polar inertia of one plane; `first`: a diameter [m] of the first section."""
 
-    def __init__(self, stem: str, many: int, first: float) -> None:
+    def __init__(self, stem: str, many: int, first: float, span: float = 0.0) -> None:
         document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
         (table,) = document["rotors"].values()
-        ends = np.concatenate([[0.0], np.cumsum([said(one, "length") for one in table["sections"]])])
-        places = {name: said({"at": at}, "at") for name, at in table["stations"].items()}
-        places |= {one["name"]: said(one, "at") for one in table["discs"]}
+        longs = [span if isinstance(one["length"], dict) else said(one, "length") for one in table["sections"]]
+        ends = np.concatenate([[0.0], np.cumsum(longs)])
+        spots = {**table["stations"], **{one["name"]: one["at"] for one in table["discs"]}}
+        places = {
+            name: ends[int(at.split()[-1])] if at.startswith("end of section") else said({"at": at}, "at")
+            for name, at in spots.items()
+        }
         cuts = np.unique(np.round([*ends, *places.values()], 9))
         pieces = [np.linspace(a, b, many + 1)[:-1] for a, b in pairwise(cuts)]
         nodes = np.concatenate([*pieces, cuts[-1:]])
@@ -212,6 +216,22 @@ def test_the_diameters_of_the_fan_end_where_it_whirls_as_fast_as_the_edge_of_a_b
         far = one.orbit("fan", 6e-4, "fan", running)
         force = one.force("fan", 6e-4, "fan_bearing", running)
         assert (apart and far <= 5e-5 and force <= 2e3) == (not found[1] < wide < found[2])
+
+
+def test_the_spans_of_the_fan_end_where_it_whirls_as_fast_as_the_edge_of_a_band() -> None:
+    stem, running = "where_a_fan_is_borne", 1750.0 * RPM
+
+    def fast(span: float) -> float:
+        coarse, fine, finest = (Rotor(stem, many, 0.0, span).critical(1.0)[0] for many in (2, 4, 8))
+        return float((64.0 * finest - 20.0 * fine + coarse) / 45.0)
+
+    ends = [brentq(lambda span: fast(span) - 2.3 * running, *two, xtol=1e-11) for two in ((0.3, 0.5), (0.6, 0.9))]
+    assert lengths(expected(stem)["set"]) == pytest.approx(ends, rel=2e-7)
+    for span in np.linspace(0.3, 1.2, 61):
+        one = Rotor(stem, 2, 0.0, float(span))
+        speeds = one.critical(1.0) / running
+        apart = not ((speeds > 0.85) & (speeds < 1.15) | (speeds > 1.7) & (speeds < 2.3)).any()
+        assert (apart and one.orbit("fan", 6e-4, "fan", running) <= 3e-6) == (ends[0] < span < ends[1])
 
 
 def test_the_speeds_of_the_pump_end_where_the_impeller_takes_a_quarter_of_the_clearance() -> None:

@@ -6,14 +6,15 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
-from pydantic import BeforeValidator, WithJsonSchema, model_validator
+from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.devices.device import Device
 from vibopt.devices.rotor_disc import RotorDisc
+from vibopt.devices.shaft_places import EndOf, Place, Stations
 from vibopt.devices.spring import bore, check_bore
 from vibopt.devices.symbols import Numbers, Symbols
-from vibopt.errors import QuantityError, counted
+from vibopt.errors import counted
 from vibopt.mechanics import shaft_waves as waves
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
@@ -21,9 +22,8 @@ from vibopt.mechanics.matrix_shaft import MatrixShaft
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.shaft_polynomials import Beam, Span, shapes, shares
-from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, Value, number, word
-from vibopt.values.fields import Choice, Later, complaint
+from vibopt.values.fields import Choice, Later
 
 if TYPE_CHECKING:
     from vibopt.devices.shaft_matrices import Planes, ShaftMatrices
@@ -46,13 +46,14 @@ class Section(Table):
 
     Keys
     ----
-    length: From the end of the one before.
+    length: From the end of the one before; it may be chosen: `length = { from = "300 mm", to = "600 mm" }`. What stands
+        behind such a section stands at the end of one.
     diameter: Outer diameter; it may be chosen: `diameter = { from = "40 mm", to = "90 mm" }`.
     inner_diameter: Of a hollow section. Not beside `inner_ratio`, nor a diameter that is to be chosen.
     inner_ratio: Inner over outer diameter: `inner_ratio = 0.6`.
     """
 
-    length: Fact = number("length", choice=False, required=True)
+    length: Value = number("length", required=True)
     diameter: Value = number("length", required=True)
     inner_diameter: Fact | None = number("length", choice=False)
     inner_ratio: Fact | None = number("ratio", choice=False)
@@ -60,31 +61,21 @@ class Section(Table):
     @model_validator(mode="after")
     def _hollow(self) -> "Section":
         check_bore(self, "bend")
+        if isinstance(self.length, Choice) and (self.length.open_low or self.length.high == math.inf):
+            raise word('leaves an end of its length open. Write both: length = { from = "300 mm", to = "600 mm" }.')
         return self
 
+    @property
+    def free(self) -> bool:
+        """Whether its length may be chosen, or is off as built."""
+        return isinstance(self.length, Choice) or self.length.tolerance > 0.0
 
-def _stations(given: object) -> object:
-    if not isinstance(given, Mapping) or not given:
-        raise complaint('names no station. Write stations = { left = "0 mm", right = "800 mm" }.')
-    found = {}
-    for name, place in given.items():
-        try:
-            found[str(name)] = place if isinstance(place, Fact) else _place(place)
-        except QuantityError as error:
-            raise complaint(f'puts {name} at "{place}", which {error} Write {name} = "800 mm".') from None
-    return found
-
-
-def _place(given: object) -> Fact:
-    found = read_quantity(given, "length")
-    if found.value < 0.0:
-        raise QuantityError("is left of the shaft.")
-    return Fact(found.value, found.unit)
-
-
-Stations = Annotated[
-    Any, BeforeValidator(_stations), WithJsonSchema({"type": "object", "description": "places from the left end"})
-]
+    @property
+    def lengths(self) -> tuple[float, float, float]:
+        """Least, middle and greatest length as built [m]."""
+        one = self.length
+        low, high = (one.low, one.high) if isinstance(one, Choice) else (one.value, one.value)
+        return low * (1.0 - one.tolerance), math.sqrt(low * high), high * (1.0 + one.tolerance)
 
 
 class RotorTable(Device):
@@ -100,7 +91,7 @@ class RotorTable(Device):
     discs: What sits on it: `discs = [{ name = "wheel", at = "0.5 m", mass = "30 kg", diametral = "0.4 kg m2", polar =
         "0.8 kg m2" }]`.
     stations: Named places from the left end, at which links end and motion is asked for: `stations = { left = "0 mm",
-        right = "800 mm" }`. Discs are stations by their own names.
+        right = "800 mm" }`, or `"end of section 1"`. Discs are stations by their own names.
     modulus: Modulus of elasticity of the shaft: `modulus = "207 GPa"`. One of `modulus`, `matrices`; so with the
         next four.
     density: Of the shaft: `density = "7850 kg/m3"`. One of `density`, `matrices`.
@@ -136,8 +127,23 @@ class RotorTable(Device):
                 f"of {_WIDEST:g}, rounding decides how the shaft bends. Write diameters nearer to each other."
             )
         discs = [disc.name for disc in self.discs]
-        for name, place in self.places.items():
-            at = ("discs", discs.index(name), "at") if name in discs else ("stations", name)
+        for name, spot in self._spots.items():
+            at: tuple[str | int, ...] = ("discs", discs.index(name), "at") if name in discs else ("stations", name)
+            if isinstance(spot, EndOf):
+                if not 1 <= spot.section <= (last := len(self.sections)):
+                    raise word(
+                        f"has {name} at the end of section {spot.section}, and {counted(last, 'sections')}. Count them "
+                        "from 1.",
+                        *at,
+                    )
+                continue
+            place, free = spot.value, next((i for i, one in enumerate(self.sections) if one.free), len(self.sections))
+            if free < len(self.sections) and place > self._ends[free] + _TOGETHER * self.long:
+                raise word(
+                    f"has {name} at {place:g} m, behind the begin of section {free + 1}, whose length is not fixed. "
+                    f'Say where it stands by sections: "end of section {free + 1}".',
+                    *at,
+                )
             if place > self.long * (1.0 + _TOGETHER):
                 raise word(
                     f"has {name} at {place:g} m, beyond the end of its shaft at {self.long:g} m. Write a place on the "
@@ -172,8 +178,17 @@ class RotorTable(Device):
 
     @property
     def long(self) -> float:
-        """Length of the shaft [m]."""
-        return self.matrices.nodes[-1] if self.matrices else sum(one.length.value for one in self.sections)
+        """Length of the shaft [m]; where lengths are not fixed all of them are in the middle, here and below."""
+        return self.matrices.nodes[-1] if self.matrices else float(self._ends[-1])
+
+    @property
+    def _ends(self) -> FloatArray:
+        """Left end of the first section and right ends of all [m]."""
+        return np.cumsum([0.0, *(one.lengths[1] for one in self.sections)])
+
+    @property
+    def _spots(self) -> dict[str, Place]:
+        return {**self.stations, **{disc.name: disc.at for disc in self.discs}}
 
     @property
     def lags(self) -> float:
@@ -187,8 +202,13 @@ class RotorTable(Device):
     @property
     def places(self) -> dict[str, float]:
         """Place of every station and disc from the left end [m]."""
-        return {name: station.value for name, station in self.stations.items()} | {
-            disc.name: disc.at.value for disc in self.discs
+        return self.places_on(self._ends)
+
+    def places_on(self, ends: FloatArray) -> dict[str, float]:
+        """As `places`, where the sections end so [m], from the left end on."""
+        return {
+            name: float(ends[spot.section]) if isinstance(spot, EndOf) else spot.value
+            for name, spot in self._spots.items()
         }
 
     @property
@@ -201,9 +221,8 @@ class RotorTable(Device):
         """Ends of sections, stations and discs from left to right, those that are together once [m]."""
         if self.matrices is not None:
             return list(self.matrices.nodes)
-        ends = np.cumsum([0.0, *(section.length.value for section in self.sections)])
         found: list[float] = []
-        for place in sorted([*ends.tolist(), *self.places.values()]):
+        for place in sorted([*self._ends.tolist(), *self.places.values()]):
             if not found or place > found[-1] + _TOGETHER * self.long:
                 found.append(place)
         return found
@@ -215,7 +234,7 @@ class RotorTable(Device):
     @property
     def spans(self) -> list[tuple[int, float]]:
         """From node to node the number of the section there, and the length [m]."""
-        ends = np.cumsum([section.length.value for section in self.sections])
+        ends = self._ends[1:]
         between = list(pairwise(self.nodes))
         last = len(self.sections) - 1
         return [(min(int(np.searchsorted(ends, 0.5 * (a + b))), last), b - a) for a, b in between]
@@ -260,13 +279,14 @@ class RotorTable(Device):
         thin, thick = self._extremes()
         top = max(top, self._reach(thick, modes))
         degrees = [max(one.degree(top)[0], other.degree(top)[0]) for one, other in zip(thin, thick, strict=True)]
-        return Beam(tuple(one.length for one in thin), tuple(degrees))
+        return Beam(tuple(long for _, long in self.spans), tuple(degrees))
 
     def _extremes(self) -> tuple[list[Span], list[Span]]:
-        """The spans where every diameter that may be chosen is least, and where it is greatest."""
+        """The spans, as long as they may be, where every diameter that may be chosen is least, and greatest."""
         both: tuple[list[Span], list[Span]] = [], []
-        for i, long in self.spans:
+        for i, middle in self.spans:
             section = self.sections[i]
+            long = section.lengths[2] if section.free else middle
             free = section.diameter if isinstance(section.diameter, Choice) else None
             for found, end in zip(both, ("low", "high"), strict=True):
                 wide = getattr(free or section.diameter, end if free else "value")
@@ -287,7 +307,8 @@ class RotorTable(Device):
 
     def _reach(self, spans: list[Span], modes: int) -> float:
         """Frequency that so many whirls of the bare shaft do not exceed, however stations hold it [rad/s]."""
-        phases = sum(span.phase(1.0) for span in spans)
+        shorts = [self.sections[i].lengths[0] / self.sections[i].lengths[2] for i, _ in self.spans]
+        phases = sum(span.phase(1.0) * short for span, short in zip(spans, shorts, strict=True))
         return ((modes + len(self.stations) - 0.5) * math.pi / phases) ** 2 if modes else 0.0
 
     def bent(self, name: str) -> tuple[str, ...]:
@@ -304,7 +325,7 @@ class RotorTable(Device):
             self._add_sections(builder, name, symbols)
         for j, disc in enumerate(self.discs):
             masses, diametral, polar = disc.inertias(f"rotors.{name}.discs.{j + 1}", symbols)
-            tilt = {coordinate(name, 2 * self.node(disc.at.value) + 1): 1.0}
+            tilt = {coordinate(name, 2 * self.node(self.places[disc.name]) + 1): 1.0}
             for mass in masses:
                 builder.add_inertia(disc.name, mass, name)
             for moment in diametral:
@@ -320,7 +341,8 @@ class RotorTable(Device):
             wide = symbols.read(f"{path}.diameter", section.diameter)
             area = (wide**2.0).times(0.25 * math.pi * (1.0 - bore(section) ** 2))
             second = (wide**4.0).times(math.pi * (1.0 - bore(section) ** 4) / 64.0)
-            self._add_span(builder, name, beam, k, (area, second, self.sheared(section)))
+            long = symbols.read(f"{path}.length", section.length).times(1.0 / beam.lengths[k]) if section.free else None
+            self._add_span(builder, name, beam, k, (area, second, self.sheared(section)), long)
             stress = (wide**-3.0).times(32.0 / (math.pi * (1.0 - bore(section) ** 4)))
             for single in ends_of_span(name, k):
                 builder.counts[stressed(single)] = stress**-1.0
@@ -340,34 +362,42 @@ class RotorTable(Device):
         )
 
     def _add_span(
-        self, builder: ModelBuilder, name: str, beam: Beam, k: int, section: tuple[Monomial, Monomial, float]
-    ) -> None:
-        """Energies between two nodes; of the deflection its mean has the weight."""
+        self, builder: ModelBuilder, name: str, beam: Beam, k: int, section: tuple[Monomial, Monomial, float],
+        stretch: Monomial | None,
+    ) -> None:  # fmt: skip
+        """Energies between two nodes, `stretch` times as far apart as in the middle; the mean deflection weighs."""
         area, second, shear = section
         places, owner = [coordinate(name, i) for i in beam.coordinates(k)], f"{name}@{k + 1}"
         rows, long = shapes(beam.degrees[k], beam.lengths[k]), beam.lengths[k]
-        mass, rotary = area.times(self._given("density")), second.times(self._given("density"))
+        far = Monomial(1.0) if stretch is None else stretch
+        mass, rotary = area.times(self._given("density")) * far, second.times(self._given("density")) * far
+        bends = second.times(self._given("modulus")) * far**-1.0
+        lags, halves = self.lags, "" if stretch is None else "shear"
         kinds = (
-            (STIFFNESS, rows.curvature, second.times(self._given("modulus")), False),
-            (STIFFNESS, rows.shear, area.times(shear), False),
-            (INERTIA, rows.deflection, mass, True),
-            (INERTIA, rows.tilt, rotary, False),
+            (STIFFNESS, rows.curvature, bends, ""),
+            (STIFFNESS, rows.shear, area.times(shear), halves),
+            (INERTIA, rows.deflection, mass, "weighs"),
+            (INERTIA, rows.tilt, rotary, "tilts"),
         )
-        for kind, table, size, weighs in kinds:
+        for kind, table, size, does in kinds:
             for i, (row, share) in enumerate(zip(table, shares(len(table), long), strict=True)):
-                parts = dict(zip(places, row.tolist(), strict=True))
-                static = 1.0 if kind == STIFFNESS or (weighs and i == 0) else 0.0
-                tilts = float(row[1]), float(row[3])
-                builder.add_term(kind, parts, size.times(float(share)), owner, static, tilts)
-                if kind == STIFFNESS and self.lags:
-                    builder.add_rotating_term(parts, size.times(float(share) * self.lags), owner)
-                if kind == INERTIA and not weighs:
-                    builder.add_polar(parts, size.times(2.0 * float(share)), owner, tilts)
+                static = 1.0 if kind == STIFFNESS or (does == "weighs" and i == 0) else 0.0
+                one = size.times(float(share))
+                tilted = rows.tilt[i] if does == "shear" else row
+                for part, value in _squares(row, -tilted, one, far) if does == "shear" else ((row, one),):
+                    parts = dict(zip(places, part.tolist(), strict=True))
+                    tilts = float(part[1]), float(part[3])
+                    apart = does == "shear" and part is not row
+                    builder.add_term(kind, parts, value, owner, static, tilts, apart=apart)
+                    if kind == STIFFNESS and lags:
+                        builder.add_rotating_term(parts, value.times(lags), owner)
+                    if does == "tilts":
+                        builder.add_polar(parts, value.times(2.0), owner, tilts)
 
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """The same shaft by its waves, of radii; or by the matrices of both planes."""
         discs = [
-            waves.Disc(self.node(disc.at.value), *disc.built(f"rotors.{name}.discs.{j + 1}", numbers))
+            waves.Disc(self.node(self.places[disc.name]), *disc.built(f"rotors.{name}.discs.{j + 1}", numbers))
             for j, disc in enumerate(self.discs)
         ]
         points = {point: self.node(place) for point, place in self.places.items()}
@@ -375,8 +405,9 @@ class RotorTable(Device):
             assembly.shafts[name] = MatrixShaft(self.matrices.planes.both, tuple(discs), points, self.lags)
             return
         pieces = []
-        for i, long in self.spans:
+        for i, middle in self.spans:
             section, path = self.sections[i], f"rotors.{name}.sections.{i + 1}"
+            long = numbers(f"{path}.length", section.length) if section.free else middle
             outer = 0.5 * numbers(f"{path}.diameter", section.diameter)
             inner = 0.5 * numbers(f"{path}.inner_diameter", section.inner_diameter)
             if section.inner_ratio is not None:
@@ -390,6 +421,19 @@ class RotorTable(Device):
         reach = ((assembly.modes + len(points)) * math.pi / phases) ** 2 if assembly.modes else 0.0
         top = max(assembly.top, reach)
         assembly.shafts[name] = waves.WhirlingShaft(tuple(pieces), tuple(discs), points, top, self.lags)
+
+
+def _squares(
+    row: FloatArray, tilt: FloatArray, size: Monomial, far: Monomial
+) -> tuple[tuple[FloatArray, Monomial], ...]:
+    """Shear of a span that is s times as long as one on which it is p + t, the slope p and `tilt` t.
+
+    s (p / s + t)^2 = p^2 / s + s t^2 + (p + t)^2 - p^2 - t^2: squares with factors that are powers of s.
+    """
+    slope = row - tilt
+    return (
+        (row, size), (slope, size * far**-1.0), (slope, size.times(-1.0)), (tilt, size * far), (tilt, size.times(-1.0)),
+    )  # fmt: skip
 
 
 def add_planes(builder: ModelBuilder, name: str, planes: "Planes", lags: float) -> str:

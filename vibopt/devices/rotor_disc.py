@@ -4,6 +4,7 @@ import math
 
 from pydantic import model_validator
 
+from vibopt.devices.shaft_places import At
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Value, number, word
@@ -16,7 +17,7 @@ class RotorDisc(Table):
     ----
     name: What it is called: a point as any other, at which links end and `on` which an unbalance acts: `name =
         "wheel"`.
-    at: Its place from the left end of the shaft.
+    at: Its place from the left end of the shaft, or the end of a section: `at = "0.5 m"`, `at = "end of section 2"`.
     mass: Its mass; beside it both moments of inertia, or none of a mass that is a point.
     diametral: Moment of inertia about a diameter.
     polar: Moment of inertia about the axis of the shaft, which says how much it resists tilting as it spins.
@@ -27,7 +28,7 @@ class RotorDisc(Table):
     """
 
     name: str
-    at: Fact = number("length", choice=False, sign="not negative", required=True)
+    at: At
     mass: Value | None = number("mass")
     diametral: Value | None = number("inertia")
     polar: Value | None = number("inertia")

@@ -222,12 +222,12 @@ class ModelBuilder:
 
     def add_term(
         self, kind: int, row: Mapping[str, float], value: Monomial, owner: str, static: float = 1.0,
-        tilts: tuple[float, float] = (0.0, 0.0),
+        tilts: tuple[float, float] = (0.0, 0.0), *, apart: bool = False,
     ) -> None:  # fmt: skip
         """A term over the coordinates themselves, by name; `static` times it is what acts under weights alone."""
         vector = np.array([row.get(name, 0.0) for name in self.coords])
         exponents, weighs = value.row(self.n_vars), value.scale * static
-        self.terms.append(Term(kind, vector, value.scale, exponents, owner, weighs, tilts=tilts))
+        self.terms.append(Term(kind, vector, value.scale, exponents, owner, weighs, tilts=tilts, apart=apart))
 
     def add_polar(
         self, row: Mapping[str, float], moment: Monomial, owner: str, tilts: tuple[float, float] = (0.0, 0.0)

@@ -41,6 +41,8 @@ class Term:
         Whether it is an INERTIA less than nothing, the polar one of what spins, in a whirl forward with the spin.
     tilts
         Of a span of a shaft, how far tilting its left and its right end moves it.
+    apart
+        Whether it is a correction to another term of a span whose length may be chosen, and holds nothing by itself.
     """
 
     kind: int
@@ -53,6 +55,7 @@ class Term:
     shares: tuple[float, float] = (0.0, 0.0)
     polar: bool = False
     tilts: tuple[float, float] = (0.0, 0.0)
+    apart: bool = False
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from itertools import pairwise
 
+import numpy as np
+
 from vibopt.devices.rotor import RotorTable
 from vibopt.devices.spring import bore
 from vibopt.report.figures.paper import drawn
@@ -25,11 +27,13 @@ def rotors_of(design: Design) -> list[Rotor]:
 
 
 def _rotor(design: Design, name: str, table: RotorTable) -> Rotor:
-    sections, left = [], 0.0
+    sections, stops = [], [0.0]
     for number, section in enumerate(table.sections, start=1):
-        wide = _known(design, f"rotors.{name}.sections.{number}.diameter", section.diameter)
-        sections.append((left, left + section.length.value, wide, bore(section) * wide))
-        left += section.length.value
+        path = f"rotors.{name}.sections.{number}"
+        wide = _known(design, f"{path}.diameter", section.diameter)
+        stops.append(stops[-1] + _known(design, f"{path}.length", section.length))
+        sections.append((stops[-2], stops[-1], wide, bore(section) * wide))
+    places = table.places_on(np.array(stops))
     if table.matrices is not None:  # which do not say how thick it is
         sections = [(a, b, _THIN * table.long, 0.0) for a, b in pairwise(table.nodes)]
     discs = []
@@ -38,12 +42,12 @@ def _rotor(design: Design, name: str, table: RotorTable) -> Rotor:
         mass = "" if disc.mass is None else f"\n{_shown(design, f'{path}.mass', disc.mass)}"
         words = f"{drawn(disc.name, _LONGEST)}{mass}"
         discs.append((
-            words, disc.at.value, _known(design, f"{path}.outer_diameter", disc.outer_diameter),
+            words, places[disc.name], _known(design, f"{path}.outer_diameter", disc.outer_diameter),
             _known(design, f"{path}.width", disc.width),
         ))  # fmt: skip
     held: dict[float, list[str]] = {}
     for link, two in ends(design.scene).items():
-        for place in (table.places[end] for end in two if end in table.places):
+        for place in (places[end] for end in two if end in places):
             held.setdefault(place, []).append(drawn(link, _LONGEST))
     return Rotor(name, tuple(sections), tuple(discs), tuple((at, "\n".join(names)) for at, names in held.items()))
 

@@ -78,7 +78,7 @@ def check_bearings(scene: Scene, mistakes: Mistakes) -> None:
 
 def holding_rows(model: Model) -> list[FloatArray]:
     """Rows of all springs on the free coordinates, (n_springs, n_free), of the plane y and of z."""
-    springs = [term.vector[: model.n_free] for term in model.terms if term.kind == STIFFNESS]
+    springs = [term.vector[: model.n_free] for term in model.terms if term.kind == STIFFNESS and not term.apart]
     planes = []
     for place in (0, 3):  # of k_yy and k_zz
         held = []

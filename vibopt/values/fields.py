@@ -256,7 +256,7 @@ class RuleSchema:
         return {}
 
     def _read(self, given: Any) -> Any:
-        return None if given is None else _read(self.rule, given)
+        return None if given is None else read_number(self.rule, given)
 
     def __call__(self, schema: dict[str, Any]) -> None:
         schema.clear()
@@ -365,7 +365,8 @@ def _schema(rule: Rule) -> dict[str, Any]:
     return {"anyOf": [plain, table, *([off] if rule.may_be_off else [])]}
 
 
-def _read(rule: Rule, given: object) -> Value:
+def read_number(rule: Rule, given: object) -> Value:
+    """A number of a table as its rule has it; PydanticCustomError where it is none."""
     if isinstance(given, (Fact, Choice, Table)):
         return given  # type: ignore[return-value]  # a table of such values, read by its own kind
     try:
