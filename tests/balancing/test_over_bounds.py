@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from rotor_jobs import read_text
 from test_rotor_laws import PLANES, SENSORS, Truth, best, job, truths
+from vibopt.answer.answer import Answer
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
 from vibopt.study.points import Columns, Point
@@ -61,8 +62,10 @@ def test_every_point_is_as_if_asked_alone(
     rotor = read_text(text)
     found = sweep(rotor, path, span, POINTS)
     assert sum(not status for status in together(found).status) <= 1
-    fact = found.fact
-    for point in found.points[::6]:
+    fact, held = found.fact, together(found).held
+    for index, point in enumerate(found.points):
+        if index % 6:
+            continue
         here = with_changes(rotor, fact.changes(point.value.value))
         alone = answer(here, explain=False)
         assert point.status == alone.status
@@ -75,6 +78,21 @@ def test_every_point_is_as_if_asked_alone(
             assert point.variables.keys() == {one for one in alone.entries() if one in rotor.choices}
             assert point.margins.keys() == alone.limits.keys()
             _is_what_the_rotor_shows(truth, point, goal, lag, against, remove)
+            if together(found).status[index]:
+                assert held is not None
+                _is_held_by(here, alone, held(index))
+
+
+def _is_held_by(here: RotorJob, alone: Answer[RotorJob], held: set[str]) -> None:
+    """What is said to hold the goal back is what multipliers of the answer alone say, but for what is worth nothing."""
+    assert alone.rates is not None
+    assert alone.goal is not None
+    bounds = {one.name: one.at_most for one in (*here.residual_limits, *here.correction_limits)}
+    bounds |= {f"planes.{plane.name}.weight": plane.cap for plane in here.planes}
+    assert held <= bounds.keys()
+    for name, rate in alone.rates.items():
+        worth = rate * bounds[name] / max(alone.goal[1].value, 1e-300)
+        assert (name in held) == (rate > 0.0) or worth <= 1e-4
 
 
 def _is_what_the_rotor_shows(truth: Truth, point: Point, goal: str, lag: bool, against: bool, remove: bool) -> None:

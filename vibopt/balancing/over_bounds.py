@@ -21,6 +21,7 @@ from vibopt.balancing.fitting import NOTHING
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.question import Question, felt
+from vibopt.balancing.rates import NOISE
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import AGREES
 from vibopt.balancing.rotor_question import rows_of
@@ -50,6 +51,8 @@ class Plans:
         Shape (n_values,) [SI peak].
     left
         Greatest amplitude left at each sensor, shape (n_values, n_sensors) [SI peak].
+    pulls
+        Which caps of the planes, then limits of the file, hold the goal back, shape (n_values, n_bounds).
     margins
         Per limit, shape (n_values,).
     """
@@ -59,6 +62,7 @@ class Plans:
     angles: FloatArray
     goal: FloatArray
     left: FloatArray
+    pulls: BoolArray
     margins: dict[str, FloatArray]
 
 
@@ -87,11 +91,10 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
 
 
 def _joined(parts: Sequence[Plans]) -> Plans:
-    masses, angles, goal, left = (
-        np.concatenate([getattr(part, name) for part in parts]) for name in ("masses", "angles", "goal", "left")
-    )
+    names = ("masses", "angles", "goal", "left", "pulls")
+    masses, angles, goal, left, pulls = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
     margins = {name: np.concatenate([part.margins[name] for part in parts]) for name in parts[0].margins}
-    return Plans([status for part in parts for status in part.status], masses, angles, goal, left, margins)
+    return Plans([status for part in parts for status in part.status], masses, angles, goal, left, pulls, margins)
 
 
 def _is_plain(job: RotorJob, question: Question) -> bool:
@@ -137,7 +140,9 @@ def _plans(job: RotorJob, identified: Identified, question: Question, bounds: Fl
     """Answer, put back and measure; `bounds` are caps of the planes, then limits of the file (n_values, n_bounds)."""
     n_planes, named = len(job.planes), list(bounds[:, len(job.planes) :].T)
     limits, caps = _rows(job, named, bounds[:, :n_planes].copy())
-    u, status, goal = _Following(question, caps, limits).answers()
+    following = _Following(question, caps, limits)
+    u, status, goal = following.answers()
+    pulls = _pulls(job, bounds, (limits, caps), following)
     tiny = NOTHING * np.maximum(felt(identified.y0, identified.H), np.abs(u).max(axis=1, keepdims=True))
     u = np.where(np.abs(u) > tiny, u, 0.0)
     radii, taken = (np.array([getattr(plane, name) for plane in job.planes]) for name in ("radius", "remove"))
@@ -153,7 +158,24 @@ def _plans(job: RotorJob, identified: Identified, question: Question, bounds: Fl
         value = masses[:, limit.plane or 0] if isinstance(limit, CorrectionLimit) else _greatest(job, limit, left)
         margins[limit.name] = (bound - value) / np.where(bound > 0.0, bound, 1.0)
     by_sensor = left.reshape(len(left), -1, len(job.sensors)).max(axis=1)
-    return Plans(status.tolist(), masses, angles, goal, by_sensor, margins)
+    return Plans(status.tolist(), masses, angles, goal, by_sensor, pulls, margins)
+
+
+def _pulls(job: RotorJob, bounds: FloatArray, rows: tuple[FloatArray, FloatArray], of: _Following) -> BoolArray:
+    """Which bounds of the file pull, (n_values, n_bounds): of several on a row, or a plane, the tightest."""
+    n, (limits, caps) = len(job.planes), rows
+    by_row = np.zeros(limits.shape, dtype=bool)
+    by_row[:, of.held_rows], by_plane = of.pulling[:, : len(of.held_rows)], of.pulling[:, len(of.held_rows) :]
+    found = np.zeros(bounds.shape, dtype=bool)
+    for k, limit in enumerate((*range(n), *_limits(job))):
+        bound = bounds[:, k, None] * (1.0 - KEPT)
+        if isinstance(limit, ResidualLimit):
+            own = rows_of(job, limit.sensor, limit.speed)
+            found[:, k] = (by_row[:, own] & (bound <= limits[:, own])).any(axis=1)
+        else:
+            plane = limit if isinstance(limit, int) else limit.plane or 0
+            found[:, k] = by_plane[:, plane] & (bound[:, 0] * job.planes[plane].radius <= caps[:, plane])
+    return found
 
 
 def _greatest(job: RotorJob, limit: ResidualLimit, left: FloatArray) -> FloatArray:
@@ -185,6 +207,7 @@ class _Following:
         self.x = np.zeros(caps.shape, dtype=complex)
         self.status = np.full(self.n, "", dtype=object)
         self.goal = np.full(self.n, np.nan)
+        self.pulling = np.zeros((self.n, self.radii.shape[1] - self.discs.n_goal), dtype=bool)
 
     def answers(self) -> tuple[ComplexArray, np.ndarray, FloatArray]:
         """Corrections (n_values, n_planes) [kg m], statuses and goals."""
@@ -217,6 +240,12 @@ class _Following:
         count = len(good) if good.all() else int(np.argmin(good))
         done = slice(at, at + count)
         self.x[done], self.status[done] = held.x[:count], "optimal"
+        firm = np.flatnonzero(held.rows >= self.discs.n_goal)
+        places, t = held.rows[firm], np.maximum(values[:count, None], NOISE)
+        worth = held.multipliers[:count, firm] * self.radii[done][:, places] ** 2
+        pulls = (worth > NOISE * t * np.maximum(t, 1e-3)) & (values[:count, None] > NOTHING_LEFT)
+        self.pulling[done, :] = False
+        self.pulling[at + np.arange(count)[:, None], places - self.discs.n_goal] = pulls
         goal = np.where(values > NOTHING_LEFT, values, 0.0)
         self.goal[done] = goal[:count] * self.size / self.divisor
         return good

@@ -11,7 +11,7 @@ from vibopt.balancing.question import Question, Solved
 from vibopt.records import dataclass
 
 _SAME, _NOTHING = 1e-9, 1e-9
-_NOISE = 1e-6
+NOISE = 1e-6
 """Part of the goal that all of a bound would have to be worth for it to count: multipliers are no better known."""
 
 
@@ -50,7 +50,7 @@ def rates(question: Question, solved: Solved, known: Mapping[str, Bounding]) -> 
         return None
     prices, found = solved.prices, dict.fromkeys(known, 0.0)
     whole = 0.0 if question.goal == "correction" else float(question.measure(np.abs(question.y0)))
-    least = _NOISE * max(solved.value, 1e-3 * whole)
+    least = NOISE * max(solved.value, 1e-3 * whole)
     for name, one in known.items() if prices is not None and solved.value > _NOTHING * whole else ():
         assert prices is not None
         if one.rows:

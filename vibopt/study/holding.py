@@ -13,13 +13,11 @@ from vibopt.answer.entry import ACTIVE, Entry
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, with_changes
 from vibopt.records import cached_property, dataclass
-from vibopt.scene.open_places import open_positions
-from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
 from vibopt.study.brink import brink, follows
+from vibopt.study.many import batch
 from vibopt.study.points import Columns
 from vibopt.study.seen import goal_of
-from vibopt.study.together import columns
 from vibopt.values.fact_at import FactAt
 from vibopt.work import metered
 
@@ -219,10 +217,7 @@ class Road:
     @cached_property
     def together(self) -> bool:
         """Whether answers are found in one batch: two of them are tried."""
-        job = self.job
-        if not is_scene(job) or uncertain(job) or open_positions(job) or self.fact.place:
-            return False
-        return columns(job, [self.fact], self.fact.value * np.array([[0.999], [1.001]])) is not None
+        return batch(self.job, [self.fact], self.fact.value * np.array([[0.999], [1.001]])) is not None
 
     def __call__(self, value: float) -> State:
         """The answer at a value [SI]."""
@@ -284,9 +279,8 @@ class Road:
 
     def _batch(self, values: list[float]) -> bool:
         """Whether a batch answered them."""
-        assert is_scene(self.job)
         self.work += LEAST_WORK + 0.05 * len(values)
-        found = columns(self.job, [self.fact], np.array(values)[:, None])
+        found = batch(self.job, [self.fact], np.array(values)[:, None])
         if found is None:
             return False
         for index, status in enumerate(found.status):
@@ -298,6 +292,9 @@ class Road:
         scene: Any = self.job
         if found.status[index] == "infeasible":
             return State(value, "infeasible", None, frozenset())
+        if found.words is not None and found.held is not None:
+            held = {name if name in found.margins else _at_most(name) for name in found.held(index)}
+            return State(value, "optimal", found.words(index)[0], frozenset(held))
         held = {name for name, margin in found.margins.items() if abs(margin[index]) <= ACTIVE}
         for variable, row in zip(scene.variables, found.x, strict=True):
             for end, word in ((variable.low, "low"), (variable.high, "high")):

@@ -102,7 +102,7 @@ def answered(
     single: dict[int, Point] = dict(known or {})
     together = None
     if len(values) - len(single) >= FEWEST_TOGETHER:
-        together = _batch(job, facts, values, tell) if sure else _together(job, facts, values, tell, single)
+        together = batch(job, facts, values, tell) if sure else _together(job, facts, values, tell, single)
     columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     points = Points(job, facts, values, columns, single)
     rest = [index for index, status in enumerate(columns.status) if not status and index not in single]
@@ -135,7 +135,7 @@ def one_point(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Point:
 def work_of_one(job: Job, varied: Sequence[Varied]) -> float:
     """Work of one of many answers [nominal ms]: a share of a batch where two of them are found in one."""
     ends = np.array([[getattr(one, end) for one in varied] for end in ("low", "high")])
-    if _batch(job, tuple(one.fact for one in varied), ends, lambda part: None) is not None:
+    if batch(job, tuple(one.fact for one in varied), ends) is not None:
         return _OF_BATCH
     return max(answer(job, explain=False, brief=True).work, _LEAST)
 
@@ -193,7 +193,7 @@ def _together(
     single: dict[int, Point],
 ) -> Columns | None:
     """All points in one batch, one of them answered alone to compare; None where that is not possible."""
-    found = _batch(job, facts, values, tell)
+    found = batch(job, facts, values, tell)
     if found is None:
         return None
     middle = len(values) // 2
@@ -202,7 +202,10 @@ def _together(
     return found if _agree(job, found, middle, point) else None
 
 
-def _batch(job: Job, facts: tuple[FactAt, ...], values: FloatArray, tell: Callable[[float], None]) -> Columns | None:
+def batch(
+    job: Job, facts: Sequence[FactAt], values: FloatArray, tell: Callable[[float], None] | None = None
+) -> Columns | None:
+    """The answers at all values (n_points, n_facts) [SI] in one batch; None where they are not found together."""
     if is_rotor(job):
         from vibopt.study import rotor_points
 
@@ -237,4 +240,4 @@ def _near(alone: float, other: float, size: float) -> bool:
     return alone == other or abs(alone - other) <= _SAME * max(size, abs(alone))
 
 
-__all__ = ["Answered", "answered", "answers", "changed_at", "one_point"]
+__all__ = ["Answered", "answered", "answers", "batch", "changed_at", "one_point"]

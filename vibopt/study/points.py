@@ -70,6 +70,8 @@ class Columns:
         Per limit, shape (n_points,).
     words
         Goal, chosen numbers and results of a point by its index, where the job is no scene.
+    held
+        Limits and caps, these by path, that hold the goal back at a point by its index, where the job is no scene.
     """
 
     status: list[str]
@@ -77,6 +79,7 @@ class Columns:
     goal: FloatArray | None
     margins: Mapping[str, FloatArray]
     words: Words | None = None
+    held: Callable[[int], set[str]] | None = None
 
 
 @dataclass(frozen=True)

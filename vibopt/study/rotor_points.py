@@ -44,7 +44,12 @@ def columns(job: RotorJob, at: Callable[[FloatArray], Job], values: FloatArray) 
     plans = plans_over([one for one in jobs if is_rotor(one)], followed)
     if plans is None:
         return None
-    return Columns(plans.status, np.zeros((0, len(values))), plans.goal, plans.margins, _words(job, plans))
+    names = [*(f"planes.{plane.name}.{plane.kind_word}" for plane in job.planes), *plans.margins]
+
+    def held(index: int) -> set[str]:
+        return {names[k] for k in np.flatnonzero(plans.pulls[index])}
+
+    return Columns(plans.status, np.zeros((0, len(values))), plans.goal, plans.margins, _words(job, plans), held)
 
 
 def _words(job: RotorJob, plans: Plans) -> Words:

@@ -19,10 +19,9 @@ from vibopt.errors import InputError, way_out
 from vibopt.jobs import answer, fact_at, is_open, is_scene, of_document
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
-from vibopt.study.many import FEWEST_TOGETHER, answered
+from vibopt.study.many import FEWEST_TOGETHER, answered, batch
 from vibopt.study.points import Heads, Point
 from vibopt.study.seen import goal_word
-from vibopt.study.together import columns
 from vibopt.units import si_unit
 from vibopt.values.fact_at import FactAt
 
@@ -210,7 +209,7 @@ class _Front:
         self.sense = -1.0 if is_scene(job) and job.goal is not None and job.goal.sense == "maximise" else 1.0
         self.known: dict[float, Point | None] = {}
         ends = np.array([[fact.value], [1.5 * fact.value]])
-        self.batch = is_scene(job) and columns(job, (fact,), ends) is not None
+        self.batch = is_scene(job) and batch(job, (fact,), ends) is not None
         if not fact.value > 0.0:
             raise InputError(f"{job.name}: {fact.path} is {fact.now(1.0)}: a bound that is moved is more than zero.")
 
