@@ -55,7 +55,8 @@ class StaticDeflection(Response):
         for joint in machine.joints:
             if joint.name == self.of:
                 first, second = (sag.get(end, 0.0) for end in joint.ends)
-                return abs(second - first) if abs(second - first) > _LEVEL * abs(first) else 0.0
+                gap = abs(second - first)  # of one machine, or of many
+                return gap * (gap > _LEVEL * abs(first))
         return abs(sag[self.of]) if self.of in sag else self._in_space(machine, sag)
 
     def _in_space(self, machine: Machine, sag: dict[str, float]) -> float:
