@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import field
 from typing import TYPE_CHECKING
 
@@ -52,6 +53,13 @@ class FormBounds:
         """Of the determinants whose quotient the form is."""
         groups = self.form.groups(self.model)
         return 0 if groups is None else len(groups.members)
+
+    @property
+    def size(self) -> int:
+        """Coefficients that are looked at on each box."""
+        groups = self.form.groups(self.model)
+        each = 1 if groups is None else math.prod(2 * degree + 1 for degree in groups.degrees)
+        return each * max(sum(len(known) for known in self.speeds.values()), 1)
 
     @cached_property
     def known(self) -> bool:

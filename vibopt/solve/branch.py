@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from vibopt.forms.bounds import FormBounds
 
 BATCH = 256
-MOST_BOXES = 100_000
+MOST_BOXES, MOST_WORK = 100_000, 200_000_000
 ZERO = 1e-12
 """Part of the greatest amplitude met below which an amplitude is zero."""
 SAFETY = 1e-10
@@ -118,6 +118,8 @@ class Search:
         Boxes of all runs together, after which the search stops.
     patience
         Boxes after which it stops when no design has been found at all.
+    work
+        Coefficients on all boxes together, after which it stops too: boxes of many speeds and powers take longer.
     """
 
     judge: Judge
@@ -125,6 +127,7 @@ class Search:
     budget: Budget = field(default_factory=lambda: Budget(MOST_BOXES, "boxes"))
     progress: Callable[[str, float], None] | None = None
     patience: int = MOST_BOXES
+    work: Budget = field(default_factory=lambda: Budget(MOST_WORK, "coefficients"))
     greatest: float = 0.0
     forms: list[FormBounds] = field(default_factory=list)
     aim_bounds: list[FormBounds] = field(default_factory=list)
@@ -143,11 +146,12 @@ class Search:
         looked = 0
         while self.open:
             waiting = not np.isfinite(self.best) and looked > self.patience
-            if waiting or self.open.over:
+            if waiting or self.open.over or self.work.over:
                 return Proof("open", self.best_x, self.best, self.open.bound, looked)
             count = self._step()
             looked += count
             self.budget.spend(count)
+            self.work.spend(count * sum(bounds.size for _, bounds in self._parts()))
             if self.best == -np.inf:
                 return Proof("optimal", self.best_x, self.best, self.best, looked)
             if self.judge.program.aim is None and self.best_x is not None:

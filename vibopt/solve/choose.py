@@ -17,6 +17,10 @@ _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
 _MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS = 1e-4, 20_000, 400, 300
 """Gap, boxes, boxes with tangents and exact measurements of a search for what an answer says beside itself."""
+_PLANE = 2
+"""Variables in the plane of a link."""
+_SLICES, _EMPTY_SLICES = 1000, 200
+"""Slices of a third variable, and those of them without any design, that boxes of all three are left to follow."""
 _VALLEY = 50
 """Exact measurements of designs of which each takes long."""
 _LINE_BOXES = 5_000
@@ -60,6 +64,8 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
 
     start = None if near is None else np.array(near, dtype=float)
     discs = DiscsOfOneLink(start=start)
+    if len(program.axes) > _PLANE and all(axis.values is None for axis in program.axes):
+        discs = DiscsOfOneLink(start=start, most=_SLICES, patience=_EMPTY_SLICES)
     if discs.refuses(program) is None:
         return discs
     from vibopt.solve.each_listed import EachListed

@@ -11,15 +11,18 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.forms.bounds import FormBounds
 from vibopt.program.program import Program
-from vibopt.solve.branch import MOST_BOXES, Judge, Search
+from vibopt.solve.branch import MOST_BOXES, MOST_WORK, Judge, Search
 from vibopt.solve.local import from_starts, improved, refined, rescued
-from vibopt.solve.method import Found, Progress
+from vibopt.solve.method import OPEN, Found, Progress
+from vibopt.solve.relaxed import with_least
 from vibopt.work import Budget
 
 COARSE = 3e-2
 MIDDLE = 1e-3
 FINE = 1e-6
 PATIENCE = 3000
+_SOON = 20_000_000
+"""Work of boxes by coefficients after which boxes by slopes are tried, before it goes on."""
 MOST_VARIABLES = 3
 MOST_VALUES = 5000
 
@@ -71,14 +74,18 @@ class BranchAndBound:
             claim = "proven: the goal is zero, up to rounding, and cannot be less"
             found = self._found(program, "optimal", x, boxes, claim, 0.0)
             return replace(found, zero=True)
-        for gap in (MIDDLE, self.gap):
-            search.gap = gap
+        for gap, most in ((MIDDLE, _SOON), (self.gap, _SOON), (self.gap, MOST_WORK)):
+            search.gap, search.work = gap, Budget(most, "coefficients")
             proof = search.run(x)
             boxes += proof.boxes
             x = x if proof.x is None or np.array_equal(proof.x, x) else improved(program, proof.x, judge)
-        if proof.status == "optimal":
-            claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
-            return self._found(program, "optimal", x, boxes, claim, proof.bound)
+            if proof.status == "optimal" and gap == self.gap:
+                claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
+                return self._found(program, "optimal", x, boxes, claim, proof.bound)
+            if gap == self.gap and most == _SOON:
+                sloped = with_least(program, self._found(program, "feasible", x, boxes, ""))
+                if sloped.status == "optimal":
+                    return sloped
         x = from_starts(program, x, judge)
         return self._found(
             program, "feasible", x, boxes, _open_words(boxes, proof.bound, judge.goal(x).value), proof.bound
@@ -108,6 +115,20 @@ def _open_words(boxes: int, bound: float, value: float) -> str:
         return f"branch and bound stopped after {counted(boxes, 'boxes')} without a bound"
     gap = abs(bound - value) / max(abs(value), 1e-300)
     return f"branch and bound stopped after {counted(boxes, 'boxes')} with a gap of {gap:.1e} of the goal"
+
+
+def beside_slices(program: Program, found: Found, progress: Progress | None) -> Found:
+    """What slices of a third variable leave open, by boxes of all three, and where they do too by many more slices."""
+    from vibopt.solve.plane.discs import DiscsOfOneLink
+
+    search = BranchAndBound(near=found.x)
+    if search.refuses(program) is not None or not provable(program) or len(program.axes) < MOST_VARIABLES:
+        return found
+    boxes = search.solve(program, progress)
+    if boxes.status not in OPEN:
+        return boxes
+    whole = DiscsOfOneLink(start=boxes.x).solve(program, progress)
+    return whole if whole.status not in OPEN or whole.x is not None else boxes
 
 
 def provable(program: Program) -> bool:

@@ -17,6 +17,7 @@ from vibopt.solve.conflict import Key, conflicts, loosenings
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.solve.ranges import closed
+from vibopt.solve.relaxed import hopeless
 from vibopt.units import show
 from vibopt.values.soft import softness
 from vibopt.verify.checked import shown_value
@@ -116,7 +117,7 @@ def conflict_of(
 def _ask(part: Program) -> Found:
     if part.aim is None and impossible(part) is not None:
         return Found("infeasible", None, "", "physical bound")
-    return modest(part).solve(part)
+    return hopeless(part) or modest(part).solve(part)
 
 
 def _guesses(program: Program, sets: tuple[tuple[Key, ...], ...]) -> dict[tuple[str, str], float]:

@@ -19,6 +19,7 @@ from vibopt.solve.advice import confirmed_bound
 from vibopt.solve.choose import modest
 from vibopt.solve.conflict import conflicts
 from vibopt.solve.method import Found
+from vibopt.solve.relaxed import hopeless
 from vibopt.values.soft import softness
 from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
@@ -37,7 +38,7 @@ def clashes_of(program: Program, *, most: float) -> Clashes[str]:
         def asked(part: Program) -> Found:
             if meter.done > most or late("the search for the limits that clash"):
                 return Found("unproven", None, "", "")
-            return modest(part).solve(part)
+            return hopeless(part) or modest(part).solve(part)
 
         found = conflicts(program, asked, lambda: meter.done <= 0.2 * most)
     spoken: dict[tuple[str, str], str] = {(limit.name, limit.side): spoken_name(limit) for limit in program.limits}

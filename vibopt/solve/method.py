@@ -12,6 +12,8 @@ from vibopt.program.program import Program
 from vibopt.records import dataclass
 
 Progress = Callable[[str, float], None]
+OPEN = "feasible", "unproven"
+"""Statuses that prove nothing."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -34,6 +34,8 @@ _WORK, _COST = 120_000, 0.02
 _PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
 """Part of the boxes by which something must be known, the log within which it counts as such, and boxes that are
 looked at before any search whether there is a design."""
+_PLANE = 2
+"""Variables up to which a search for a design is as quick as boxes that say there is none."""
 _BATCH, _SPEEDS = 64, 64
 _ROWS, _ROUNDS = 10, 6
 """Rows of the goal and of the limits that are weighed, and rounds of it."""
@@ -67,7 +69,7 @@ def with_least(program: Program, found: Found, known: float = float("nan")) -> F
     boxes.learn(found.x)
     sign = float(np.sign(value))
     best = sign * float(np.log(abs(value)))
-    floor = sign * float(np.log(abs(known))) if known * sign > 0.0 else -np.inf
+    floor = max((sign * float(np.log(abs(one))) for one in (known, found.bound) if one * sign > 0.0), default=-np.inf)
     least = boxes.search(best + float(np.log1p(-_GAP)), max(floor, best - _HOPELESS))
     bound = sign * float(np.exp(sign * least))
     details = {**found.details, "boxes": boxes.budget.spent, "bound": bound}
@@ -75,7 +77,7 @@ def with_least(program: Program, found: Found, known: float = float("nan")) -> F
         claim = f"proven by {boxes.budget} of all variables: nothing is better by more than {_GAP:.0e} of the goal"
         return replace(found, status="optimal", claim=claim, bound=bound, details=details)
     part = 100.0 * abs(float(np.expm1(sign * (best - least))))
-    if not best - least < _FAR:
+    if not best - least < _FAR or found.bound >= bound:
         return found
     way = "above the least" if sign > 0.0 else "below the greatest"
     claim = f"{found.claim}; at most {_no_less(part)} % {way} possible"
@@ -100,8 +102,9 @@ def none_holds(program: Program, most: int = _WORK) -> Found | None:
 
 
 def hopeless(program: Program) -> Found | None:
-    """The same before a search from several starts, where few boxes show it."""
-    return none_holds(program, _FIRST)
+    """The same before a search that takes longer, where few boxes show it; one of two variables is as quick."""
+    free = sum(axis.values is None and axis.high > axis.low for axis in program.axes)
+    return none_holds(program, _FIRST) if free > _PLANE else None
 
 
 def _boundable(program: Program, asked: Sequence[Limit | Aim]) -> bool:

@@ -23,7 +23,7 @@ from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.alike import in_order
 from vibopt.solve.choose import choose, closed_form
-from vibopt.solve.method import Found, Method, Progress
+from vibopt.solve.method import OPEN, Found, Method, Progress
 from vibopt.solve.passive import with_bound
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
@@ -187,8 +187,12 @@ def answer(
         from vibopt.solve.global_search import BranchAndBound
 
         found, exact = BranchAndBound().solve(finite, progress), False
+    if found.method == "discs" and found.status in OPEN and method is None:
+        from vibopt.solve.global_search import beside_slices
+
+        found = beside_slices(finite, found, progress)
     said = _open_ends(finite, found, exact=exact)
-    if method is None and said.status in ("feasible", "unproven"):
+    if method is None and said.status in OPEN:
         from vibopt.solve.one_range import OneRange
 
         if OneRange().refuses(finite) is None:
@@ -215,8 +219,9 @@ def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
 def _hopeless(
     program: Program, chosen: Method, method: str | Method | None, near: Sequence[float] | None
 ) -> Found | None:
-    """That there is no design, where few boxes show it before a search from starts that would prove nothing."""
-    return hopeless(program) if chosen.name == "nlp" and method is None and near is None else None
+    """That there is no design, where few boxes show it before a search that would take longer."""
+    ours = method is None and near is None and not chosen.name.startswith("closed_form")
+    return hopeless(program) if ours else None
 
 
 def _one_variable(program: Program, found: Found, progress: Progress | None) -> Found:
@@ -226,7 +231,7 @@ def _one_variable(program: Program, found: Found, progress: Progress | None) -> 
 
     line = found if found.method == OneRange.name else OneRange().solve(program, progress)
     search = BranchAndBound()
-    if line.status not in ("feasible", "unproven") or search.refuses(program) is not None or not provable(program):
+    if line.status not in OPEN or search.refuses(program) is not None or not provable(program):
         return line
     whole = search.solve(program, progress)
     return whole if whole.status in ("optimal", "infeasible") else line

@@ -48,8 +48,14 @@ class DiscsOfOneLink:
     name = "discs"
     summary = "exact in stiffness and damping of one link on any machine, over the worst speeds"
 
-    def __init__(self, gap: float = GAP, most: int = MOST_SLICES, start: FloatArray | None = None) -> None:
-        self.gap, self.most, self.start = gap, most, start
+    def __init__(
+        self,
+        gap: float = GAP,
+        most: int = MOST_SLICES,
+        start: FloatArray | None = None,
+        patience: int = MOST_SLICES,
+    ) -> None:
+        self.gap, self.most, self.start, self.patience = gap, most, start, patience
         self._last: tuple[Program | None, LinkPlane | None] = None, None
 
     def refuses(self, program: Program) -> str | None:
@@ -71,7 +77,7 @@ class DiscsOfOneLink:
         plane = plane if known is program else LinkPlane.of(program)
         assert plane is not None
         budget = Budget(self.most, "slices", _COST * program.cost)
-        return _Run(plane, self.gap, budget, progress, self.name, self.start).answer()
+        return _Run(plane, self.gap, budget, progress, self.name, self.start, self.patience).answer()
 
 
 def as_limit(part: Limit | Aim, level: float) -> Limit:
@@ -90,6 +96,7 @@ class _Run:
     progress: Progress | None
     name: str
     start: FloatArray | None = None
+    patience: int = MOST_SLICES
     speeds: list[list[float]] = field(default_factory=list)
     best: FloatArray | None = None
     value: float = np.inf
@@ -120,7 +127,7 @@ class _Run:
         for interval in reversed(self._whole()):
             slices.push(0.0, interval)
         while slices:
-            if self.stuck or slices.over:
+            if self.stuck or slices.over or (self.best is None and self.slices > self.patience):
                 return self._stopped()
             depth, interval = slices.pop()
             for half in reversed(self._search(interval)):
