@@ -46,6 +46,7 @@ OF_ITS_OWN = {
     "friction_force": that_rubs,
     "stability_threshold": that_spins,
     "critical_speed": that_whirls,
+    "amplification_factor": that_whirls,
     **dict.fromkeys(_BENT, on_a_line),
 }
 """What must be built for a response that few machines have."""

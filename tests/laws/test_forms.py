@@ -14,6 +14,7 @@ from vibopt.arrays import FloatArray
 from vibopt.forms import (
     FORMS,
     Added,
+    Amplification,
     DampedCriticalSpeed,
     DecayRate,
     EnergyShare,
@@ -124,6 +125,17 @@ def _poles(x: Any) -> list[Any]:
 def _response(x: Any, speed: Any) -> Any:
     mass, damping, stiffness = _matrices(x)
     return abs(mp.lu_solve(stiffness + 1j * speed * damping - speed**2 * mass, mp.matrix([5, 0]))[1])
+
+
+def _amplified(x: Any) -> Any:
+    """Speed of the first peak of the upper mass over its width where it is half of its square."""
+    peak = mp.findroot(lambda w: mp.diff(lambda at: _response(x, at) ** 2, w), (11, 13.5), solver="anderson", tol=1e-22)
+    half = _response(x, peak) ** 2 / 2
+    low, high = (
+        mp.findroot(lambda w: _response(x, w) ** 2 - half, ends, solver="anderson", tol=1e-24)
+        for ends in ((5, peak), (peak, 20))
+    )
+    return peak / (high - low)
 
 
 def _orbit(x: Any) -> Any:
@@ -264,6 +276,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
         Added((_MODULUS, _PEAK), squares=True),
         lambda x: mp.sqrt(_response(x, _SPEED) ** 2 + _peak(x) ** 2),
     ),
+    Amplification: (Amplification(_READ, (replace(_DRIVE, bands=(Band(5.0, 25.0),)),)), _amplified),
     DampedCriticalSpeed: (DampedCriticalSpeed(1.0, 2, (), 0.0), _as_fast),
     DecayRate: (DecayRate(), lambda x: min(-one.real for one in _poles(x))),
     EnergyShare: (EnergyShare(np.array([1.0, 0.0])), _share),

@@ -98,6 +98,40 @@ def test_a_damped_disc_is_as_fast_as_its_spin_below_its_critical_speed(ratio: fl
         assert found > 10.0 * own
 
 
+# Sharpness of peaks
+
+
+@pytest.mark.parametrize("ratio", [0.01, 0.1, 0.2])
+def test_the_peak_of_a_disc_is_as_sharp_as_the_closed_form(ratio: float) -> None:
+    """r^2 / |1 - r^2 + 2 i z r|, of whose square half the greatest is met where a quadratic in r^2 is nothing."""
+    own, damping = math.sqrt(48.0 * BENDING / 20.0), 2.0 * ratio * math.sqrt(48.0 * BENDING * 20.0)
+    document = {**light(), "links": held(1e12)}
+    document["links"]["seal"] = {"between": ["disc", "ground"], "damping": f"{damping!r} N s/m"}
+    document["excitations"]["imbalance"]["speed"] = f"{0.3 * own!r}..{2.0 * own!r} rad/s"
+    found = asked(
+        document, m={"response": "amplification_factor", "of": "disc", "over": f"{0.3 * own!r}..{2.0 * own!r} rad/s"}
+    )
+    half = 0.5 / (4.0 * ratio**2 * (1.0 - ratio**2))  # of the square of the peak, e^2 / (4 z^2 (1 - z^2))
+    squares = np.sort(np.roots([1.0 - half, half * (2.0 - 4.0 * ratio**2), -half]).real)
+    low, high = np.sqrt(squares)
+    assert found["m"] == pytest.approx(1.0 / math.sqrt(1.0 - 2.0 * ratio**2) / (high - low), rel=1e-6)
+
+
+def test_a_range_without_a_peak_has_none_and_a_peak_that_nothing_damps_no_end() -> None:
+    over = {"response": "amplification_factor", "of": "second"}
+    found = asked(friswell(), none={**over, "over": "1200..1300 rpm"}, endless={**over, "over": "500..1200 rpm"})
+    assert found == {"none": 0.0, "endless": math.inf}
+
+
+def test_a_sharp_peak_is_kept_out_of_a_band_and_a_broad_one_may_be_in_it() -> None:
+    """That the standard does not count it is a limit on the factor in the band."""
+    broad = {"response": "amplification_factor", "of": "left", "over": "3000..4000 rpm", "at_most": 2.5}
+    for damping, status in ((3e3, "violated"), (3e4, "met")):
+        document = borne(friswell(), 1e6, 0.0, 0.0, 3e6, damping, 0.0, 0.0, damping)
+        design = solve(from_dict({**document, "measures": {}, "limits": {"broad": broad}}))
+        assert design.status == status, design.claim
+
+
 # Both routes, and none left out
 
 SIGNED = st.integers(-300, 300)
@@ -232,6 +266,15 @@ REFUSED = {
         LINE + 'response = "critical_speed"\ndamped = true\n',
         "t line 7: measures.m asks for free whirls at a spin, and there is no rotor. Leave at, over, up_to, whirl and "
         "damped out, or write [rotors.NAME].",
+    ),
+    "sharpness without a rotor": (
+        LINE + 'response = "amplification_factor"\nof = "b"\nover = "100..200 rpm"\n',
+        "t line 7: measures.m asks for the amplification_factor of a rotor, and there is none. Ask for something else, "
+        "or write [rotors.NAME].",
+    ),
+    "sharpness at one speed": (
+        HEAD + SHAFT + REST.replace('"displacement"', '"amplification_factor"'),
+        't line 19: measures.m says no ranges in which peaks of the whirl count. Write over = "2550..3450 rpm".',
     ),
     "no spin": (
         HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"logarithmic_decrement"'),

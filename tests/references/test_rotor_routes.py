@@ -151,6 +151,16 @@ class Rotor:
         found = -1j * rates[swings]
         return found[np.argsort(found.real)]
 
+    def whirl(self, on: str, of: str, spin: float) -> float:
+        """Major half axis at a place over that of a unit unbalance [m], in films of that spin."""
+        (stiff, damp), n, zero = self.films(spin), len(self.m), np.zeros_like(self.m)
+        damp = damp + spin * np.block([[zero, self.p], [-self.p, zero]])
+        force = np.zeros(2 * n, dtype=complex)
+        force[self.at[on]], force[n + self.at[on]] = spin**2, -1j * spin**2
+        both = np.linalg.solve(stiff + 1j * spin * damp - spin**2 * np.kron(np.eye(2), self.m), force)
+        y, z = both[self.at[of]], both[n + self.at[of]]
+        return float(np.sqrt(0.5 * (abs(y) ** 2 + abs(z) ** 2 + abs(y**2 + z**2))))
+
     def critical(self, sense: float) -> Any:
         """Speeds of free whirl as fast as the spin, forward (1) or backward (-1), ascending [rad/s]."""
         inverse = eigh(self.m - sense * self.p, self.k, eigvals_only=True)
@@ -330,6 +340,21 @@ def test_the_compressor_whirls_as_fast_as_it_spins(path: str, sense: float) -> N
 
     right = read_quantity(expected("compressor_on_tilting_pads")[path], "angular_rate").value
     assert right == pytest.approx(limit(ask, "compressor_on_tilting_pads", many=1), rel=2e-7)
+
+
+def test_the_peak_of_the_compressor_is_as_sharp_as_it_should_be() -> None:
+    def ask(one: Rotor) -> float:
+        def far(spin: float) -> float:
+            return one.whirl("wheel_3", "drive_end", spin)
+
+        ends = 4000.0 * RPM, 8000.0 * RPM
+        found: Any = minimize_scalar(lambda spin: -far(spin), bounds=ends, method="bounded", options={"xatol": 1e-9})
+        peak, level = float(found.x), -float(found.fun) / np.sqrt(2.0)
+        flanks = [brentq(lambda spin: far(spin) - level, *side, xtol=1e-10) for side in ((300.0, peak), (peak, 1100.0))]
+        return peak / (flanks[1] - flanks[0])
+
+    right = expected("compressor_on_tilting_pads")["measures.sharpest.value"]
+    assert right == pytest.approx(limit(ask, "compressor_on_tilting_pads", many=1), rel=1e-6)
 
 
 def test_the_whirls_of_the_compressor_fade_as_fast_as_they_should() -> None:

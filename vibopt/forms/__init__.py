@@ -13,6 +13,7 @@ FORMS: Kinds[Form] = Kinds(
     __name__,
     {
         "Added": "added.Added",
+        "Amplification": "amplification.Amplification",
         "DampedCriticalSpeed": "whirling.DampedCriticalSpeed",
         "DecayRate": "damped.DecayRate",
         "EnergyShare": "undamped.EnergyShare",
@@ -43,6 +44,7 @@ FORMS: Kinds[Form] = Kinds(
 
 if TYPE_CHECKING:
     from vibopt.forms.added import Added
+    from vibopt.forms.amplification import Amplification
     from vibopt.forms.any_duration import PeakOverDurations
     from vibopt.forms.damped import DecayRate, FreeMotion, LogDecrement, ModeDamping
     from vibopt.forms.modulus import Modulus
@@ -66,6 +68,7 @@ else:
 __all__ = [
     "FORMS",
     "Added",
+    "Amplification",
     "DampedCriticalSpeed",
     "DecayRate",
     "EnergyShare",

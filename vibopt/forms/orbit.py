@@ -118,7 +118,7 @@ class Orbit(Form):
     def _tops(self, model: Model, x: FloatArray, drive: Drive, least_wanted: bool) -> list[Extreme]:
         """Local extremes over the bands, the worst first."""
         knots = np.unique(np.concatenate([one.speeds for one in model.bearings]))
-        spins = np.concatenate([_frozen(band, knots) for band in drive.bands])
+        spins = np.concatenate([frozen(band, knots) for band in drive.bands])
         singular = spun(model, x).singular(spins) if len(spins) else np.zeros(0, dtype=complex)
 
         def response(speeds: FloatArray) -> FloatArray:
@@ -137,7 +137,7 @@ class Orbit(Form):
         return tops or distinct[:1]
 
 
-def _frozen(band: Band, knots: FloatArray) -> FloatArray:
+def frozen(band: Band, knots: FloatArray) -> FloatArray:
     """Spins at which the coefficients say where the response to an unbalance is singular; none at one speed."""
     if band.is_point:
         return np.zeros(0)

@@ -365,6 +365,11 @@ class Machine:
         return threshold_in_planes(mass, damping + rotating, rotating, stiffness)
 
     @property
+    def known_spins(self) -> tuple[float, float]:
+        """Spins between which its bearings are known [rad/s]."""
+        return 0.0, float("inf")
+
+    @property
     def spinning(self) -> float:
         """Mass of shafts and of what sits on them [kg]."""
         return 0.0

@@ -220,6 +220,10 @@ class OrbitingMachine(RotatingMachine):
     def tables(self) -> list[FloatArray]:
         return [one.speeds for one in self.bearings.values() if len(one.speeds) > 1]
 
+    @property
+    def known_spins(self) -> tuple[float, float]:
+        return max([0.0, *(one[0] for one in self.tables)]), min([np.inf, *(one[-1] for one in self.tables)])
+
     @cached_property
     def slowest(self) -> float:
         """Lowest frequency at rest [rad/s]."""

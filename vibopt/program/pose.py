@@ -186,7 +186,8 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
             lasting = partial(signals_lasting, scene, response)
             return forms.PeakOverDurations(response.output(model), loads, lasting, *between)
         return forms.PeakInTime(response.output(model), loads, signals)
-    return response.form(model, (), "sum")
+    drives = drives_for(scene, response.reading, model.points) if response.reading is not None else ()
+    return response.form(model, drives, "sum")
 
 
 def _pushed(scene: Scene, model: Model, drive: Drive) -> Drive:

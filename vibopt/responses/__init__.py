@@ -39,6 +39,7 @@ KINDS: Kinds[Response] = Kinds(
         "combined_displacement": "static_deflection.CombinedDisplacement",
         "natural_frequency": "natural_frequency.NaturalFrequency",
         "critical_speed": "natural_frequency.CriticalSpeed",
+        "amplification_factor": "peak_sharpness.AmplificationFactor",
         "damping_ratio": "damping.DampingOfModes",
         "logarithmic_decrement": "damping.LogarithmicDecrement",
         "insertion_loss": "insertion_loss.InsertionLoss",

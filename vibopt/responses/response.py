@@ -97,6 +97,8 @@ class Response(Table):
         Families whose members that move along a line it adds up; the first is what messages call them.
     refers_to
         Of an absorber: what of the machine it is a ratio to, "mass" or "frequency"; "" of all else.
+    of_rotors
+        Whether only rotors have it.
     whirls
         Whether it asks for modes of what spins, at the speed of the spin.
     in_planes
@@ -144,6 +146,7 @@ class Response(Table):
     against_friction: ClassVar[str] = "speaks of linear motion, and what rubs does not move linearly"
     sums: ClassVar[tuple[str, ...]] = ()
     refers_to: ClassVar[str] = ""
+    of_rotors: ClassVar[bool] = False
     whirls: ClassVar[bool] = False
     in_planes: ClassVar[bool] = False
 
@@ -233,6 +236,11 @@ class Response(Table):
     def reaches(self) -> tuple[float, ...]:
         """Frequencies up to which the model must be good for it, beside those of excitations and bands [rad/s]."""
         return ()
+
+    @property
+    def reading(self) -> "HarmonicResponse | None":
+        """The response over speeds whose peaks it speaks of; None of all else."""
+        return None
 
     @property
     def said_of(self) -> str:

@@ -57,7 +57,14 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
 
 def check_response(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of one limit, measure or goal, of a machine that is checked beside it."""
-    one = scene, path, response, mistakes
+    if response.of_rotors and not scene.rotors and not places.raw(scene, "rotors"):
+        mistakes.add(
+            path,
+            f"{dotted(path)} asks for the {response.response} of a rotor, and there is none. Ask for something else, "
+            "or write [rotors.NAME].",
+        )
+        return
+    one = scene, path, response.reading or response, mistakes
     if rubs_in(*one) or spins_in(*one) or whirl_fault(*one) or gear_fault(*one):
         return
     if response.signed and not _free(scene, path, response, mistakes):
@@ -67,7 +74,7 @@ def check_response(scene: Scene, path: Path, response: Response, mistakes: Mista
     check_places(scene, path, response, mistakes, broken)
     check_price(scene, path, response, mistakes)
     _bounds(scene, path, response, mistakes)
-    _moved(scene, path, response, mistakes, broken)
+    _moved(scene, path, response.reading or response, mistakes, broken)
 
 
 def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:

@@ -87,9 +87,10 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
     limits = [one.at_least for _, one in asked if one.response == _THRESHOLD and one.at_least is not None]
     known = max((one.value for one in limits), default=0.0)
     for path, response in [*asked, *goal]:
-        if not isinstance(response, HarmonicResponse):
+        driven = response.reading or response
+        if not isinstance(driven, HarmonicResponse):
             continue
-        bands = [band.high for name in names_for(scene, response) for band in bands_for(scene, response, name)]
+        bands = [band.high for name in names_for(scene, driven) for band in bands_for(scene, driven, name)]
         top = max(filter(isfinite, bands), default=0.0)
         if top > known * (1.0 + _ROUNDING):
             spin, name = show(top, "rpm", "angular_rate", digits=6), next(iter(turns))

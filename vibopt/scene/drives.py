@@ -196,7 +196,8 @@ def _tops(scene: Scene, response: Response) -> list[float]:
             for band in bands_for(scene, response, name)
             for line in unit_lines(scene, name)
         ]
-    return [*(band.high for band in response.outside_bands), *response.reaches]
+    beyond = [] if response.reading is None else _tops(scene, response.reading)
+    return [*(band.high for band in response.outside_bands), *response.reaches, *beyond]
 
 
 def with_own_bounds(

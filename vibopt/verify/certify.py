@@ -112,9 +112,24 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
 
         value, times = peak_in_time(scene, machine, response)
         return Measured(value, times, response)
+    if response.reading is not None:
+        return _sharpest(scene, machine, response, response.reading)
     if response.outside_bands:
         return Measured(nearest(response.frequencies_of(machine), response.outside_bands), {}, response)
     return Measured(response.measure_static(machine), {}, response)
+
+
+def _sharpest(scene: Scene, machine: Machine, response: Response, reading: HarmonicResponse) -> Measured:
+    """The greatest of the amplification factors of all excitations, each driving by itself."""
+    from vibopt.verify.sharpness import sharpest
+
+    found = {}
+    for name in names_for(scene, reading):
+        shaken = Shaken(machine, reading, scene.excitations[name], unit_lines(scene, name), "sum")
+        found[name] = sharpest(shaken, bands_for(scene, reading, name), machine.known_poles, machine.known_spins)
+    name = max(found, key=lambda one: found[one][0])
+    factor, speed = found[name]
+    return Measured(factor, {name: speed} if factor else {}, response)
 
 
 def _added(scene: Scene, machine: Machine, response: TransientResponse) -> Measured:

@@ -146,9 +146,10 @@ class Built:
 
     def _grown(self, found: Measured) -> str:
         """Why there is no steady motion, as a whirl grows; "" where there is."""
-        if not isinstance(found.response, HarmonicResponse) or not (turning(self.scene) or in_planes(self.scene)):
+        driven = found.response.reading or found.response
+        if not isinstance(driven, HarmonicResponse) or not (turning(self.scene) or in_planes(self.scene)):
             return ""
-        return beyond_threshold(self.scene, self.machine, found.response, self.threshold)
+        return beyond_threshold(self.scene, self.machine, driven, self.threshold)
 
     def _beyond(self, row: Checked, found: Measured) -> str:
         """Why a value is beyond what the model of a part is good for; "" where it is not."""

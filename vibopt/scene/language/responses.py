@@ -245,6 +245,12 @@ class Responses:
         """Speed at which a rotor whirls freely as fast as it spins [rad/s]; `whirl` "forward", or "backward"."""
         return Measure("critical_speed", mode=mode, whirl=whirl, damped=damped, **words)
 
+    def amplification_factor(
+        self, *, of: str, over: Speeds, due_to: Sequence[str] | None = None, **words: Unpack[Shown]
+    ) -> Measure:
+        """Speed of a peak of a rotor's whirl over its width at 0.707 of it, the greatest over ranges of the spin."""
+        return Measure("amplification_factor", of=of, over=over, due_to=due_to, **words)
+
     def damping_ratio(self, *, of: str | None = None, mode: int | None = None, **words: Unpack[Whirling]) -> Measure:
         """Damping ratio `of` a link, or of the `mode`-th least damped mode; without both, the least damped."""
         return Measure("damping_ratio", of=of, mode=mode, **words)

@@ -1,0 +1,116 @@
+"""Sharpness of the peaks of what an unbalance drives: N / (N2 - N1) at 0.707 of the peak."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.forms.form import Form, Worst
+from vibopt.forms.orbit import Orbit, frozen
+from vibopt.forms.whirling import of_whirls
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.orbits import spun
+from vibopt.mechanics.peaks import peaks
+from vibopt.records import dataclass
+from vibopt.signals import Drive, Output
+
+_TURN = 1e-4
+_BESIDE, _HALF, _OUTWARD, _SHARP = 1e-6, 0.5, 160, 1e6
+"""Part of a speed beside which a peak is less; part of it that a side is wide at most; speeds that are looked at on a
+side; factor from which on a peak is one that nothing damps."""
+
+Size = Callable[[FloatArray], FloatArray]
+
+
+@dataclass(frozen=True, slots=True)
+class Amplification(Form):
+    """The greatest of all peaks inside bands of the spin; 0 of none, infinite where nothing damps one."""
+
+    output: Output
+    shaken: tuple[Drive, ...]
+    no_bounds = "is an amplification factor, which has no bounds on boxes of designs"
+    not_convex = "is an amplification factor, which is not convex in stiffness and damping"
+    rough = "is an amplification factor, which begins where a peak does"
+
+    def acting(self, model: Model) -> FloatArray:
+        return of_whirls(model)
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        """By wider differences than elsewhere: a level top says where it is to fewer digits."""
+        found = np.zeros(len(x))
+        for i in range(len(x)):
+            ends = [self.value(model, x * np.exp(sense * _TURN * (np.arange(len(x)) == i))) for sense in (1.0, -1.0)]
+            if all(0.0 < one < np.inf for one in ends):
+                found[i] = np.log(ends[0] / ends[1]) / (2.0 * _TURN)
+        return found
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        return self.worst(model, x).value
+
+    def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
+        found = [(factor, speed, drive.name) for drive in self.shaken for speed, factor in self._all(model, x, drive)]
+        if not found:
+            return Worst(0.0)
+        factor, speed, name = max(found)
+        return Worst(factor, {name: speed})
+
+    def _all(self, model: Model, x: FloatArray, drive: Drive) -> list[tuple[float, float]]:
+        """Speeds [rad/s] and factors of all peaks."""
+        orbit, rotor = Orbit(self.output, (drive,), "sum"), spun(model, x)
+        knots = rotor.knots
+        ends = (float(knots[0]), float(knots[-1])) if len(knots) else (0.0, np.inf)
+
+        def size(speeds: FloatArray) -> FloatArray:
+            return orbit.sizes(model, x, drive, speeds)
+
+        singular = rotor.singular(np.concatenate([frozen(band, knots) for band in drive.bands]))
+        tops = peaks(size, drive.bands, singular, knots, within=0.0)
+        found: list[tuple[float, float]] = []
+        for one in tops:
+            beside = one.speed * np.array([1.0 - _BESIDE, 1.0 + _BESIDE])
+            inside = any(band.low < beside[0] and beside[1] < band.high for band in drive.bands)
+            known = any(abs(one.speed - speed) <= _BESIDE * speed for speed, _ in found)
+            if inside and not known and (not np.isfinite(one.value) or (size(beside) < one.value).all()):
+                found.append((one.speed, factor_of(size, one.speed, one.value, ends)))
+        return found
+
+
+def factor_of(size: Size, speed: float, top: float, ends: tuple[float, float]) -> float:
+    """Amplification factor of a peak at a speed [rad/s], as far as a response is known.
+
+    A side on which the response rises above the peak, or is not known, before it falls to 0.707 of it is as wide as the
+    other; 1 where both are so.  No side is wider than half the speed.
+    """
+    if not np.isfinite(top):
+        return float("inf")
+    sides = [_side(size, speed, top, sense, ends) for sense in (-1.0, 1.0)]
+    known = [one for one in sides if one is not None]
+    if not known:
+        return 1.0
+    wide = sum(known) * (2.0 / len(known))
+    return float("inf") if wide * _SHARP <= speed else speed / wide
+
+
+def _side(size: Size, speed: float, top: float, sense: float, ends: tuple[float, float]) -> float | None:
+    """How far beside a peak the response is 0.707 of it [rad/s]; None where it is not on this side."""
+    level = top / np.sqrt(2.0)
+    reach = min(_HALF * speed, speed - ends[0] if sense < 0.0 else ends[1] - speed)
+    off = reach * np.geomspace(1e-9, 1.0, _OUTWARD)
+    values = size(speed + sense * off)
+    fallen, risen = np.flatnonzero(values <= level), np.flatnonzero(values > top * (1.0 + 1e-9))
+    if not len(fallen) or (len(risen) and risen[0] < fallen[0]):
+        return _HALF * speed if not len(risen) and reach == _HALF * speed else None
+    high = float(off[fallen[0]])
+    low = float(off[fallen[0] - 1]) if fallen[0] else 0.0
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        if not low < middle < high or high - low <= 1e-13 * speed:
+            break
+        above = float(size(np.array([speed + sense * middle]))[0]) > level
+        low, high = (middle, high) if above else (low, middle)
+    return high
+
+
+__all__ = ["Amplification", "factor_of"]
