@@ -11,8 +11,9 @@ import pytest
 from examples import agrees, run
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
-STORIES = sorted(one for one in PROBLEMS.rglob("*.md") if one.name != "README.md")
-SLOW = ("press_on_rubber", "machine_tool_three_speeds")
+STUDIES = sorted((PROBLEMS / "studies").glob("*.md"))
+STORIES = sorted(one for one in PROBLEMS.rglob("*.md") if one.name != "README.md" and one not in STUDIES)
+SLOW = ("press_on_rubber", "machine_tool_three_speeds", "price")
 """Of these the commands take seconds."""
 
 
@@ -58,3 +59,33 @@ def test_what_a_story_shows_of_its_file_stands_there(story: Path) -> None:
     for block in re.findall(r"^```toml\n(.*?)^```$", story.read_text(encoding="utf-8"), re.M | re.S):
         for table in block.split("\n\n"):
             assert table.strip() in file
+
+
+def test_studies_are_of_machines_parts_rotors_and_engines() -> None:
+    assert [one.stem for one in STUDIES] == ["counterweight", "holes", "limits", "price"]
+    for study in STUDIES:
+        assert study.with_suffix(".svg").stat().st_size < 150_000
+        for link in re.findall(r"\]\((.+?)\)", study.read_text(encoding="utf-8")):
+            assert (study.parent / link).is_file()
+
+
+@pytest.mark.parametrize(
+    "study", [pytest.param(one, id=one.stem, marks=[pytest.mark.slow] * (one.stem in SLOW)) for one in STUDIES]
+)
+def test_a_study_prints_what_it_shows_and_draws_its_figure(
+    study: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = study.read_text(encoding="utf-8")
+    here = tmp_path / "studies"
+    here.mkdir()
+    for folder in sorted(set(re.findall(r"\.\./(\w+)/\w+\.toml", text))):
+        shutil.copytree(PROBLEMS / folder, tmp_path / folder)
+    monkeypatch.chdir(here)
+    outputs = []
+    for command, expected, said in run(text, here):
+        assert agrees(expected, said), f"vibopt {command}\n{said}"
+        outputs.append(said)
+    picture = study.with_suffix(".svg")
+    assert words_in(here / picture.name) == words_in(picture)
+    shown = " ".join(" ".join([*outputs, words_in(picture)]).split())
+    assert [one for one in told(study) if one not in shown] == []

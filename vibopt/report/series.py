@@ -130,6 +130,8 @@ class Strips:
         (low, high, words) of the parts without a good answer, in units of x.
     marks
         (x, words) where something else changes.
+    joined
+        Whether there is anything between two values of x: not between whole numbers.
     """
 
     title: str
@@ -139,6 +141,7 @@ class Strips:
     strips: tuple[Strip, ...]
     shaded: tuple[tuple[float, float, str], ...]
     marks: tuple[tuple[float, str], ...] = ()
+    joined: bool = True
 
 
 @dataclass(frozen=True, slots=True)

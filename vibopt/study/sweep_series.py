@@ -54,6 +54,7 @@ def strips(sweep: Sweep) -> Strips:
         strips=tuple(_answers(sweep, points) if chosen else _measured(points)),
         shaded=tuple(_shaded(sweep)) if chosen else (),
         marks=tuple((float(_shown(np.array([one.at]), fact)[0]), change_words(one)) for one in active),
+        joined=fact.dimension != "count",
     )
 
 

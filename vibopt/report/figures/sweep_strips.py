@@ -53,13 +53,13 @@ def _name(axes: Any, strips: Strips) -> None:
 
 
 def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
-    dots = "o" if len(strips.x) <= 30 else ""
+    dots = "o" if len(strips.x) <= 30 or not strips.joined else ""
     named = len(strip.lines) > 1
     for index, line in enumerate(strip.lines):
         axes.plot(
             strips.x,
             line.y,
-            linestyle=STYLES[index % len(STYLES)],
+            linestyle=STYLES[index % len(STYLES)] if strips.joined else "",
             color=COLOURS[index % len(COLOURS)],
             marker=dots,
             ms=3.0,
