@@ -14,11 +14,13 @@ from hypothesis import strategies as st
 from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
 from vibopt.cli.picture_command import _picture
 from vibopt.errors import InputError
+from vibopt.mechanics.free_whirls import damped_critical_speeds
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbits import spun
 from vibopt.program.pose import on_needed
 from vibopt.report.campbell import campbell_of
 from vibopt.report.curves import panels
+from vibopt.report.figures.campbell_diagram import campbell_figure
 from vibopt.report.modelled_balancing import balancing_document
 from vibopt.responses import KINDS
 from vibopt.scene.assemble import model_of
@@ -426,14 +428,17 @@ def test_what_goes_round_an_ellipse_is_no_balancing_job() -> None:
     )
 
 
-def test_no_campbell_diagram_is_drawn_of_whirls_that_are_forward_and_backward_at_once() -> None:
+def test_the_campbell_diagram_of_damped_whirls_meets_the_spin_at_damped_critical_speeds() -> None:
     design = solve(from_dict(borne(friswell(), 1e6, 0, 0, 1.5e6, 3e3, 0.0, 0.0, 5e3)))
-    with pytest.raises(InputError) as caught:
-        campbell_of(design)
-    assert caught.value.messages == (
-        "scene: bearings.left_film is not alike in both planes, and its whirls are forward and backward at once and "
-        "damped: no Campbell diagram of them is drawn. Leave --campbell out.",
-    )
+    found = campbell_of(design)
+    rotor = spun(model_of(design.scene), NONE)
+    for table, speeds, sense in ((found.forward, found.critical, 1.0), (found.backward, found.against, -1.0)):
+        assert speeds == pytest.approx(damped_critical_speeds(rotor, sense, float(found.spins[-1])), rel=1e-8)
+        assert len(speeds)
+        for speed in speeds:
+            near = int(np.abs(found.spins - speed).argmin())
+            assert np.nanmin(np.abs(table[near] - speed)) <= 2.0 * found.spins[1]
+    campbell_figure(found, "rotor")
 
 
 def test_a_plot_of_what_grows_alone_says_why_it_is_none() -> None:

@@ -19,6 +19,8 @@ from vibopt.mechanics.rotating import RotatingMachine
 _TURNS, _CLOSE, _TRIED, _FINE = 1e-9, 1e-13, 20, 1e-9
 """Part of itself that a frequency is at least of what turns; by which one is known; steps to it; part
 of the highest spin by which that of a least is known."""
+_DRAWN = 0.5**0.5
+"""Damping ratio up to which a whirl has a resonance, and is drawn."""
 _LEAST, _SWINGS, _ALMOST = 2.0, 0.95, 0.98
 """Times the least damping over a frequency beyond which a whirl is not the least damped, of pieces or of waves; damping
 ratios up to which one counts, and up to which one is followed."""
@@ -64,6 +66,12 @@ def _begun(machine: OrbitingMachine, spin: float) -> list[tuple[complex, Complex
         sizes = [np.vdot(one, mass[: n // 2, : n // 2] @ one).real for one in (y + 1j * z, y - 1j * z)]
         found.append((complex(-1j * rates[k]), ways[:n, k], bool(sizes[0] >= sizes[1])))
     return found
+
+
+def whirls_of_pieces(machine: OrbitingMachine, spin: float, top: float) -> list[Whirl]:
+    """Those of `whirls` that swing, by the pieces alone: good where their waves are short."""
+    every = _begun(machine, spin)
+    return [(near, with_it) for near, _, with_it in every if near.real <= top and near.imag < _DRAWN * abs(near)]
 
 
 def _by_waves(machine: OrbitingMachine, spin: float, near: complex, motion: ComplexArray) -> complex:
@@ -184,4 +192,4 @@ def _synchronous(machine: OrbitingMachine, near: complex, motion: ComplexArray) 
     return complex(spins[1], rates[1].imag)
 
 
-__all__ = ["as_fast", "in_planes", "least_over", "whirls"]
+__all__ = ["as_fast", "in_planes", "least_over", "whirls", "whirls_of_pieces"]

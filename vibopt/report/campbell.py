@@ -18,7 +18,7 @@ from vibopt.scene.scene import Design, Scene
 if TYPE_CHECKING:
     from vibopt.mechanics.rotating import RotatingMachine
 
-_SPINS = 81
+_SPINS, _NO_PEAK = 81, 0.5**0.5
 _BEYOND, _MET, _ABOVE = 1.25, 1.1, 2.2
 """How far the diagram goes beyond the highest speed of the file, and beyond the lowest critical speed of either sense;
 how much higher its frequencies than that."""
@@ -36,6 +36,8 @@ class Campbell:
         Critical speeds of forward and of backward whirl up to the last spin [rad/s].
     running
         Speeds of the unbalances, low and high [rad/s].
+    damped
+        Whether dampers count; whirls come and go with the spin then, and tables end with nothing.
     """
 
     spins: FloatArray
@@ -44,6 +46,7 @@ class Campbell:
     critical: FloatArray
     against: FloatArray
     running: tuple[tuple[float, float], ...]
+    damped: bool = False
 
     @property
     def top(self) -> float:
@@ -62,11 +65,6 @@ def campbell_of(design: Design) -> Campbell:
     scene, machine = design.scene, machine_in(design)
     if not scene.rotors:
         raise InputError(f"{scene.name}: --campbell is of rotors, and there is none. Leave --campbell out.")
-    if in_planes(scene):
-        raise InputError(
-            f"{scene.name}: bearings.{in_planes(scene)[0]} is not alike in both planes, and its whirls are forward and "
-            "backward at once and damped: no Campbell diagram of them is drawn. Leave --campbell out."
-        )
     if machine is None or not _spins(machine):
         raise InputError(_no_machine(design))
     bands = _running(scene)
@@ -75,6 +73,8 @@ def campbell_of(design: Design) -> Campbell:
             f"{scene.name}: nothing says how far to look. Add an unbalance with its speed, or a limit of "
             "critical_speed with outside."
         )
+    if in_planes(scene):
+        return _damped(machine, bands)
     every = machine.critical_speeds(), machine.critical_speeds(-1.0)
     last = max(
         [_BEYOND * max(high for _, high in bands), *(_MET * float(speeds[0]) for speeds in every if len(speeds))]
@@ -84,6 +84,31 @@ def campbell_of(design: Design) -> Campbell:
     forward, backward = _table([one[one > 0.0] for one in found]), _table([np.sort(-one[one < 0.0]) for one in found])
     critical, against = (one[one <= last] for one in every)
     return Campbell(spins, forward, backward, critical, against, bands)
+
+
+def _damped(machine: RotatingMachine, bands: tuple[tuple[float, float], ...]) -> Campbell:
+    """Of free whirls with all dampers, at the coefficients of each spin, as far as tables go."""
+    from vibopt.mechanics.whirls_as_built import as_fast, whirls_of_pieces
+    from vibopt.mechanics.whirls_as_built import in_planes as both_planes
+
+    built = both_planes(machine)
+    low, high = built.known_spins
+    firsts = [as_fast(built, sense, _NO_PEAK, many=1)[:1] for sense in (1.0, -1.0)]
+    wanted = [_BEYOND * max(end for _, end in bands), *(_MET * float(one[0]) for one in firsts if len(one))]
+    last = min(max(wanted), high)
+    spins = np.linspace(low, last, 2 * _SPINS)
+    found = [whirls_of_pieces(built, float(spin), _ABOVE * last) for spin in spins]
+    tables = [_padded([[w.real for w, with_it in one if with_it == way] for one in found]) for way in (True, False)]
+    critical, against = (as_fast(built, sense, _NO_PEAK, last) for sense in (1.0, -1.0))
+    return Campbell(spins, tables[0], tables[1], critical, against, bands, damped=True)
+
+
+def _padded(rows: list[list[float]]) -> FloatArray:
+    """Rows of as many numbers as the longest has, nothing behind."""
+    found = np.full((len(rows), max(map(len, rows), default=0)), np.nan)
+    for row, one in zip(found, rows, strict=True):
+        row[: len(one)] = sorted(one)
+    return found
 
 
 def _no_machine(design: Design) -> str:

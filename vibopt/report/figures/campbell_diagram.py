@@ -31,8 +31,9 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
     kinds = (("forward", found.forward, BLUE, "-"), ("backward", found.backward, RED, "--"))
     for way, table, colour, style in kinds:
         for line in table.T:
-            if line.min() * _HZ <= top:
-                axes.plot(rpm, line * _HZ, style, color=colour, lw=1.5, zorder=3, label=f"{way} whirl")
+            if np.nanmin(line) * _HZ <= top:
+                shown = {"marker": ".", "ms": 3.0, "lw": 0.0} if found.damped else {"ls": style, "lw": 1.5}
+                axes.plot(rpm, line * _HZ, color=colour, zorder=3, label=f"{way} whirl", **shown)
     for order, style in ((1, "-"), (2, ":")):
         axes.plot(rpm, order * rpm / 60.0, style, color=FAINT, lw=1.0, zorder=2)
         at = min(rpm[-1], 60.0 * top / order)
@@ -52,7 +53,8 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
     legend(figure, axes)
     figure.draw_without_rendering()
     every = [np.column_stack([rpm, line * _HZ]) for table in (found.forward, found.backward) for line in table.T]
-    place(marks, axes.transData.transform(np.concatenate([*every, np.column_stack([rpm, rpm / 60.0])])))
+    points = np.concatenate([*every, np.column_stack([rpm, rpm / 60.0])])
+    place(marks, axes.transData.transform(points[np.isfinite(points).all(axis=1)]))
     return figure
 
 
