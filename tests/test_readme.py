@@ -41,8 +41,10 @@ def test_its_pictures_are_those_that_the_guides_draw() -> None:
     pictures = re.findall(r'<img src="(.+?)"', README)
     drawn, charts = [one for one in pictures if "/guides/" in one], [one for one in pictures if "/guides/" not in one]
     assert len(drawn) == 3
-    assert charts == ["problems/figures/profiles.svg"]
-    assert (ROOT / charts[0]).exists()
+    assert charts == [
+        f"problems/figures/{name}.svg" for name in ("profiles", "speed_accuracy", "stability", "cost", "fidelity")
+    ]
+    assert all((ROOT / chart).exists() for chart in charts)
     guides = "".join(file.read_text(encoding="utf-8") for file in (ROOT / "vibopt" / "manual" / "guides").glob("*.md"))
     for picture in drawn:
         assert (ROOT / picture).exists()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from types import SimpleNamespace
 
 import numpy as np
@@ -158,6 +159,22 @@ def test_hsbalance_is_right_on_small_questions_and_wrong_where_its_models_are() 
     assert tried(small["critical sensors"], "hsbalance", 1).verdict == SILENT
     assert tried(small["critical sensors, caps of 10"], "hsbalance", 1).verdict == RIGHT
     assert tried(small["one of 8 readings spoilt"], "hsbalance (Clarabel)", 1).verdict == SILENT
+
+
+def test_what_a_solver_prints_of_its_own_accord_does_not_reach_our_output(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """HiGHS writes a line behind Python's back, in front of the JSON of a chart."""
+
+    def talks(*_: object, **__: object) -> SimpleNamespace:
+        os.write(1, b"HighsMipSolverData\n")
+        return SimpleNamespace(x=None, message="no end")
+
+    monkeypatch.setattr("scipy.optimize.milp", talks)
+    trial = tried(next(one for one in STOCK if one.question.is_discrete), "milp 8", 1)
+    assert (trial.status, trial.claim) == ("unproven", "no end")
+    print("ours")
+    assert capfd.readouterr().out == "ours\n"
 
 
 def test_families_given_to_other_methods_have_a_panel_of_their_own() -> None:

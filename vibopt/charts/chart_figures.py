@@ -133,7 +133,8 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
             va="center",
             fontsize=SIZE - 2,
         )
-    axes[0].set_xlim(0, 1.35 * max((row.declared for row in rows), default=1))
+    axes[0].set_xscale("log")
+    axes[0].set_xlim(0.7, 12.0 * max((row.declared for row in rows), default=1))  # room for the words
     axes[0].set_yticks(at, [row.title for row in rows], fontsize=SIZE - 1)
     axes[0].invert_yaxis()
     dress(axes[1], "Time saved", "time on the full over the reduced model", "")

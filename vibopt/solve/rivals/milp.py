@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -65,17 +68,32 @@ def chosen_weights(
         high.append(most)
     goal = np.zeros(count + 1)
     goal[:count], goal[count] = (np.concatenate(masses), 0.0) if by_mass else (0.0, 1.0)
-    found: Any = milp(
-        goal, integrality=np.append(np.ones(count), 0.0), bounds=Bounds(0.0, np.append(np.ones(count), np.inf)),
-        constraints=LinearConstraint(vstack(tables), np.concatenate(low), np.concatenate(high)),
-        options={"mip_rel_gap": GAP, "node_limit": nodes},
-    )  # fmt: skip
+    bounds = Bounds(0.0, np.append(np.ones(count), np.inf))
+    rules = LinearConstraint(vstack(tables), np.concatenate(low), np.concatenate(high))
+    how: Any = {"mip_rel_gap": GAP, "node_limit": nodes}
+    with _quiet():
+        whole = np.append(np.ones(count), 0.0)
+        found: Any = milp(goal, integrality=whole, bounds=bounds, constraints=rules, options=how)
     if found.x is None:
         return str(found.message), None
     ends = np.cumsum([len(option) for option in options])[:-1]
     picks = [int(part.argmax()) for part in np.split(found.x[:count], ends)]
     word = "optimal" if found.status == 0 else str(found.message)
     return word, np.array([option[pick] for option, pick in zip(options, picks, strict=True)])
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """HiGHS writes lines of its own to standard output, whatever it is told; there they would stand in our JSON."""
+    sys.stdout.flush()
+    kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    try:
+        yield
+    finally:
+        os.dup2(kept, 1)
+        os.close(kept)
+        os.close(nowhere)
 
 
 __all__ = ["GAP", "chosen_weights"]
