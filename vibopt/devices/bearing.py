@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path as FilePath
-from typing import Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_validator
@@ -20,7 +20,12 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.units import show
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.csv_tables import bare, heading_of, sheet_of
-from vibopt.values.fields import complaint
+from vibopt.values.fields import Later, complaint
+
+if TYPE_CHECKING:
+    from vibopt.devices.squeeze_film import SqueezeFilm
+else:
+    SqueezeFilm = Annotated[Any, Later("vibopt.devices", "squeeze_film.SqueezeFilm")]
 
 _STIFF, _DAMP = COEFFICIENTS[:4], COEFFICIENTS[4:]
 _CROSSED = ("k_yz", "k_zy", "c_yz", "c_zy")
@@ -122,6 +127,9 @@ class BearingTable(Device):
     c_zz: Damping along z.
     table: The eight by speed, straight between the rows, instead of single numbers: `table = "bearing.csv"`, or a list
         of rows. Speeds beyond its ends are refused.
+    squeeze_film: A squeeze-film damper by its sizes, which may be chosen, instead of `c_yy` and `c_zz`: `squeeze_film =
+        { clearance = "0.12 mm", length = "25 mm", diameter = "100 mm", viscosity = "0.012 Pa s" }`. Refused beside a
+        table and a tolerance; its numbers have their own.
     tolerance: How far each of the numbers may be off as built, either way: `tolerance = "10 %"`. Refused beside a
         table.
     """
@@ -136,6 +144,7 @@ class BearingTable(Device):
     c_zy: Fact | None = number("damping", choice=False, sign="any")
     c_zz: Value | None = number("damping", sign="not negative")
     table: Rows | None = None
+    squeeze_film: SqueezeFilm | None = None
     tolerance: Tolerance | None = None
 
     between_points: ClassVar[bool] = True
@@ -143,6 +152,11 @@ class BearingTable(Device):
     @model_validator(mode="after")
     def _consistent(self) -> "BearingTable":
         said = [key for key in COEFFICIENTS if getattr(self, key) is not None]
+        if self.squeeze_film is not None:
+            both = [key for key in (*_DAMP, "table", "tolerance") if getattr(self, key) is not None]
+            if both:
+                raise word(f"gives squeeze_film and {both[0]}. Keep one of them.")
+            return self
         if self.table is None:
             if not any(key in said for key in ("k_yy", "k_zz", "c_yy", "c_zz")):
                 raise word('has neither stiffness nor damping. Write k_yy = "80 MN/m" and k_zz = "120 MN/m".')
@@ -199,6 +213,8 @@ class BearingTable(Device):
             return
 
         def read(key: str) -> Monomial:
+            if self.squeeze_film is not None and key in ("c_yy", "c_zz"):
+                return self.squeeze_film.damping(f"bearings.{name}.squeeze_film", symbols)
             value: Any = getattr(self, key)
             return symbols.read(f"bearings.{name}.{key}", value) if value is not None else Monomial(0.0)
 
@@ -207,13 +223,15 @@ class BearingTable(Device):
             return
         if self.k_yy is not None:
             builder.add_stiffness(name, read("k_yy"))
-        if self.c_yy is not None:
+        if self.c_yy is not None or self.squeeze_film is not None:
             builder.add_damping(name, read("c_yy"))
 
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """Force of either plane by displacement and velocity in both."""
 
         def given(key: str) -> float:
+            if self.squeeze_film is not None and key in ("c_yy", "c_zz"):
+                return self.squeeze_film.built(f"bearings.{name}.squeeze_film", numbers)
             return numbers(f"bearings.{name}.{key}", getattr(self, key))
 
         if self.alike:

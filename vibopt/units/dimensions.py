@@ -54,6 +54,7 @@ def _dimension(
 
 
 _ALL = (
+    _dimension("viscosity", "a viscosity", "Pa s", "0.012 Pa s", "Pa s, N s/m2"),
     _dimension(
         "mass",
         "a mass",
