@@ -184,6 +184,16 @@ def test_studies_draw_the_same_machines() -> None:
     assert not kept.thresholds
 
 
+def test_a_tighter_bound_has_no_more_room() -> None:
+    """Enough machines are drawn for the value, however soon a verdict is reached."""
+    margins = []
+    for bound in (5.0, 6.0, 6.6, 7.0):
+        text = PRESS.replace("6.6 kN", f"{bound} kN").replace('"90 %"', '"99 %"')
+        margins.append(answer(from_text(text, "press.toml")).limits["floor"].margin)
+    assert all(np.isfinite(margins))
+    assert margins == sorted(margins)
+
+
 NONE = "is no share that machines which are drawn can tell."
 WAY = 'Write a share from "50 %" to "99.9 %", for example with_probability = "99 %".'
 KINDS = 'Write { normal = "2 %" } for a standard deviation, { uniform = "5 %" } or { data = ["+1 %", "-0.5 %"] }.'

@@ -61,7 +61,8 @@ def _looked(scene: Scene, row: Checked, parts: list[Limit], wanted: float) -> tu
     confidence = 1.0 - (1.0 - CONFIDENCE) / len(SIZES)
     seen = sampled(parts, every[: sizes[0]], confidence)
     for before, size in pairwise(sizes):
-        if seen.verdict(wanted) != OPEN:
+        told = not np.isnan(seen.stays_within(wanted, least=False))  # enough for the value that is shown
+        if seen.verdict(wanted) != OPEN and told:
             break
         more = sampled(parts, every[before:size], confidence)
         seen = Sampled(np.append(seen.values, more.values), np.append(seen.kept, more.kept), confidence)
