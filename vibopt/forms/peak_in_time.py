@@ -151,6 +151,14 @@ class PeakInTime(Form):
     def cost(self, model: Model) -> float:
         return 3.0 + 0.02 * len(self.segments)
 
+    def never_more(self, model: Model, x: FloatArray) -> float:
+        """What it is never above, under a load that ends; where nothing is damped it comes near."""
+        from vibopt.mechanics.harmonic import mount_count
+
+        machine, read = self.transient(model, model.values(x[None]))
+        most = max(abs(self.peak(model, x).value), float(machine.behind.most(read)[0]))
+        return most / mount_count(model, self.output, x)
+
     def peak(self, model: Model, x: FloatArray) -> Peak:
         """The greatest response, of all mounts together where shared."""
         return self.peaks(model, x[None])[0]

@@ -280,6 +280,12 @@ class Behind:
             self._windows.append((length, along))
         return self._windows[index]
 
+    def most(self, reading: Reading) -> FloatArray:
+        """What a reading never exceeds behind a load that ends, (n,): what is left behind and all modes in phase."""
+        count = len(self.a)
+        followed = _Followed(self, reading, Peaks.none(count), 0, np.zeros(count))
+        return np.asarray(np.abs(followed.still) + followed._reach(np.arange(count)))
+
     def follow(self, reading: Reading, found: Peaks, begun: int, ended: FloatArray, seen: FloatArray) -> None:
         """Take up what follows a load, where it is greater; sizes of the states that were `seen` before (n, size)."""
         _Followed(self, reading, found, begun, ended).through(seen)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _NOTHING = 1e-9
 """Part of the weight that rounding may lift."""
+_LATER = 1e-3
+"""Part by which a peak must be able to grow for that to be said."""
 _HORIZON, _FADED = 4e5, 1e-12
 """Periods over which what lasts is followed, and the part to which all else must fade."""
 
@@ -183,7 +185,30 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         ]
     if lasts:
         return ["Nothing is damped: what rings on meets what lasts in every way, and the greatest is that of all time."]
-    return ["Nothing is damped: what rings on is followed over a thousand periods of its slowest mode, and no further."]
+    return [
+        "Nothing is damped: what rings on is followed over a thousand periods of its slowest mode, and no further.",
+        *_far_later(scene, chosen),
+    ]
+
+
+def _far_later(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """By how much what nothing damps may be greater at some time that was not looked at."""
+    from vibopt.forms import PeakInTime
+    from vibopt.program.pose import form_of
+    from vibopt.scene.assemble import model_of
+
+    model, notes = model_of(scene), []
+    x = np.array([chosen[each.path] for each in scene.variables])
+    for where, response in scene.responses.items():
+        form = form_of(scene, model, response) if response.sort == "transient" else None
+        if not isinstance(form, PeakInTime) or not 0.0 < (value := form.value(model, x)) < np.inf:
+            continue
+        ratio = form.never_more(model, x) / value
+        if ratio > 1.0 + _LATER:
+            notes.append(
+                f"{where} may come to {ratio:.4g} times that far later, the sum of its amplitudes, and never beyond."
+            )
+    return notes
 
 
 def duration_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
