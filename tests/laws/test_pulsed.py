@@ -166,3 +166,18 @@ def test_what_nothing_damps_is_told_with_the_sum_of_its_amplitudes() -> None:
     for one in ("bodies", "links"):
         document[one] = dict([*document[one].items()][:1])
     assert not any("far later" in note for note in vo.solve(vo.from_dict(document)).notes)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_what_rings_on_is_followed_as_far_as_by_exponentials(seed: int) -> None:
+    """Three bodies without damping, or next to none, over a thousand periods."""
+    rng = np.random.default_rng(seed)
+    table = np.eye(3) - np.eye(3, k=-1)
+    stiffness = (table.T * 10.0 ** rng.uniform(0.0, 1.0, 3)) @ table
+    push = (sine(rng.uniform(0.1, 3.0), 1.0, 0.0, np.pi),)
+    machine = Transient(np.eye(3), 1e-6 * (seed % 2) * stiffness, stiffness, 3, np.eye(3)[:, :1], push)
+    reading = Reading(np.eye(3)[0], np.zeros(3), np.zeros(3))
+    found, (other,) = by_modes(machine, reading), machine.row_of_one._peaks_of_row(reading).each()
+    assert found is not None
+    assert (abs(found.value), found.open) == (pytest.approx(abs(other.value), rel=1e-9), other.open)
+    assert found.time == pytest.approx(other.time, rel=1e-6)

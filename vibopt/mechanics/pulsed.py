@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vibopt.mechanics.ringing import Peaks
+from vibopt.mechanics.ringing import HORIZON, Peaks
 
 if TYPE_CHECKING:
     from vibopt.mechanics.transient import Reading, Transient
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 _SEGMENTS, _CELLS, _FEWEST = 6, 1 << 18, 64
 """Segments at most, cells of all grids together at most, and of one at least."""
-_CELL, _BENT, _WITHIN, _STEPS = 0.5, 0.05, 200, 8
+_CELL, _BENT, _WITHIN, _STEPS = 0.5, 0.05, 3000, 8
 """Radians of the fastest motion in a cell, part of the greatest value by which it may bend, cells of a machine that are
 looked into at most, and steps of Newton in each."""
 _APART, _NOTHING, _ROUNDED = 1e-4, 1e-12, 4e3
@@ -120,7 +120,7 @@ class _Road:
         self.row = (self.read * orders).sum(axis=1)
         self.sizes = ((np.abs(rows[..., :n]) @ np.abs(self.modes.shapes)) * np.abs(orders)).sum(axis=1)
         self.pieces: list[_Piece] = []
-        self.noise = np.zeros(self.count)
+        self.noise, self.open = np.zeros(self.count), np.zeros(self.count, dtype=bool)
 
     def peaks(self) -> tuple[Peaks, BoolArray]:
         """The greatest sizes, and whether they are known; the earliest where several are as great."""
@@ -136,7 +136,7 @@ class _Road:
         lengths = np.array([one.length for one in self.pieces])
         begun = np.cumsum(lengths, axis=0) - lengths
         time = begun[found.piece, np.arange(self.count)] + found.part
-        return Peaks(found.sign * found.size, time, found.piece, found.part, np.zeros(self.count, dtype=bool)), good
+        return Peaks(found.sign * found.size, time, found.piece, found.part, self.open), good
 
     def _later(self, found: _Top, waves: ComplexArray, window: FloatArray) -> None:
         """Take up what is greater behind the first window behind the load, where anything may be."""
@@ -145,16 +145,23 @@ class _Road:
         faded = np.exp(poles.real[:, None] * (window[:, None] + longer)[..., None])
         left = (faded @ np.abs(waves)[..., None])[..., 0]
         known = left <= (found.size * (1.0 + _ALIKE))[:, None]
-        self.good &= known[:, -1]
-        if not (again := np.flatnonzero(self.good & ~known[:, 0])).size:
-            return
-        length, rates = longer[again, known[again].argmax(axis=1)], poles[again]
-        begun = waves[again] * np.exp(rates * window[again, None])
-        more = _highest([_Piece(length, rates, begun, np.zeros((len(again), 2)))])
-        better = ~(more.size <= found.size[again] * (1.0 + _ALIKE))
-        those = again[better]
-        found.size[those], found.sign[those] = more.size[better], more.sign[better]
-        found.piece[those], found.part[those] = len(self.pieces) - 1, more.part[better] + window[those]
+        self.good &= np.isfinite(found.size)
+        self.open = self.good & ~known.any(axis=1)
+        longer[:, -1] = np.where(self.open, (HORIZON - 1.0) * window, longer[:, -1])
+        known[:, -1] |= self.open
+        far = np.flatnonzero(self.open)
+        for again in (np.flatnonzero(self.good & ~self.open & ~known[:, 0]), *far[:, None]):
+            if not again.size:
+                continue
+            length, rates = longer[again, known[again].argmax(axis=1)], poles[again]
+            begun = waves[again] * np.exp(rates * window[again, None])
+            more = _highest([_Piece(length, rates, begun, np.zeros((len(again), 2)))])
+            better = ~(more.size <= found.size[again] * (1.0 + _ALIKE))
+            those = again[better]
+            found.size[those], found.sign[those] = more.size[better], more.sign[better]
+            found.piece[those], found.part[those] = len(self.pieces) - 1, more.part[better] + window[those]
+        ends = (np.abs(waves) * np.exp(poles.real * (HORIZON * window)[:, None])).sum(axis=1)
+        self.open &= ends > found.size * (1.0 + _ALIKE)
 
     def _through(self, segment: Segment, state: ComplexArray) -> ComplexArray:
         """Take up a segment from states at its beginning (b, N); the states at its end."""
