@@ -193,15 +193,14 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def _far_later(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """By how much what nothing damps may be greater at some time that was not looked at."""
-    from vibopt.forms import PeakInTime
     from vibopt.program.pose import form_of
     from vibopt.scene.assemble import model_of
 
     model, notes = model_of(scene), []
     x = np.array([chosen[each.path] for each in scene.variables])
     for where, response in scene.responses.items():
-        form = form_of(scene, model, response) if response.sort == "transient" else None
-        if not isinstance(form, PeakInTime) or not 0.0 < (value := form.value(model, x)) < np.inf:
+        form = form_of(scene, model, response).in_time if response.sort == "transient" else None
+        if form is None or not 0.0 < (value := form.value(model, x)) < np.inf:
             continue
         ratio = form.never_more(model, x) / value
         if ratio > 1.0 + _LATER:
