@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.forms.rational import TELLING
 from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
@@ -56,10 +57,11 @@ class FormBounds:
 
     @property
     def size(self) -> int:
-        """Coefficients that are looked at on each box."""
+        """Coefficients that are looked at on each box: all of those at the speeds that tell, one at each other."""
         groups = self.form.groups(self.model)
         each = 1 if groups is None else math.prod(2 * degree + 1 for degree in groups.degrees)
-        return each * max(sum(len(known) for known in self.speeds.values()), 1)
+        count = sum(len(known) for known in self.speeds.values())
+        return each * min(max(count, 1), 2 * TELLING * max(len(self.speeds), 1)) + count
 
     @cached_property
     def known(self) -> bool:

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibopt.forms.form import WITHOUT_END, Form, Local, Worst, kept
 from vibopt.forms.monomials import Monomials
-from vibopt.forms.rational import Groups, Sampled, box_coefficients, ratio_bounds, sampled
+from vibopt.forms.rational import TELLING, Groups, Sampled, box_coefficients, ratio_bounds, sampled
 from vibopt.records import dataclass
 from vibopt.signals import Band, Combine, Drive, Line, Output
 
@@ -25,8 +25,6 @@ if TYPE_CHECKING:
 
 MOST = 24
 """Local extremes that are looked at."""
-_TELLING = 4
-"""Speeds at which a response is greatest at the middle of a box, and as many at which it is least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,12 +208,12 @@ class Modulus(Form):
 
         A bound at some speeds is a bound; on boxes so small that many are asked, that of the others is less.
         """
-        if len(known.speeds[drive.name]) <= 2 * _TELLING:
+        if len(known.speeds[drive.name]) <= 2 * TELLING:
             return None
         middle = np.sqrt(np.maximum(low, high * 1e-6) * high)
         total = np.sum([self._line_at(known, drive.name, i, middle) for i in range(len(drive.lines))], axis=0)
         order = np.argsort(np.nan_to_num(total, nan=np.inf), axis=1, kind="stable")
-        return np.concatenate([order[:, :_TELLING], order[:, -_TELLING:]], axis=1)
+        return np.concatenate([order[:, :TELLING], order[:, -TELLING:]], axis=1)
 
     def _line_on(
         self, known: FormBounds, name: str, index: int, low: FloatArray, high: FloatArray, rows: IntArray | None

@@ -22,6 +22,8 @@ from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Line, Output
 
+TELLING = 4
+"""Speeds at which a response is greatest at the middle of a box, and as many at which it is least."""
 _NEAR = 1 << 17
 """Numbers of a table that stay near the processor from one step to the next."""
 
