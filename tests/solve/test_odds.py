@@ -162,6 +162,12 @@ def test_deviations_that_were_measured_are_drawn_alike() -> None:
     assert uncertain(design.job)[0].tolerance == pytest.approx(0.3)
 
 
+@pytest.mark.parametrize("wanted", ["50 %", "99.9 %", "0.999", "0.5"])
+def test_the_ends_that_the_refusal_offers_are_taken(wanted: str) -> None:
+    scene = from_text(PRESS.replace('"90 %"', wanted if wanted[-1] != "%" else f'"{wanted}"'), "press.toml")
+    assert scene.limits["floor"].with_probability in (0.5, 0.999)
+
+
 def test_a_bound_at_the_share_itself_cannot_be_told() -> None:
     bound = 300.0 * 9.80665 / 2e5
     text = HANGING.format(name="a", sigma=5.0, width=0.001, bound=bound, wanted=50.0)

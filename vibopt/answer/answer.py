@@ -97,7 +97,7 @@ class Tolerances:
     status, goal, variables, parts
         Of the answer without tolerances; empty for an analysis.
     uncertain
-        How far each number may be off, by path.
+        How far each number may be off at most, by path.
     goal_off
         By how much numbers are off where the goal is worst.
     open

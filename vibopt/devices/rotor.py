@@ -24,6 +24,7 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.shaft_polynomials import Beam, Span, shapes, shares
 from vibopt.values import Fact, Table, Value, number, word
 from vibopt.values.fields import Choice, Later
+from vibopt.values.tolerance import span
 
 if TYPE_CHECKING:
     from vibopt.devices.shaft_matrices import Planes, ShaftMatrices
@@ -75,7 +76,8 @@ class Section(Table):
         """Least, middle and greatest length as built [m]."""
         one = self.length
         low, high = (one.low, one.high) if isinstance(one, Choice) else (one.value, one.value)
-        return low * (1.0 - one.tolerance), math.sqrt(low * high), high * (1.0 + one.tolerance)
+        short, long = span(one.tolerance)
+        return low * short, math.sqrt(low * high), high * long
 
 
 class RotorTable(Device):
@@ -290,7 +292,7 @@ class RotorTable(Device):
             free = section.diameter if isinstance(section.diameter, Choice) else None
             for found, end in zip(both, ("low", "high"), strict=True):
                 wide = getattr(free or section.diameter, end if free else "value")
-                wide *= 1.0 + (-1.0 if end == "low" else 1.0) * section.diameter.tolerance
+                wide *= span(section.diameter.tolerance)[end == "high"]
                 area = 0.25 * math.pi * wide**2 * (1.0 - bore(section) ** 2)
                 second = area * wide**2 * (1.0 + bore(section) ** 2) / 16.0
                 heavy = self._given("density")

@@ -125,6 +125,11 @@ class Axis:
     open_low: bool = False
     open_high: bool = False
 
+    @property
+    def rest(self) -> float:
+        """Of the factors of a number that may be off the one nearest to one: as said, where that may be built."""
+        return min(max(1.0, self.low), self.high)
+
 
 @dataclass(frozen=True, slots=True)
 class Tie:

@@ -96,7 +96,8 @@ class Vicinity:
         part = self.part
         if isinstance(part, Limit) and part.side == "outside":
             return [Band(part.bound * (1.0 + self.margin), part.upper * (1.0 - self.margin))]
-        nominal = natural_frequencies(part.model, part.model.values(np.ones(len(self.axes))))[form.index]
+        rest = np.array([axis.rest for axis in self.axes])
+        nominal = natural_frequencies(part.model, part.model.values(rest))[form.index]
         kept = nominal > self.level if self.least else nominal < self.level
         return [Band(self.level, self.level)] if kept else []
 

@@ -54,7 +54,7 @@ def around(scene: Scene, x: FloatArray) -> Program:
     """The limits and the goal of a machine at a design x (n_vars,), in the factors of its uncertain numbers."""
     nominal = replace(scene, off={})
     asked = asked_of(nominal, model_of(nominal, np.asarray(x, dtype=float)))
-    axes = tuple(Axis(one.path, 1.0 - one.tolerance, 1.0 + one.tolerance) for one in doubts_at(scene, x))
+    axes = tuple(Axis(one.path, *one.ends) for one in doubts_at(scene, x))
     return replace(asked, axes=axes)
 
 
@@ -94,7 +94,7 @@ def hit(part: Limit | Aim, axes: tuple[Axis, ...], *, near: tuple[FloatArray, ..
         return replace(first, proven=all(one.proven for one in found), tried=sum(one.tried for one in found))
     hunt = _Hunt(part, axes)
     if not hunt.free.any():
-        return Hit(np.ones(len(axes)), hunt.value(np.ones(len(axes))), True, 1)
+        return Hit(hunt.rest, hunt.value(hunt.rest), True, 1)
     if isinstance(part, Limit) and part.side == "outside":
         return hunt.inside_band(part)
     simple = hunt.corner()
@@ -110,6 +110,7 @@ class _Hunt:
         self.part, self.axes = part, axes
         self.low = np.array([axis.low for axis in axes])
         self.high = np.array([axis.high for axis in axes])
+        self.rest = np.array([axis.rest for axis in axes])
         least = part.least_wanted
         self.sign = -1.0 if least else 1.0
         self.free = (part.form.acting(part.model) != 0.0).any(axis=0)
@@ -129,7 +130,7 @@ class _Hunt:
         up, down = (rising > 0.0).any(axis=0), (rising < 0.0).any(axis=0)
         if (up & down).any():
             return None
-        return np.where(up, self.high, np.where(down, self.low, 1.0))
+        return np.where(up, self.high, np.where(down, self.low, self.rest))
 
     @property
     def at_corners(self) -> bool:
@@ -143,7 +144,7 @@ class _Hunt:
             signs = np.array(list(product((False, True), repeat=len(where))))
         else:
             signs = np.random.default_rng(len(where)).random((_TRIED_CORNERS, len(where))) < 0.5
-        found = np.ones((len(signs), len(self.axes)))
+        found = np.tile(self.rest, (len(signs), 1))
         found[:, where] = np.where(signs, self.high[where], self.low[where])
         return found
 
@@ -155,9 +156,9 @@ class _Hunt:
         return Hit(self._without_idle(factors, value, 1e-13), value, True, self.tried)
 
     def _without_idle(self, factors: FloatArray, value: float, same: float) -> FloatArray:
-        """The factors with those at one that make no difference."""
+        """The factors with those at rest that make no difference."""
         for axis in np.flatnonzero(self.free):
-            other = np.where(np.arange(len(factors)) == axis, 1.0, factors)
+            other = np.where(np.arange(len(factors)) == axis, self.rest, factors)
             factors = other if abs(self.value(other) - value) <= same * abs(value) else factors
         return factors
 
@@ -166,10 +167,10 @@ class _Hunt:
         senses = frequency_senses(limit.model)
         up, down = (senses > 0.0).any(axis=0), (senses < 0.0).any(axis=0)
         proven = not (up & down).any()
-        stiff = np.where(up, self.high, np.where(down, self.low, 1.0))
-        soft = np.where(up, self.low, np.where(down, self.high, 1.0))
+        stiff = np.where(up, self.high, np.where(down, self.low, self.rest))
+        soft = np.where(up, self.low, np.where(down, self.high, self.rest))
         middle = 0.5 * (limit.bound + limit.upper)
-        best, at = -np.inf, np.ones(len(self.axes))
+        best, at = -np.inf, self.rest
         for mode in range(limit.model.n_free):
             factors = self._nearest(limit, soft, stiff, mode, middle)
             omega = self._mode(limit, factors, mode)
@@ -221,7 +222,7 @@ class _Hunt:
         return Hit(best[0], best[1], False, self.tried)
 
     def _everywhere(self, near: tuple[FloatArray, ...]) -> list[FloatArray]:
-        return [*near, np.ones(len(self.axes)), *self._some_corners()]
+        return [*near, self.rest, *self._some_corners()]
 
     def _flipped(self, factors: FloatArray, value: float) -> tuple[FloatArray, float]:
         """Each factor by itself at its other end, and from there up again, as long as that is worse."""

@@ -16,6 +16,7 @@ from vibopt.mechanics.modes import poles
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
+from vibopt.scene.open_places import is_open
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
@@ -53,6 +54,14 @@ def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
             mistakes.add(
                 (family, name, *steps),
                 f"{doubt.path} has a tolerance, which bodies, links, absorbers, mounts and rotors can have. Remove it.",
+            )
+        low, high = doubt.ends
+        if not low <= 1.0 <= high and is_open(scene):
+            side = "above" if low > 1.0 else "below"
+            mistakes.add(
+                (family, name, *steps),
+                f"{doubt.path} has deviations that are all {side} zero, and something is to be chosen, which begins "
+                'with the machine as said. Add "0 %" to the data.',
             )
 
 

@@ -9,11 +9,15 @@ from vibopt.records import dataclass
 from vibopt.scene.places import devices, once
 from vibopt.scene.scene import Scene
 from vibopt.values.fields import Choice, Fact, numbers_in
+from vibopt.values.tolerance import span
 
 
 @dataclass(frozen=True, slots=True)
 class Uncertain:
-    """A number or a part of a device: built as its value times (1 + d), |d| <= `tolerance`.
+    """A number or a part of a device: built as its value times a factor that `ends` bound.
+
+    tolerance
+        How far the factor is from one at most.
 
     printed
         Path of the variable that says the tolerance, where it differs from part to part of a catalogue; `tolerance`
@@ -23,6 +27,11 @@ class Uncertain:
     path: str
     tolerance: float
     printed: str = ""
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Least and greatest factor: of measured deviations one side may be wider, and one may be missing."""
+        return span(self.tolerance)
 
 
 @once

@@ -104,8 +104,7 @@ def _worst_index(scene: Scene, program: Program, hits: Mapping[int, Hit], name: 
 def _corners(doubts: tuple[Uncertain, ...]) -> list[dict[str, float]]:
     if len(doubts) > _CORNERS:
         return []
-    ends = [(1.0 - doubt.tolerance, 1.0 + doubt.tolerance) for doubt in doubts]
-    return [_named(doubts, np.array(corner)) for corner in product(*ends)]
+    return [_named(doubts, np.array(corner)) for corner in product(*(doubt.ends for doubt in doubts))]
 
 
 def _named(doubts: tuple[Uncertain, ...], factors: FloatArray) -> dict[str, float]:

@@ -14,7 +14,7 @@ from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
-from vibopt.values.tolerance import read_tolerance, written
+from vibopt.values.tolerance import read_tolerance, span, written
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.checked import usual_unit
 
@@ -146,10 +146,11 @@ def _keep_tolerances(scene: Scene, name: str, given: dict[str, Any]) -> None:
         had = read_tolerance(given[key]["tolerance"]) if isinstance(given[key], dict) else 0.0
         value = given[key]["value"] if isinstance(given[key], dict) else given[key]
         alone = power == 1 and not had  # a distribution goes on only where nothing is combined with it
-        wide = written(doubt.tolerance) if alone else (1.0 + had) * _spread(doubt.tolerance, power) - 1.0
+        wide = written(doubt.tolerance) if alone else _farthest(had, doubt.tolerance, power)
         given[key] = {"value": value, "tolerance": wide}
 
 
-def _spread(tolerance: float, power: int) -> float:
-    """Greatest factor of a part that goes with a power of the number that is off."""
-    return float((1.0 + tolerance) ** power if power > 0 else (1.0 - tolerance) ** power)
+def _farthest(had: float, tolerance: float, power: int) -> float:
+    """How far a part is off at most, by its own tolerance and by one of a number that it goes with a power of."""
+    factors = [own * off**power for own in span(had) for off in span(tolerance)]
+    return float(max(abs(one - 1.0) for one in factors))

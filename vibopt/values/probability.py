@@ -9,6 +9,8 @@ from vibopt.units import read_quantity
 from vibopt.values.fields import ReadBy, complaint
 
 LEAST, MOST = 0.5, 0.999
+_HAIR = 1e-12
+"""Part by which "99.9 %" may be read beside the number of that name."""
 
 
 def _read(given: object) -> float:
@@ -21,9 +23,9 @@ def _read(given: object) -> float:
     if value >= 1.0:
         what = "more than all machines" if value > 1.0 else "all machines"
         raise complaint(f"is {what}. For every machine within the tolerances leave it out. {way}")
-    if not LEAST <= value <= MOST:
+    if not LEAST - _HAIR <= value <= MOST + _HAIR:
         raise complaint(f"is no share that machines which are drawn can tell. {way}")
-    return value
+    return min(max(value, LEAST), MOST)
 
 
 Probability = Annotated[

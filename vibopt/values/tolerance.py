@@ -22,7 +22,7 @@ _KINDS = 'Write { normal = "2 %" } for a standard deviation, { uniform = "5 %" }
 
 
 class Scatter(float):
-    """A tolerance with its distribution; as a number how far the worst case goes.
+    """A tolerance with its distribution; as a number how far the worst case goes at most, `span` says which way.
 
     kind
         NORMAL, UNIFORM or DATA.
@@ -67,6 +67,13 @@ class Scatter(float):
     def written(self) -> dict[str, Any]:
         """As it stands in a file."""
         return {self.kind: list(self.data) if self.kind == DATA else self.size}
+
+
+def span(tolerance: float) -> tuple[float, float]:
+    """Least and greatest factor by which a number is off; of data those of the least and the greatest deviation."""
+    measured = isinstance(tolerance, Scatter) and tolerance.kind == DATA
+    ends = tolerance.data if isinstance(tolerance, Scatter) and measured else (-tolerance, float(tolerance))
+    return 1.0 + min(ends), 1.0 + max(ends)
 
 
 def written(tolerance: float) -> Any:
@@ -130,4 +137,4 @@ def _scatter(given: Mapping[str, object]) -> Scatter:
     return Scatter(kind, size)
 
 
-__all__ = ["DATA", "NORMAL", "SIGMAS", "UNIFORM", "Scatter", "read_tolerance", "written"]
+__all__ = ["DATA", "NORMAL", "SIGMAS", "UNIFORM", "Scatter", "read_tolerance", "span", "written"]

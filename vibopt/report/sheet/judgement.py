@@ -25,7 +25,7 @@ from vibopt.report.sheet.mount_plan import said
 from vibopt.scene.scene import MINIMISE, Design
 from vibopt.scene.uncertain import Uncertain, uncertain, uncertain_at
 from vibopt.units import plain, show
-from vibopt.values.tolerance import NORMAL, Scatter
+from vibopt.values.tolerance import DATA, NORMAL, Scatter, span
 
 MOST_LIMITS = 12
 NAME = 24
@@ -208,7 +208,10 @@ def _motion(design: Design) -> Iterator[str]:
 
 
 def _width(tolerance: float) -> str:
-    """How far a number may be off, and how it scatters: "±5 %", "±4.5 % (normal, 1.5 %)"."""
+    """How far a number may be off, and how it scatters: "±5 %", "±4.5 % (normal, 1.5 %)", "-8 % to +1 % (data)"."""
+    if isinstance(tolerance, Scatter) and tolerance.kind == DATA:
+        ends = [f"{'+' * (end > 1.0)}{show(end - 1.0, '%', 'ratio', digits=3)}" for end in span(tolerance)]
+        return f"{' to '.join(ends)} (data)"
     wide = f"±{show(float(tolerance), '%', 'ratio', digits=3)}"
     if not isinstance(tolerance, Scatter):
         return wide
