@@ -274,6 +274,10 @@ REFUSED = {
     ),
     "sharpness at one speed": (
         HEAD + SHAFT + REST.replace('"displacement"', '"amplification_factor"'),
+        't line 19: measures.m has no over. Add it: over = ["2550..3450 rpm", "5100..6900 rpm"].',
+    ),
+    "sharpness at a point": (
+        HEAD + SHAFT + REST.replace('"displacement"', '"amplification_factor"\nover = "3000 rpm"'),
         't line 19: measures.m says no ranges in which peaks of the whirl count. Write over = "2550..3450 rpm".',
     ),
     "no spin": (

@@ -25,7 +25,7 @@ class AmplificationFactor(Response):
     """
 
     of: str
-    over: Over = None
+    over: Over
     due_to: tuple[str, ...] | None = None
     of_rotors: ClassVar[bool] = True
 

@@ -77,6 +77,8 @@ class BearingWords(TypedDict, total=False):
         [N s/m].
     table, tolerance
         Rows by speed, or a CSV file of them; how far each number may be off as built.
+    squeeze_film
+        {"clearance": ..., "length": ..., "diameter": ..., "viscosity": ...}.
     """
 
     k_yy: Given
@@ -88,6 +90,7 @@ class BearingWords(TypedDict, total=False):
     c_zy: Bound
     c_zz: Given
     table: Sequence[Mapping[str, object]] | str
+    squeeze_film: Mapping[str, object]
     tolerance: Bound
 
 
