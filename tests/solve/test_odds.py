@@ -200,6 +200,62 @@ def test_a_tighter_bound_has_no_more_room() -> None:
     assert margins == sorted(margins)
 
 
+@settings(max_examples=3)
+@given(st.floats(0.5, 4.0), st.floats(0.5, 4.0), st.floats(8.5, 11.0))
+def test_answers_that_are_compared_are_told_by_the_same_machine(one: float, other: float, bound: float) -> None:
+    """The value is that of one machine drawn: by formula its spring is as many deviations off before as after."""
+    text = PRESS.replace('"4 MN/m"', '"7 MN/m"').replace('"9 kN s/m"', '"0 N s/m"').replace("6.6 kN", "10 kN")
+    text = text.replace('{ uniform = "20 %" }', f'{{ normal = "{one!r} %" }}')
+    wider = {"links.mount.stiffness.tolerance.normal": f"{other!r} %", "limits.floor.at_most": f"{bound!r} kN"}
+    top = (3000.0 * 2.0 * pi / 60.0) ** 2
+    for keep in (False, True):
+        found = whatif(from_text(text, "press.toml"), wider, keep_design=keep)
+        forces = [each.limits["floor"].value.value for each in (found.before, found.after)]
+        springs = [300.0 * top * force / (30e3 + force) for force in forces]
+        off = [(k / 7e6 - 1.0) / size for k, size in zip(springs, (one, other), strict=True)]
+        assert off[0] == pytest.approx(off[1], rel=1e-6)
+        assert off[0] > 0.0
+
+
+def test_a_sweep_says_what_cannot_be_told_and_looks_for_no_edges(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The bound that by formula just 90 % of all machines keep is left open."""
+    file, spring = tmp_path / "press.toml", 3.2e6 + 0.9 * 1.6e6
+    file.write_text(PRESS.replace('"9 kN s/m"', '"0 N s/m"'), encoding="utf-8")
+    bound = 30.0 * spring / (300.0 * (3000.0 * 2.0 * pi / 60.0) ** 2 - spring)
+    main(["sweep", str(file), "--vary", f"limits.floor.at_most=4, {bound:.6f}, 8 kN"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "violated floor BROKEN" in shown
+    assert "unproven floor cannot be told" in shown
+    assert "8 kN pk met" in shown
+    assert shown.endswith(
+        "Where the answer changes between these values is not looked for: floor asks for a probability, which machines "
+        "that are drawn tell."
+    )
+
+
+def test_a_sweep_of_two_bounds_has_no_edges() -> None:
+    found = sweep(from_text(PRESS, "press.toml"), {"limits.floor.at_most": "6, 8 kN"})
+    assert [point.status for point in found.points] == ["violated", "met"]
+    assert found.boundaries == ()
+    assert found.drawn == ("floor",)
+
+
+def test_prices_of_a_draw_are_refused() -> None:
+    from vibopt.study.explain import explain
+    from vibopt.study.prices import prices
+
+    job = from_text(PRESS, "press.toml")
+    with pytest.raises(InputError) as refused:
+        prices(job)
+    assert refused.value.messages == (
+        "press.toml: a limit asks for a probability, and what a step buys of it is the luck of the draw. Leave "
+        "with_probability out for prices, or compare two answers: vibopt whatif FILE --set PATH=VALUE.",
+    )
+    assert explain(job).prices is None
+
+
 NONE = "is no share that machines which are drawn can tell."
 WAY = 'Write a share from "50 %" to "99.9 %", for example with_probability = "99 %".'
 KINDS = 'Write { normal = "2 %" } for a standard deviation, { uniform = "5 %" } or { data = ["+1 %", "-0.5 %"] }.'

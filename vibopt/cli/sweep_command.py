@@ -230,7 +230,7 @@ def _list(result: Sweep, console: Console) -> None:
         goal = [point.goal.shown if point.goal is not None else "-"] if result.goal else []
         bought = [point.parts.get(path, "-") for path in parts]
         where = [one.shown for one in point.varied.values()]
-        rows.append((*where, point.status, *goal, *bought, *values, _tight(point.margins)))
+        rows.append((*where, point.status, *goal, *bought, *values, _tight(point, result.drawn)))
     names = [path.split(".", 1)[-1] for path in (*parts, *paths)]
     where = ["Value"] if len(result.paths) == 1 else [_short(path) for path in result.paths]
     heads = (*where, "Verdict", *([result.goal] if result.goal else []), *names, "Active limits")
@@ -239,6 +239,11 @@ def _list(result: Sweep, console: Console) -> None:
     console.print(grid(rows, heads))
     if step > 1:
         console.print(f"One in {step} of {len(result.points)} points is shown; --csv FILE writes all of them.")
+    if result.drawn:
+        console.print(
+            f"Where the answer changes between these values is not looked for: {' and '.join(result.drawn)} asks for a "
+            "probability, which machines that are drawn tell."
+        )
     if len(result.paths) == 1 and result.boundaries:
         _list_boundaries(result.boundaries, console)
 
@@ -296,8 +301,10 @@ def _columns(result: Sweep) -> list[str]:
     return [*open_positions(scene), *free]
 
 
-def _tight(margins: Mapping[str, float]) -> str:
-    """Limits that are broken, else those without any margin, else the tightest."""
-    broken = [f"{name} BROKEN" for name, margin in margins.items() if margin < -1e-6]
-    active = [name for name, margin in margins.items() if abs(margin) <= 1e-6]
+def _tight(point: Point, drawn: Sequence[str]) -> str:
+    """Limits that are broken, or of which machines that were drawn tell nothing; else those without any margin."""
+    unsure = drawn if point.status == "unproven" else ()
+    words = {name: "cannot be told" if name in unsure else "BROKEN" for name in point.margins}
+    broken = [f"{name} {words[name]}" for name, margin in point.margins.items() if margin < -1e-6]
+    active = [name for name, margin in point.margins.items() if abs(margin) <= 1e-6]
     return ", ".join(broken or active)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 import numpy as np
 
@@ -17,10 +19,35 @@ from vibopt.work import late
 
 SIZES = (256, 1024, 4096, 16384)
 """Machines that are drawn, until a verdict is reached: each draw begins with all machines of the one before."""
+COMPARED = 4096
+"""Machines that are drawn at most, and always where the work allows, for each of several answers that are compared."""
 CONFIDENCE = 0.99
 """Of a verdict, over all looks together."""
 _ROUNDING = 1e-9
+_ALIKE: ContextVar[bool] = ContextVar("the same machines for every answer", default=False)
 MET, NOT_MET, OPEN = "met", "not met", "cannot be told"
+
+
+@contextmanager
+def drawn_alike() -> Iterator[None]:
+    """The same machines, and as many, for every answer within: what differs then is not for the draw."""
+    before = _ALIKE.set(True)
+    try:
+        yield
+    finally:
+        _ALIKE.reset(before)
+
+
+def looks(cost: float, most: float) -> tuple[tuple[int, ...], float]:
+    """Counts of machines after which a verdict is looked for, and the confidence of each look.
+
+    cost, most
+        Work of one machine and of all of them [nominal ms]; the first look is always done.
+    """
+    sizes = tuple(size for k, size in enumerate(SIZES) if not k or size * cost <= most)
+    if _ALIKE.get():
+        return (max(one for one in sizes if one <= COMPARED),), CONFIDENCE
+    return sizes, 1.0 - (1.0 - CONFIDENCE) / len(SIZES)
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,4 +130,17 @@ def sampled(parts: Sequence[Limit], factors: FloatArray, confidence: float) -> S
     return Sampled(1.0 - values if first.complement else values, kept, confidence)
 
 
-__all__ = ["CONFIDENCE", "MET", "NOT_MET", "OPEN", "SIZES", "Sampled", "clopper_pearson", "drawn", "sampled"]
+__all__ = [
+    "COMPARED",
+    "CONFIDENCE",
+    "MET",
+    "NOT_MET",
+    "OPEN",
+    "SIZES",
+    "Sampled",
+    "clopper_pearson",
+    "drawn",
+    "drawn_alike",
+    "looks",
+    "sampled",
+]

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibopt.answer.answer import Odds
 from vibopt.answer.entry import Checked
-from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, SIZES, Sampled, drawn, sampled
+from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, Sampled, drawn, looks, sampled
 from vibopt.program.program import Limit
 from vibopt.program.worst_case import around, doubts_at
 from vibopt.scene.scene import Design, Scene
@@ -56,9 +56,8 @@ def _looked(scene: Scene, row: Checked, parts: list[Limit], wanted: float) -> tu
     assert row.limit is not None
     doubts = doubts_at(scene, np.zeros(0))
     cost = sum(one.cost for one in parts)
-    sizes = [size for k, size in enumerate(SIZES) if not k or size * cost <= _MOST]
+    sizes, confidence = looks(cost, _MOST)
     every = drawn(doubts, sizes[-1])
-    confidence = 1.0 - (1.0 - CONFIDENCE) / len(SIZES)
     seen = sampled(parts, every[: sizes[0]], confidence)
     for before, size in pairwise(sizes):
         told = not np.isnan(seen.stays_within(wanted, least=False))  # enough for the value that is shown

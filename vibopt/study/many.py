@@ -16,6 +16,7 @@ from vibopt.balancing import is_rotor
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import VibOptError
 from vibopt.jobs import answer, is_scene, of_document, with_changes
+from vibopt.program.drawn import drawn_alike
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_positions
 from vibopt.scene.uncertain import uncertain
@@ -48,7 +49,8 @@ def answers(jobs: Iterable[Job], progress: Progress | None = None, stage: str = 
     for index, one in enumerate(many):
         if progress is not None:
             progress(stage, index / len(many))
-        found.append(answer(one, progress=progress))
+        with drawn_alike():
+            found.append(answer(one, progress=progress))
     return found
 
 
@@ -129,7 +131,8 @@ def answered(
 def one_point(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Point:
     """The answer at one place, by itself."""
     here = changed_at(job, facts, values)
-    return point_of(facts, values, here, answer(here, explain=False, brief=True))
+    with drawn_alike():
+        return point_of(facts, values, here, answer(here, explain=False, brief=True))
 
 
 def work_of_one(job: Job, varied: Sequence[Varied]) -> float:

@@ -18,6 +18,7 @@ from vibopt.jobs import answer, facts, is_scene, noun_of
 from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
 from vibopt.solve.method import Progress
+from vibopt.solve.odds import likely
 from vibopt.study.holding import (
     LEAST_WORK,
     Road,
@@ -235,6 +236,11 @@ def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
         return (
             f"find_all answers with {job.finds}, and a price is counted in a goal. Set a goal, or see how the set "
             "moves with vibopt whatif FILE --set PATH=VALUE."
+        )
+    if is_scene(job) and likely(job):
+        return (
+            "a limit asks for a probability, and what a step buys of it is the luck of the draw. Leave "
+            "with_probability out for prices, or compare two answers: vibopt whatif FILE --set PATH=VALUE."
         )
     if not measure:
         return "there is neither a goal nor a limit, so nothing to count a price in. Add one of them."

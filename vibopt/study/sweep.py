@@ -82,10 +82,19 @@ class Sweep(Tabular):
         """Whether the values of the first fact have equal ratios."""
         return self.varied[0].by_ratios
 
+    @property
+    def drawn(self) -> tuple[str, ...]:
+        """Limits with a probability, which machines that are drawn tell, or leave open."""
+        limits = self.job.limits.items() if is_scene(self.job) else ()
+        return tuple(name for name, limit in limits if limit.with_probability is not None)
+
     @cached_property
     def boundaries(self) -> tuple[Boundary, ...]:
-        """Where answers begin or end and where other limits become active, found between the points of a grid."""
-        if not self.axes or not isinstance(self.points, Points) or self.base is None:
+        """Where answers begin or end and where other limits become active, found between the points of a grid.
+
+        None where a limit asks for a probability: a verdict ends where the machines that were drawn end it.
+        """
+        if not self.axes or not isinstance(self.points, Points) or self.base is None or self.drawn:
             return ()
         return boundaries(self.base, self.varied, self.axes, self.points)
 

@@ -12,6 +12,7 @@ from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.jobs import is_open, is_scene
+from vibopt.program.drawn import OPEN
 from vibopt.report.catalogue_choices import tied
 from vibopt.report.series import Front, Line, Map, Side, Strip, Strips
 from vibopt.responses.response import place_of
@@ -94,8 +95,13 @@ def map_of(sweep: Sweep) -> Map:
         values=values,
         good=np.array([point.good for point in points]).reshape(shape).T,
         sides=tuple(_side(sweep, boundary, level(boundary)) for boundary in sweep.boundaries),
-        bad_words=tuple(dict.fromkeys(WORDS.get(point.status, point.status) for point in points if not point.good)),
+        bad_words=tuple(dict.fromkeys(_bad_word(sweep, point.status) for point in points if not point.good)),
     )
+
+
+def _bad_word(sweep: Sweep, status: str) -> str:
+    """What is said of points without a good answer."""
+    return OPEN if status == "unproven" and sweep.drawn else WORDS.get(status, status)
 
 
 def change_words(one: Boundary) -> str:

@@ -9,6 +9,7 @@ from vibopt.answer.entry import Entry, Value
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of, resolved, with_changes
+from vibopt.program.drawn import drawn_alike
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.solve.odds import likely
@@ -108,12 +109,13 @@ def whatif(
         before, after = answers([job, changed], progress)
         return WhatIf(job, changes, before, after, keep_design)
     _check(job, changed, changes)
-    before = answer(job, progress=progress)
-    fixed = kept(job, before)
-    if rounding:
-        done = drawn(job, before, rounding)
-        before, fixed = done.design, done.kept
-    after = answer(with_changes(fixed, changes))
+    with drawn_alike():
+        before = answer(job, progress=progress)
+        fixed = kept(job, before)
+        if rounding:
+            done = drawn(job, before, rounding)
+            before, fixed = done.design, done.kept
+        after = answer(with_changes(fixed, changes))
     held = {name for name, limit in before.limits.items() if limit.met}
     breaks = tuple(name for name, limit in after.limits.items() if not limit.met and name in held)
     base = with_changes(fixed, changes) if after.status == "met" else fixed
