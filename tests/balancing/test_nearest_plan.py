@@ -6,6 +6,7 @@ little narrower there is none; and every choice of holes by itself.
 
 from __future__ import annotations
 
+import re
 from itertools import combinations_with_replacement, product
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import pytest
 import vibopt as vo
 from vibopt.answer.answer import Answer
 from vibopt.errors import InputError
+from vibopt.jobs import answer as answer_of
 from vibopt.jobs import from_text
 
 PROBLEMS = Path(__file__).parents[2] / "problems" / "balancing"
@@ -175,3 +177,85 @@ def test_weights_of_a_rotor_are_not_soft_and_measures_neither() -> None:
     with pytest.raises(InputError) as refused:
         from_text(text, "engine.toml")
     assert "measures.m has soft, but no bound to loosen: soft weighs the loosening of a limit." in str(refused.value)
+
+
+SHAFT = """
+[shaft]
+bearings = {{ A = "0 mm", B = "900 mm" }}
+speed = "1500 rpm"
+[masses.left]
+mass = "1 kg"
+radius = "50 mm"
+angle = "90 deg"
+at = "200 mm"
+[masses.middle]
+unbalance = "30 kg mm"
+angle = "210 deg"
+at = "450 mm"
+[masses.hole]
+mass = "0.3 kg"
+radius = "60 mm"
+angle = "330 deg"
+at = "700 mm"
+removed = true
+[planes.drive]
+at = "100 mm"
+radius = "50 mm"
+weight = {{ from = "0 g", to = "500 g" }}
+[planes.free]
+at = "800 mm"
+radius = "50 mm"
+weight = {{ from = "0 g", to = "500 g" }}
+[limits.A]
+response = "bearing_reaction"
+of = "A"
+at_most = "{A!r} N"
+[limits.B]
+response = "bearing_reaction"
+of = "B"
+at_most = "{B!r} N"
+{soft}
+[limits.total]
+response = "correction"
+total = true
+at_most = "{total!r} g"
+[goal]
+minimise = "unbalance"
+"""
+
+
+def shaft(A: float = 20.0, B: float = 20.0, total: float = 900.0, soft: str = "") -> Answer[Any]:
+    return vo.solve(from_text(SHAFT.format(A=A, B=B, total=total, soft=soft), "shaft.toml"))
+
+
+def kept(A: float, B: float, total: float = 900.0) -> bool:
+    """Whether weights keep all limits."""
+    job = from_text(SHAFT.format(A=A, B=B, total=total, soft=""), "shaft.toml")
+    return answer_of(job, explain=False, brief=True).status == "optimal"
+
+
+def test_a_limit_on_weights_is_not_among_those_that_the_bound_is_told_of() -> None:
+    """Each factor that is named is enough for the limits it names, and a little less is not."""
+    answer = shaft()
+    wider = "no correction keeps the limits: with the weights that are allowed, those on what is left would have to be "
+    assert answer.claim.startswith(f"{wider}at least ")
+    readings = float(answer.claim.split(" at least ")[1].split()[0])
+    assert answer.reason.endswith(" times as wide all could hold.")
+    every = float(answer.reason.split(" With every limit ")[1].split()[0])
+    assert every < readings
+    assert "vibopt whatif FILE" in answer.report()
+    for part, good in ((1.0 + 5e-4, True), (1.0 - 5e-4, False)):
+        assert kept(20.0 * readings * part, 20.0 * readings * part) == good
+    for part, good in ((1.0, True), (0.99, False)):  # three digits, outward
+        assert kept(20.0 * every * part, 20.0 * every * part, 900.0 * every * part) == good
+
+
+def test_limits_that_are_missed_many_times_over_say_how_much_wider_they_have_to_be() -> None:
+    answer = shaft(soft="soft = 4")
+    said = answer.reason.split("With wider limits all could hold: ")[1]
+    found = re.fullmatch(
+        r"A ([\d.]+) times as wide, B ([\d.]+) times as wide, total by ([\d.]+) % \(soft: B 4\)\.", said
+    )
+    assert found is not None
+    a, b, total = map(float, found.groups())
+    assert kept(20.0 * a, 20.0 * b, 900.0 * (1.0 + total / 100.0))

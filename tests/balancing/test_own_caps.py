@@ -268,3 +268,16 @@ def test_the_rate_of_a_limit_is_what_solving_again_shows(combine: str) -> None:
         gained = float(here.goal[1].value) - float(one.goal[1].value)
         assert here.rates[name] * size * step == pytest.approx(gained, rel=2e-2, abs=1e-7 * MIL)
     assert here.rates["t"] > 0.0
+
+
+def test_a_lower_end_that_the_file_refuses_is_told_as_less() -> None:
+    """A rod no longer than the crank."""
+    text = (
+        (PROBLEMS / "balancing" / "engine_share_capped.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]
+    )
+    text = text.replace('at_most = "600 N"', 'at_most = "1 MN"').replace("orders = 12", 'kinematics = "truncated"')
+    job = from_text(text, "engine.toml")
+    down, _ = prices(job, only=["engine.rod"]).rows[0].ways
+    assert (down.then, down.beyond) == ("the file cannot have less", "the file cannot have less")
+    assert down.ends is not None
+    assert down.ends.value == pytest.approx(40e-3, rel=5e-4)

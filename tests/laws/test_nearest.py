@@ -230,6 +230,32 @@ def test_soft_limits_are_missed_by_their_share(floor: float, start_up: float, so
     assert solve(from_dict(wider, name="press.toml"), explain=False).status == "optimal"
 
 
+@settings(max_examples=6)
+@given(
+    st.floats(4e3, 8.5e3), st.floats(5e6, 2e7), st.sampled_from([(1.0, 0.5), (3.0, 1.0), (1.0, 1.0), (0.5, 4.0)])
+)  # fmt: skip
+def test_what_is_missed_is_counted_in_parts_of_the_bound_on_either_side(
+    floor: float, stiff: float, soft: tuple[float, float]
+) -> None:
+    """Of a dense grid no design misses less of a limit from above and of one from below, each by its weight."""
+    document = press(floor, 1.0)
+    document["limits"]["run_up"] = {"response": "stiffness", "of": "mount", "at_least": f"{stiff!r} N/m"}
+    for name, one in zip(("floor", "run_up"), soft, strict=True):
+        document["limits"][name]["soft"] = one
+    design = answered(document, explain=False)
+    k, c = np.meshgrid(np.geomspace(1e5, 1e8, 1601), np.geomspace(10.0, 1e4, 61), indexing="ij")
+    best = float(np.maximum((values(k, c)[0] / floor - 1.0) / soft[0], (1.0 - k / stiff) / soft[1]).min())
+    if design.status == "optimal":
+        assert best <= 0.01
+        return
+    assert design.status == "infeasible"
+    assert design.nearest is not None
+    rows = design.nearest.limits
+    mine = max(-rows[name].margin / one for name, one in zip(("floor", "run_up"), soft, strict=True))
+    assert 0.0 < mine <= best * (1.0 + 1e-6)
+    assert mine >= best - 0.02  # the grid is half a percent wide
+
+
 def test_the_softest_loosening_is_proposed_and_a_design_is_not_touched() -> None:
     plain, soft = press(8e3, 8e-3), press(8e3, 8e-3)
     soft["limits"]["run_up"]["soft"] = 2

@@ -1,4 +1,4 @@
-"""What would give a job without a design one: each value named does, a third digit less does not, nothing is left out.
+"""What would give a job without a design one: each value named does, a third digit less of the change does not.
 
 The second route is a dense grid of formulas for one mass, on which a change helps or does not.
 """
@@ -91,7 +91,7 @@ def test_what_helps_a_mount_is_what_a_dense_grid_says(floor: float, run_up: floa
 
 
 def checked(found: Remedies) -> int:
-    """Every value that is named has a design, one in its third digit less has none; how many there are."""
+    """Every value that is named has a design, one whose change is a third digit less has none; how many there are."""
     assert found.helpful
     for row in found.helpful:
         assert row.then is not None
@@ -102,7 +102,8 @@ def checked(found: Remedies) -> int:
         made = with_changes(found.job, {fact.path: text})
         assert answer(made, explain=False).status in ("optimal", "feasible"), row.path
         number = float(to_unit(row.then.value, fact.unit, fact.dimension) if fact.unit else row.then.value)
-        size = max(abs(number), 1e-300)
+        now = float(to_unit(fact.value, fact.unit, fact.dimension) if fact.unit else fact.value)
+        size = max(min(abs(number), abs(number - now)), 1e-300)
         step = 1.0 if fact.dimension == "count" else 10.0 ** (floor(log10(size * (1.0 - 1e-9))) - 2)
         less = number + (1.0 if fact.dimension == "count" else 1.001) * copysign(step, row.now.value - row.then.value)
         value = fact.read(f"{less!r} {fact.unit}") if fact.unit else less
@@ -164,6 +165,29 @@ def test_a_soft_limit_comes_first() -> None:
     assert plain.helpful[0].path == "excitations.punch.amplitude"
     assert soft.helpful[0].path == "limits.run_up.at_most"
     assert {row.path: row.then for row in plain.rows} == {row.path: row.then for row in soft.rows}
+    assert plain.first.startswith("The least change of one number: excitations.punch.amplitude 30 kN pk -> ")
+    assert not any("Ranked" in one for one in plain.notes)
+    weighed = "The least change of one number, by the weights of soft limits: limits.run_up.at_most "
+    assert soft.first.startswith(weighed)
+    assert "Ranked by the change divided by the weight of a soft limit (soft: run_up 20)." in soft.notes
+
+
+def test_a_change_of_a_thousandth_is_said_as_that() -> None:
+    """The force of a spring without damping is in closed form: so much less, and the limit holds."""
+    spring, inertia = 6.99e6, 300.0 * (3000.0 * pi / 30.0) ** 2
+    handed_on = 30e3 * spring / (inertia - spring)
+    wanted = handed_on * 0.9987
+    text = PRESS.format(floor=wanted, run_up=1.0, soft="").replace('"10 kN/m"', '"6.99 MN/m"')
+    text = text.replace('{ from = "10 N s/m", to = "1 MN s/m" }', '"0 N s/m"')
+    text = text.partition("[limits.run_up]")[0] + "[goal]" + text.partition("[goal]")[2]
+    found = remedies(from_text(text, "press.toml"))
+    changes = {row.path: row for row in found.helpful}
+    force, limit = (changes[path].then for path in ("excitations.punch.amplitude", "limits.floor.at_most"))
+    assert force is not None
+    assert limit is not None
+    assert 0.0 <= 30e3 * 0.9987 - force.value <= 0.01 * 30e3 * 0.0013
+    assert 0.0 <= limit.value - handed_on <= 0.01 * (handed_on - wanted)
+    assert [row.change for row in found.helpful] == sorted(row.change for row in found.helpful)
 
 
 def test_what_is_left_out_is_said_and_a_job_with_a_design_is_refused(
@@ -184,7 +208,7 @@ def test_what_is_left_out_is_said_and_a_job_with_a_design_is_refused(
     assert main(["whatif", str(file)]) == 3
     shown = capsys.readouterr().out
     assert "What would help, each by itself" in shown
-    assert re.search(r"excitations.punch.amplitude +30 kN pk -> 23.1 kN pk +-23 %", shown)
+    assert re.search(r"excitations.punch.amplitude +30 kN pk -> 23.15 kN pk +-22.8 %", shown)
     assert "The nearest design" in shown
     assert main(["whatif", str(file), "--json"]) == 3
     data = json.loads(capsys.readouterr().out)

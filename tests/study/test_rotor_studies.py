@@ -151,3 +151,87 @@ def _holes(job: Any) -> list[list[tuple[int | None, int]]]:
 def test_another_number_of_holes_is_another_design() -> None:
     found = prices(open_job(PROBLEMS / "balancing" / "rao_9_13_holes.toml"), only=["planes.right.holes"])
     assert list(range_rows(found)) == [("planes.right.holes", "12 alone: 11 and 13 have designs of other kinds")]
+
+
+READ = {
+    "as found": ((8.0, 63.0), (6.5, 206.0), (5.0, 100.0)),
+    "left": ((12.97704482, 65.69135523), (8.366730658, 211.579519), (8.492161941, 102.0585521)),
+    "right": ((9.052340481, 47.68626407), (11.03934085, 179.2184046), (4.358898944, 136.5867756)),
+}
+"""Three sensors [mil pp @ deg] as found, with 10 g at 30 deg on the left and with 10 g at 200 deg on the right."""
+
+
+def shelves() -> Any:
+    """Two planes of twelve holes, each with at most two weights of a shelf of 2 g, 5 g and 10 g."""
+    plane = 'radius = "150 mm"\nholes = 12\nshelf = ["2 g", "5 g", "10 g"]\nmost_weights = 2\n'
+    text = FAN.partition("[planes.left]")[0] + f"[planes.left]\n{plane}[planes.right]\n{plane}"
+    for name, one in READ.items():
+        spots = ", ".join(f'{key} = "{size} mil pp @ {at} deg"' for key, (size, at) in zip("abc", one, strict=True))
+        trial = {"left": 'weights = { left = "10 g @ 30 deg" }', "right": 'weights = { right = "10 g @ 200 deg" }'}
+        text += f'[[runs]]\nname = "{name}"\nspeed = "1200 rpm"\n{trial.get(name, "")}\nreadings = {{ {spots} }}\n'
+    for key in "abc":
+        text += f'[limits.{key}]\nresponse = "residual"\nat = "{key}"\nat_most = "1.3 mil pp"\n'
+    return from_text(text + '[goal]\nminimise = "residual"\n', "shelves.toml")
+
+
+def every_filling(left: list[float], right: list[float]) -> tuple[float, Any]:
+    """The least root mean square of all fillings that keep the limits, and which weights are where; inf without one."""
+    runs = {
+        name: np.array([size * np.exp(1j * np.radians(at)) for size, at in one]) for name, one in READ.items()
+    }  # fmt: skip
+    trials = {"left": 30.0, "right": 200.0}
+    per = {name: (runs[name] - runs["as found"]) / (10.0 * np.exp(1j * np.radians(at))) for name, at in trials.items()}
+    single = [(hole, kind) for hole in range(12) for kind in range(3)]
+    fillings = [(), *((one,) for one in single), *((a, b) for a in single for b in single if a[0] < b[0])]
+    turned = np.exp(2j * np.pi * np.arange(12) / 12.0)
+    sums = [np.array([sum(shelf[k] * turned[h] for h, k in one) for one in fillings]) for shelf in (left, right)]
+    left_over = [
+        np.abs(v + a * sums[0][:, None] + b * sums[1][None, :])
+        for v, a, b in zip(runs["as found"], per["left"], per["right"], strict=True)
+    ]
+    worst, total = np.maximum.reduce(left_over), sum(one**2 for one in left_over)
+    goal = np.where(worst <= 1.3 * (1.0 + 1e-9), np.sqrt(total / 3.0), np.inf)
+    i, j = np.unravel_index(int(goal.argmin()), goal.shape)
+    return float(goal[i, j]), (fillings[i], fillings[j])
+
+
+@pytest.mark.parametrize(("plane", "beyond"), [("left", "5.4 g"), ("right", "8 g")])
+def test_of_a_shelf_weight_nothing_is_said_of_what_lies_beyond_the_same_filling(plane: str, beyond: str) -> None:
+    """Every filling by itself: the same is best within the range, another behind it, and better ones further out."""
+
+    def at(value: float) -> tuple[float, Any]:
+        moved = {"left": [2.0, 5.0, 10.0], "right": [2.0, 5.0, 10.0]}
+        moved[plane][0] = value
+        return every_filling(**moved)
+
+    job, path = shelves(), f"planes.{plane}.shelf.1"
+    found = prices(job, only=[path])
+    (row,) = found.rows
+    low, high = (1e3 * (one.until or one.far).value for one in row.ways if one.until or one.far)
+    here = at(2.0)
+    for value in np.geomspace(low * (1.0 + 1e-4), high * (1.0 - 1e-4), 7):
+        assert at(float(value))[1] == here[1]
+    for way, end in zip(row.ways, (low * (1.0 - 1e-3), high * (1.0 + 1e-3)), strict=True):
+        if way.until is not None:
+            assert at(end)[1] != here[1]
+            assert way.then == "other fillings beyond"
+        assert (way.ends, way.beyond) == (None, "")
+    said = " ".join(text for _, text in range_rows(found))
+    assert not any(word in said for word in ("no design", "changes nothing", "takes over"))
+    assert found.notes[0] == (
+        "The range of a shelf weight is that over which the same weights were found in the same holes. Beyond it, and "
+        "between the values that were looked at, other fillings may be better: vibopt sweep FILE --vary PATH=RANGE."
+    )
+    other = answer(with_changes(job, {path: beyond}), explain=False)
+    assert other.status == "optimal"
+    assert at(float(beyond.split()[0]))[0] == pytest.approx(other.goal[1].value / 1.27e-5 if other.goal else 0.0)
+    assert at(float(beyond.split()[0]))[0] < here[0]
+
+
+def test_the_radius_of_a_plane_moves_its_trial_weights() -> None:
+    found = prices(from_text(FAN.partition("[limits.a]")[0], "fan.toml"), only=["planes.left.radius"])
+    assert (
+        "With the radius of a plane its trial weights move, too: the readings ask for the same weights in grams."
+        in (found.notes)
+    )
+    assert [way.change for way in found.rows[0].ways] == [0.0, 0.0]

@@ -214,9 +214,15 @@ class Least:
         return {**self.value.to_json(), "proven": self.proven, "enough": self.enough}
 
 
-def _percent(part: float) -> str:
-    """A part that is surely enough."""
-    return f"{outward(100.0 * part, 'at_most'):.12g} %"
+_TIMES, _ENDLESS = 9.0, 1e6
+"""Parts of a bound from which a loosening is told by its factor, and is none."""
+
+
+def _wider(part: float) -> str:
+    """How much wider is surely enough: "wider by 21 %", of much "16.1 times as wide"."""
+    if part < _TIMES:
+        return f"wider by {outward(100.0 * part, 'at_most'):.12g} %"
+    return f"{outward(1.0 + part, 'at_most'):.12g} times as wide"
 
 
 @dataclass(frozen=True)
@@ -253,11 +259,11 @@ class Nearest:
         rows = list(self.limits.values())
         worst = max((-row.margin for row in rows), default=0.0)
         sides = {row.side for row in rows}
-        if len(rows) < 2 or not 0.0 < worst < (9.0 if sides == {"at_most"} else 1.0) or "outside" in sides:
+        if len(rows) < 2 or not 0.0 < worst < (_ENDLESS if sides == {"at_most"} else 1.0) or "outside" in sides:
             return ()
         if not self.soft:
-            return (f"With every limit wider by {_percent(worst)} all could hold.",)
-        missed = [f"{row.name} by {_percent(-row.margin)}" for row in rows if not row.met]
+            return (f"With every limit {_wider(worst)} all could hold.",)
+        missed = [f"{row.name} {_wider(-row.margin).removeprefix('wider ')}" for row in rows if not row.met]
         weighed = ", ".join(f"{name} {soft:g}" for name, soft in self.soft.items())
         return (f"With wider limits all could hold: {', '.join(missed)} (soft: {weighed}).",)
 

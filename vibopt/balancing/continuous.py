@@ -9,7 +9,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.planes import open_arcs
-from vibopt.balancing.question import Prices, Question, Sectors, Solved, breaks, inside_arc, relative_gap
+from vibopt.balancing.question import Prices, Question, Sectors, Solved, breaks, inside_arc, relative_gap, wider_words
 from vibopt.balancing.scaled import Scaled, into_wedge, scaled
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass
@@ -316,7 +316,7 @@ def solve_continuous(question: Question) -> Solved:
     -------
     Solved
         "optimal" with a gap below 1e-7 by our own dual bound; "infeasible" only with a bound above the limits, then
-        `least_factor` says how much wider all of them would have to be; "feasible" or "unproven" otherwise.
+        `least_factor` says how much wider those on readings would have to be; "feasible" or "unproven" otherwise.
     """
     plain = closed_form(question)
     if plain is not None:
@@ -332,8 +332,7 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
     details = {"programs": answer.rounds}
     if answer.x is None:
         if answer.factor > 1.0:
-            wider = f"{answer.factor:.4g} times as wide"
-            claim = f"no correction keeps the limits: all of them would have to be at least {wider}"
+            claim = wider_words(question, answer.factor)
             return Solved(None, "infeasible", claim, least_factor=answer.factor, details=details)
         return Solved(
             None, "unproven", "no correction was found, and that there is none is not proven", details=details

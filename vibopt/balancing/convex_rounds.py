@@ -127,7 +127,8 @@ class Convex:
     x
         None where no correction keeps the limits (then `factor` > 1 is proven) or none was found.
     factor
-        Every limit would have to be at least this many times as wide; 0 where not asked, nan where unknown.
+        With caps as they are every limit would have to be at least this many times as wide; 0 where not asked, nan
+        where unknown.
     impossible
         The solver says that no correction keeps the limits (its word only; `factor` is the proof).
     """

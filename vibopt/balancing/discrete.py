@@ -11,7 +11,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import Free, free_planes, into_arcs
 from vibopt.balancing.convex_rounds import FEW, KEPT, Convex, likely_worst, solve_convex
 from vibopt.balancing.option_tree import Cells, Tree
-from vibopt.balancing.question import Question, Solved, breaks, relative_gap
+from vibopt.balancing.question import Question, Solved, breaks, relative_gap, wider_words
 from vibopt.balancing.rounding import rounded
 from vibopt.balancing.scaled import Scaled, scaled
 from vibopt.errors import counted
@@ -126,7 +126,7 @@ def solve_discrete(question: Question, budget: Budget | None = None) -> Solved:
     scene = _with_lists(scaled(free.question), free)
     relaxed = solve_convex(scene)
     if relaxed.x is None and relaxed.factor > 1.0 + KEPT:
-        claim = f"even weights of any size keep the limits only if all are {relaxed.factor:.4g} times as wide"
+        claim = f"even of weights that need not be listed {wider_words(question, relaxed.factor)}"
         return Solved(None, "infeasible", claim, least_factor=relaxed.factor)
     tree = _tree(scene, free, relaxed)
     start = relaxed.x if relaxed.x is not None else np.zeros(scene.n_planes, dtype=complex)

@@ -125,6 +125,8 @@ def next_step(answer: Answer[BalancingJob]) -> tuple[str, str]:
     least = None if answer.conflict is None else answer.conflict.least
     if least is not None:
         return f'vibopt solve FILE --set limits.{least[0]}.at_most="{least[2].shown}"', "with the smallest loosening"
+    if answer.status == "infeasible" and not is_rotor(answer.job):
+        return "vibopt whatif FILE", "see which number, changed alone, would help"
     if answer.status in ("infeasible", "unbounded", "unproven"):
         return "vibopt explain FILE --thorough", "learn why, with all that can be said"
     if answer.status == "check_failed" or len(answer.plan.fittings) > 1:

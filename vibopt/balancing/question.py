@@ -211,7 +211,8 @@ class Solved:
     chosen
         Per plane the index into its options, -1 for a continuous plane.
     least_factor
-        Only when infeasible: every limit would have to be at least this many times as wide; nan where unknown.
+        Only when infeasible: with caps and total as they are every limit on a reading would have to be at least this
+        many times as wide; nan where unknown.
     details
         Counts of the method.
     work
@@ -229,6 +230,16 @@ class Solved:
     least_factor: float = float("nan")
     details: dict[str, Any] = field(default_factory=dict)
     work: float = 0.0
+
+
+def wider_words(question: Question, factor: float) -> str:
+    """That no correction keeps the limits unless those on readings are this many times as wide, caps held as they are.
+
+    A cap may be a limit of the file, so that not every limit of it is said to need that much.
+    """
+    held = bool(np.isfinite(question.caps).any()) or np.isfinite(question.total_cap)
+    which = "with the weights that are allowed, those on what is left" if held else "all of them"
+    return f"no correction keeps the limits: {which} would have to be at least {factor:.4g} times as wide"
 
 
 def first_greatest(values: FloatArray) -> int:

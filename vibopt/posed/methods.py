@@ -10,7 +10,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.lengths import Box, Least, Lengths, into_box
-from vibopt.balancing.question import Question, Solved, breaks, relative_gap
+from vibopt.balancing.question import Question, Solved, breaks, relative_gap, wider_words
 from vibopt.errors import InputError
 from vibopt.posed import conic
 from vibopt.posed import posed_engine as engine
@@ -104,8 +104,7 @@ def _none(named: Named, status: str) -> Solved:
         least = Named.plain(wider)
         factor = conic.solved(convex(least)).bound * least.size
         if factor > 1.0 + KEPT:
-            claim = f"no correction keeps the limits: all of them would have to be at least {factor:.4g} times as wide"
-            return Solved(None, "infeasible", claim, least_factor=factor)
+            return Solved(None, "infeasible", wider_words(q, factor), least_factor=factor)
     claim = f"cvxpy finds no correction (Clarabel: {status}), which is not proven here"
     return Solved(None, "unproven", claim)
 

@@ -61,6 +61,8 @@ class State:
         ends of ranges, as parts; where it was answered alone.
     x
         The design.
+    pieces
+        Of a shelf: plane, hole, radius [m] and mass [kg] of each that is fitted.
     """
 
     value: float
@@ -70,11 +72,17 @@ class State:
     worst: Mapping[str, float] = field(default_factory=dict)
     room: Mapping[str, float] = field(default_factory=dict)
     x: tuple[float, ...] = ()
+    pieces: tuple[tuple[str, int, float, float], ...] = ()
 
     @property
     def good(self) -> bool:
         """Whether there is a design."""
         return self.measure is not None
+
+    def filling(self, plane: str) -> list[tuple[str, int, float, float]]:
+        """The pieces, that of the value in a plane without its mass: what stays the same while it alone is moved."""
+        same = (math.isclose(one[3], self.value, rel_tol=1e-9) and one[0] == plane for one in self.pieces)
+        return sorted((*one[:3], 0.0 if moved else one[3]) for one, moved in zip(self.pieces, same, strict=True))
 
     def like(self, other: State) -> bool:
         """Whether the same things hold both back."""
@@ -109,7 +117,8 @@ def state_of(job: Job, found: Answer[Any], value: float) -> State:
     if not is_scene(job):
         caps = {path: part for path, _, part in caps_of(job, found)}
         room |= {_at_most(path): 1.0 - part for path, part in caps.items()}
-        return State(value, found.status, goal, frozenset(_balancing_held(job, found, caps)), worst, room)
+        touched = frozenset(_balancing_held(job, found, caps))
+        return State(value, found.status, goal, touched, worst, room, pieces=tuple(_pieces(job, found)))
     held = {name for name, limit in found.limits.items() if limit.active}
     held |= {f"{path} at {_end(variable.at_bound)}" for path, variable in found.variables.items() if variable.at_bound}
     listed = {variable.path for variable in found.scene.variables if variable.values is not None}
@@ -172,6 +181,14 @@ def _balancing_held(job: Any, found: Answer[Any], caps: Mapping[str, float]) -> 
             held.add(f"{plane.name}: {' and '.join(_fitted(plane, made)) or 'nothing'}")
     held |= {f"{path} = {entries[path].shown}" for path in job.choices if path.startswith("cyl") and path in entries}
     return held
+
+
+def _pieces(job: Any, found: Answer[Any]) -> Iterator[tuple[str, int, float, float]]:
+    """Plane, hole, radius and mass of each weight of a shelf that is fitted."""
+    for plane, made in zip(getattr(job, "planes", ()), found.plan.planes, strict=False):
+        for one in made.weights if plane.is_discrete else ():
+            mass = min(plane.shelf, key=lambda kind: abs(kind - one.mass), default=one.mass)
+            yield plane.name, -1 if one.hole is None else one.hole, one.radius or 0.0, mass
 
 
 def _fitted(plane: Any, made: Any) -> Iterator[str]:
@@ -306,10 +323,16 @@ class Road:
         return State(value, "optimal", entry, frozenset(held))
 
 
+def no_more(state: State, now: float) -> str:
+    """Why there is no answer at a value beyond `now`."""
+    refused = f"the file cannot have {'more' if state.value > now else 'less'}"
+    return refused if state.status == "refused" else "no design"
+
+
 def difference(before: State, after: State, names: Mapping[str, str] | None = None) -> str:
     """What takes over between two answers, in words."""
     if before.good and not after.good:
-        return "the file cannot have more" if after.status == "refused" else "no design"
+        return no_more(after, before.value)
     if not before.good and after.good:
         return "a design"
     news = sorted(after.held - before.held)

@@ -147,10 +147,11 @@ class Missing(Exact):
 
     def _counted(self, one: Piece) -> Piece:
         """A piece as the weight of its limit counts it."""
-        soft = self.program.limits[one.part].soft
-        if soft == 1.0:
+        limit = self.program.limits[one.part]
+        at_least = limit.side == "at_least"
+        if limit.soft == 1.0 and not at_least:
             return one
-        value, first, second = counted(one.value, soft)
+        value, first, second = counted(one.value, limit.soft, at_least=at_least)
         bend = bent(one.slope, one.bend, first, second)
         return replace(one, value=value, slope=first * one.slope, bend=bend)
 

@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.entry import Entry, Way
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
-from vibopt.study.holding import Road, State, difference
+from vibopt.study.holding import Road, State, difference, no_more
 from vibopt.units import read_quantity, to_unit
 from vibopt.values.fact_at import FactAt
 
@@ -30,6 +30,9 @@ _BRINKS = 3
 """Regions of designs that are followed to their end, one after the other."""
 _BESIDE = 1e-6
 """Decades on either side of a guess at which it is confirmed."""
+_FILLINGS = 24
+"""Values each way at which the filling of a shelf weight ten times as heavy, or as light, is looked at."""
+OTHERS = "other fillings beyond"
 _SAME = 1e-7
 """Part of a goal below which two are the same."""
 _TURN = math.pi / 2.0
@@ -93,6 +96,11 @@ def axis_of(fact: FactAt, extent: float, *, complement: bool = False) -> Axis | 
         return Axis(fact, extent=extent)
     size = 1.0 - fact.value if complement else fact.value
     return Axis(fact, complement=complement) if size > 0.0 else None
+
+
+def is_shelf(path: str) -> bool:
+    """Whether a number is the weight of one piece of a shelf."""
+    return path.startswith("planes.") and path.split(".")[-2] == "shelf"
 
 
 def is_place(fact: FactAt) -> bool:
@@ -159,6 +167,8 @@ class Along:
 
     def ranged(self, way: Way, direction: int) -> Way:
         """The same with how far the same things hold the answer back, and what comes then."""
+        if is_shelf(self.axis.fact.path):
+            return self._filled(way, direction)
         wide = direction == self.loose and self.key in self.here.held and not self.axis.counted
         far = (2.0 if self.axis.complement else _WIDEST) if wide else 1.0
         begin, last, other = self._first(direction, far)
@@ -172,17 +182,40 @@ class Along:
         way = replace(way, until=edge, there=there, then=difference(begin, other), far=outermost)
         return self._ended(way, begin, other, direction, far)
 
+    def _filled(self, way: Way, direction: int) -> Way:
+        """How far, at every value of a shelf weight that is looked at, the same weights sit in the same holes.
+
+        Fillings come and go with what a weight weighs, and designs with them: of what lies behind nothing is said.
+        """
+
+        plane = self.axis.fact.path.split(".")[1]
+
+        def same(state: State) -> bool:
+            return state.good and state.filling(plane) == self.here.filling(plane)
+
+        good, bad = self.here, None
+        for k in range(1, _FILLINGS + 1):
+            state = self.road(self.axis.value(direction * k / _FILLINGS))
+            if not same(state):
+                good, bad = self._halved(good, state, direction, same)
+                break
+            good = state
+        there, far = self.road(good.value).measure, self._entry(self.axis.value(float(direction)))
+        if bad is None:
+            return replace(way, far=far, there=there)
+        return replace(way, far=far, there=there, until=self._entry(good.value), then=OTHERS)
+
     def _as_good(self, state: State) -> bool:
         return self.change(state) == 0.0
 
     def _ended(self, way: Way, begin: State, other: State, direction: int, far: float) -> Way:
         """Where more of it changes nothing, or where no design is left."""
         if not other.good:
-            return replace(way, ends=way.until, beyond=_beyond(other))
+            return replace(way, ends=way.until, beyond=no_more(other, begin.value))
         last = self.road(self.axis.value(direction * far))
         if not last.good:
             good, bad = self._edge(other, last, direction)
-            return replace(way, ends=self._entry(good.value), beyond=_beyond(bad))
+            return replace(way, ends=self._entry(good.value), beyond=no_more(bad, good.value))
         if not self.key or self.key in last.held or direction != self.loose:
             return way
         if self.key not in other.held and self._same_goal(other, last):
@@ -361,10 +394,6 @@ class Along:
             middle = self.road(float(round(0.5 * (good.value + bad.value))))
             good, bad = (middle, bad) if holds(middle) else (good, middle)
         return good, bad
-
-
-def _beyond(state: State) -> str:
-    return "the file cannot have more" if state.status == "refused" else "no design"
 
 
 def _at_nothing(points: list[tuple[float, float]], end: float) -> float:

@@ -30,7 +30,7 @@ from vibopt.study.holding import (
     measured_by,
     state_of,
 )
-from vibopt.study.one_way import Along, Axis, axis_of, complement_of
+from vibopt.study.one_way import Along, Axis, axis_of, complement_of, is_shelf
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, first_words, words_of
 from vibopt.study.seen import goal_of, reason
 from vibopt.study.thresholds import extent_of
@@ -220,7 +220,7 @@ def prices(
     ranked = sorted(range(len(rows)), key=lambda k: (*(-one for one in rows[k].weight), k))
     for place, k in enumerate(ranked):
         rows[k] = purse.ranged(asked[k][0], rows[k], progress, 0.5 + place / max(2 * len(asked), 1))
-    notes = [*_left(rows), *([_data(job, read)] if read and only is None else [])]
+    notes = [*_left(rows), *_radii(job, rows), *([_data(job, read)] if read and only is None else [])]
     return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
 
 
@@ -394,8 +394,22 @@ def _left(rows: list[Ranked]) -> Iterator[str]:
     way = "`vibopt whatif FILE --thorough` computes all."
     if steps:
         yield f"No price was computed for {', '.join(steps)}: each takes answers of its own. {way}"
+    if any(is_shelf(row.path) and row.ranged for row in rows):
+        yield _SHELVES
     if ranges:
         yield f"How far the prices of {', '.join(ranges)} go on was not looked for: some thirty answers each. {way}"
+
+
+_SHELVES = (
+    "The range of a shelf weight is that over which the same weights were found in the same holes. Beyond it, and "
+    "between the values that were looked at, other fillings may be better: vibopt sweep FILE --vary PATH=RANGE."
+)
+
+
+def _radii(job: Job, rows: list[Ranked]) -> Iterator[str]:
+    """What else moves with a plane of which the influence was measured."""
+    if "runs" in job.document and any(row.path.endswith(".radius") and row.ways for row in rows):
+        yield "With the radius of a plane its trial weights move, too: the readings ask for the same weights in grams."
 
 
 def _data(job: Job, read: int) -> str:

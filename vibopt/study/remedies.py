@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
@@ -29,12 +30,13 @@ from vibopt.values.soft import softness
 if TYPE_CHECKING:
     from vibopt.jobs import Job
 
-_DIGITS = 3
+_DIGITS, _SHOWN = 3, 9
+"""Digits to which a change is brought, and with which the number is then shown in full."""
 _DECADES = (0.01, 0.04, 0.1, 0.2, 0.4, 0.7, 1.0)
 """Decades at which a number is looked at, each way; parts of the whole extent for places and angles."""
 _BOUNDS = (0.04, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0)
 """The same for a bound or the end of a range, which is moved in the way that loosens it."""
-_HALVINGS = 14
+_HALVINGS = 24
 _LOOSER = {"at_most": 1, "to": 1, "most": 1, "holes": 1, "most_weights": 1, "stock": 1, "deepest": 1,
            "at_least": -1, "from": -1, "least": -1}  # fmt: skip
 """The way in which what a path ends with is loosened."""
@@ -47,7 +49,7 @@ class Remedy:
     sort
         "limit", "cap" (the end of a range that is chosen from), or "fact".
     then
-        Three digits in its unit, solved again; None where no value helps, or none was looked for.
+        In steps of the third digit of the change, solved again; None where no value helps, or none was looked for.
     change
         Part of what it is (of an angle or a place: of the extent) by which it moves; inf without one.
     weighed
@@ -105,7 +107,13 @@ class Remedies(Tabular):
             return "No limit, range or fact, changed alone, was found to give a design."
         one = self.helpful[0]
         assert one.then is not None
-        return f"The least change of one number: {one.path} {one.now.shown} -> {one.then.shown}."
+        weighed = ", by the weights of soft limits" if one.change > min(row.change for row in self.helpful) else ""
+        return f"The least change of one number{weighed}: {one.path} {one.now.shown} -> {one.then.shown}."
+
+    @property
+    def reordered(self) -> bool:
+        """Whether `soft` of limits ranks the numbers otherwise than their changes do."""
+        return any(one.change > other.change for one, other in pairwise(self.helpful))
 
     @property
     def lines(self) -> list[tuple[str, ...]]:
@@ -201,9 +209,13 @@ def remedies(
     if left:
         way = "`vibopt whatif FILE --thorough` looks at all."
         notes.append(f"Not looked at because of the work: {', '.join(left)}. {way}")
+    ordered = tuple(rows[k] for k in ranked)
+    if Remedies(job, found, ordered).reordered:
+        said = ", ".join(f"{name} {soft:g}" for name, soft in search.soft.items())
+        notes.append(f"Ranked by the change divided by the weight of a soft limit (soft: {said}).")
     if read:
         notes.append(f"{read} numbers that were measured were left as they are: they are data of {noun_of(job)}.")
-    return Remedies(job, found, tuple(rows[k] for k in ranked), tuple(notes))
+    return Remedies(job, found, ordered, tuple(notes))
 
 
 _LEFT = "left out because of the work"
@@ -239,8 +251,8 @@ class _Search:
         far, value = best
         found = self._confirmed(fact, value)
         if found is None:
-            return Remedy(fact.path, sort, now, why="what helps could not be told to three digits")
-        then = Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
+            return Remedy(fact.path, sort, now, why="what helps could not be told in the digits of its unit")
+        then = Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude, digits=_SHOWN)
         part = far if axis.extent else abs(value / fact.value - 1.0)
         soft = self.soft.get(fact.path.split(".")[1], 1.0) if sort == LIMITS else 1.0
         goal = found.goal[1] if found.goal is not None else None
@@ -260,7 +272,7 @@ class _Search:
 def _along(road: Road, axis: Axis, way: int) -> tuple[float, float] | None:
     """How far the nearest value with a design is found to lie one way, and that value [SI]; None where there is none.
 
-    Between the last value without a design and the first with one it is halved, in steps of the third digit.
+    Between the last value without a design and the first with one it is halved, in steps of the change's third digit.
     """
     fact = axis.fact
     steps = _BOUNDS if fact.path.startswith("limits.") or fact.path.endswith((".to", ".from")) else _DECADES
@@ -275,7 +287,7 @@ def _along(road: Road, axis: Axis, way: int) -> tuple[float, float] | None:
     if good is None:
         return None
     for _ in range(_HALVINGS):
-        middle = _rounded(fact, 0.5 * (bad + good), size=good)
+        middle = _rounded(fact, 0.5 * (bad + good), good)
         if middle in (bad, good) or not min(bad, good) < middle < max(bad, good):
             break
         if _good(road, middle):
@@ -298,15 +310,19 @@ def _good(road: Road, value: float) -> bool:
     return road(value).status in GOOD
 
 
-def _rounded(fact: FactAt, value: float, size: float | None = None) -> float:
-    """A value [SI] with three digits in the unit of the file; of `size` where that says which digits these are."""
+def _rounded(fact: FactAt, value: float, good: float | None = None) -> float:
+    """A value [SI] with three digits in the unit of the file; in steps of the third digit of a change that is good."""
     if fact.dimension == "count":
         return float(round(value))
-    number = to_unit(value, fact.unit, fact.dimension) if fact.unit else value
-    scale = number if size is None else (to_unit(size, fact.unit, fact.dimension) if fact.unit else size)
-    if not scale or fact.dimension == "level":
+
+    def in_unit(one: float) -> float:
+        return to_unit(one, fact.unit, fact.dimension) if fact.unit else one
+
+    number = in_unit(value)
+    sizes = [number] if good is None else [in_unit(good), in_unit(good) - in_unit(fact.value)]
+    if not all(sizes) or fact.dimension == "level":
         return value
-    step = 10.0 ** (math.floor(math.log10(abs(scale) * (1.0 - 1e-9))) - _DIGITS + 1)
+    step = min(10.0 ** (math.floor(math.log10(abs(size) * (1.0 - 1e-9))) - _DIGITS + 1) for size in sizes)
     said = f"{round(number / step) * step:.12g}"
     return fact.read(f"{said} {fact.unit}") if fact.unit else float(said)
 

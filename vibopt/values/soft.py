@@ -42,13 +42,20 @@ def widened(factor: float, soft: float) -> float:
     return 1.0 + soft * (factor - 1.0) if factor > 1.0 else factor
 
 
-def counted(missed: float, soft: float) -> tuple[float, float, float]:
-    """Log of the factor by which a limit is missed, as its weight counts it, with its two derivatives.
+def counted(missed: float, soft: float, *, at_least: bool = False) -> tuple[float, float, float]:
+    """Log of one plus the weighed part of its bound by which a limit is missed, with its two derivatives.
 
-    Inverse of `widened` where the limit is missed; where it is met the same slope goes on.
+    `missed` is the log of the factor by which it is: the part of the bound is exp(missed) - 1, of a limit that asks for
+    `at_least` its bound 1 - exp(-missed).  Inverse of `widened` where the limit is missed; where it is met the same
+    slope goes on.
     """
     if missed <= 0.0:
         return missed / soft, 1.0 / soft, 0.0
+    if at_least:
+        shrunk = math.exp(-missed)
+        whole = soft + 1.0 - shrunk
+        slope = shrunk / whole
+        return math.log(whole / soft), slope, -slope - slope**2
     shrunk = math.exp(-missed)
     part = 1.0 + (soft - 1.0) * shrunk
     return missed + math.log(part / soft), 1.0 / part, (soft - 1.0) * shrunk / part**2
