@@ -113,13 +113,14 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Strip:
-    """One pair of axes: lines of one unit, and a level below which is bad (None for none)."""
+    """One pair of axes: lines of one unit, and a level below which is bad (None for none), with what that is called."""
 
     label: str
     lines: tuple[Line, ...]
     log: bool = False
     bad_below: float | None = None
     unit: str = ""
+    bad_word: str = "limit broken"
 
 
 @dataclass(frozen=True, slots=True)

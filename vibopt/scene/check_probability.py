@@ -31,7 +31,8 @@ def _fault(scene: Scene, path: Path, response: Response) -> str:
     if scene.find_all is not None or is_open(scene):
         return (
             "something is to be chosen: it judges a machine that is there. Solve without it, keep the answer with "
-            "--save design.toml, and add with_probability there."
+            "--save design.toml, add with_probability there, and see how much further a number may go: vibopt sweep "
+            'design.toml --vary PATH="-5 %..+5 %".'
         )
     doubts = uncertain(scene)
     if not doubts:

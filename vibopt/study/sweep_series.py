@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from math import isfinite, nan
 
 import numpy as np
@@ -52,7 +53,7 @@ def strips(sweep: Sweep) -> Strips:
         x_label=_label(fact),
         x=_shown(np.array([point.value.value for point in points]), fact),
         log_x=sweep.by_ratios,
-        strips=tuple(_answers(sweep, points) if chosen else _measured(points)),
+        strips=tuple(_answers(sweep, points) if chosen else _measured(points, sweep.drawn)),
         shaded=tuple(_shaded(sweep)) if chosen else (),
         marks=tuple((float(_shown(np.array([one.at]), fact)[0]), change_words(one)) for one in active),
         joined=fact.dimension != "count",
@@ -210,10 +211,10 @@ def _numbers(values: Mapping[str, list[Entry | None]]) -> Iterable[Strip]:
             yield _strip(spoken_path(name), entries, first.dimension, first.unit)
 
 
-def _measured(points: list[Point]) -> Iterable[Strip]:
+def _measured(points: list[Point], drawn: Collection[str]) -> Iterable[Strip]:
     """Margins of the limits; without limits what was measured."""
     if any(point.margins for point in points) or not any(point.results for point in points):
-        yield _margins(points)
+        yield replace(_margins(points), bad_word=f"limit broken, or it {OPEN}") if drawn else _margins(points)
     else:
         yield from _numbers(_by_path([point.results for point in points]))
 

@@ -76,7 +76,7 @@ def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
         floor, ceiling = axes.get_ylim()
         low = min(floor, strip.bad_below)
         look = {"fc": FORBIDDEN, "ec": FORBIDDEN_INK, "hatch": HATCHES[0], "lw": 0.0, "zorder": 1}
-        axes.axhspan(low, strip.bad_below, label="limit broken", **look)
+        axes.axhspan(low, strip.bad_below, label=strip.bad_word, **look)
         axes.set_ylim(floor, ceiling)
     for x, _ in strips.marks:
         axes.axvline(x, color=FAINT, lw=0.9, linestyle=(0, (2, 2)), zorder=2)
