@@ -136,6 +136,35 @@ def test_the_best_are_those_of_full_enumeration(tmp_path: Path, goal: str, two: 
         assert len(goals) == min(len(wanted), 10)
 
 
+@settings(max_examples=5, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(seed=st.integers(0, 10_000), soft=st.sampled_from([{}, {"floor": 8.0}, {"run_up": 8.0}]))
+def test_the_nearest_part_misses_least_by_the_weights_of_the_limits(
+    tmp_path: Path, seed: int, soft: dict[str, float]
+) -> None:
+    """Every part as an analysis of its own; each bound is half of the least that any part has."""
+    document = copy.deepcopy(dict(scene_of(tmp_path, seed, two=False, goal="price", parts=12).document))
+    document["limits"] = {name: document["limits"][name] for name in ("floor", "run_up")}
+    scene = from_dict(document, name="random.toml")
+    choices = Choices(factors_of(pose(scene)), len(scene.variables))
+    entries = product(*(range(len(one.table)) for one in choices.factors))
+    every = [choices.designs(np.array([one]))[0] for one in entries]
+    rows = [solve(frozen(scene, x), explain=False).limits for x in every]
+    for name, unit in (("floor", "N"), ("run_up", "m")):
+        document["limits"][name]["at_most"] = f"{0.5 * min(row[name].value.value for row in rows)!r} {unit}"
+        document["limits"][name] |= {"soft": soft[name]} if name in soft else {}
+    scene = from_dict(document, name="random.toml")
+    found = Catalogue().solve(pose(scene))
+    assert found.status == "infeasible"
+    near = found.details["nearest"]
+
+    def missed(x: Any) -> float:
+        rows = solve(frozen(scene, x), explain=False).limits.values()
+        return max(-row.margin / soft.get(row.name, 1.0) for row in rows)
+
+    assert near["proven"]
+    assert missed(near["x"]) == pytest.approx(min(map(missed, every)), rel=1e-7)
+
+
 @pytest.mark.parametrize("printed", [False, True], ids=["one tolerance", "a column of them"])
 @settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 10_000), goal=st.sampled_from(["price", "force"]))

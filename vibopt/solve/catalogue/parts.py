@@ -125,7 +125,7 @@ _MOST, _MOST_SEVERAL = 2_000_000, 20_000
 
 
 def nearest(search: Search) -> dict[str, Any] | None:
-    """The choice whose worst miss is least; exact where they are no more than two million, else among a part.
+    """The choice whose worst miss, by the weights of the limits, is least; of more than two million among a part.
 
     Of limits on several machines there are too many to ask all of them of that many choices.
     """
@@ -134,12 +134,13 @@ def nearest(search: Search) -> dict[str, Any] | None:
     misses = np.concatenate([_misses(search, search.choices.designs(part)) for part in _parts(chosen)])
     order = np.argsort(misses, kind="stable")
     best: tuple[float, int, int] | None = None
+    soft = np.array([limit.soft for limit in search.program.limits])
     for count, index in enumerate(order):
         if best is not None and (misses[index] >= best[0] or count >= _LOOKED):
             exact = exact and misses[index] >= best[0]
             break
         x = search.choices.designs(chosen[index][None, :])[0]
-        found = [search.judge.limit(limit, x)[0] for limit in search.program.limits]
+        found = np.array([search.judge.limit(limit, x)[0] for limit in search.program.limits]) / soft
         worst = int(np.argmax(found))
         if best is None or found[worst] < best[0]:
             best = (float(found[worst]), int(index), worst)
@@ -153,14 +154,17 @@ def nearest(search: Search) -> dict[str, Any] | None:
         "x": search.choices.designs(chosen[index][None, :])[0].tolist(),
         "limit": limit.name,
         "side": limit.side,
-        "missed": missed,
+        "missed": missed * limit.soft,
         "proven": exact,
     }
 
 
 def _misses(search: Search, x: FloatArray) -> FloatArray:
-    """Lower bound of the worst miss of each design as a part of its bound."""
-    table = [fails(limit, values, x, 0.0) for limit, values in zip(search.program.limits, search.limits, strict=True)]
+    """Lower bound of the worst miss of each design as a part of its bound, divided by the weight of the limit."""
+    table = [
+        fails(limit, values, x, 0.0) / limit.soft
+        for limit, values in zip(search.program.limits, search.limits, strict=True)
+    ]
     most: FloatArray = np.max(table, axis=0)
     return most
 
