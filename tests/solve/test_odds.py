@@ -229,6 +229,12 @@ def test_a_sweep_says_what_cannot_be_told_and_looks_for_no_edges(
     assert "violated floor BROKEN" in shown
     assert "unproven floor cannot be told" in shown
     assert "8 kN pk met" in shown
+    with file.open("a", encoding="utf-8") as more:
+        more.write('[limits.way]\nresponse = "displacement"\nof = "press"\nat_most = "1 nm"\n')
+    main(["sweep", str(file), "--vary", f"limits.floor.at_most={bound:.6f}, 8 kN"])
+    both = " ".join(capsys.readouterr().out.split())
+    assert "violated floor BROKEN or cannot be told, way BROKEN" in both
+    assert "8 kN pk violated way BROKEN" in both
     assert shown.endswith(
         "Where the answer changes between these values is not looked for: floor asks for a probability, which machines "
         "that are drawn tell."
@@ -253,7 +259,11 @@ def test_prices_of_a_draw_are_refused() -> None:
         "press.toml: a limit asks for a probability, and what a step buys of it is the luck of the draw. Leave "
         "with_probability out for prices, or compare two answers: vibopt whatif FILE --set PATH=VALUE.",
     )
-    assert explain(job).prices is None
+    said = explain(job)
+    assert said.prices is None
+    assert said.answer.notes[-1] == (
+        "No price is told: a limit asks for a probability, and what a step buys of it is the luck of the draw."
+    )
 
 
 NONE = "is no share that machines which are drawn can tell."

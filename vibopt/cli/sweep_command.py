@@ -303,8 +303,8 @@ def _columns(result: Sweep) -> list[str]:
 
 def _tight(point: Point, drawn: Sequence[str]) -> str:
     """Limits that are broken, or of which machines that were drawn tell nothing; else those without any margin."""
-    unsure = drawn if point.status == "unproven" else ()
-    words = {name: "cannot be told" if name in unsure else "BROKEN" for name in point.margins}
-    broken = [f"{name} {words[name]}" for name, margin in point.margins.items() if margin < -1e-6]
+    short = [name for name, margin in point.margins.items() if margin < -1e-6]
+    unsure = "cannot be told" if point.status == "unproven" else "BROKEN or cannot be told" if short[1:] else "BROKEN"
+    broken = [f"{name} {unsure if name in drawn else 'BROKEN'}" for name in short]
     active = [name for name, margin in point.margins.items() if abs(margin) <= 1e-6]
     return ", ".join(broken or active)

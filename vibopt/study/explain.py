@@ -16,6 +16,7 @@ from vibopt.scene.scene import Design
 from vibopt.solve import solve
 from vibopt.solve.method import Method, Progress
 from vibopt.solve.nlp import blind
+from vibopt.solve.odds import likely
 from vibopt.solve.ranges import closed
 from vibopt.study.absorbers import Absorbers, study_absorbers
 from vibopt.study.nearest import with_nearest
@@ -106,6 +107,9 @@ def explain(
     design = solve(job, method=method_of(method), progress=progress, thorough=thorough)
     design = with_nearest(design, thorough=thorough)
     design, every = _priced(design, thorough)
+    if likely(design.scene):
+        note = "No price is told: a limit asks for a probability, and what a step buys of it is the luck of the draw."
+        design = replace(design, notes=(*design.notes, note))
     program = pose(design.scene)
     return Explanation(
         design,
