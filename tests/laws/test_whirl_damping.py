@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from test_bearings import BENDING, BOTH, FILM, REST, ROWS, borne, numbers
+from test_bearings import BENDING, BOTH, FILM, REST, ROWS, at, borne, numbers
 from test_rotors import HEAD, NONE, RPM, SHAFT, asked, friswell, held, light
 from vibopt.errors import InputError
 from vibopt.mechanics.free_whirls import NO_PEAK, damped_critical_speeds, decrements, free_whirls
@@ -221,12 +221,32 @@ def test_no_damped_critical_speed_lies_near_what_runs() -> None:
     document = borne(friswell(), 1e6, 2e5, -1e5, 3e6, 3e3, 0.0, 0.0, 5e3)
     document["excitations"]["imbalance"]["speed"] = "2000 rpm"
     orders = {"orders": [1, 2], "of": "imbalance", "margin": "15 %"}
-    apart = {"response": "critical_speed", "damped": True, "outside": orders}
+    apart = {"response": "critical_speed", "damped": True, "whirl": "forward", "outside": orders}
     design = solve(from_dict({**document, "limits": {"apart": apart}}))
     second = asked(document, m={**apart, "mode": 2, "outside": None})["m"]
     assert (design.status, design.limits["apart"].limit.text) == ("violated", "3400..4600 rpm")
     assert design.limits["apart"].value.value == pytest.approx(second, rel=1e-9)
     assert design.limits["apart"].margin == pytest.approx(1.0 - second / (3400.0 * RPM), rel=1e-9)
+
+
+def test_between_unlike_bearings_a_limit_counts_whirls_of_both_senses() -> None:
+    """The whirl of either plane is nearly straight there, m w^2 = k, and the unbalance drives both."""
+    document = borne(light(shear_modulus="80 GPa", shear_coefficient=0.9), 4e6, 0.0, 0.0, 12e6, 10.0, 0.0, 0.0, 10.0)
+    shaft = 1.0 / (1.0 / (48.0 * BENDING) + 1.0 / (4.0 * 0.9 * 80e9 * math.pi * 0.02**2))
+    asks = {"response": "critical_speed", "damped": True}
+    found = asked(document, one=asks, two={**asks, "mode": 2})
+    for mode, bearing in (("one", 4e6), ("two", 12e6)):
+        straight = math.sqrt(1.0 / (1.0 / shaft + 0.5 / bearing) / 20.0)
+        assert found[mode] == pytest.approx(straight, rel=1e-5)
+        apart = {**asks, "outside": {"orders": [1], "of": "imbalance", "margin": "1 %"}}
+        asking = {**at(document, f"{straight / RPM!r} rpm"), "limits": {"apart": apart}}
+        assert solve(from_dict(asking)).status == "violated"
+
+
+def test_where_no_whirl_counts_the_answer_says_so() -> None:
+    fades = {"response": "logarithmic_decrement", "at": "2000 rpm", "up_to": "20 rpm", "at_least": 0.1}
+    design = solve(from_dict({**borne(friswell(), *OIL), "limits": {"fades": fades}}))
+    assert design.limits["fades"].value.text == "no whirl up to 20 rpm"
 
 
 def test_every_damping_is_found_at_which_whirls_fade_fast_enough() -> None:

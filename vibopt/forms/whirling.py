@@ -87,7 +87,7 @@ class DampedCriticalSpeed(Form):
     With mode 0 how far all are from bands: the least of low / speed or speed / high, one at an edge, less inside.
 
     sense
-        1 of whirl with the spin, -1 against it.
+        1 of whirl with the spin, -1 against it, 0 of both.
     bands
         Low and high ends [rad/s].
     top

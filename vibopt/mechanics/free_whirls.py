@@ -25,6 +25,8 @@ of spins is in which a whirl is solved."""
 _SCANNED, _BEYOND, _SURELY, _HALVED = 24, 1.5, 0.9, 60
 """Spins of a range that are looked at beside rows of tables; by how much faster whirls are followed than asked for;
 the part of that up to which one surely counts; steps of a golden section."""
+_EQUAL = 1e-7
+"""Part of themselves within which two speeds are one."""
 _GOLDEN, _LEVEL, _BESIDE = 0.5 * (np.sqrt(5.0) - 1.0), 1e-12, 1e-3
 """Of its section; part of a value by which it is level; part of a step at which one looks whether an end is a least."""
 
@@ -186,7 +188,7 @@ def _lowest(value: Callable[[float], float], low: float, high: float) -> float:
 
 
 def damped_critical_speeds(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> FloatArray:
-    """Spins at which a free whirl with the spin (1) or against it (-1) is as fast as the spin, ascending [rad/s].
+    """Spins at which a free whirl with the spin (1), against it (-1), or any (0), is as fast as the spin [rad/s].
 
     What is damped by `NO_PEAK` of critical and more has no resonance, and is left out.  Up to `top` and as far as
     tables go; without a top the `most` lowest are looked for up to `FARTHEST` times the lowest frequency at rest.
@@ -198,12 +200,19 @@ def damped_critical_speeds(rotor: Spun, sense: float, top: float = 0.0, most: in
         after = high, _faster(rotor, high)
         for near, way in _crossings(rotor, before, after):
             rate, forward = _as_fast(rotor, near, way)
-            if rate.imag < NO_PEAK * abs(rate) and forward == (sense > 0.0) and spins[0] <= rate.real <= spins[-1]:
+            counts = not sense or forward == (sense > 0.0)
+            if counts and rate.imag < NO_PEAK * abs(rate) and spins[0] <= rate.real <= spins[-1]:
                 found.append(rate.real)
         before = after
-        if most and len(found) >= most:
+        if most and len(found) >= most + 1:  # one may be met twice
             break
-    return np.sort(np.array(found))
+    return apart(found)
+
+
+def apart(speeds: list[float]) -> FloatArray:
+    """Ascending, of those that are equal one."""
+    every = np.sort(np.array(speeds))
+    return every[np.append(True, np.diff(every) > _EQUAL * every[1:])] if len(every) else every
 
 
 def _looked_at(rotor: Spun, top: float) -> FloatArray:

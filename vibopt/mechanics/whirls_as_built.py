@@ -19,6 +19,8 @@ from vibopt.mechanics.rotating import RotatingMachine
 _TURNS, _CLOSE, _TRIED, _FINE = 1e-9, 1e-13, 20, 1e-9
 """Part of itself that a frequency is at least of what turns; by which one is known; steps to it; part
 of the highest spin by which that of a least is known."""
+_ONE = 1e-7
+"""Part of themselves within which two speeds are one."""
 _DRAWN = 0.5**0.5
 """Damping ratio up to which a whirl has a resonance, and is drawn."""
 _LEAST, _SWINGS, _ALMOST = 2.0, 0.95, 0.98
@@ -124,13 +126,14 @@ def least_over(
         left, right = max(k - 1, 0), min(k + 1, len(spins) - 1)
         if values[k] == values[left : right + 1].min() and values[k] <= best + 0.5 * np.ptp(values[left : right + 1]):
             ends = spins[left], spins[right]
-            least = minimize_scalar(at, bounds=ends, method="bounded", options={"xatol": _FINE * high})
+            with np.errstate(invalid="ignore"):  # a whirl that no longer swings is infinitely damped
+                least = minimize_scalar(at, bounds=ends, method="bounded", options={"xatol": _FINE * high})
             best = min(best, float(least.fun))
     return best
 
 
 def as_fast(machine: OrbitingMachine, sense: float, most_damped: float, top: float = 0.0, many: int = 0) -> FloatArray:
-    """Spins at which a whirl with the spin (1) or against it (-1) is as fast as that, ascending [rad/s].
+    """Spins at which a whirl with the spin (1), against it (-1), or any (0), is as fast as that, ascending [rad/s].
 
     Those with a damping ratio of `most_damped` and more are left out.  As far as tables go, and up to `top`; without
     it the lowest `many`.
@@ -149,12 +152,14 @@ def as_fast(machine: OrbitingMachine, sense: float, most_damped: float, top: flo
             if near.imag > _SWINGS * abs(near):
                 continue
             rate = _synchronous(machine, near, motion)
-            if with_it == (sense > 0.0) and low <= rate.real <= high and rate.imag < most_damped * abs(rate):
+            counts = not sense or with_it == (sense > 0.0)
+            if counts and low <= rate.real <= high and rate.imag < most_damped * abs(rate):
                 found.append(rate.real)
         before = after
-        if many and len(found) >= many:
+        if many and len(found) >= many + 1:  # one may be met twice
             break
-    return np.sort(np.array(found))
+    every = np.unique(found)
+    return every[np.diff(every, prepend=0.0) > _ONE * every]
 
 
 def _ahead(machine: OrbitingMachine, spin: float) -> int:

@@ -132,12 +132,13 @@ class CriticalSpeed(NaturalFrequency):
 
     Keys
     ----
-    whirl: "forward", with the spin, as an unbalance drives it, or "backward": `whirl = "backward"`. Forward without it.
+    whirl: "forward", with the spin, as an unbalance drives it, or "backward": `whirl = "backward"`. Without it forward;
+        damped ones in bearings that are not alike in both planes both, for an unbalance drives both there.
     damped: Whether dampers count, and bearings that differ in both planes: `damped = true`. Whirls damped by 1/sqrt(2)
         of critical and more have no resonance, and are left out. Without it the rotor is undamped.
     """
 
-    whirl: Literal["forward", "backward"] = "forward"
+    whirl: Literal["forward", "backward"] | None = None
     damped: bool = False
     whirls: ClassVar[bool] = True
     unit_without: ClassVar[str] = "rpm"
@@ -156,7 +157,9 @@ class CriticalSpeed(NaturalFrequency):
 
     @property
     def said_of(self) -> str:
-        return f"of {self.whirl} damped whirl" if self.damped else ""
+        return (
+            f"of {self.whirl} damped whirl" if self.damped and self.whirl else "of damped whirl" if self.damped else ""
+        )
 
     @property
     def _top(self) -> float:
@@ -170,18 +173,27 @@ class CriticalSpeed(NaturalFrequency):
         if not self.damped:
             return super().form(model, drives, combine)
         bands = tuple((band.low, band.high) for band in self.outside_bands)
-        return DampedCriticalSpeed(self._sense, 0 if bands else self.mode, bands, self._top)
+        return DampedCriticalSpeed(self._sense(bool(model.bearings)), 0 if bands else self.mode, bands, self._top)
 
     def frequencies_of(self, machine: Machine) -> FloatArray:
         if not self.damped:
-            return machine.critical_speeds(self._sense)
+            return machine.critical_speeds(self._sense(in_unlike=False))
+        from vibopt.mechanics.orbiting import OrbitingMachine
         from vibopt.mechanics.rotating import RotatingMachine
         from vibopt.mechanics.whirls_as_built import as_fast, in_planes
 
         assert isinstance(machine, RotatingMachine)
         many = 0 if self.outside is not None else self.mode
-        return as_fast(in_planes(machine), self._sense, 1.0 / math.sqrt(2.0), self._top, many)
+        sense = self._sense(isinstance(machine, OrbitingMachine))
+        return as_fast(in_planes(machine), sense, 1.0 / math.sqrt(2.0), self._top, many)
 
-    @property
-    def _sense(self) -> float:
-        return -1.0 if self.whirl == "backward" else 1.0
+    def looked_to(self, machine: Machine) -> float:
+        if not self.reaches:
+            return super().looked_to(machine)
+        from vibopt.mechanics.orbiting import OrbitingMachine
+
+        return machine.searched(self._top) if isinstance(machine, OrbitingMachine) else self._top
+
+    def _sense(self, in_unlike: bool) -> float:
+        """1 of whirls with the spin, -1 against it, 0 of both, in bearings that are not alike in both planes."""
+        return -1.0 if self.whirl == "backward" else 0.0 if in_unlike and self.whirl is None else 1.0

@@ -281,6 +281,11 @@ class Response(Table):
         """Value of the built machine, without any excitation; another road than `form`."""
         raise NotImplementedError
 
+    @property
+    def absent(self) -> str:
+        """What an infinite value is called, which is of nothing; "" where it is a value."""
+        return ""
+
     def looked_to(self, machine: Machine) -> float:
         """Highest value that is searched for; infinite where an infinite one is known to be."""
         return float("inf")

@@ -103,6 +103,10 @@ class OfWhirls(Response):
         up_to = show(self.up_to.value, self.up_to.unit, ROTATION)
         return f"of {self.whirl or 'free'} whirls up to {up_to} at {spins}"
 
+    @property
+    def absent(self) -> str:
+        return f"no whirl up to {show(self.up_to.value, self.up_to.unit, ROTATION)}" if self.spins else ""
+
     def whirl_form(self, number: int) -> Form:
         bands = tuple((band.low, band.high) for band in self.spins)
         return WhirlDamping(self.ratio, bands, self.up_to.value, SENSES[self.whirl], number)

@@ -139,9 +139,10 @@ class Built:
     def row(self, name: str, response: Response, side: str) -> tuple[Checked, Measured]:
         found = measure_on(self.scene, self.machine, response, side or response.worst_side)
         row = _checked(self.scene, found, name, response, side)
-        if isfinite(far := response.looked_to(self.machine)) and found.value == inf:
-            text = f"none up to {replace(row.value, value=far).shown}"
-            row = replace(row, value=replace(row.value, text=text))
+        if found.value == inf:
+            far = response.looked_to(self.machine)
+            text = f"none up to {replace(row.value, value=far).shown}" if isfinite(far) else response.absent
+            row = replace(row, value=replace(row.value, text=text)) if text else row
         return row, found
 
     def _grown(self, found: Measured) -> str:
