@@ -218,7 +218,7 @@ class _Following:
             if known is None:
                 at = self._impossible(at) if self.status[at] == "infeasible" else at + 1
                 continue
-            at, known = self._stretch(known, at)
+            at, known = self._stretch(known, at + 1)
         return self.x * self.columns, self.status, self.goal
 
     def _from_neighbour(self, known: Held | None, at: int) -> Held | None:
