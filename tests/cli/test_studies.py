@@ -272,7 +272,7 @@ minimise = "correction"
 
 def test_bearings_are_moved_by_the_step_of_every_other_place(tmp_path: Path) -> None:
     file = tmp_path / "shaft.toml"
-    file.write_text(SHAFT)
+    file.write_text(SHAFT.replace("200 N", "300 N"))
     rows = {one.path: one for one in prices(vo.read(file)).rows}
     for path, now in (("shaft.bearings.A", 0.0), ("shaft.bearings.B", 0.9), ("masses.left.at", 0.2)):
         assert [way.value.value for way in rows[path].ways] == pytest.approx([now - 0.007, now + 0.007])

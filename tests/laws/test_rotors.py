@@ -497,7 +497,7 @@ REFUSED = {
     ),
     "a stress of nothing": (
         HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"bending_stress"'),
-        't line 18: measures.m has no of. Add the name of what is asked: of = "NAME".',
+        't line 18: measures.m has no of. Add it: of = "shaft".',
     ),
     "a diameter to millimetres": (
         HEAD + SHAFT.replace('"50 mm"', '{ value = "50 mm", tolerance = "0.02 mm" }') + TAIL,

@@ -38,7 +38,7 @@ _PLANE = table(
 _READING = table(
     {
         **dict.fromkeys(("speed", "found", "residual"), ref("number")),
-        **dict.fromkeys(("found_phasor", "fitted_phasor", "residual_phasor", "price"), TEXT),
+        **dict.fromkeys(("found_phasor", "fitted_phasor", "residual_phasor"), TEXT),
         "band": maybe(listed(ref("number"))), "limit": maybe(ref("number")), "margin": NUMBER,
     }
 )  # fmt: skip
