@@ -302,7 +302,7 @@ def test_chart_of_stability_is_told_as_table_data_and_picture(monkeypatch: pytes
     monkeypatch.setattr(runner, "stability", lambda **_: result)
     picture = tmp_path / "stability.svg"
     told = run("stability", "--family", "mounts", "--quick", "--figure", str(picture))
-    assert told.return_value == 0
+    assert told.return_value == 5  # --quick leaves out
     assert "modes alike" in told.output
     assert "Silently wrong" in told.output
     assert picture.read_text().count("slsqp, rounded") == 1

@@ -107,7 +107,7 @@ def test_what_changes_the_answer_is_solved_anew(
     file.write_text(PRESS.read_text(encoding="utf-8").replace("300 kg", "310 kg"), encoding="utf-8")
     assert solves()
     assert not solves()
-    monkeypatch.setattr(answer_cache, "_program", lambda: ["another version"])
+    monkeypatch.setattr(answer_cache, "program", lambda: ["another version"])
     assert solves()
 
 

@@ -42,7 +42,7 @@ def dotted(path: Path) -> str:
 
 
 def toml_text(given: object) -> str:
-    """A value as it would stand in the file; long ones are cut."""
+    """A value as it would stand in the file; long ones are cut, but for a path, whose end tells which file it is."""
     if isinstance(given, Mapping):
         text = "{ " + ", ".join(f"{key} = {toml_text(one)}" for key, one in given.items()) + " }"
     elif isinstance(given, list):
@@ -53,7 +53,8 @@ def toml_text(given: object) -> str:
         text = json.dumps(given, ensure_ascii=False)
     else:
         text = str(given)
-    return text if len(text) <= 80 else text[:77] + "..."
+    whole = len(text) <= 80 or (isinstance(given, str) and "/" in given and not any(map(str.isspace, given)))
+    return text if whole else text[:77] + "..."
 
 
 @dataclass

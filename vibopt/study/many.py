@@ -23,7 +23,6 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
 from vibopt.study.points import Columns, Point, Points, point_of
 from vibopt.study.together import columns
-from vibopt.study.workers import Lost, each
 from vibopt.values.fact_at import FactAt
 
 if TYPE_CHECKING:
@@ -170,6 +169,8 @@ def _by_processes(
     alone: Callable[[int, Point], None],
     tell: Callable[[float], None],
 ) -> None:
+    from vibopt.study.workers import Lost, each  # loads multiprocessing, which one process has no use for
+
     parts = [rest[begin : begin + BATCH] for begin in range(0, len(rest), BATCH)]
     errands = [_Errand(job.document, job.name, facts, values[part]) for part in parts]
     done = 0
