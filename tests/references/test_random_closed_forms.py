@@ -71,7 +71,10 @@ def test_least_motion_under_white_noise(ratio: float) -> None:
     assert design.x[0] == pytest.approx(float(ratio * STIFFNESS * tuning**2), rel=1e-7)
     assert design.x[1] == pytest.approx(float(2 * damping * tuning * ratio * MASS * RATE), rel=1e-7)
     assert design.status == "feasible"
-    assert design.claim == "best of 12 starts, 4 or more agreed"
+    assert design.claim == (
+        "best of 12 starts, 4 or more agreed; no useful bound: "
+        "the goal is a mean square under white noise: it has no bounds on boxes of designs"
+    )
 
 
 def meeting(ratio: float) -> tuple[float, float]:

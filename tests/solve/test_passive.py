@@ -156,7 +156,8 @@ def test_a_least_mass_has_one_too() -> None:
     program, least = pose(from_dict(made)), 100.0 / (6.0**2 - 1.0)
     found = with_bound(program, Found("feasible", np.array([2.5, 62.0, 0.1] * 2), "found", "nlp"))
     heavy = with_bound(program, Found("feasible", np.array([20.0, 62.0, 0.1] * 2), "found", "nlp"))
-    assert f"at most {100.0 * (40.0 / heavy.bound - 1.0):.0f} % above" in heavy.claim
+    assert heavy.claim == "found"  # of a design fourteen times as heavy the bound says next to nothing
+    assert heavy.bound < 40.0 / 3.0
     assert 0.95 * least < found.bound <= least * (1.0 + 1e-9)
     above = 100.0 * (5.0 / found.bound - 1.0)
     expected = (

@@ -29,6 +29,7 @@ from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Mode
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.signals import Band
+from vibopt.solve.boundable import FAR
 from vibopt.solve.method import Found
 
 _NODES, _FINAL = 48, 400
@@ -268,6 +269,8 @@ def with_bound(program: Program, found: Found) -> Found:
     known = found.bound if np.isfinite(found.bound) else 0.0
     if not max(known, 0.0) < least < value < np.inf:
         return found
+    if value > least * np.exp(FAR):
+        return replace(found, bound=least, details={**found.details, "bound": least})
     what = "same mass could reach" if aim.form.powers is None else "least mass would weigh"
     part = 100.0 * (value / least - 1.0)
     above = f"at most {part:{'.2g' if part < _HUNDRED else '.0f'}} % above what any passive device of the {what}"

@@ -19,6 +19,7 @@ from vibopt.forms.rows_on_boxes import Rows, coefficients, power_rows, response_
 from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
+from vibopt.solve.boundable import FAR, no_rows, refusal
 from vibopt.solve.branch import first_speeds
 from vibopt.solve.interchange import orders
 from vibopt.solve.method import Found
@@ -27,8 +28,6 @@ from vibopt.work import Budget
 NAME = "boxes"
 _GAP = 1e-6
 """Part of the goal that an optimum may be away from its bound."""
-_GROUPS, _FREE = 6, 6
-"""Groups of impedances of a response, and variables, up to which boxes are looked at: each doubles the work."""
 _WORK, _COST = 120_000, 0.02
 """Coefficients of responses on all boxes together, and the work of each of them [nominal ms]."""
 _PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
@@ -47,8 +46,6 @@ _TURNS, _AGAIN, _NEAR = 3, 0.25, 0.02
 """How often a box is cut by what its sides promised before they are tried again, what is left of it for a side, and how
 near (in logs) to what is to be proven: farther away promises are not kept."""
 _HOLDS = 1e-8
-_FAR = 4.6
-"""Log of a bound that says nothing."""
 
 
 def with_least(program: Program, found: Found, known: float = float("nan")) -> Found:
@@ -60,7 +57,7 @@ def with_least(program: Program, found: Found, known: float = float("nan")) -> F
     aim = program.aim
     if found.status == "unproven":
         return none_holds(program) or found
-    if found.status != "feasible" or found.x is None or aim is None or not _boundable(program, aim.pieces):
+    if found.status != "feasible" or found.x is None or aim is None or refusal(program, aim.pieces):
         return found
     value = max(piece.sense * piece.form.value(piece.model, found.x) for piece in aim.pieces)
     if not 0.0 < abs(value) < np.inf:
@@ -77,8 +74,10 @@ def with_least(program: Program, found: Found, known: float = float("nan")) -> F
         claim = f"proven by {boxes.budget} of all variables: nothing is better by more than {_GAP:.0e} of the goal"
         return replace(found, status="optimal", claim=claim, bound=bound, details=details)
     part = 100.0 * abs(float(np.expm1(sign * (best - least))))
-    if not best - least < _FAR or found.bound >= bound:
+    if not best - least < np.inf or found.bound >= bound:
         return found
+    if best - least > FAR:
+        return replace(found, bound=bound, details=details)
     way = "above the least" if sign > 0.0 else "below the greatest"
     claim = f"{found.claim}; at most {_no_less(part)} % {way} possible"
     return replace(found, claim=claim, bound=bound, details=details)
@@ -92,7 +91,7 @@ def _no_less(percent: float) -> str:
 
 def none_holds(program: Program, most: int = _WORK) -> Found | None:
     """That no design keeps all limits, where that many boxes prove it."""
-    if not _boundable(program, program.limits):
+    if refusal(program, program.limits):
         return None
     boxes = _Relaxed(program, (), most)
     if boxes.search(_HOLDS) < _HOLDS:
@@ -107,34 +106,12 @@ def hopeless(program: Program) -> Found | None:
     return none_holds(program, _FIRST) if free > _PLANE else None
 
 
-def _boundable(program: Program, asked: Sequence[Limit | Aim]) -> bool:
-    """Whether boxes say anything of what is asked, of a few continuous variables from above zero to an end."""
-    free = [a for a in program.axes if a.high > a.low]
-    closed = all(a.values is None and a.low > 0.0 and not (a.open_low or a.open_high) for a in program.axes)
-    if program.ties or not closed or not 0 < len(free) <= _FREE:
-        return False
-    every = all(isinstance(one, Limit) or _has_rows(one) for one in asked)
-    return every and any(_has_rows(one) for one in asked)
-
-
-def _has_rows(part: Limit | Aim) -> bool:
-    form, powers = part.form.harmonic, part.form.powers
-    most = part.sense > 0.0 if isinstance(part, Aim) else part.side == "at_most"
-    if not isinstance(part, Aim) and not 0.0 < part.bound < np.inf:
-        return False
-    if powers is not None:
-        return bool((powers.scale > 0.0).all()) and (most or (len(powers.scale) == 1 and part.least_wanted))
-    if not most or form is None or form.line is None or form.output.shared_by or part.model.spins:
-        return False
-    return not form.endless and len(form.groups(part.model).members) <= _GROUPS
-
-
 class _Relaxed:
     """The rows of a program on boxes, and the search with them; without goals, of limits that cannot hold together."""
 
     def __init__(self, program: Program, aims: Sequence[Aim], most: int = _WORK) -> None:
         self.program = program
-        kept = [limit for limit in program.limits if _has_rows(limit)]
+        kept = [limit for limit in program.limits if not no_rows(limit)]
         self.goals: Sequence[Limit | Aim] = list(aims) or kept
         self.limits: Sequence[Limit] = kept if aims else []
         self.lines = {id(one): _Speeds(program, one) for one in (*self.goals, *self.limits) if one.form.powers is None}

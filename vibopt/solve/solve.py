@@ -22,6 +22,7 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.alike import in_order
+from vibopt.solve.boundable import with_reason
 from vibopt.solve.choose import choose, closed_form
 from vibopt.solve.method import OPEN, Found, Method, Progress
 from vibopt.solve.passive import with_bound
@@ -115,6 +116,9 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     found, why = answer(program, scene, wish.method, wish.progress, wish.near)
     reason_text = "" if wish.brief else why()
     found = at_own_bound(scene, program, in_order(scene, program, found))
+    doubtful = uncertain(scene)
+    if not doubtful:
+        found = with_reason(closed(program), found, _unasked(wish))
     clock.stage("solve")
     if program.ties and wish.explain and found.x is not None:
         from vibopt.solve.catalogue.why import free_optimum
@@ -123,7 +127,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
             found, details={**found.details, "free": free_optimum(program, found, thorough=wish.patience == np.inf)}
         )
         clock.stage("free values")
-    if uncertain(scene):
+    if doubtful:
         return _over_tolerances(scene, program, found, reason_text, clock, wish)
     if found.x is None or found.status == "unbounded":
         design = _nothing(scene, program, found, reason_text, clock, wish)
@@ -131,6 +135,13 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
             design = _loosened(scene, design, found, closed(program), wish.patience)
         return design
     return _something(scene, program, found, clock)
+
+
+def _unasked(wish: _Wish) -> str:
+    """Why boxes were not looked at beside the answer; empty where they were."""
+    if wish.method is not None:
+        return "a method that is asked for by its name answers alone"
+    return "" if wish.near is None else "beside a design that is known to be near none is looked for"
 
 
 def _where_best(scene: Scene, wish: _Wish) -> Design:
@@ -287,7 +298,7 @@ def _over_tolerances(
     from vibopt.verify.as_built import differing
 
     best = robust(scene, nominal, wish.method, wish.progress)
-    found = best.found
+    found = with_reason(closed(program), best.found, "it would be one of one machine, not of all within the tolerances")
     clock.stage("tolerances")
     if found.x is None:
         clash = wish.explain and nominal.status == "infeasible"

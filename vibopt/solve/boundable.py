@@ -1,0 +1,86 @@
+"""What boxes of all variables can bound, and in words why not what they cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.program.program import Aim, Limit, Program
+from vibopt.solve.method import Found
+
+GROUPS, FREE = 6, 6
+"""Groups of impedances of a response, and variables, up to which boxes are looked at: each doubles the work."""
+FAR = float(np.log(3.0))
+"""Log of the ratio of a goal to a bound that says next to nothing of it."""
+
+
+def with_reason(program: Program, found: Found, unasked: str = "") -> Found:
+    """An answer that is not proven with the words why nothing useful is known of how far the best may be.
+
+    `unasked` is why boxes were not looked at although they could be.
+    """
+    aim = program.aim
+    if found.status != "feasible" or found.x is None or aim is None:
+        return found
+    value = max(piece.sense * piece.form.value(piece.model, found.x) for piece in aim.pieces)
+    if not np.isfinite(value) or _near(value, found.bound):
+        return found
+    why = refusal(program, aim.pieces) or unasked or "boxes of all variables leave too much open"
+    return replace(found, claim=f"{found.claim}; no useful bound: {why}")
+
+
+def _near(value: float, bound: float) -> bool:
+    """Whether a goal to be made small, and a bound of it, are of one size."""
+    if np.isnan(bound):
+        return False
+    return bound == value or (bound * value > 0.0 and abs(np.log(value / bound)) <= FAR)
+
+
+def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
+    """Why boxes say nothing of what is asked; empty where they do."""
+    free = [axis for axis in program.axes if axis.high > axis.low]
+    listed = [axis.path for axis in program.axes if axis.values is not None]
+    endless = [axis.path for axis in program.axes if axis.open_high or not np.isfinite(axis.high)]
+    zero = [axis.path for axis in program.axes if axis.open_low or axis.low <= 0.0]
+    if program.ties:
+        return "parts of a catalogue are compared with each other, not with what lies between them"
+    if listed:
+        return f"{listed[0]} is chosen from a list, and bounds are known of ranges only"
+    if endless:
+        return f"the range of {endless[0]} has no end: write one"
+    if zero:
+        return f"the range of {zero[0]} begins at zero: begin it above"
+    if len(free) > FREE:
+        return f"{len(free)} numbers are open, and bounds are known of up to {FREE}"
+    unknown = [why for one in asked if not isinstance(one, Limit) and (why := no_rows(one))]
+    if unknown:
+        return f"the goal {unknown[0]}"
+    return "" if free and any(not no_rows(one) for one in asked) else "no limit has bounds on boxes of designs"
+
+
+def no_rows(part: Limit | Aim) -> str:
+    """Why what is asked has no rows on boxes, behind its name; empty where it has."""
+    form, powers = part.form.harmonic, part.form.powers
+    most = part.sense > 0.0 if isinstance(part, Aim) else part.side == "at_most"
+    if not isinstance(part, Aim) and not 0.0 < part.bound < np.inf:
+        return "has a bound of zero or none"
+    if powers is not None:
+        kept = bool((powers.scale > 0.0).all()) and (most or (len(powers.scale) == 1 and part.least_wanted))
+        return "" if kept else "is a sum that is to be great, or a difference: of those no bounds are known"
+    if form is None:
+        return part.form.no_bounds
+    if not most:
+        return "is the least of a response, of which bounds are known of the greatest only"
+    if form.line is None:
+        return "counts several harmonics or excitations, and bounds are known of one"
+    if form.output.shared_by:
+        return "is what one of several mounts bears, of which no bounds are known"
+    if part.model.spins or form.endless:
+        return "is a response of what spins or has no end at standstill, of which no bounds are known"
+    count = len(form.groups(part.model).members)
+    return f"hangs on {count} links and masses, and bounds are known of up to {GROUPS}" if count > GROUPS else ""
+
+
+__all__ = ["FREE", "GROUPS", "no_rows", "refusal"]
