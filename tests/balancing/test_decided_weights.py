@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from refusals import refused
 from rotor_jobs import FAN
 from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
@@ -122,9 +123,8 @@ def test_decided_weights_that_break_a_limit_are_violated() -> None:
     ],
 )
 def test_wrong_decided_weights_are_told(old: str, new: str, message: str) -> None:
-    with pytest.raises(InputError) as refused:
-        from_text(HALF.replace(old, new, 1), "fan")
-    assert re.sub(r"fan line \d+", "", "\n".join(refused.value.messages)) == re.sub(r"fan line \d+", "", message)
+    error = refused(from_text, HALF.replace(old, new, 1), "fan")
+    assert re.sub(r"fan line \d+", "", "\n".join(error.messages)) == re.sub(r"fan line \d+", "", message)
 
 
 def test_decided_weights_have_no_prices_and_nothing_is_said_of_them() -> None:

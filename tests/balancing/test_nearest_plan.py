@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 
 import vibopt as vo
+from refusals import refused
 from vibopt.answer.answer import Answer
-from vibopt.errors import InputError
 from vibopt.jobs import answer as answer_of
 from vibopt.jobs import from_text
 
@@ -174,9 +174,8 @@ def test_soft_readings_of_a_rotor_are_left_by_their_share() -> None:
 
 def test_weights_of_a_rotor_are_not_soft_and_measures_neither() -> None:
     text = text_of("engine_share_capped") + '\n[measures.m]\nresponse = "force"\nsoft = 2\n'
-    with pytest.raises(InputError) as refused:
-        from_text(text, "engine.toml")
-    assert "measures.m has soft, but no bound to loosen: soft weighs the loosening of a limit." in str(refused.value)
+    error = refused(from_text, text, "engine.toml")
+    assert "measures.m has soft, but no bound to loosen: soft weighs the loosening of a limit." in str(error)
 
 
 SHAFT = """

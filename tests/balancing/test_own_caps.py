@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from refusals import refused
 from rotor_jobs import FAN, solve_text
 from test_engine import engine, job_of, number_at, solved
 from test_rotor_plan import SECOND, fan
@@ -150,13 +151,11 @@ def test_of_two_free_shares_the_rotating_mass_is_carried_first() -> None:
 
 
 def test_a_rotating_share_of_nothing_is_refused() -> None:
-    from vibopt.errors import InputError
 
-    with pytest.raises(InputError) as refused:
-        job_of(engine(["0 deg"], rotating_share={"from": 0, "to": 1}))
+    error = refused(job_of, engine(["0 deg"], rotating_share={"from": 0, "to": 1}))
     assert (
         "rotating_share is chosen, but no mass rotates. Add rotating to [engine], or leave rotating_share out."
-        in str(refused.value)
+        in str(error)
     )
 
 

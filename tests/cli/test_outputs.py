@@ -13,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from refusals import refused
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.sweep_table import journal_of
 from vibopt.errors import InputError
@@ -160,17 +161,14 @@ def test_places_that_are_no_files_are_told(tmp_path: Path) -> None:
     ring = tmp_path / "ring.csv"
     ring.symlink_to(ring)
     for name in ("", "a\0b.csv", "x" * 300 + ".csv", str(ring), str(tmp_path)):
-        with pytest.raises(InputError) as caught:
-            write_file(checked_target(name), b"content")
-        assert "cannot be written" in str(caught.value)
-        assert len(str(caught.value)) < 400
+        caught = refused(write_file, checked_target(name), b"content")
+        assert "cannot be written" in str(caught)
+        assert len(str(caught)) < 400
 
 
 def test_a_pipe_that_nobody_reads_is_no_wait(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "pipe")
-    with pytest.raises(InputError) as caught:
-        write_file(checked_target(str(tmp_path / "pipe")), b"content")
-    assert str(caught.value) == (
+    assert str(refused(write_file, checked_target(str(tmp_path / "pipe")), b"content")) == (
         f"{tmp_path / 'pipe'} cannot be written: it is a pipe, and nobody reads from it. Name a file, or begin to read "
         "first."
     )

@@ -17,6 +17,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refusals import refused
 from vibopt.answer.answer import EXIT_CODES, Conflict
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
@@ -496,9 +497,7 @@ def test_what_is_shown_is_what_was_verified(value: float) -> None:
 
 
 def test_the_sheet_of_find_all_is_refused(solved: Solved) -> None:
-    with pytest.raises(InputError) as caught:
-        html(solved("rao_9_35"))
-    assert str(caught.value) == (
+    assert str(refused(html, solved("rao_9_35"))) == (
         "rao_9_35.toml: --sheet is for one design, and find_all asks at which speeds the limits hold. Use vibopt "
         "report without --sheet."
     )
@@ -517,9 +516,7 @@ def test_a_digest_is_that_of_every_file_that_was_read() -> None:
 
 def test_without_a_browser_a_pdf_is_refused_with_a_way_out(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", "")
-    with pytest.raises(InputError) as caught:
-        browser("out/sheet.pdf")
-    assert str(caught.value) == (
+    assert str(refused(browser, "out/sheet.pdf")) == (
         "out/sheet.pdf cannot be written: a PDF is printed by a browser, and none of chromium, chromium-browser, "
         "google-chrome, chrome is on the PATH. Install Chromium or Chrome, or write out/sheet.html and print it from "
         "any browser: it is made for one page of A4."
@@ -530,9 +527,7 @@ def test_a_browser_that_fails_is_told(tmp_path: Path) -> None:
     program = tmp_path / "chromium"
     program.write_text("#!/bin/sh\necho first >&2\necho no display >&2\nexit 1\n")
     program.chmod(0o755)
-    with pytest.raises(InputError) as caught:
-        pdf("<p>", str(program), "sheet.pdf")
-    assert str(caught.value) == (
+    assert str(refused(pdf, "<p>", str(program), "sheet.pdf")) == (
         f"sheet.pdf cannot be written: {program} did not print it (no display). Write sheet.html and print it from any "
         "browser."
     )

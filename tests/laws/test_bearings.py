@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refusals import refused
 from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
 from vibopt.cli.picture_command import _picture
-from vibopt.errors import InputError
 from vibopt.mechanics.free_whirls import damped_critical_speeds
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbits import spun
@@ -240,9 +240,7 @@ def test_nothing_is_judged_beyond_the_end_of_a_table() -> None:
     document = borne(friswell(), table=rows)
     assert solve(from_dict(threshold_of(document))).measures["m"].value.shown == "none up to 8000 rpm"
     assert from_dict(threshold_of(document, at_least="8000 rpm")).limits
-    with pytest.raises(InputError) as caught:
-        from_dict(threshold_of(document, at_least="8001 rpm"), name="t")
-    assert caught.value.messages == (
+    assert refused(from_dict, threshold_of(document, at_least="8001 rpm"), name="t").messages == (
         "t: limits.m.at_least is 8001 rpm, but the table of bearings.left_film ends at 8000 rpm: whether a whirl grows "
         "beyond is not known. Write more rows, or 8000 rpm at most.",
     )
@@ -374,9 +372,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("text", "said"), REFUSED.values(), ids=REFUSED)
 def test_what_is_refused_of_bearings(text: str, said: str) -> None:
-    with pytest.raises(InputError) as caught:
-        from_text(text, name="t")
-    assert said in caught.value.messages
+    assert said in refused(from_text, text, name="t").messages
 
 
 SHEETS = {
@@ -392,9 +388,8 @@ SHEETS = {
 def test_a_file_of_a_bearing_that_cannot_be_read(sheet: str, said: str, tmp_path: Path) -> None:
     (tmp_path / "film.csv").write_text(sheet, encoding="utf-8")
     (tmp_path / "t.toml").write_text(HEAD + SHAFT + REST.replace(FILM, BOTH + 'table = "film.csv"\n'), encoding="utf-8")
-    with pytest.raises(InputError) as caught:
-        read(tmp_path / "t.toml")
-    assert any(said in one for one in caught.value.messages), caught.value.messages
+    caught = refused(read, tmp_path / "t.toml")
+    assert any(said in one for one in caught.messages), caught.messages
 
 
 def test_what_is_told_of_an_orbit_is_said_by_the_kind() -> None:
@@ -420,9 +415,7 @@ def test_an_orbit_is_drawn_as_far_as_its_greater_half_axis() -> None:
 
 def test_what_goes_round_an_ellipse_is_no_balancing_job() -> None:
     document = at(borne(friswell(), *STEADY), "1000 rpm")
-    with pytest.raises(InputError) as caught:
-        balancing_document(solve(from_dict(document)))
-    assert caught.value.messages == (
+    assert refused(lambda: balancing_document(solve(from_dict(document)))).messages == (
         "scene: bearings.left_film is not alike in both planes, where an unbalance moves a place along an ellipse, and "
         "a balancing job reads circles. Leave --save-coefficients out.",
     )
@@ -443,8 +436,6 @@ def test_the_campbell_diagram_of_damped_whirls_meets_the_spin_at_damped_critical
 
 def test_a_plot_of_what_grows_alone_says_why_it_is_none() -> None:
     document = borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 200.0, 0.0, 0.0, 300.0)
-    with pytest.raises(InputError) as caught:
-        _picture(solve(from_dict(document)), None, "png")
-    assert caught.value.messages == (
+    assert refused(lambda: _picture(solve(from_dict(document)), None, "png")).messages == (
         "scene: there is nothing to draw: a whirl grows without end, and nothing that is asked has a steady motion.",
     )

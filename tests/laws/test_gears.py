@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import vibopt as vo
-from vibopt.errors import InputError
+from refusals import refused
 
 LINE: dict[str, Any] = {
     "title": "drive line",
@@ -204,6 +204,4 @@ def test_gears_that_cannot_be_are_told_in_a_sentence(case: str) -> None:
         table[last] = value
         if value is None:
             del table[last]
-    with pytest.raises(InputError) as refused:
-        vo.from_dict(document, name="drive.toml")
-    assert f"drive.toml: {words}" in refused.value.messages
+    assert f"drive.toml: {words}" in refused(vo.from_dict, document, name="drive.toml").messages

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import vibopt as vo
+from refusals import refused
 from vibopt.errors import InputError
 from vibopt.mechanics.modes import characteristic, poles
 from vibopt.program.pose import pose
@@ -387,9 +388,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 @pytest.mark.parametrize("name", WRONG)
 def test_what_cannot_be_is_said(name: str) -> None:
     changes, text = WRONG[name]
-    with pytest.raises(InputError) as error:
-        vo.solve(vo.from_dict(changed(**changes)))
-    assert text in str(error.value).replace("\n", " ")
+    assert text in str(refused(lambda: vo.solve(vo.from_dict(changed(**changes))))).replace("\n", " ")
 
 
 SOFT = {
@@ -426,9 +425,10 @@ PUSHED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
 @pytest.mark.parametrize("name", PUSHED)
 def test_what_pushes_a_joint_without_an_answer_is_said(name: str) -> None:
     excitation, measure, text = PUSHED[name]
-    with pytest.raises(InputError) as error:
-        vo.solve(vo.from_dict({**SOFT, "excitations": {"e": excitation}, "measures": {"x": measure}}))
-    assert text in str(error.value)
+    error = refused(
+        lambda: vo.solve(vo.from_dict({**SOFT, "excitations": {"e": excitation}, "measures": {"x": measure}}))
+    )
+    assert text in str(error)
 
 
 def test_a_motion_that_is_let_go_is_of_bodies_with_mass() -> None:

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.errors import InputError
+from refusals import refused
 from vibopt.jobs import answer, from_text
 from vibopt.report.sheet.judgement import assumptions_of
 from vibopt.scene.read import from_dict
@@ -113,9 +113,7 @@ def test_a_search_does_not_begin_with_a_machine_that_is_never_built() -> None:
         'chosen, which begins with the machine as said. Add "0 %" to the data.'
     )
     for data, side in (('"+1 %", "+3 %"', "above"), ('"-1 %", "-3 %"', "below")):
-        with pytest.raises(InputError) as refused:
-            from_text(PRESS.format(data=data), "press.toml")
-        assert refused.value.messages == (words.format(side=side),)
+        assert refused(from_text, PRESS.format(data=data), "press.toml").messages == (words.format(side=side),)
         from_text(PRESS.format(data=f'{data}, "0 %"'), "press.toml")
 
 

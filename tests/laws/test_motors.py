@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import vibopt as vo
+from refusals import refused
 from vibopt.errors import InputError
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=4)
@@ -242,9 +243,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 @pytest.mark.parametrize("name", WRONG)
 def test_what_cannot_be_is_said(name: str) -> None:
     run_up, text = WRONG[name]
-    with pytest.raises(InputError) as error:
-        vo.solve(vo.from_dict(fan(run_up)))
-    assert text in str(error.value)
+    assert text in str(refused(lambda: vo.solve(vo.from_dict(fan(run_up)))))
 
 
 def test_a_force_does_not_say_what_it_takes_from_a_motor() -> None:

@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from refusals import refused
 from vibopt.answer.entry import Entry, Way
 from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
@@ -236,9 +237,7 @@ def test_tolerances_are_facts_with_a_price() -> None:
     ],
 )
 def test_a_job_without_prices_says_so(file: str, words: str) -> None:
-    with pytest.raises(InputError) as refused:
-        prices(open_job(PROBLEMS / file))
-    assert str(refused.value) == words
+    assert str(refused(prices, open_job(PROBLEMS / file))) == words
 
 
 def test_a_job_without_a_design_and_a_path_that_is_not_there_are_refused() -> None:

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_banded
 
+from refusals import refused
 from test_rotors import asked, friswell
-from vibopt.errors import InputError
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 
@@ -95,6 +95,4 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
 
 @pytest.mark.parametrize(("table", "sentence"), WRONG.values(), ids=WRONG)
 def test_films_that_are_none_are_refused(table: dict[str, Any], sentence: str) -> None:
-    with pytest.raises(InputError) as caught:
-        from_dict(held(table))
-    assert caught.value.messages[0] == sentence
+    assert refused(from_dict, held(table)).messages[0] == sentence

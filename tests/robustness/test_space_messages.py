@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from vibopt.errors import InputError
+from refusals import refused
 from vibopt.scene.read import from_dict
 
 Edit = Callable[[dict[str, Any]], object]
@@ -278,6 +278,4 @@ def test_message(edit: Edit, words: str) -> None:
         for table in document[family].values():
             for key in [key for key, value in table.items() if value is None]:
                 del table[key]
-    with pytest.raises(InputError) as caught:
-        from_dict(document, name="box.toml")
-    assert str(caught.value) == words
+    assert str(refused(from_dict, document, name="box.toml")) == words

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vibopt.errors import InputError
+from refusals import refused
 from vibopt.scene.read import from_text, read
 
 GOOD = """\
@@ -217,9 +217,7 @@ def test_one_mistake_gives_one_message(changes: dict[str, str], message: str) ->
     for old, new in changes.items():
         assert old in text
         text = text.replace(old, new)
-    with pytest.raises(InputError) as caught:
-        from_text(text, name="fan.toml")
-    assert caught.value.messages == (f"fan.toml {message}",)
+    assert refused(from_text, text, name="fan.toml").messages == (f"fan.toml {message}",)
 
 
 def test_the_good_file_is_good() -> None:
@@ -265,9 +263,7 @@ FILES = {
 def test_a_file_that_is_no_problem_file(content: bytes, message: str, tmp_path: Path) -> None:
     file = tmp_path / "file.toml"
     file.write_bytes(content)
-    with pytest.raises(InputError) as caught:
-        read(file)
-    assert caught.value.messages == (message,)
+    assert refused(read, file).messages == (message,)
 
 
 @pytest.mark.parametrize("content", [GOOD.replace("\n", "\r\n").encode(), b"\xef\xbb\xbf" + GOOD.encode()])
@@ -278,9 +274,6 @@ def test_files_of_other_systems_are_read(content: bytes, tmp_path: Path) -> None
 
 
 def test_a_file_that_is_not_there_or_a_folder(tmp_path: Path) -> None:
-    with pytest.raises(InputError) as caught:
-        read(tmp_path / "no.toml")
-    assert str(caught.value) == f"{tmp_path / 'no.toml'} is not there. Name an existing problem file (.toml)."
-    with pytest.raises(InputError) as caught:
-        read(tmp_path)
-    assert str(caught.value) == f"{tmp_path} is a folder. Name a problem file (.toml)."
+    caught = refused(read, tmp_path / "no.toml")
+    assert str(caught) == f"{tmp_path / 'no.toml'} is not there. Name an existing problem file (.toml)."
+    assert str(refused(read, tmp_path)) == f"{tmp_path} is a folder. Name a problem file (.toml)."

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import vibopt as vo
-from vibopt.errors import InputError
+from refusals import refused
 from vibopt.scene.open_places import open_positions
 from vibopt.scene.read import from_dict, with_changes
 
@@ -73,16 +73,12 @@ WRONG = [
 
 @pytest.mark.parametrize(("words", "message"), WRONG, ids=lambda one: str(one)[:40])
 def test_a_wrong_range_of_places_says_the_way_out(words: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError) as error:
-        from_dict(box(**words), name="box.toml")
-    assert str(error.value) == f"box.toml: {message}"
+    assert str(refused(from_dict, box(**words), name="box.toml")) == f"box.toml: {message}"
 
 
 def test_a_point_of_a_body_has_no_range() -> None:
     document = box(shift={"x": SPAN}) | {"points": {"top": {"on": "box", "at": [SPAN, "0 m", "1 m"]}}}
-    with pytest.raises(InputError) as error:
-        from_dict(document, name="box.toml")
-    assert str(error.value) == (
+    assert str(refused(from_dict, document, name="box.toml")) == (
         'box.toml: points.top.at = [{ from = "-0.2 m", to = "0.2 m" }, "0 m", "1 m"] leaves its x open, but only '
         "mounts have places to choose. Write one length."
     )
@@ -91,9 +87,10 @@ def test_a_point_of_a_body_has_no_range() -> None:
 def test_positions_without_a_goal_ask_for_one() -> None:
     document = box(shift={"x": SPAN})
     del document["goal"]
-    with pytest.raises(InputError) as error:
-        from_dict(document | {"measures": {"sag": {"response": "static_deflection", "of": "box"}}}, name="box.toml")
-    assert str(error.value) == (
+    error = refused(
+        from_dict, document | {"measures": {"sag": {"response": "static_deflection", "of": "box"}}}, name="box.toml"
+    )
+    assert str(error) == (
         "box.toml: mounts.foot.shift.x is to be chosen, but there is no [goal] that says which place is best. Add "
         '[goal] with minimise = "displacement" and of = "BODY", for example.'
     )

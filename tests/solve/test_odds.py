@@ -13,8 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shapes import faults
 
+from refusals import refused
 from vibopt.cli.main import main
-from vibopt.errors import InputError, NotProven
+from vibopt.errors import NotProven
 from vibopt.jobs import answer, from_text
 from vibopt.manual.schema import schema_of_answers
 from vibopt.program.drawn import MET, NOT_MET, OPEN, Sampled, clopper_pearson, drawn
@@ -253,9 +254,7 @@ def test_prices_of_a_draw_are_refused() -> None:
     from vibopt.study.prices import prices
 
     job = from_text(PRESS, "press.toml")
-    with pytest.raises(InputError) as refused:
-        prices(job)
-    assert refused.value.messages == (
+    assert refused(prices, job).messages == (
         "press.toml: a limit asks for a probability, and what a step buys of it is the luck of the draw. Leave "
         "with_probability out for prices, or compare two answers: vibopt whatif FILE --set PATH=VALUE.",
     )
@@ -303,10 +302,9 @@ MINE = '{ value = "4 MN/m", tolerance = { uniform = "20 %" } }'
     ],
 )  # fmt: skip
 def test_what_cannot_be_is_refused(old: str, new: str, words: str) -> None:
-    with pytest.raises(InputError) as refused:
-        from_text(PRESS.replace(old, new), "press.toml")
-    assert f"press.toml {words}" in refused.value.messages
-    assert len(refused.value.messages) <= 2
+    error = refused(from_text, PRESS.replace(old, new), "press.toml")
+    assert f"press.toml {words}" in error.messages
+    assert len(error.messages) <= 2
 
 
 def test_a_saved_design_keeps_its_distributions() -> None:

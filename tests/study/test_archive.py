@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from refusals import refused
 from vibopt.errors import InputError
 from vibopt.study.archive import CLOSE, DIFFERS, EQUAL, Comparison, archive_text, compared, read_archive
 
@@ -133,9 +134,7 @@ def test_kept_answers_are_read_as_they_were_written(tmp_path: Path) -> None:
 def test_what_vibopt_did_not_write_is_no_archive(tmp_path: Path, text: str) -> None:
     file = tmp_path / "other.json"
     file.write_text(text)
-    with pytest.raises(InputError) as refused:
-        read_archive(file)
-    assert str(refused.value) == (
+    assert str(refused(read_archive, file)) == (
         f"{file} holds no answers kept by vibopt. Write them with vibopt verify PATH... --save {file}."
     )
 
