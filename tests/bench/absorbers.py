@@ -9,7 +9,6 @@ its program.  Error: true peak of the design found, over the best possible one i
 from __future__ import annotations
 
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,8 @@ from scipy.optimize import minimize
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 sys.path.insert(1, str(Path(__file__).parents[1] / "references"))
+
+from timing import in_turns
 
 from absorber_routes import System, h_infinity, nishihara_asami
 from vibopt.program.pose import pose
@@ -111,26 +112,14 @@ def error(x: FloatArray, ratio: str, zeta: str, best: object) -> float:
     return float(height / best - 1)
 
 
-def least(*tasks: Callable[[], object]) -> list[float]:
-    """Least time of each task [s], run in turns."""
-    best = [np.inf] * len(tasks)
-    for _ in range(REPEATS):
-        for index, task in enumerate(tasks):
-            begin = time.perf_counter()
-            task()
-            best[index] = min(best[index], time.perf_counter() - begin)
-    return best
-
-
 def line(ratio: str, zeta: str) -> float:
     """One case printed; how many times longer SLSQP takes."""
     scene, mu, own = from_dict(document(ratio, zeta)), float(ratio), float(zeta)
     posed: list[Program] = [closed(pose(scene)) for _ in range(REPEATS)]
     fresh = iter(posed)
     hand = ipopt(mu, own)
-    ours, whole, slsqp, interior = least(
-        lambda: DiscsOfOneLink().solve(next(fresh)), lambda: solve(scene), lambda: by_slsqp(mu, own), hand
-    )
+    calls = (lambda: DiscsOfOneLink().solve(next(fresh)), lambda: solve(scene), lambda: by_slsqp(mu, own), hand)
+    (ours, whole, slsqp, interior), _ = in_turns(calls, REPEATS)
     found = DiscsOfOneLink().solve(posed[0])
     assert found.x is not None
     best = h_infinity(ratio, zeta)["peak"] if own else nishihara_asami(ratio)["peak"]

@@ -12,14 +12,13 @@ import os
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
-import time
-from collections.abc import Callable
 from dataclasses import replace
 from functools import partial, partialmethod
 from typing import Any
 from unittest import mock
 
 import numpy as np
+from timing import timed
 
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.conventions import WITH, Conventions
@@ -54,16 +53,6 @@ def fresh_cvxpy(question: Question) -> float:
     problem = cp.Problem(cp.Minimize(goal), caps)
     problem.solve(solver="CLARABEL")
     return float(problem.value)
-
-
-def timed(call: Callable[[], Any], repeats: int) -> tuple[float, Any]:
-    """Least processor time [s] of a few calls, and what the last one gave."""
-    best, answer = np.inf, None
-    for _ in range(repeats):
-        start = time.process_time()
-        answer = call()
-        best = min(best, time.process_time() - start)
-    return best, answer
 
 
 def against_cvxpy() -> None:

@@ -9,12 +9,11 @@ against an answer in 30 digits; and by how much the worst limit is missed at its
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from by_hand import ByHand, problems
+from timing import in_turns
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
@@ -28,22 +27,11 @@ ROOT = Path(__file__).parents[2]
 REPEATS = 40
 
 
-def least(*tasks: Callable[[], object]) -> list[float]:
-    """Least time of each task [s], run in turns."""
-    best = [np.inf] * len(tasks)
-    for _ in range(REPEATS):
-        for index, task in enumerate(tasks):
-            begin = time.process_time()
-            task()
-            best[index] = min(best[index], time.process_time() - begin)
-    return best
-
-
 def compared(one: ByHand) -> tuple[float, float, float, float, float, float, float]:
     """Times [s] from the scene, from the file, and of SLSQP; errors of both, misses of both."""
     file = ROOT / "problems" / "isolation" / one.file
     scene = read(file)
-    ours, whole, theirs = least(lambda: solve(scene), lambda: solve(read(file)), one.solve)
+    (ours, whole, theirs), _ = in_turns((lambda: solve(scene), lambda: solve(read(file)), one.solve), REPEATS)
     design, hand = solve(scene), one.solve()
     program = pose(scene)
     judge = Judge(program)

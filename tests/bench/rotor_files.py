@@ -15,18 +15,16 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 import cmath
 import cProfile
 import csv
-import gc
 import pstats
 import sys
 import tempfile
-import time
-from collections.abc import Callable
 from math import radians
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import tomli
+from timing import in_turns
 
 import vibopt as vo
 
@@ -165,18 +163,6 @@ def ours(file: Path) -> Any:
     return vo.solve(vo.read(file))
 
 
-def interleaved(calls: list[Callable[[], Any]], repeats: int) -> tuple[list[float], list[Any]]:
-    """Least processor time [s] of each call, taken in turns, and what the last ones gave."""
-    best, answers = [np.inf] * len(calls), [None] * len(calls)
-    for _ in range(repeats):
-        for index, call in enumerate(calls):
-            gc.collect()
-            start = time.process_time()
-            answers[index] = call()
-            best[index] = min(best[index], time.process_time() - start)
-    return best, answers
-
-
 def main() -> None:
     """The table of ratios."""
     print(f"{'readings':>9} {'goal':>6} {'file':>5} {'ours ms':>9} {'cvxpy ms':>9} {'ratio':>6} {'difference':>10}")
@@ -187,7 +173,7 @@ def main() -> None:
                     ("csv", "toml"), rotor_files(Path(folder), sensors, speeds, planes, goal), strict=True
                 ):
                     repeats = 10 if sensors * speeds <= 40 else 3
-                    best, (plan, value) = interleaved(
+                    best, (plan, value) = in_turns(
                         [lambda f=file: ours(f), lambda f=file, g=goal: rival(f, g)], repeats
                     )
                     own = float(plan.goal[1].value)

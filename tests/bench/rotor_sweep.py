@@ -16,7 +16,6 @@ for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import sys
 import tempfile
-import time
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -24,6 +23,7 @@ from typing import Any
 
 import numpy as np
 from rotor_files import RADIUS, rotor_files
+from timing import timed
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
@@ -130,13 +130,6 @@ def with_clarabel(y0: Numbers, H: Numbers, caps: Numbers, goal: str, path: str) 
     return solved
 
 
-def seconds(call: Callable[[], Any]) -> tuple[float, Any]:
-    """Processor time and what came out."""
-    start = time.process_time()
-    found = call()
-    return time.process_time() - start, found
-
-
 def compared(folder: Path, goal: str, path: str, span: str) -> None:
     """Microseconds a point, ratios, and how far the goals are apart."""
     job = job_of(folder, goal, path)
@@ -145,13 +138,13 @@ def compared(folder: Path, goal: str, path: str, span: str) -> None:
     sweep(job, path, span, POINTS[0])
     to_si = 1.0 if path.startswith("limits.") else RADIUS  # the rivals count unbalances
     for points in POINTS:
-        ours, found = seconds(partial(sweep, job, path, span, points))
+        ours, found = timed(partial(sweep, job, path, span, points))
         picked = [found.points[k] for k in range(0, points, points // RIVAL_POINTS)]
         goals = np.array([np.inf if one.goal is None else one.goal.value for one in picked])
         bounds = [to_si * one.value.value for one in picked]
         line = f"{goal:>5} {path:>20} {points:>5} points: {1e6 * ours / points:5.1f} us a point"
         for label, rival in zip(("cvxpy", "clarabel"), rivals, strict=True):
-            taken, values = seconds(lambda r=rival, b=bounds: np.array([r(one) for one in b]))
+            taken, values = timed(lambda r=rival, b=bounds: np.array([r(one) for one in b]))
             both = np.isfinite(goals) & np.isfinite(values)
             apart, each = np.abs(goals[both] / values[both] - 1.0).max(), taken / len(picked)
             line += f", {label} {1e6 * each:5.0f} us, ratio {each / ours * points:4.0f} (apart {apart:.0e})"

@@ -7,11 +7,10 @@ four coordinates a node (two deflections, two tilts), a dense state matrix at ea
 from __future__ import annotations
 
 import math
-import time
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from timing import timed
 
 from vibopt.forms.drive_response import DriveResponse, modes_for
 from vibopt.program.pose import on_needed
@@ -102,12 +101,6 @@ def response_of_elements(parts: tuple[Any, Any, Any, Any], driven: int, seen: in
     load[driven], load[n + driven] = 1.0, -1j
     found = [np.linalg.solve(k + 1j * w * (c + w * g) - w * w * m, load)[seen] * 1e-3 * w * w for w in SPEEDS]
     return np.abs(np.array(found))
-
-
-def timed(what: Callable[[], Any]) -> tuple[float, Any]:
-    begin = time.process_time()
-    found = what()
-    return time.process_time() - begin, found
 
 
 def whirls(scene: Any) -> Any:

@@ -5,8 +5,6 @@ Run: python tests/bench/space.py
 """
 
 import sys
-import time
-from collections.abc import Callable
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,8 @@ from typing import Any
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "laws"))
+
+from timing import timed
 
 from space_machine import Array, Plant
 from vibopt.forms import Modulus
@@ -28,16 +28,6 @@ COUNT = 30
 SPEEDS = 2000
 LOW, HIGH = 1.0, 400.0
 KINDS = ("viscous", "light", "rubber")
-
-
-def best(call: Callable[[], object], repeats: int) -> float:
-    """Least time of some calls [s]."""
-    times = []
-    for _ in range(repeats):
-        began = time.perf_counter()
-        call()
-        times.append(time.perf_counter() - began)
-    return min(times)
 
 
 class Machine(Plant):
@@ -96,9 +86,9 @@ def measured(machine: Machine) -> tuple[float, ...]:
     here = machine.response(np.array([found.speeds["shaker"]]))[0]
     error = max(true / found.value - 1.0, abs(here / found.value - 1.0))
     times = (
-        best(lambda: machine.response(omega), 8),
-        best(lambda: form.worst(model, another()), 100),
-        best(general, 4),
+        timed(lambda: machine.response(omega), 8)[0],
+        timed(lambda: form.worst(model, another()), 100)[0],
+        timed(general, 4)[0],
     )
     return (*times, error, 1.0 - float(samples.max()) / true)
 

@@ -16,8 +16,6 @@ from __future__ import annotations
 
 import os
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # before numpy; several threads only hinder each other on matrices this small
@@ -28,6 +26,7 @@ sys.path.insert(1, str(Path(__file__).parents[1] / "laws"))
 import mpmath
 import numpy as np
 import scipy.sparse as sparse
+from timing import timed
 
 from rods import ROD, rod
 from vibopt.arrays import ComplexArray, FloatArray
@@ -122,16 +121,6 @@ def _beyond(k: mpmath.mpf, m: mpmath.mpf, angle: mpmath.mpf, count: int) -> mpma
     """Motion of a node over that of the free end, `count` elements further on, with nothing acting between."""
     slope = ((k - 2 * m) / (k + m) - mpmath.cos(angle)) / mpmath.sin(angle)
     return mpmath.cos(count * angle) + slope * mpmath.sin(count * angle)
-
-
-def timed(work: Callable[[], object], rounds: int = 1) -> tuple[float, object]:
-    """Least seconds of some rounds, and what came out."""
-    best, result = np.inf, None
-    for _ in range(rounds):
-        start = time.perf_counter()
-        result = work()
-        best = min(best, time.perf_counter() - start)
-    return best, result
 
 
 def enough(of: Matrices) -> tuple[Coordinates, float, Attached]:
