@@ -161,7 +161,7 @@ def test_places_that_are_no_files_are_told(tmp_path: Path) -> None:
     ring = tmp_path / "ring.csv"
     ring.symlink_to(ring)
     for name in ("", "a\0b.csv", "x" * 300 + ".csv", str(ring), str(tmp_path)):
-        caught = refused(write_file, checked_target(name), b"content")
+        caught = refused(lambda name=name: write_file(checked_target(name), b"content"))
         assert "cannot be written" in str(caught)
         assert len(str(caught)) < 400
 
