@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import field
+from itertools import compress, pairwise
 from operator import itemgetter
 from pathlib import Path as FilePath
 from typing import Any
@@ -36,7 +37,7 @@ _NONE = "-–—"
 """Signs that stand for an empty cell."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Column:
     """One column: its heading and index, whose it is ("run", "speed", a plane, a sensor), what of it, and its unit."""
 
@@ -68,6 +69,8 @@ class Column:
 
 
 Row = Sequence[str]
+Cut = Callable[[Row], tuple[str, ...]]
+"""Some cells of a row."""
 
 
 @dataclass
@@ -115,15 +118,20 @@ class CsvMistakes(Mistakes):
 
 @dataclass(frozen=True, slots=True)
 class Plain:
-    """Readings whose sizes and angles have columns of their own, with their units; `others` are the other `columns`."""
+    """Readings whose sizes and angles have columns of their own, with their units.
+
+    others
+        The other cells, whose `columns` are those of the run itself, `own` of them, and then of planes.
+    """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     turns: tuple[str, ...]
-    amounts: Callable[[Row], tuple[str, ...]]
-    angles: Callable[[Row], tuple[str, ...]]
-    others: Callable[[Row], tuple[str, ...]]
+    amounts: Cut
+    angles: Cut
+    others: Cut
     columns: tuple[Column | None, ...]
+    own: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,7 +143,7 @@ class Cells:
     plain
         How rows of plain numbers are read in one piece; None where readings are texts.
     known
-        Texts of weights and readings by their cells, as they were read before.
+        Texts of weights by the cells of planes, as they were read before: most weights stand in several rows.
     """
 
     columns: Sequence[Column | None]
@@ -143,24 +151,28 @@ class Cells:
     sheet: Sheet
     thousands: tuple[bool, bool]
     plain: Plain | None = None
-    known: dict[Any, dict[str, str]] = field(default_factory=dict)
+    known: dict[tuple[str, ...], dict[str, str]] = field(default_factory=dict)
 
     def readings(self, rows: Sequence[Row]) -> Sequence[WrittenByName | None]:
         """Readings of all rows, where each is a plain number beside its angle; None each where cells are looked at."""
         plain, none = self.plain, [None] * len(rows)
         if plain is None or any(len(cells) != len(self.columns) for cells in rows):
             return none
-        joined = ["\n".join(side(cells)) for side in (plain.amounts, plain.angles) for cells in rows]
+        amounts, angles = ([side(cells) for cells in rows] for side in (plain.amounts, plain.angles))
         if self.sheet.comma:
+            joined = ["\n".join(one) for one in (*amounts, *angles)]
             if any(
                 ",\n" in one or one.endswith(",") or (self.thousands[1] and THOUSANDS.search(one)) for one in joined
             ):
                 return none
-            joined = [one.replace(",", ".") for one in joined]
-        return columns(plain.names, plain.units, plain.turns, joined, len(rows)) or none
+            parted = [tuple(one.replace(",", ".").split("\n")) for one in joined]
+            amounts, angles = parted[: len(rows)], parted[len(rows) :]
+        return columns(plain.names, plain.units, plain.turns, amounts, angles) or none
 
     def read(self, raw: str, column: Column, path: Path, mistakes: Mistakes) -> str:
         """A cell with decimal points; asks where a point may be something else."""
+        if not self.sheet.comma:
+            return raw
         asked = self.thousands[column.name != "speed"] and column.name not in ("run", "stayed", "verification")
         found = THOUSANDS.search(raw) if asked else None
         if found:
@@ -180,12 +192,17 @@ def run_of(
     """One row as a [[runs]] table; `readings` where they are read already."""
     run: dict[str, Any] = {}
     parts: dict[str, dict[str, tuple[Column, str]]] = {}
+    own, columns = tuple(cells), said.columns
+    weights: tuple[str, ...] = ()
     if readings is not None and said.plain is not None:
-        every = zip(said.plain.others(cells), said.plain.columns, strict=True)
-    else:
-        every = zip(cells, said.columns, strict=False)
-    for raw, column in every:
-        if not raw or column is None or not raw.strip(_NONE):
+        own, columns = said.plain.others(cells), said.plain.columns
+        weights = own[said.plain.own :]
+    values = said.known.get(weights)
+    if values is not None:
+        own = own[: len(own) - len(weights)]
+    before = len(mistakes.found)
+    for raw, column in compress(zip(own, columns, strict=False), own):  # most cells are empty
+        if column is None or not raw.strip(_NONE):
             continue
         path = ("cell", row, column.index)
         cell = said.read(raw, column, path, mistakes)
@@ -193,17 +210,14 @@ def run_of(
             run.update(_own(column, cell, path, mistakes))
         else:
             parts.setdefault(column.name, {})[column.part] = (column, cell)
-    run["_values"], run["_readings"] = {}, readings
-    for name, part in parts.items():
-        key = (name, *part.values())
-        if key not in said.known:  # most weights stand in several rows
-            before = len(mistakes.found)
-            value = _value(name, part, row, said, mistakes)
-            run["_values"].update(value)
-            if len(mistakes.found) == before:
-                said.known[key] = value
-        else:
-            run["_values"].update(said.known[key])
+    if values is None:
+        values = {}
+        for name, part in parts.items():
+            values.update(_value(name, part, row, said, mistakes))
+        if weights and len(mistakes.found) == before:
+            said.known[weights] = values
+    run["weights"] = values if readings is not None else {one: values[one] for one in values if one in said.planes}
+    run["readings"] = readings or {one: values[one] for one in values if one not in said.planes}
     if len(cells) > len(said.columns) and any(cells[len(said.columns) :]):
         both = counted(len(cells), "cells"), counted(len(said.columns), "columns")
         mistakes.add(("runs", index), f"has {both[0]}, but the heading names {both[1]}.")
@@ -218,7 +232,7 @@ def _own(column: Column, cell: str, path: Path, mistakes: Mistakes) -> dict[str,
             mistakes.value(path, cell, f"is neither yes nor no. Write yes where {_WORDS[column.name]}.")
         return {column.name: bool(known)}
     if column.name == "speed":
-        return {"speed": cell if re.search("[A-Za-z]", cell) else f"{cell} {column.unit}".strip()}
+        return {"speed": cell if _LETTER.search(cell) else f"{cell} {column.unit}".strip()}
     return {"name": cell}
 
 
@@ -274,6 +288,7 @@ _WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")
 _ANGLES = {"phase": "angle"}
 _HEADING = re.compile(rf"([^\s\[\]()]+) ({'|'.join(_WHATS)}) \[([^\s\[\]()]+(?: [^\s\[\]()]+)*)\]")
 """Name, what and unit of most columns."""
+_LETTER = re.compile("[A-Za-z]")
 _POINT = re.compile(r"\d\.\d")
 _COMMA = re.compile(r"\d,\d")
 
@@ -317,17 +332,19 @@ def _plain(columns: Sequence[Column | None], sensors: Sequence[str]) -> Plain | 
     if -1 in sizes or -1 in angles or not sensors:
         return None
     units, turns = (tuple(one.unit for one in map(columns.__getitem__, own) if one) for own in (sizes, angles))
-    taken = {*sizes, *angles}
-    others = [index for index in range(len(columns)) if index not in taken]
+    taken, run = {*sizes, *angles}, [at[name, ""] for name in OWN if (name, "") in at]
+    others = [*run, *(index for index in range(len(columns)) if index not in taken and index not in run)]
     rest = tuple(columns[index] for index in others)
-    return Plain(tuple(sensors), units, turns, _cells_at(sizes), _cells_at(angles), _cells_at(others), rest)
+    amounts, turned, beside = (_cells_at(places) for places in (sizes, angles, others))
+    return Plain(tuple(sensors), units, turns, amounts, turned, beside, rest, len(run))
 
 
-def _cells_at(places: Sequence[int]) -> Callable[[Row], tuple[str, ...]]:
+def _cells_at(places: Sequence[int]) -> Cut:
     """The cells of a row at some places, in this order."""
-    if len(places) < 2:
-        return lambda row: tuple(row[place] for place in places)
-    return itemgetter(*places)
+    steps = {after - before for before, after in pairwise(places)} or {1}
+    if len(steps) == 1 and min(steps) > 0:
+        return itemgetter(slice(places[0], places[-1] + 1, *steps))
+    return itemgetter(*places) if places else lambda row: ()
 
 
 def _columns(

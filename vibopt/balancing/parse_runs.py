@@ -76,7 +76,7 @@ def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | N
         )
         return [], mistakes
     rows, csv_mistakes = read_csv((folder or FilePath()) / given, planes, sensors, mistakes)
-    return _raws([_sorted(row, planes) for row in rows], csv_mistakes), csv_mistakes
+    return _raws(rows, csv_mistakes), csv_mistakes
 
 
 def merge(own: Mistakes, mistakes: Mistakes) -> None:
@@ -109,9 +109,10 @@ def read_runs(
     initial = [not any(weight.tolist()) for weight in weights]
     groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], initial)
     near = {speed: [abs(group - speed) for group in groups] for speed, _ in dict.fromkeys(speeds)}
+    places = {plane.name: place for place, plane in enumerate(planes)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
-        Run(raw.label, of_speed[speed], speed, total, y, _fitted(raw, planes), own, raw.stayed, raw.verification)
+        Run(raw.label, of_speed[speed], speed, total, y, _fitted(raw, places), own, raw.stayed, raw.verification)
         for raw, (speed, _), total, y, own in zip(raws, speeds, weights, readings, written, strict=True)
     )
     return Measured(runs, tuple(sensors), groups, units, tuple(raw.path for raw in raws), tuple(dict.fromkeys(notes)))
@@ -148,13 +149,11 @@ _PLAIN = {"name": (str, NoneType), "speed": (str,), "weights": (dict, NoneType),
 
 def _is_plain(given: Any, speeds: Mapping[Any, Fact | None]) -> bool:
     """Whether a run has nothing but a name of its own, a speed that was read before, weights and readings."""
-    if (
-        type(given) is not dict
-        or not given.get("readings")
-        or not {"speed", "readings"} <= given.keys() <= _PLAIN.keys()
-    ):
+    if type(given) is not dict or not given.keys() <= _PLAIN.keys() or type(given.get("speed")) is not str:
         return False
-    return all(type(value) in _PLAIN[key] for key, value in given.items()) and given["speed"] in speeds
+    if given["speed"] not in speeds or not given.get("readings"):
+        return False
+    return all(type(value) in _PLAIN[key] for key, value in given.items())
 
 
 def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
@@ -192,15 +191,6 @@ def _mapping(path: Path, given: object, mistakes: Mistakes, example: str) -> Map
     return {}
 
 
-def _sorted(row: dict[str, Any], planes: Sequence[str]) -> dict[str, Any]:
-    """A CSV row with its values as weights and readings."""
-    values = row.pop("_values")
-    row["weights"] = {name: text for name, text in values.items() if name in planes}
-    written = row.pop("_readings")
-    row["readings"] = written or {name: text for name, text in values.items() if name not in planes}
-    return row
-
-
 def _names(document: Mapping[str, Any], family: str) -> list[str]:
     tables = document.get(family, {})
     return list(tables) if isinstance(tables, Mapping) else []
@@ -212,22 +202,24 @@ Readings = tuple[list[Sensor], list[ComplexArray], list[str], list[Written | Non
 
 def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor]) -> Readings | None:
     """All readings at once, where each sensor has one unit throughout and nothing has to be said; else None."""
-    names = list(declared) or list(raws[0].readings) if raws else []
+    names = tuple(declared) or tuple(raws[0].readings) if raws else ()
     rows = [_written(raw, names) if len(raw.readings) == len(names) else None for raw in raws]
-    units = {(row.units, row.turns) if row is not None else None for row in rows}
-    if not conventions.readings or len(units) != 1 or None in units:
+    first = rows[0] if rows else None
+    if not conventions.readings or first is None:
+        return None
+    if any(row is None or row.units != first.units or row.turns != first.turns for row in rows):
         return None
     values = [_values(raw, row) for raw, row in zip(raws, rows, strict=True) if row is not None]
-    scales = _scales([declared.get(name, _undeclared(name, conventions)) for name in names], rows[0], conventions)
+    scales = _scales(names, declared, first, conventions)
     if scales is None or any(value is None for value in values):
         return None
-    sensors, factors, turns = scales
+    completed, factors, turns = scales
     sizes, angles = np.swapaxes(np.array(values), 0, 1)
     sizes, angles = sizes * factors, angles * turns
     if sizes.min(initial=0.0) < 0.0 or sizes.max(initial=0.0) > LARGEST or np.abs(angles).max(initial=0.0) > tau:
         return None
     turned = conventions.reading_sense * angles
-    return sensors, list(sizes * np.cos(turned) + 1j * (sizes * np.sin(turned))), [], rows
+    return completed, list(sizes * np.cos(turned) + 1j * (sizes * np.sin(turned))), [], rows
 
 
 def _values(raw: Raw, written: Written) -> FloatArray | None:
@@ -235,30 +227,35 @@ def _values(raw: Raw, written: Written) -> FloatArray | None:
     own = raw.readings
     if isinstance(own, WrittenByName) and own.written is written:
         return own.parsed
-    read = numbers("\n".join((*written.amounts, *written.angles)), (2, len(written.amounts)))
-    return None if read is None else read[1]
+    return numbers([*written.amounts, *written.angles], (2, len(written.amounts)))
 
 
 def _scales(
-    sensors: Sequence[Sensor], written: Written | None, conventions: Conventions
+    names: Sequence[str], declared: Mapping[str, Sensor], written: Written, conventions: Conventions
 ) -> tuple[list[Sensor], FloatArray, FloatArray] | None:
     """Sensors completed by their units, and the sizes of these [SI peak, rad]; None where something is to be said."""
-    done: dict[Any, tuple[Amplitude, float]] = {}
-    found = []
-    assert written is not None
-    for sensor, unit, turn in zip(sensors, written.units, written.turns, strict=True):
-        key = (unit, turn, sensor.dimension, sensor.unit, sensor.detector)
-        try:
-            if key not in done:
-                amplitude = _reading(f"1 {unit} @ 0 {turn}", conventions, sensor, False)[0]
-                done[key] = amplitude, read_angle(f"1 {turn}")
-        except QuantityError:
-            return None
-        found.append(done[key])
-    if any(amplitude.echo for amplitude, _ in done.values()):
-        return None
-    completed = [_completed(sensor, amplitude) for sensor, (amplitude, _) in zip(sensors, found, strict=True)]
-    return completed, np.array([one.value for one, _ in found]), np.array([turn for _, turn in found])
+    done: dict[Any, tuple[Amplitude, float, float]] = {}
+    completed, sizes = [], []
+    for name, unit, turn in zip(names, written.units, written.turns, strict=True):
+        own = declared.get(name)
+        key = (unit, turn) if own is None else (unit, turn, own.dimension, own.unit, own.detector)
+        found = done.get(key)
+        if found is None:
+            like = own or _undeclared(name, conventions)
+            try:
+                amplitude = _reading(f"1 {unit} @ 0 {turn}", conventions, like, False)[0]
+                found = done[key] = amplitude, amplitude.value, read_angle(f"1 {turn}")
+            except QuantityError:
+                return None
+            if amplitude.echo:
+                return None
+        alike = found[0]
+        completed.append(
+            Sensor(name, alike.dimension, alike.unit, alike.detector) if own is None else _completed(own, alike)
+        )
+        sizes.append(found[1:])
+    factors, turns = np.array(sizes).T
+    return completed, factors, turns
 
 
 def _undeclared(name: str, conventions: Conventions) -> Sensor:
@@ -348,8 +345,7 @@ def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence
     index = {plane.name: position for position, plane in enumerate(planes)}
     totals: list[ComplexArray] = []
     known: dict[tuple[str, str], complex] = {}
-    for raw in raws:
-        own = np.zeros(len(planes), dtype=complex)
+    for raw, own in zip(raws, np.zeros((len(raws), len(planes)), dtype=complex), strict=True):
         for name, given in raw.weights.items():
             path = (*raw.path, "weights", name)
             if name not in index:
@@ -385,17 +381,16 @@ def with_units(planes: Sequence[Plane], weights: Sequence[tuple[str, Any]]) -> t
     return tuple(shown)
 
 
-def _fitted(raw: Raw, planes: Sequence[Plane]) -> tuple[tuple[int, str], ...]:
-    """The weights of a run as written, by plane."""
-    names = [plane.name for plane in planes] if raw.weights else []
+def _fitted(raw: Raw, places: Mapping[str, int]) -> tuple[tuple[int, str], ...]:
+    """The weights of a run as written, by the place of their plane."""
     listed = [(name, given if isinstance(given, list) else [given]) for name, given in raw.weights.items()]
-    return tuple((names.index(name), str(text)) for name, texts in listed for text in texts)
+    return tuple((places[name], str(text)) for name, texts in listed for text in texts)
 
 
 def _written(raw: Raw, names: Sequence[str]) -> Written | None:
     """The readings of a run as they stand in the file; None where one is missing, or no text of their shape."""
     own = raw.readings
-    if isinstance(own, WrittenByName) and own.names == tuple(names):
+    if type(own) is WrittenByName and own.names == tuple(names):
         return own.written
     texts = [own[name] for name in names if name in own]
     if len(texts) < len(names) or not all(isinstance(text, str) for text in texts):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
+from itertools import product
 from math import inf
 from typing import Any, ClassVar
 
@@ -184,7 +185,7 @@ class RotorJob(Corrected):
     @cached_property
     def readings(self) -> tuple[tuple[int, int], ...]:
         """(speed, sensor) of each row of the problem."""
-        return tuple((speed, sensor) for speed in range(len(self.speeds)) for sensor in range(len(self.sensors)))
+        return tuple(product(range(len(self.speeds)), range(len(self.sensors))))
 
     @cached_property
     def free(self) -> tuple[int, ...]:

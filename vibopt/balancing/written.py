@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from math import prod
 
 import numpy as np
 
@@ -62,16 +64,15 @@ class WrittenByName(Mapping[str, str]):
         return len(self.names)
 
 
-def numbers(joined: str, shape: tuple[int, ...]) -> tuple[list[str], FloatArray] | None:
-    """Plain decimal numbers in lines, and the same as an array; None where one is none, or is beyond all floats."""
-    if joined.translate(_NO_SIGNS).strip("\n"):
+def numbers(texts: list[str], shape: tuple[int, ...]) -> FloatArray | None:
+    """Plain decimal numbers as an array; None where one is none, or is beyond all floats."""
+    if len(texts) != prod(shape) or "".join(texts).translate(_NO_SIGNS):
         return None
-    parts = joined.split("\n")
     try:
-        found = np.array(parts, dtype=float)
+        found = np.array(texts, dtype=float)
     except ValueError:
         return None
-    return (parts, found.reshape(shape)) if np.isfinite(found).all() else None
+    return found.reshape(shape) if np.isfinite(found).all() else None
 
 
 def phasors(names: tuple[str, ...], rows: Sequence[Sequence[str]]) -> list[WrittenByName] | None:
@@ -84,34 +85,20 @@ def phasors(names: tuple[str, ...], rows: Sequence[Sequence[str]]) -> list[Writt
     pairs = f"{chr(10).join(texts)}\n".replace(between, "\t").replace(f"{behind}\n", "\n")
     if pairs.translate(_NO_SIGNS) != "\t\n" * len(texts):
         return None
-    flat, n = pairs[:-1].replace("\t", "\n"), len(names)
-    read = numbers(flat, (len(rows), n, 2))
-    if read is None:
-        return None
-    parts, values = read
-    return _by_name(
-        names, parts[::2], parts[1::2], (first[2].strip(),) * n, (first[4].strip(),) * n, values.swapaxes(1, 2)
-    )
+    parts, n = pairs[:-1].replace("\t", "\n").split("\n"), len(names)
+    amounts, angles = ([tuple(parts[at : at + 2 * n : 2]) for at in range(side, len(parts), 2 * n)] for side in (0, 1))
+    return columns(names, (first[2].strip(),) * n, (first[4].strip(),) * n, amounts, angles)
 
 
 def columns(
-    names: tuple[str, ...], units: tuple[str, ...], turns: tuple[str, ...], rows: Sequence[str], n_rows: int
-) -> list[WrittenByName] | None:
-    """Rows of amounts, then of angles, as numbers in lines, with the units of their columns; None for others."""
-    read = numbers("\n".join(rows), (2, n_rows, len(names)))
-    if read is None:
+    names: tuple[str, ...], units: tuple[str, ...], turns: tuple[str, ...],
+    amounts: Sequence[tuple[str, ...]], angles: Sequence[tuple[str, ...]],
+) -> list[WrittenByName] | None:  # fmt: skip
+    """Rows of plain numbers with the units of their columns; None for others."""
+    values = numbers([*chain(*amounts), *chain(*angles)], (2, len(amounts), len(names)))
+    if values is None:
         return None
-    parts, values = read
-    half = len(parts) // 2
-    return _by_name(names, parts[:half], parts[half:], units, turns, values.swapaxes(0, 1))
-
-
-def _by_name(
-    names: tuple[str, ...], amounts: list[str], angles: list[str], units: tuple[str, ...], turns: tuple[str, ...],
-    values: FloatArray,
-) -> list[WrittenByName]:  # fmt: skip
-    n = len(names)
     return [
-        WrittenByName(names, Written(tuple(amounts[at : at + n]), units, tuple(angles[at : at + n]), turns), own)
-        for at, own in zip(range(0, len(amounts), n), values, strict=True)
+        WrittenByName(names, Written(sizes, units, turned, turns), own)
+        for sizes, turned, own in zip(amounts, angles, values.swapaxes(0, 1), strict=True)
     ]

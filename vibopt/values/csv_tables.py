@@ -56,7 +56,7 @@ def sheet_of(file: FilePath) -> Sheet:
         raise InputError(f"{file.name} row {row} has a quotation mark that is never closed. Close it, or remove it.")
     sign = (lines[0][4:5] if offset else separator(lines[0] if lines else "")) or ";"
     try:
-        parsed = list(csv.reader(io.StringIO("\n".join(lines[offset:])), delimiter=sign))
+        parsed = _cells(lines[offset:], sign)
     except csv.Error as error:
         raise InputError(f"{file.name} is no CSV file: {error}.") from None
     widest = max(map(len, parsed), default=0)
@@ -65,6 +65,14 @@ def sheet_of(file: FilePath) -> Sheet:
     cells = [tuple(map(str.strip, row)) for row in parsed]
     rows = tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row))
     return Sheet(rows, sign != "," or ('"' in text and _quoted(cells)))
+
+
+def _cells(lines: list[str], sign: str) -> list[list[str]]:
+    """The cells of each line; without quotation marks they need no more than to be parted."""
+    whole = "\n".join(lines)
+    if '"' in whole or max(map(len, lines), default=0) > csv.field_size_limit():
+        return list(csv.reader(io.StringIO(whole), delimiter=sign))
+    return [line.split(sign) for line in lines]
 
 
 def _quoted(cells: list[tuple[str, ...]]) -> bool:
