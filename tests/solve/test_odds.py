@@ -285,10 +285,6 @@ MINE = '{ value = "4 MN/m", tolerance = { uniform = "20 %" } }'
         ('{ uniform = "20 %" }', '"20 %"', "line 19: limits.floor has with_probability, but of links.mount.stiffness "
          'it is only known how far it may be off. Write its distribution, tolerance = { uniform = "5 %" } or '
          '{ normal = "2 %" }.'),
-        ('"9 kN s/m"', '{ from = "1 kN s/m", to = "20 kN s/m" }', "line 19: limits.floor has with_probability, but "
-         "something is to be chosen: it judges a machine that is there. Solve without it, keep the answer with --save "
-         "design.toml, add with_probability there, and see how much further a number may go: vibopt sweep design.toml "
-         '--vary PATH="-5 %..+5 %".'),
         ('at_most = "6.6 kN"', 'at_most = "6.6 kN"\nat_least = "1 kN"', "line 20: limits.floor has "
          "with_probability, but that goes with at_most or at_least, one of the two. Write two "
          "limits, or remove with_probability."),

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 MOST = 24
 """Local extremes that are looked at."""
+_MANY = 16
+"""Designs from which on one harmonic at one speed is solved for all together."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +89,18 @@ class Modulus(Form):
         values = [one.value for one in found.values()]
         total = hypot(*values) if self.combine == "rss" else sum(values)
         return Worst(total, {name: one.speed for name, one in found.items()})
+
+    def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
+        line, bands = self.line, self.bands
+        alone = self.one_line and len(bands) == 1 and bands[0].is_point and not self.endless
+        if line is None or not alone or len(x) < _MANY:
+            return Form.values(self, model, x, least_wanted=least_wanted)
+        from vibopt.forms.drive_response import solved
+
+        found = solved(model, self.output, line, [bands[0].low], np.asarray(x, dtype=float))[:, 0]
+        lost = np.flatnonzero(np.isnan(found))
+        found[lost] = Form.values(self, model, x[lost], least_wanted=least_wanted)
+        return found
 
     def ahead(self, model: Model, x: FloatArray) -> None:
         if self._at_one_speed(model):

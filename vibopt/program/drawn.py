@@ -23,7 +23,10 @@ COMPARED = 4096
 """Machines that are drawn at most, and always where the work allows, for each of several answers that are compared."""
 CONFIDENCE = 0.99
 """Of a verdict, over all looks together."""
+_HARDLY_EVER = 0.98
+"""Of designs of which enough machines keep a limit, how many are told so."""
 _ROUNDING = 1e-9
+_BATCH = 256
 _ALIKE: ContextVar[bool] = ContextVar("the same machines for every answer", default=False)
 MET, NOT_MET, OPEN = "met", "not met", "cannot be told"
 
@@ -82,14 +85,30 @@ class Sampled:
         It is within a bound just where the verdict on that bound is MET.
         """
         ordered = np.sort(-self.values if least else self.values)
-        low, high = 0, len(ordered) + 1
-        while high - low > 1:  # the fewest that must keep a bound
-            middle = (low + high) // 2
-            enough = clopper_pearson(middle, len(ordered), self.confidence)[0] >= wanted
-            low, high = (low, middle) if enough else (middle, high)
-        if high > len(ordered):
+        fewest = fewest_kept(wanted, len(ordered), self.confidence)
+        if fewest > len(ordered):
             return float("nan")
-        return float(-ordered[high - 1] if least else ordered[high - 1])
+        return float(-ordered[fewest - 1] if least else ordered[fewest - 1])
+
+
+def fewest_kept(wanted: float, drawn: int, confidence: float) -> int:
+    """How many of those drawn must keep a bound for the verdict MET; one more than there are where none suffice."""
+    low, high = 0, drawn + 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        enough = clopper_pearson(middle, drawn, confidence)[0] >= wanted
+        low, high = (low, middle) if enough else (middle, high)
+    return high
+
+
+def sure_share(wanted: float, drawn: int, confidence: float) -> float:
+    """The share that must keep a bound so that a verdict on machines drawn hardly ever fails; nan where none does."""
+    from scipy.special import betaincinv
+
+    fewest = fewest_kept(wanted, drawn, confidence)
+    if fewest > drawn:
+        return float("nan")
+    return float(betaincinv(fewest, drawn - fewest + 1, _HARDLY_EVER))
 
 
 def clopper_pearson(kept: int, drawn: int, confidence: float) -> tuple[float, float]:
@@ -102,18 +121,36 @@ def clopper_pearson(kept: int, drawn: int, confidence: float) -> tuple[float, fl
     return low, high
 
 
-def drawn(doubts: Sequence[Uncertain], count: int, stream: str = "") -> FloatArray:
+def drawn(doubts: Sequence[Uncertain], count: int, stream: str = "", *, evenly: bool = False) -> FloatArray:
     """Factors of uncertain numbers, shape (count, n_doubts): independent, the same each time for the same path.
 
     What is drawn of one number follows from its path alone, so that two designs are compared on the same machines;
-    another `stream` is independent of the first.
+    another `stream` is independent of the first.  Machines that are spread `evenly` (a Latin hypercube) say more of a
+    share, and nothing of how sure it is.
     """
     columns = []
     for one in doubts:
         assert isinstance(one.tolerance, Scatter)
         seed = int.from_bytes(hashlib.sha256(f"{stream}{one.path}".encode()).digest()[:8], "big")
-        columns.append(one.tolerance.factors(np.random.Generator(np.random.PCG64(seed)).random(count)))
+        chance = np.random.Generator(np.random.PCG64(seed))
+        shares = chance.random(count)
+        shares = (chance.permutation(count) + shares) / count if evenly else shares
+        columns.append(one.tolerance.factors(shares))
     return np.stack(columns, axis=1)
+
+
+def in_batches(count: int) -> Iterator[slice]:
+    """So many machines, some at a time.
+
+    Raises
+    ------
+    InputError
+        The time that the user allows is over.
+    """
+    for start in range(0, count, _BATCH):
+        if late("the drawing of machines"):
+            raise InputError("the time was over before enough machines were drawn. Allow more with --time-limit.")
+        yield slice(start, min(start + _BATCH, count))
 
 
 def sampled(parts: Sequence[Limit], factors: FloatArray, confidence: float) -> Sampled:
@@ -121,10 +158,8 @@ def sampled(parts: Sequence[Limit], factors: FloatArray, confidence: float) -> S
     first = parts[0]
     values = np.empty(len(factors))
     sense = -1.0 if first.side == "at_least" else 1.0
-    for k, row in enumerate(factors):
-        if late("the drawing of machines"):
-            raise InputError("the time was over before enough machines were drawn. Allow more with --time-limit.")
-        values[k] = max(sense * one.worst(row).value for one in parts) * sense
+    for some in in_batches(len(factors)):
+        values[some] = np.max([sense * one.values(factors[some]) for one in parts], axis=0) * sense
     size = abs(first.bound) or 1.0
     kept = sense * (values - first.bound) <= _ROUNDING * size
     return Sampled(1.0 - values if first.complement else values, kept, confidence)
@@ -141,6 +176,9 @@ __all__ = [
     "clopper_pearson",
     "drawn",
     "drawn_alike",
+    "fewest_kept",
+    "in_batches",
     "looks",
     "sampled",
+    "sure_share",
 ]

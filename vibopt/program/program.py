@@ -37,6 +37,10 @@ class Asked:
         """The worst value over its speeds at a design x (n_vars,), and where it is."""
         return self.form.worst(self.model, x, least_wanted=self.least_wanted)
 
+    def values(self, x: FloatArray) -> FloatArray:
+        """The worst value over its speeds at designs x (n, n_vars), shape (n,)."""
+        return self.form.values(self.model, x, least_wanted=self.least_wanted)
+
     def extremes(self, x: FloatArray, within: float = 0.5) -> list[Local]:
         """Local extremes within a factor of the worst one, the worst first."""
         return self.form.extremes(self.model, x, least_wanted=self.least_wanted, within=within)

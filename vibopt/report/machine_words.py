@@ -63,7 +63,9 @@ def verdict(design: Design) -> str:
     if design.status == "met" and not design.limits:
         said = "no limit was set; the measures below are what was asked"
     if odds := odds_said(design):
-        said = CANNOT_BE_TOLD if design.status == "unproven" else f"{said}, {odds}" if design.status == "met" else said
+        held, end, rest = said.partition(";")
+        kept = f"{held}, {odds}{end}{rest}" if design.status in ("met", "feasible") else said
+        said = CANNOT_BE_TOLD if design.status == "unproven" else kept
     return "; ".join(filter(None, (goal_words(design), said)))
 
 

@@ -113,7 +113,8 @@ class Response(Table):
     soft: Of a limit, how easily it may be loosened where not all can hold: with `soft = 2` a loosening by 20 % counts
         as one by 10 %. An answer keeps every limit, soft or not.
     with_probability: Of a limit, the share of all machines that shall keep it, where numbers scatter (`tolerance = {
-        normal = "2 %" }`): `with_probability = "99 %"`. Without it the limit holds for the worst machine.
+        normal = "2 %" }`): `with_probability = "99 %"`. Without it the limit holds for the worst machine. Refused where
+        parts of a catalogue or positions are chosen.
     worst: Of a measure over speeds, mounts or tolerances, which value is shown: `worst = "least"`.
     """
 

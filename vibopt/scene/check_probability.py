@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
-from vibopt.scene.open_places import is_open
+from vibopt.scene.open_places import asked_positions
+from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.values.tolerance import Scatter
@@ -28,11 +29,11 @@ def _fault(scene: Scene, path: Path, response: Response) -> str:
         return "only a limit is kept or broken by a machine. Remove with_probability."
     if (response.at_most is None) == (response.at_least is None) or response.outside_bands:
         return "that goes with at_most or at_least, one of the two. Write two limits, or remove with_probability."
-    if scene.find_all is not None or is_open(scene):
+    what = _not_drawn(scene)
+    if what:
         return (
-            "something is to be chosen: it judges a machine that is there. Solve without it, keep the answer with "
-            "--save design.toml, add with_probability there, and see how much further a number may go: vibopt sweep "
-            'design.toml --vary PATH="-5 %..+5 %".'
+            f"{what}, which machines that are drawn do not tell. Solve without it, keep the answer with --save "
+            "design.toml, and add with_probability there."
         )
     doubts = uncertain(scene)
     if not doubts:
@@ -44,6 +45,15 @@ def _fault(scene: Scene, path: Path, response: Response) -> str:
             '"5 %" } or { normal = "2 %" }.'
         )
     return ""
+
+
+def _not_drawn(scene: Scene) -> str:
+    """What is asked that has no answer by machines drawn; "" where nothing is."""
+    parts = bound_parts(scene)
+    if parts:
+        return f"{parts[0].path} is chosen from a catalogue"
+    where = list(asked_positions(scene))
+    return f"the position {where[0]} is to be chosen" if where else ""
 
 
 __all__ = ["check_probabilities"]

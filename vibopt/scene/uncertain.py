@@ -68,4 +68,9 @@ def uncertain_at(scene: Scene, chosen: Mapping[str, float]) -> tuple[Uncertain, 
     return tuple(replace(one, tolerance=chosen[one.printed]) if one.printed else one for one in uncertain(scene))
 
 
-__all__ = ["Uncertain", "uncertain", "uncertain_at"]
+def likely(scene: Scene) -> bool:
+    """Whether a limit asks for a probability."""
+    return any(limit.with_probability is not None for limit in scene.limits.values())
+
+
+__all__ = ["Uncertain", "likely", "uncertain", "uncertain_at"]

@@ -10,6 +10,7 @@ import numpy as np
 
 from vibopt.answer.answer import Odds
 from vibopt.answer.entry import Checked
+from vibopt.arrays import FloatArray
 from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, Sampled, drawn, looks, sampled
 from vibopt.program.program import Limit
 from vibopt.program.worst_case import around, doubts_at
@@ -18,16 +19,13 @@ from vibopt.units import show
 from vibopt.verify.checked import checked_limits
 from vibopt.work import worked
 
-_MOST = 20_000.0
+MOST_WORK = 20_000.0
 """Work [nominal ms] that drawing machines may take for one limit."""
+DRAWN = "machines_drawn"
+"""What found a design, where a limit asks for a probability."""
 _PUT_BACK = 8
 """Machines nearest to a bound that are measured as built."""
 _SAME = 1e-6
-
-
-def likely(scene: Scene) -> bool:
-    """Whether a limit asks for a probability."""
-    return any(limit.with_probability is not None for limit in scene.limits.values())
 
 
 def with_odds(design: Design) -> Design:
@@ -35,28 +33,35 @@ def with_odds(design: Design) -> Design:
 
     Its rows show what so many of all machines stay within; the worst within the tolerances stands beside it.
     """
-    scene = design.scene
-    rows, odds = dict(design.limits), {}
-    for key, row in design.limits.items():
-        limit = scene.limits.get(row.name)
-        if limit is None or limit.with_probability is None:
-            continue
-        parts = [one for one in around(scene, np.zeros(0)).limits if one.name == row.name and one.user_side == row.side]
-        seen, doubt = _looked(scene, row, parts, limit.with_probability)
-        odds[key] = _odds(row, seen, limit.with_probability)
-        rows[key] = _row(row, seen, limit.with_probability, doubt)
+    rows, odds = rows_drawn(design.scene, np.zeros(0), design.limits)
     assert design.tolerances is not None
     left = tuple(name for name in design.tolerances.open if name not in odds)
     made = replace(design, limits=rows, tolerances=replace(design.tolerances, odds=odds, open=left))
     return _judged(made, odds)
 
 
-def _looked(scene: Scene, row: Checked, parts: list[Limit], wanted: float) -> tuple[Sampled, str]:
+def rows_drawn(
+    scene: Scene, x: FloatArray, limits: Mapping[str, Checked]
+) -> tuple[dict[str, Checked], dict[str, Odds]]:
+    """Rows at a design x (n_vars,), those with a probability by what is drawn, and what that says of each."""
+    rows, odds = dict(limits), {}
+    for key, row in limits.items():
+        limit = scene.limits.get(row.name)
+        if limit is None or limit.with_probability is None:
+            continue
+        parts = [one for one in around(scene, x).limits if one.name == row.name and one.user_side == row.side]
+        seen, doubt = _looked(scene, x, row, parts, limit.with_probability)
+        odds[key] = _odds(row, seen, limit.with_probability)
+        rows[key] = _row(row, seen, limit.with_probability, doubt)
+    return rows, odds
+
+
+def _looked(scene: Scene, x: FloatArray, row: Checked, parts: list[Limit], wanted: float) -> tuple[Sampled, str]:
     """Machines drawn until a verdict is reached or the work is done, and what the machines as built say against it."""
     assert row.limit is not None
-    doubts = doubts_at(scene, np.zeros(0))
+    doubts = doubts_at(scene, x)
     cost = sum(one.cost for one in parts)
-    sizes, confidence = looks(cost, _MOST)
+    sizes, confidence = looks(cost, MOST_WORK)
     every = drawn(doubts, sizes[-1])
     seen = sampled(parts, every[: sizes[0]], confidence)
     for before, size in pairwise(sizes):
@@ -68,15 +73,16 @@ def _looked(scene: Scene, row: Checked, parts: list[Limit], wanted: float) -> tu
     worked(len(seen.values) * cost)
     names = [one.path for one in doubts]
     machines = [dict(zip(names, row, strict=True)) for row in every[: len(seen.values)].tolist()]
-    return seen, _contradicted(scene, row, seen, machines)
+    return seen, _contradicted(scene, x, row, seen, machines)
 
 
-def _contradicted(scene: Scene, row: Checked, seen: Sampled, machines: list[dict[str, float]]) -> str:
+def _contradicted(scene: Scene, x: FloatArray, row: Checked, seen: Sampled, machines: list[dict[str, float]]) -> str:
     """What the machines nearest to the bound, measured as built, say against their values; "" where nothing."""
     assert row.limit is not None
+    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
     near = np.argsort(np.abs(seen.values - row.limit.value), kind="stable")[:_PUT_BACK]
     for k in {*near.tolist(), int(seen.values.argmin()), int(seen.values.argmax())}:
-        rows = checked_limits(replace(scene, off=machines[k]), {}).values()
+        rows = checked_limits(replace(scene, off=machines[k]), chosen).values()
         built = next(one for one in rows if (one.name, one.side) == (row.name, row.side))
         one, other = built.value.value, float(seen.values[k])
         if abs(one - other) > _SAME * max(abs(one), abs(other)) and one != other:
@@ -132,4 +138,4 @@ def _judged(design: Design, odds: Mapping[str, Odds]) -> Design:
     return replace(design, status=status, claim=f"{said}{rest}; {told}")
 
 
-__all__ = ["likely", "percent", "with_odds"]
+__all__ = ["DRAWN", "MOST_WORK", "percent", "rows_drawn", "with_odds"]

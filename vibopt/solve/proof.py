@@ -22,11 +22,19 @@ _TIMES = 6
 
 
 def worst_machines(
-    program: Program, known: Mapping[int, tuple[FloatArray, ...]], *, quick: bool = False
+    program: Program,
+    known: Mapping[int, tuple[FloatArray, ...]],
+    *,
+    quick: bool = False,
+    told: Mapping[int, Hit] | None = None,
 ) -> dict[int, Hit]:
-    """The worst machine for every limit, and as -1 for the goal; `known` are factors that were worst nearby."""
+    """The worst machine for every limit, and as -1 for the goal.
+
+    `known` are factors that were worst nearby; what is `told` is not looked for.
+    """
+    told = told or {}
     return {
-        index: hit(part, program.axes, near=known.get(index, ()), quick=quick)
+        index: told.get(index) or hit(part, program.axes, near=known.get(index, ()), quick=quick)
         for index, part in parts_of(program).items()
     }
 

@@ -15,7 +15,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.program.over import MARGIN
-from vibopt.program.program import Program
+from vibopt.program.program import Limit, Program
 from vibopt.program.worst_case import Hit, around, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
@@ -32,6 +32,10 @@ _BROKEN = 9e-10
 _ROUNDS = 20
 _WHOLE = 4
 _MOST_LOOKS, _MOST_MACHINES, _COST = 60, 200, 20.0
+
+
+Among = Mapping[tuple[str, str], FloatArray]
+"""Machines (n, n_uncertain), by factors, on which a limit shall hold, by its name and its side as the user counts."""
 
 
 @dataclass(frozen=True)
@@ -69,19 +73,39 @@ def judged(scene: Scene, x: FloatArray) -> Robust:
     return Robust(Found("", np.asarray(x), "", ""), hits, undecided)
 
 
-def robust(scene: Scene, nominal: Found, method: str | Method | None, progress: Progress | None = None) -> Robust:
-    """The best design over the tolerances; `nominal` is the answer without them."""
+def robust(
+    scene: Scene,
+    nominal: Found,
+    method: str | Method | None,
+    progress: Progress | None = None,
+    among: Among | None = None,
+) -> Robust:
+    """The best design over the tolerances; `nominal` is the answer without them.
+
+    Limits in `among` hold on those machines only.
+    """
     if nominal.x is None or nominal.status == "unbounded":
         words = {"infeasible": "even without tolerances", "unbounded": "without tolerances"}
         before = words.get(nominal.status, "already without tolerances")
         status = "unproven" if nominal.status == "unbounded" else nominal.status
         return Robust(replace(nominal, status=status, x=None, claim=f"{before}: {nominal.claim}"))
-    return _Run(scene, method, progress).answer(nominal)
+    return _Run(scene, method, progress, among or {}).answer(nominal)
+
+
+def nearby(scene: Scene, x: FloatArray, among: Among) -> FloatArray | None:
+    """A design to which slopes lead from x (n_vars,), and which holds over the tolerances; None where none is met.
+
+    Limits in `among` hold on those machines only.
+    """
+    run = _Run(scene, None, None, among)
+    run.look(x)
+    there, good = run.locally(x)
+    return there if good else None
 
 
 class _Run:
-    def __init__(self, scene: Scene, method: str | Method | None, progress: Progress | None) -> None:
-        self.scene, self.method, self.progress = scene, method, progress
+    def __init__(self, scene: Scene, method: str | Method | None, progress: Progress | None, among: Among) -> None:
+        self.scene, self.method, self.progress, self.among = scene, method, progress, among
         self.machines = Several(scene)
         self.undecided: tuple[str, ...] = ()
         self.budget = Budget(_MOST_LOOKS, "looks at worst machines", _COST)
@@ -98,10 +122,10 @@ class _Run:
         assert nominal.x is not None
         x: FloatArray = nominal.x
         safe: FloatArray | None = None
-        self._look(x)
+        self.look(x)
         found = nominal
         for step in range(_WHOLE):
-            x, good = self._locally(x)
+            x, good = self.locally(x)
             safe = x if good else safe
             if self.progress is not None:
                 self.progress("tolerances", (step + 0.5) / _WHOLE)
@@ -112,7 +136,7 @@ class _Run:
                 return self._hopeless(found, program=program)
             if found.x is None or found.status == "unbounded":
                 break
-            hits, broken = self._look(found.x)
+            hits, broken = self.look(found.x)
             if not broken:
                 return self._done(found, hits)
             x = found.x
@@ -127,7 +151,7 @@ class _Run:
         while True:
             assert found.x is not None
             known = self.machines.asked
-            hits, broken = self._look(found.x)
+            hits, broken = self.look(found.x)
             undecided, picks = self.undecided, found.details["picks"]
             for count, pick in enumerate(picks[1:], start=1):  # each teaches something, broken or not
                 if self._over:  # what was not asked is not shown as if it held
@@ -163,7 +187,7 @@ class _Run:
         if safe is None:
             claim = "no design found that holds for all machines within the tolerances, which proves nothing"
             return Robust(replace(found, status="unproven", x=None, claim=claim))
-        hits, _ = self._look(safe)
+        hits, _ = self.look(safe)
         claim = "a design that holds over the tolerances; that nothing better exists is not proven"
         return self._done(replace(found, status="feasible", x=safe, claim=claim), hits)
 
@@ -182,7 +206,7 @@ class _Run:
         details = {**found.details, "machines": self.machines.count}
         return Robust(replace(found, status=status, claim=f"{found.claim}; {words}", details=details), hits, undecided)
 
-    def _locally(self, x: FloatArray) -> tuple[FloatArray, bool]:
+    def locally(self, x: FloatArray) -> tuple[FloatArray, bool]:
         """A design near x that holds on all machines that are worst for it; whether there is one."""
         for _ in range(_ROUNDS):
             program = self.machines.program()
@@ -190,19 +214,24 @@ class _Run:
             if there is None or not Judge(program).feasible(there):
                 return x, False
             x = there
-            _, broken = self._look(x, quick=True)
+            _, broken = self.look(x, quick=True)
             if not broken:
                 return x, True
             if self._over:
                 break
         return x, False
 
-    def _look(self, x: FloatArray, *, quick: bool = False) -> tuple[dict[int, Hit], bool]:
+    def look(self, x: FloatArray, *, quick: bool = False) -> tuple[dict[int, Hit], bool]:
         """The worst machines for a design; those that break a limit or the goal are kept. Whether any does."""
         self.budget.spend()
         program = around(self.scene, x)
         known = {index: self.machines.near(x, key) for index, key in keys_of(program).items()}
-        hits = worst_machines(program, known, quick=quick)
+        told = {
+            i: _worst_among(one, self.among[key])
+            for i, one in enumerate(program.limits)
+            if (key := _key(one)) in self.among
+        }
+        hits = worst_machines(program, known, quick=quick, told=told)
         if not quick:
             hits, self.undecided = settled(program, hits)
         return hits, self._learn(program, x, hits)
@@ -242,6 +271,17 @@ class _Run:
         return max(piece.sense * piece.worst(machine).value for piece in aim.pieces for machine in machines)
 
 
+def _key(limit: Limit) -> tuple[str, str]:
+    return limit.name, limit.user_side
+
+
+def _worst_among(limit: Limit, machines: FloatArray) -> Hit:
+    """The worst of machines (n, n_uncertain) that are all there are."""
+    values = np.array([limit.worst(one).value for one in machines])
+    k = int(np.argmax([missed(limit, value) for value in values]))
+    return Hit(machines[k], float(values[k]), True, len(machines))
+
+
 def _at_open_ends(program: Program, found: Found) -> Found:
     """Nothing is proven where a range has no end, and the search had to take one."""
     opened = [axis.path for axis in program.axes if axis.open_high]
@@ -256,4 +296,4 @@ def _at_open_ends(program: Program, found: Found) -> Found:
     return found
 
 
-__all__ = ["Robust", "judged", "robust"]
+__all__ = ["Among", "Robust", "judged", "nearby", "robust"]

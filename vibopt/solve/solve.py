@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from vibopt.answer.answer import Used
+from vibopt.answer.answer import Answer, Tolerances, Used
 from vibopt.answer.entry import Checked, Entry
 from vibopt.forms.reduce import reason
 from vibopt.mechanics.model import Model
@@ -20,7 +20,7 @@ from vibopt.report.machine_notes import notes_of
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.space import members
-from vibopt.scene.uncertain import uncertain
+from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.alike import in_order
 from vibopt.solve.boundable import with_reason
 from vibopt.solve.choose import choose, closed_form
@@ -113,6 +113,8 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
         return _permitted(scene, program, clock)
     if scene.is_analysis:
         return _analysis(scene, program, clock)
+    if likely(scene):
+        return _by_chance(scene, program, clock, wish)
     found, why = answer(program, scene, wish.method, wish.progress, wish.near)
     reason_text = "" if wish.brief else why()
     found = at_own_bound(scene, program, in_order(scene, program, found))
@@ -292,7 +294,6 @@ def _over_tolerances(
     wish: _Wish,
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
-    from vibopt.program.worst_case import around
     from vibopt.solve.deviations import goal_machine, rows_over, side_by_side
     from vibopt.solve.robust import robust
     from vibopt.verify.as_built import differing
@@ -308,18 +309,48 @@ def _over_tolerances(
             design = _loosened(scene, design, found, asked, wish.patience)
             clock.stage("conflict")
         return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
-    x = np.asarray(found.x)
-    rows = rows_over(scene, x, best)
+    rows = rows_over(scene, np.asarray(found.x), best)
     machine = goal_machine(scene, best.hits)
-    off, chosen = (
-        replace(scene, off=machine),
-        dict(zip((variable.path for variable in scene.variables), x.tolist(), strict=True)),
-    )
+    both = side_by_side(scene, nominal, best, differing(scene, machine))
+    return _on_worst(scene, program, found, clock, rows, both, machine)
+
+
+def _on_worst(
+    scene: Scene,
+    program: Program,
+    found: Found,
+    clock: _Clock,
+    rows: tuple[dict[str, Checked], dict[str, Checked]],
+    both: Tolerances,
+    machine: dict[str, float],
+) -> Design:
+    """A design with its rows over the tolerances; the goal is that of the machine which is worst for it."""
+    from vibopt.program.worst_case import around
+
+    x = np.asarray(found.x)
+    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
+    off = replace(scene, off=machine)
     made = _answered(off, program, found, clock, rows, goal_row(off, chosen, None if machine else program.model))
     notes = (*made.notes, "Tolerances: curves show the machine as designed and the worst one, maps the first.")
-    both = side_by_side(scene, nominal, best, differing(scene, machine))
     used = _used_of(program.model, max(program.used_dof, around(scene, x).used_dof))
     return replace(made, job=scene, notes=notes, tolerances=both, model=used)
+
+
+def _by_chance(scene: Scene, program: Program, clock: _Clock, wish: _Wish) -> Design:
+    """A design of which enough of all machines keep the limits with a probability."""
+    from vibopt.solve.chance import by_chance
+
+    def again(one: Scene) -> Design:
+        return solve(one, method=wish.method, near=wish.near, explain=False, brief=True)
+
+    sought = by_chance(scene, again, wish.method, wish.progress)
+    clock.stage("machines drawn")
+    if isinstance(sought, Answer):
+        return sought
+    if sought.found.x is None:
+        design = _nothing(scene, program, sought.found, "", clock, replace(wish, explain=False))
+        return replace(design, tolerances=sought.both)
+    return _on_worst(scene, program, sought.found, clock, sought.rows, sought.both, sought.machine)
 
 
 def _loosened(scene: Scene, design: Design, found: Found, clash: Program | None, patience: float) -> Design:
@@ -415,7 +446,7 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     )
     if robust is None or doubt:
         return design
-    from vibopt.solve.odds import likely, with_odds
+    from vibopt.solve.odds import with_odds
 
     over = analysed(design, robust)
     return with_odds(over) if likely(scene) else over

@@ -13,10 +13,11 @@ from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.report.machine_words import model_words
 from vibopt.scene.scene import Design
+from vibopt.scene.uncertain import likely
 from vibopt.solve import solve
 from vibopt.solve.method import Method, Progress
 from vibopt.solve.nlp import blind
-from vibopt.solve.odds import likely
+from vibopt.solve.odds import DRAWN, percent
 from vibopt.solve.ranges import closed
 from vibopt.study.absorbers import Absorbers, study_absorbers
 from vibopt.study.nearest import with_nearest
@@ -192,6 +193,8 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
         considered.append(Considered(one.name, refusal is None, refusal or one.summary))
         if refusal is None:
             break
+    if design.method == DRAWN:
+        considered.append(Considered(DRAWN, True, "asks that method about the machines at the edge of each share"))
     return considered
 
 
@@ -208,6 +211,9 @@ def _limit(design: Design, name: str) -> str:
         return "separates good speeds from bad ones"
     if not one.met:
         return "BROKEN"
+    odds = design.tolerances.odds.get(name) if design.tolerances is not None else None
+    if odds is not None:
+        return f"asked of {percent(odds.wanted)} of all machines; {100.0 * odds.low:.4g} % at least keep it"
     if one.active:
         return f"ACTIVE, {one.price.words}" if one.price is not None else "ACTIVE"
     spare = f"{one.margin_shown or 'room'} to spare"

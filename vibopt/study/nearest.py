@@ -16,7 +16,7 @@ from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Design, Scene
-from vibopt.scene.uncertain import uncertain
+from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.choose import modest
 from vibopt.solve.deviations import rows_over
 from vibopt.solve.measured_pieces import SLOPES, Exact, Piece, Point
@@ -47,12 +47,13 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
     Parameters
     ----------
     design
-        Of status "infeasible" or "unproven".
+        Of status "infeasible" or "unproven"; not where a limit asks for a probability.
     thorough
         Whatever the work; without it limits that are left are named.
     """
     scene = design.scene
     refused = design.status not in ("infeasible", "unproven") or bool(design.x) or design.nearest is not None
+    refused = refused or likely(scene)
     if refused or not scene.variables or not scene.limits or open_places(scene) or open_positions(scene):
         return design
     program = closed(pose(scene))

@@ -17,8 +17,8 @@ from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, facts, is_scene, noun_of
 from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
+from vibopt.scene.uncertain import likely
 from vibopt.solve.method import Progress
-from vibopt.solve.odds import likely
 from vibopt.study.holding import (
     LEAST_WORK,
     Road,
@@ -436,7 +436,7 @@ def priced(found: Answer[Any], *, until: bool = False, thorough: bool = False) -
     Where weights are chosen from lists, and where a goal is robust, a limit may hold the answer back without being
     touched: there every limit and cap is looked at, as far as the work goes.
     """
-    if found.goal is None or found.status not in ("optimal", "feasible"):
+    if found.goal is None or found.status not in ("optimal", "feasible") or (is_scene(found.job) and likely(found.job)):
         return found
     asked = _holding_back(found)
     if not asked:

@@ -11,8 +11,8 @@ from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of, resolved, with_changes
 from vibopt.program.drawn import drawn_alike
 from vibopt.records import dataclass
+from vibopt.scene.uncertain import likely
 from vibopt.solve.method import Progress
-from vibopt.solve.odds import likely
 from vibopt.study.many import answers
 from vibopt.study.rounded_plan import drawn
 from vibopt.study.seen import chosen_from, kept
