@@ -8,8 +8,9 @@ import pytest
 from vibopt.charts import friction_cases, random_cases, run_up_cases
 from vibopt.charts.friction_cases import Slip
 from vibopt.charts.run_up_cases import Passage
-from vibopt.charts.trial import DEFAULT
+from vibopt.charts.trial import DEFAULT, Case, Table
 from vibopt.charts.verdicts import REFUSES, RIGHT, SILENT, UNPROVEN
+from vibopt.mechanics.dry_friction import Rub
 
 RUN_UPS, HARD_RUN_UPS = run_up_cases.speed(quick=True), run_up_cases.hard(quick=True)
 SLIPS, HARD_SLIPS = friction_cases.speed(quick=True), friction_cases.hard(quick=True)
@@ -17,9 +18,7 @@ EVERY = [(table, *row) for table in (RUN_UPS, HARD_RUN_UPS, SLIPS, HARD_SLIPS) f
 
 
 @pytest.mark.parametrize(("table", "case", "given"), EVERY, ids=[case.name for _, case, _ in EVERY])
-def test_vibopt_is_right_in_every_row(
-    table: run_up_cases.Table, case: run_up_cases.Case, given: Slip | Passage
-) -> None:
+def test_vibopt_is_right_in_every_row(table: Table, case: Case, given: Slip | Passage) -> None:
     one = table.tried(case, given, DEFAULT, 1)
     assert (one.verdict, one.error < 3e-7) == (RIGHT, True), one.error
 
@@ -45,10 +44,10 @@ def test_the_truth_of_a_run_up_is_duhamels_integral(rate: float) -> None:
 
 
 def test_a_slow_run_up_is_steady_and_the_asymptote_is_off_at_ordinary_rates() -> None:
-    steady = 0.5 / 0.05 / np.sqrt(1.0 - 0.05**2)
-    slow = [case.goal for case, one in HARD_RUN_UPS.cases if one.rate < 1e-5]
-    assert slow == pytest.approx([steady, steady], rel=2e-5)
-    rows = [HARD_RUN_UPS.tried(case, one, "asymptote", 1) for case, one in HARD_RUN_UPS.cases if one.rate > 1e-5]
+    steady = 0.5 / 0.3 / np.sqrt(1.0 - 0.3**2)
+    slow = [case.goal for case, one in HARD_RUN_UPS.cases if one.rate < 1e-4]
+    assert slow == pytest.approx([steady], rel=1e-4)
+    rows = [HARD_RUN_UPS.tried(case, one, "asymptote", 1) for case, one in HARD_RUN_UPS.cases if one.rate > 1e-4]
     assert {one.verdict for one in rows} == {UNPROVEN, REFUSES}
     fresnel = run_up_cases.by_asymptote(Passage(1, 1e-9, 0.7, 1.5, 4e-3)).answer
     undamped, _ = run_up_cases.truth(Passage(1, 0.0, 0.7, 1.5, 4e-3))
@@ -83,7 +82,9 @@ def test_the_truth_follows_beats_behind_the_run_up() -> None:
 def test_a_short_hold_at_the_top_of_a_slip_is_seen() -> None:
     """Friction holds for a fiftieth of a radian; without that the mass is told to swing 7e-5 too far."""
     one = Slip(0.6233381101745086, 0.01077098378593427, 0.571669752383947)
-    assert friction_cases.by_vibopt(one).answer == pytest.approx(friction_cases.truth(one), rel=1e-12)
+    assert Rub(one.r, one.ratio, one.friction).greatest(0, 1.0, 0j) == pytest.approx(
+        friction_cases.truth(one), rel=1e-12
+    )
     assert friction_cases.by_dop853(one, 1e-11).answer == pytest.approx(friction_cases.truth(one), rel=1e-9)
 
 

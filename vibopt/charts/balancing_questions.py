@@ -17,9 +17,10 @@ from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.charts.cutting_planes import least_worst
-from vibopt.charts.rotor_file import HOLES, WEIGHTS, job_of
+from vibopt.charts.rotor_file import HOLES, WEIGHTS, document, job_of
 from vibopt.charts.trial import Case
 from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
+from vibopt.document.toml_writing import document_toml
 from vibopt.records import cached_property, dataclass
 
 BUILT = "built round its answer"
@@ -39,6 +40,11 @@ class Asked:
     def job(self) -> RotorJob:
         """The same as the problem file of a measured rotor, read."""
         return job_of(self.question, self.case.name or "question")
+
+    @property
+    def text(self) -> str:
+        """The problem file."""
+        return document_toml(document(self.question))
 
 
 def asked(name: str, question: Question, goal: float, known_by: str, family: str = "", truth: str = FEASIBLE) -> Asked:

@@ -47,10 +47,11 @@ def accuracy_json(result: Chart) -> dict[str, Any]:
 
 
 def _about(case: Case) -> dict[str, Any]:
-    """A case as plain data, without its text."""
+    """A case as plain data, with its problem file, so that any row can be asked again."""
     goal = None if math.isnan(case.goal) else case.goal
     return {
         "name": case.name, "family": case.family, "truth": case.truth, "goal": goal, "known_by": case.known_by,
+        "text": case.text, "beside": dict(case.beside),
     }  # fmt: skip
 
 
@@ -153,14 +154,14 @@ def stability_table(result: Chart, console: Console) -> None:
 
 
 def profiles_json(result: Profiles) -> dict[str, Any]:
-    """Trials on random questions with the text of each, so that any row can be asked again, as plain data."""
+    """Trials on random questions, as plain data."""
     charts = result.charts.values()
     return {
         "chart": "profiles", "conditions": conditions(), "seed": result.seed, "count": result.count,
         "counts": {family: {method: dict(chart.count(family, method)) for method in chart.methods}
                    for family, chart in result.charts.items()},
         "left": [line for chart in charts for line in chart.left],
-        "cases": [{**_about(case), "text": case.text} for chart in charts for case in chart.cases],
+        "cases": [_about(case) for chart in charts for case in chart.cases],
         "trials": [{**as_row(trial), "ratio": chart.ratio(trial)} for chart in charts for trial in chart.trials],
     }  # fmt: skip
 

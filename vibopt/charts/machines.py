@@ -38,6 +38,16 @@ on = "machine"
 """
 
 
+def free_chain(count: int, base: str, stiffness: float, damping: float) -> str:
+    """Tables of `count` masses of 1 kg one above the other on a base, like springs [N/m] and dampers [N s/m]."""
+    dash = f'\ndamping = "{damping!r} N s/m"' if damping else ""
+    return "\n\n".join(
+        f'[bodies.m{i}]\nmass = "1 kg"\n\n[links.s{i}]\nbetween = ["m{i}", "{f"m{i - 1}" if i else base}"]\n'
+        f'stiffness = "{stiffness!r} N/m"{dash}'
+        for i in range(count)
+    )
+
+
 def press(varies: str = "constant", *, start_up: str = "20 mm", floor: str = "10 kN", damping: str = "") -> str:
     """The printing press of the problem file rao_9_34, its force constant or growing with the speed."""
     return one_mass(

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, Shelf, alike, drawn
+from vibopt.charts.mount_machine import FILE, GRAVITY, LINE, SPACE, Machine, Shelf, alike, drawn
 from vibopt.charts.mount_truth import every_choice, floor_force, least_price, loads, natural, peaks
 from vibopt.charts.trial import Case
 from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE
+from vibopt.document.toml_writing import document_toml
 from vibopt.records import dataclass
 
 MOUNTS = "mounts"
@@ -30,6 +31,16 @@ class Asked:
     machine: Machine
     shelf: Shelf
     named: str = ""
+
+    @property
+    def text(self) -> str:
+        """The problem file."""
+        return document_toml(self.machine.document())
+
+    @property
+    def beside(self) -> dict[str, str]:
+        """Its catalogue."""
+        return {FILE: self.shelf.text}
 
 
 def asked(machine: Machine, shelf: Shelf, family: str = MOUNTS) -> Asked:

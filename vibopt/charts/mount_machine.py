@@ -56,13 +56,14 @@ class Shelf:
         """P0, P1, ..."""
         return [f"P{index}" for index in range(len(self))]
 
-    def write(self, path: Path) -> None:
+    @property
+    def text(self) -> str:
         """As a catalogue; every digit is kept."""
         scale = (1.0, 1.0, _PER_MM, _PER_MM, _PER_MM, 1.0, 1.0)
         columns = (self.least, self.most, self.k, self.shear, self.static, self.loss, self.price)
         rows = zip(self.names(), *(column / one for column, one in zip(columns, scale, strict=True)), strict=True)
         lines = [";".join([name, *(repr(float(cell)) for cell in cells)]) for name, *cells in rows]
-        path.write_text("\n".join([";".join(HEADS), *lines]) + "\n", encoding="utf-8")
+        return "\n".join([";".join(HEADS), *lines]) + "\n"
 
 
 @dataclass(frozen=True)
@@ -199,7 +200,7 @@ class Machine:
         from vibopt.document.toml_reading import placed
         from vibopt.scene.read import from_dict
 
-        shelf.write(folder / FILE)
+        (folder / FILE).write_text(shelf.text, encoding="utf-8")
         return from_dict(placed(self.document(), folder), name=self.title)
 
 

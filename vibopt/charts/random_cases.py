@@ -30,7 +30,7 @@ from vibopt.charts.balancing_rivals import METHODS as BALANCING
 from vibopt.charts.machines import absorbed
 from vibopt.charts.mount_cases import machine_on
 from vibopt.charts.mount_machine import LINE, SPACE
-from vibopt.charts.trial import DEFAULT, NOWHERE, Case, Said, Table, Trial, judged, scene_table
+from vibopt.charts.trial import DEFAULT, NOWHERE, Case, Said, Table, Trial, judged, judged_number, scene_table
 from vibopt.charts.verdicts import FEASIBLE
 from vibopt.program.pose import pose
 from vibopt.scene.scene import Scene
@@ -227,7 +227,9 @@ def table(family: str, questions: Sequence[Any], *, quick: bool) -> Table:
     if family == "mounts":
         return mount_fidelity.table_of(questions, mount_fidelity.methods(quick=quick), 1)
     kin = _KIN[family]
-    return Table(questions, kin.QUICK_METHODS if quick else kin.METHODS, kin.judge, 1, questions[:1])
+    return Table(
+        questions, kin.QUICK_METHODS if quick else kin.METHODS, getattr(kin, "judge", judged_number), 1, questions[:1]
+    )
 
 
 _KIN: Mapping[str, Any] = {

@@ -21,15 +21,16 @@ HOLES, WEIGHTS = 24, (0.1, 0.2, 0.3, 0.4, 0.5)
 
 def job_of(question: Question, name: str) -> RotorJob:
     """The job as read, every number of the question in its text."""
-    return read_rotor(_document(question), Mistakes(name, None))
+    return read_rotor(document(question), Mistakes(name, None))
 
 
-def _document(question: Question) -> dict[str, Any]:
+def document(question: Question) -> dict[str, Any]:
+    """The problem file as a dictionary."""
     sensors = [f"s{i}" for i in range(question.n_readings)]
     planes = [f"p{i}" for i in range(question.n_planes)]
     found = {sensor: _phasor(y, "m") for sensor, y in zip(sensors, question.y0.tolist(), strict=True)}
     shelf = {"holes": HOLES, "shelf": [f"{one!r} kg" for one in WEIGHTS]} if question.is_discrete else {}
-    document = {
+    tables = {
         "conventions": {
             "phase": "lead", "readings": "phase", "angles": "with rotation", "detector": "pk", "zero": "mark",
         },
@@ -54,7 +55,7 @@ def _document(question: Question) -> dict[str, Any]:
         },
         "goal": _goal(question),
     }  # fmt: skip
-    return {key: table for key, table in document.items() if table}
+    return {key: table for key, table in tables.items() if table}
 
 
 def _cap(cap: float) -> dict[str, Any]:

@@ -21,7 +21,7 @@ from vibopt.charts import (
 from vibopt.charts import own_scenes as own
 from vibopt.charts.fidelity import Fidelity, on_both_models
 from vibopt.charts.runs import run
-from vibopt.charts.trial import DEFAULT, Case, Table, Trial
+from vibopt.charts.trial import DEFAULT, Case, Table, Trial, filed
 from vibopt.charts.verdicts import REFUSES
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
@@ -110,7 +110,7 @@ def charted(table: Table, progress: Progress | None = None) -> Chart:
     answering = {trial.method for trial in trials if trial.status != REFUSES}
     methods = tuple(name for name in table.methods if name in answering or not table.drops)
     kept = tuple(trial for trial in trials if trial.method in methods)
-    return Chart(tuple(case for case, _ in table.cases), methods, kept, tuple(table.left))
+    return Chart(tuple(filed(*pair) for pair in table.cases), methods, kept, tuple(table.left))
 
 
 def _tried(warm: Callable[[], Any], table: Table, case: Case, given: Any, method: str) -> list[Trial]:

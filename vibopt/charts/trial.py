@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import field, replace
+from pathlib import Path
 from statistics import median
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -32,13 +34,15 @@ class Case:
     family
         What makes it hard, for the chart of stability; "" in the chart of speed.
     text
-        The problem file.
+        The problem file; "" where the question writes it (`filed`).
     truth
         "feasible" or "infeasible".
     goal
         Best value of the goal [SI]; nan where there is none.
     known_by
         How the answer is known, in words.
+    beside
+        Files that lie beside it, by name: a catalogue, a record.
     """
 
     name: str
@@ -47,12 +51,29 @@ class Case:
     goal: float
     known_by: str
     family: str = ""
+    beside: Mapping[str, str] = field(default_factory=dict)
 
     def scene(self) -> Scene:
         """The scene as read from its text."""
-        from vibopt.scene.read import from_text
+        from vibopt.scene.read import from_text, read
 
-        return from_text(self.text, name=self.name)
+        if not self.beside:
+            return from_text(self.text, name=self.name)
+        with TemporaryDirectory() as folder:
+            for name, text in {JOB: self.text, **self.beside}.items():
+                Path(folder, name).write_text(text, encoding="utf-8")
+            return read(Path(folder, JOB))
+
+
+JOB = "job.toml"
+"""Name of a problem file that others lie beside."""
+
+
+def filed(case: Case, given: Any) -> Case:
+    """The case with its problem file and what lies beside it, as its question writes them."""
+    if case.text:
+        return case
+    return replace(case, text=getattr(given, "text", ""), beside=getattr(given, "beside", {}))
 
 
 DEFAULT = "vibopt"
@@ -260,6 +281,22 @@ def timed(method: Callable[[], Said], runs: int) -> Said:
     return replace(
         said, seconds=median(wholes), kernel=median(kernels), quartiles=(low, high), runs=len(times)
     )  # fmt: skip
+
+
+def greatest_in(scene: Scene) -> Said:
+    """The one number that a scene without variables measures, checked on the machine as built."""
+    from vibopt.solve.solve import solve
+
+    design, whole, _ = answered(lambda: solve(scene, explain=False))
+    (row,) = design.measures.values()
+    return Said("optimal" if design.status == "met" else design.status, design.claim, row.value.value, seconds=whole)
+
+
+def judged_number(case: Case, one: Any, method: str, said: Said) -> Trial:
+    """A greatest value judged against the true one."""
+    if said.answer is None:
+        return judged(case, method, said, *NOWHERE)
+    return judged(case, method, said, 0.0, abs(said.answer / case.goal - 1.0))
 
 
 def said_of(scene: Scene, method: str) -> Said:

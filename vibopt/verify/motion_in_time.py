@@ -30,12 +30,13 @@ MET, NONE, GONE = 1e-9, 1e-12, 1e-12
 INSIDE = 1e-9
 """Part of a stretch by which signals are read inside: ends may be jumps."""
 _RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-12, 1e-9, 1e-13, 1e-4
-_STIFF = 2e5
-"""Fastest rate times the time to go beyond which an implicit method is used."""
+_STIFF, _FAR = 2e5, 1e3
+"""Fastest rate times the time to go beyond which an implicit method is used, and beyond which places are counted from a
+base that is gone so far that little is left of their digits."""
 _TURN, _TAYLOR = 0.25, 14
 """How far what is fastest turns in an even step, and terms of a series."""
 _PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
-_POINTS = 100
+_POINTS = 110
 """Points of a record in a period."""
 _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
 """Of polynomials through a slow load, what they may leave over, and how often its motion is made better at most."""
@@ -114,7 +115,7 @@ class MotionInTime:
         ]
         ends = {end for joint in self.machine.joints for end in joint.ends}
         alone = len(bases) == 1 and bool(far) and not self._lasting and ends <= {*self.machine.masses, *bases}
-        long = max(excitation.length for excitation in self.excitations) * self._own_rate > _STIFF if alone else False
+        long = max(excitation.length for excitation in self.excitations) * self._own_rate > _FAR if alone else False
         return States(self.machine, acts, next(iter(bases)) if long else "")
 
     @property
