@@ -15,6 +15,7 @@ from scipy.integrate import solve_ivp
 import vibopt as vo
 from refusals import refused
 from vibopt.errors import InputError
+from vibopt.program.pose import pose
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=4)
 MASS, STIFFNESS, LAST = 200.0, 8e5, 50.0 * np.pi
@@ -86,6 +87,24 @@ def test_a_motor_that_passes_does_so_in_the_coupled_motion_with_no_greater_peak(
     assert all(there for _, there in found)
     most = max(size for size, _ in found)
     assert most * (1.0 - 1e-3) <= value <= most * (1.0 + near)
+
+
+@pytest.mark.parametrize(
+    ("torque", "load", "unbalance", "ratio"), [(50.0, 15.0, 0.06, 0.01), (7.0, 0.0, 0.03, 0.01), (1.2, 0.7, 0.03, 0.03)]
+)
+def test_a_slow_start_that_the_vibration_hardly_brakes_keeps_its_angle_to_the_resonance(
+    torque: float, load: float, unbalance: float, ratio: float
+) -> None:
+    """A ten-thousandth from the second route: long stretches of one acceleration turned the force too far, a tenth of a
+    per cent of the peak."""
+    run_up = {"torque": f"{torque!r} N m", "load": f"{load!r} N m", "inertia": "0.5 kg m2"}
+    if not load:
+        del run_up["load"]
+    document = fan(run_up, ratio=ratio, unbalance=f"{unbalance!r} kg m")
+    built = solved(document).measures["x"].value.value
+    limit = {**document.pop("measures")["x"], "at_most": "1 m"}
+    [posed] = pose(vo.from_dict({**document, "limits": {"x": limit}})).limits
+    assert posed.form.value(posed.model, np.zeros(0)) == pytest.approx(built, rel=1e-4)
 
 
 def test_a_motor_that_sticks_sticks_in_the_coupled_motion_and_is_said() -> None:

@@ -18,6 +18,8 @@ from vibopt.signals import Amplitude, Sweep
 Drag = Callable[[FloatArray], FloatArray]
 _CHANGE, _EVEN, _AROUND = 0.015, 400, 60
 """Change of the acceleration on one stretch, as a part; speeds looked at evenly, and on either side of a resonance."""
+_PASSING, _TURNED = 20.0, 1e-4
+"""How near a pole is passed, in roots of the rate; by how much the angle may be off behind a stretch there [rad]."""
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
 NO_SWEEP = Sweep((), (), (), (0.0, 0.0))
@@ -60,10 +62,10 @@ class Motor:
         rise = sense * (self.left(grid) - drag(grid)) / self.inertia
         if not (rise > 0.0).all():
             return None
-        changed = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(np.log(rise))))])
-        steps = np.linspace(0.0, changed[-1], int(np.ceil(changed[-1] / _CHANGE)) + 1)
+        many = np.concatenate([[0.0], np.cumsum(self._stretches(grid, rise, poles))])
+        steps = np.linspace(0.0, many[-1], int(np.ceil(many[-1])) + 1)
         ends = [self.begins, self.stays, *(joint for joint in self._joints if grid[0] < joint < grid[-1])]
-        speeds = np.unique(np.concatenate([np.interp(steps, changed, grid), ends]))
+        speeds = np.unique(np.concatenate([np.interp(steps, many, grid), ends]))
         middle, half = 0.5 * (speeds[1:] + speeds[:-1]), 0.5 * np.diff(speeds)
         inside = middle[:, None] + half[:, None] * _PLACES
         within = sense * (self.left(inside) - drag(inside)) / self.inertia
@@ -79,6 +81,19 @@ class Motor:
             speeds, rates, powers = speeds[::-1], rates[::-1], powers[::-1]
         still = (self.unbalance * self.begins**2, self.unbalance * self.stays**2)
         return Sweep(tuple(speeds.tolist()), tuple(rates.tolist()), tuple(powers), still)
+
+    @staticmethod
+    def _stretches(grid: FloatArray, rise: FloatArray, poles: ComplexArray) -> FloatArray:
+        """How many stretches each part between speeds needs, (n - 1,): for the rate and, near a pole, for the angle.
+
+        An even rate for one that changes by b a second turns b T^3 / 12 too far in a time T.
+        """
+        wide, rate = np.diff(grid), np.sqrt(rise[1:] * rise[:-1])
+        size = np.abs(np.diff(np.log(rise)))
+        away = np.abs(0.5 * (grid[1:] + grid[:-1]) - np.abs(poles.imag)[:, None]).min(axis=0)
+        passing = away < _PASSING * np.sqrt(rate)
+        turned = wide * np.cbrt(size / (12.0 * _TURNED * wide * rate))
+        return np.maximum(size / _CHANGE, np.where(passing, turned, 0.0))
 
     @property
     def _joints(self) -> tuple[float, ...]:

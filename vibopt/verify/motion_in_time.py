@@ -99,6 +99,11 @@ class MotionInTime:
         return sorted({joint for excitation in self.excitations for joint in excitation.joints})
 
     @cached_property
+    def _bent(self) -> FloatArray:
+        """Times at which signals jump or bend, ascending [s]."""
+        return np.unique(np.concatenate([excitation.kinks for excitation in self.excitations]))
+
+    @cached_property
     def _late(self) -> set[float]:
         """Times from which on a smooth load alone counts [s]: all fades early in stretches that are so long."""
         long = max(_STIFF / max(self._own_rate, 1e-300), 2.0 * self._fades)
@@ -160,6 +165,10 @@ class MotionInTime:
         """Longest step while a load acts: not over a sample of a record [s]."""
         return min(excitation.step for excitation in self.excitations)
 
+    def _bends(self, low: float, high: float) -> bool:
+        """Whether a signal bends inside a stretch, as a record does at its samples."""
+        return bool(np.searchsorted(self._bent, high) > np.searchsorted(self._bent, low, "right"))
+
     def _rates(self, low: float, high: float) -> Callable[[float, FloatArray], FloatArray]:
         """Rates of the states on a stretch of time."""
         edge, (system, loads) = INSIDE * (high - low), self._states.matrices
@@ -186,7 +195,7 @@ class MotionInTime:
                     self._runs.append(settled)
                     continue
             turned = self._fastest(current) * (high - low)
-            smooth = self._step == np.inf or not self._loaded(current)
+            smooth = self._step == np.inf or not self._loaded(current) or not self._bends(low, high)
             if smooth and turned <= _STIFF:
                 self._runs.append(self._stepped(low, high, start, int(turned / _TURN) + 1))
                 continue
@@ -225,6 +234,8 @@ class MotionInTime:
             places = (0.5 + _PLACES)[:, None]
             seen = np.clip(begin + places * length, low + edge, high - edge)
             pushed = loads @ self._signals(seen.ravel()) * (_WEIGHTS[:, None] * length).ravel()
+            if not pushed.any():
+                return _carried(system, states, length)
             left = np.concatenate([length, ((1.0 - places) * length).ravel()])
             every = _carried(system, np.hstack([states, pushed]), left)
             return np.asarray(every.reshape(len(states), -1, len(begin)).sum(axis=1))

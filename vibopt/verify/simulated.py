@@ -198,11 +198,6 @@ class Simulated(MotionInTime):
         return rate * self._look > _AWAY * most
 
     @cached_property
-    def _bent(self) -> FloatArray:
-        """Times at which signals jump or bend, ascending [s]."""
-        return np.unique(np.concatenate([excitation.kinks for excitation in self.excitations]))
-
-    @cached_property
     def _seen(self) -> dict[tuple[int, int], tuple[TransientResponse, tuple[float, float]]]:
         """What was greatest on stretches so far, by their numbers and that of the response, which stays."""
         return {}
