@@ -208,6 +208,17 @@ def test_an_edge_of_what_frequencies_keep_out_of_has_a_price() -> None:
     assert price.words == "3540 rpm -> 3200 rpm: stiffness 1.924 MN/m -> 1.863 MN/m"
 
 
+@pytest.mark.parametrize(("file", "ways"), [("isolation/rao_9_34.toml", [1, 1]), ("shafts/pump_shaft.toml", [-1])])
+def test_no_answer_is_asked_for_that_the_price_of_a_limit_does_not_show(
+    file: str, ways: list[int], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken: list[int] = []
+    stepped = Along.stepped
+    monkeypatch.setattr(Along, "stepped", lambda along, way: taken.append(way) or stepped(along, way))
+    assert any(row.price for row in priced(vo.solve(open_job(PROBLEMS / file))).limits.values())
+    assert taken == ways
+
+
 def test_tolerances_are_facts_with_a_price() -> None:
     job = open_job(PROBLEMS / "isolation/rao_9_34.toml", {"bodies.press.mass": {"value": "300 kg", "tolerance": "5 %"}})
     found = prices(job, only=["bodies.press.mass.tolerance"], most=0.0, thorough=False)

@@ -323,19 +323,24 @@ class _Purse:
     def _may(self, answers: int) -> bool:
         return self.spent + answers * self.each <= self.most
 
-    def priced(self, fact: FactAt, sort: str, progress: Progress | None, part: float) -> Ranked:
-        """What a sensible step each way does."""
+    def priced(
+        self, fact: FactAt, sort: str, progress: Progress | None, part: float, *, loosened: bool = False
+    ) -> Ranked:
+        """What a sensible step each way does, or of a bound the `loosened` one alone: each is an answer of its own."""
         now = Entry(fact.value, fact.dimension, fact.unit, amplitude=fact.amplitude)
         axis = axis_of(fact, self.extent, complement=complement_of(self.job, fact.path))
         if axis is None:
             return Ranked(fact.path, sort, now, why="it is zero, and nothing says how large a step is")
-        if not self._may(2):
+        asked = [way for way in (-1, 1) if axis.step(way) != fact.value]
+        if loosened:
+            asked = [way for way in asked if _is_looser(fact.path, axis.step(way) - fact.value)]
+        if not self._may(len(asked)):
             return Ranked(fact.path, sort, now, why="left out because of the work")
         if progress is not None:
             progress("what a step buys", part)
         along = self._along(fact, axis)
         try:
-            ways = [along.stepped(way) for way in (-1, 1) if axis.step(way) != fact.value]
+            ways = [along.stepped(way) for way in asked]
         except SpentError:
             return Ranked(fact.path, sort, now, why="left out because of the work")
         return Ranked(fact.path, sort, now, tuple(ways))
@@ -451,7 +456,7 @@ def priced(found: Answer[Any], *, until: bool = False, thorough: bool = False) -
     job = _job(found)
     steps = not is_scene(job) and in_steps(job)
     purse = _Purse(found, measured_by(job)[1], OF_LIMITS if steps and not thorough else float("inf"))
-    rows = [purse.priced(fact, LIMITS, None, 0.0) for fact in asked.values()]
+    rows = [purse.priced(fact, LIMITS, None, 0.0, loosened=True) for fact in asked.values()]
     return _with_rows(found, asked, {row.path: row for row in rows}, _left(rows))
 
 
@@ -511,10 +516,14 @@ def _bound_of(row: Checked, known: Mapping[str, FactAt]) -> str:
     return min(paths, key=lambda one: abs(known[one].value - row.value.value), default="")
 
 
+def _is_looser(path: str, change: float) -> bool:
+    """Whether a bound that changes by so much leaves more room."""
+    return change * (1 if path.endswith(("at_most", "lowest", ".to", ".deepest")) else -1) > 0.0
+
+
 def _price(found: Answer[Any], key: str, row: Ranked) -> Price | None:
     """What a wider limit buys, and what is known of both ways; None where a balancing job gains nothing by it."""
-    loose = 1 if row.path.endswith(("at_most", "lowest", ".to", ".deepest")) else -1
-    way = next((one for one in row.ways if loose * (one.value.value - row.now.value) > 0.0), None)
+    way = next((one for one in row.ways if _is_looser(row.path, one.value.value - row.now.value)), None)
     if way is None or way.goal is None or not (is_scene(found.job) or (way.change or 0.0) > 0.0):
         return None
     ways = row.ways if row.ranged else ()
