@@ -47,6 +47,24 @@ def test_the_commands_of_a_guide_print_what_it_shows(
         assert words_in(tmp_path / picture) == words_in(FOLDER / picture)
 
 
+SPEED = re.compile(
+    r"(half|third|quarter|fourth|fifth|sixth|tenth|fraction)s?\s+of\s+(the|a|its)\s+(processor\s+)?(time|second)"
+    r"|in\s+half\s+the\s+time|times\s+(as\s+)?(fast|faster|sooner)\b(?! one turns| it turns)"
+    r"|\d (s|ms|us)\s+(became|instead)"
+    r"|\b(in|takes?)\s+(a second|seconds|minutes)\b"
+)
+
+
+def test_how_fast_answers_are_is_said_where_charts_print_it_alone() -> None:
+    """In the guide of the charts, and in that part of the README."""
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    rest = re.sub(r"## The five charts.*?\n## ", "## ", readme, flags=re.S)
+    pages = {**GUIDES, "readme": rest, "charts": ""}
+    assert SPEED.search(GUIDES["charts"])
+    assert SPEED.search("in a fifth to a half of the time")
+    assert {name: found[0] for name, text in pages.items() if (found := SPEED.search(text))} == {}
+
+
 def words_in(picture: Path) -> list[str]:
     """All that a figure says: titles, axes, ticks, labels and legends."""
     return re.findall(r"<!-- (.*?) -->", picture.read_text(encoding="utf-8"), re.S)

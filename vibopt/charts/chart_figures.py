@@ -19,10 +19,12 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LOOKS = {
-    RIGHT: ("#cfe6d6", "", "o"), SAYS_SO: ("#c9cfd6", "....", "v"), UNPROVEN: ("#8d97a3", "////", "^"),
+    RIGHT: ("#cfe6d6", "", "o"), SAYS_SO: ("#c9cfd6", "---", "v"), UNPROVEN: ("#8d97a3", "////", "^"),
     SILENT: (RED, "", "X"), REFUSES: ("white", "", "s"),
 }  # fmt: skip
 """Colour, hatching and mark of each class in every figure."""
+_MORE = ("", "o", "s", "^")
+"""Marks on the lines of those that have the dashes of another again: in grey a colour tells nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,19 +192,24 @@ def profiles_figure(
     figure = sheet(WIDTH * 1.25, 1.0 + 2.8 * len(rows))
     axes: Any = figure.subplots(len(rows), 3, squeeze=False, sharey=True)
     methods = list(dict.fromkeys(name for pair in rows.values() for one in pair for name in one))
-    looks = {name: (COLOURS[i % len(COLOURS)], STYLES[(i + i // len(COLOURS)) % len(STYLES)])
-             for i, name in enumerate(methods)}  # fmt: skip
+    looks = {
+        name: {
+            "color": COLOURS[i % len(COLOURS)], "ls": STYLES[i % len(STYLES)], "marker": _MORE[i // len(STYLES)],
+            "lw": 2.6 if name == default else 1.4, "zorder": 6 if name == default else 5,
+            "ms": 3.5, "markevery": (1, 3),
+        }
+        for i, name in enumerate(methods)
+    }  # fmt: skip
     for panels, (family, triple) in zip(axes, rows.items(), strict=True):
         for place, (panel, times) in enumerate(zip(panels, triple, strict=True)):
             error, under = (("1e-6", "time over the best"), ("1e-3", "time over the best"), ("1e-6", "CPU seconds"))[
                 place
             ]
             dress(panel, f"{family}, to {error}", under, "share answered" if place == 0 else "")
-            _profile(panel, times, count, looks, default, 1.0 if place < 2 else 0.0)
+            _profile(panel, times, count, looks, 1.0 if place < 2 else 0.0)
     from matplotlib.lines import Line2D
 
-    handles = [Line2D([], [], color=looks[name][0], ls=looks[name][1], lw=2.6 if name == default else 1.4, label=name)
-               for name in methods]  # fmt: skip
+    handles = [Line2D([0.0, 0.5, 1.0], [0.0] * 3, label=name, **looks[name]) for name in methods]
     figure.legend(
         handles=handles, loc="outside lower center", ncols=4, fontsize=SIZE - 1, frameon=False, handlelength=3.5
     )
@@ -211,9 +218,8 @@ def profiles_figure(
 
 
 def _profile(
-    panel: Any, times: Mapping[str, FloatArray], count: int, looks: Mapping[str, tuple[str, Any]], default: str,
-    first: float,
-) -> None:  # fmt: skip
+    panel: Any, times: Mapping[str, FloatArray], count: int, looks: Mapping[str, Mapping[str, Any]], first: float
+) -> None:
     """Steps of every method; the axis begins at `first`, or below the least time where that is nothing."""
     known = [float(t) for row in times.values() for t in row if math.isfinite(t)]
     first, last = first or 0.7 * min([1.0, *known]), 2.0 * max([10.0 * first, *known])
@@ -223,11 +229,7 @@ def _profile(
     for name, row in times.items():
         good = np.sort(row[np.isfinite(row)])
         share = np.arange(1, len(good) + 1) / count
-        colour, style = looks[name]
-        panel.step(
-            [first, *good, last], [0.0, *share, share[-1]], where="post", color=colour, ls=style,
-            lw=2.6 if name == default else 1.4, zorder=6 if name == default else 5,
-        )  # fmt: skip
+        panel.step([first, *good, last], [0.0, *share, share[-1]], where="post", **looks[name])
 
 
 def _plain_numbers(panel: Any, values: list[float]) -> None:
