@@ -181,7 +181,7 @@ def test_what_is_impossible_without_the_share_is_proven_and_what_is_not_found_is
 def test_explain_says_what_is_asked_and_who_answered() -> None:
     said = explain(from_text(PRESS.format(mass=1.0, spring=3.0, wanted=95.0), "press.toml"))
     text = str(said.table())
-    assert "asked of 95 % of all machines; 95." in text
+    assert "asked of 95 % of all machines; 96." in text
     assert "machines_drawn" in text
     assert "does not hold the design back" not in text
     assert "No price was computed" not in str(said.answer.notes)

@@ -163,10 +163,10 @@ def test_deviations_that_were_measured_are_drawn_alike() -> None:
     assert uncertain(design.job)[0].tolerance == pytest.approx(0.3)
 
 
-@pytest.mark.parametrize("wanted", ["50 %", "99.9 %", "0.999", "0.5"])
+@pytest.mark.parametrize("wanted", ["50 %", "99.9999 %", "0.999999", "0.5"])
 def test_the_ends_that_the_refusal_offers_are_taken(wanted: str) -> None:
     scene = from_text(PRESS.replace('"90 %"', wanted if wanted[-1] != "%" else f'"{wanted}"'), "press.toml")
-    assert scene.limits["floor"].with_probability in (0.5, 0.999)
+    assert scene.limits["floor"].with_probability in (0.5, 0.999999)
 
 
 def test_a_bound_at_the_share_itself_cannot_be_told() -> None:
@@ -266,7 +266,7 @@ def test_prices_of_a_draw_are_refused() -> None:
 
 
 NONE = "is no share that machines which are drawn can tell."
-WAY = 'Write a share from "50 %" to "99.9 %", for example with_probability = "99 %".'
+WAY = 'Write a share from "50 %" to "99.9999 %", for example with_probability = "99 %".'
 KINDS = 'Write { normal = "2 %" } for a standard deviation, { uniform = "5 %" } or { data = ["+1 %", "-0.5 %"] }.'
 MINE = '{ value = "4 MN/m", tolerance = { uniform = "20 %" } }'
 
@@ -278,7 +278,7 @@ MINE = '{ value = "4 MN/m", tolerance = { uniform = "20 %" } }'
          f"machine within the tolerances leave it out. {WAY}"),
         ('"90 %"', '"100 %"', f'line 19: limits.floor.with_probability = "100 %" is all machines. For every machine '
          f"within the tolerances leave it out. {WAY}"),
-        ('"90 %"', '"99.99 %"', f'line 19: limits.floor.with_probability = "99.99 %" {NONE} {WAY}'),
+        ('"90 %"', '"99.99999 %"', f'line 19: limits.floor.with_probability = "99.99999 %" {NONE} {WAY}'),
         ('"90 %"', '"often"', f'line 19: limits.floor.with_probability = "often" is no share of all machines. {WAY}'),
         (MINE, '"4 MN/m"', "line 19: limits.floor has with_probability, but no number scatters. Add one, for example "
          'tolerance = { normal = "2 %" } of a mass.'),

@@ -62,6 +62,8 @@ class Odds:
         Value on the worst machine within the tolerances (three standard deviations of a normal distribution).
     worst_met
         Whether that one keeps the limit.
+    within
+        Share of all machines that are proven to keep it; the drawn ones are from the others.
     """
 
     wanted: float
@@ -73,21 +75,23 @@ class Odds:
     verdict: str
     worst: Entry
     worst_met: bool
+    within: float = 0.0
 
     @property
     def words(self) -> str:
         """All of it in words."""
         ends = f"{_share(self.low)} to {_share(self.high)}"
-        at = f"{100.0 * self.wanted:.6g} %"
+        at = f"{100.0 * self.wanted:.8g} %"
+        proven = f"{_share(self.within)} % of all machines keep it (proven), and of the others " if self.within else ""
         return (
-            f"{self.kept} of {self.drawn} machines drawn keep it, of all {ends} % at a confidence of "
+            f"{proven}{self.kept} of {self.drawn} machines drawn keep it, of all {ends} % at a confidence of "
             f"{100.0 * self.confidence:g} %; {at} asked: {self.verdict}; worst within the tolerances {self.worst.shown}"
         )
 
 
 def _share(part: float) -> str:
     """A share of all machines in percent, with as many digits as it differs from all of them."""
-    return f"{100.0 * part:.4g}" if part < 0.999 else f"{100.0 * part:.6g}"
+    return f"{100.0 * part:.{4 if part < 0.999 else 6 if part < 0.99999 else 9}g}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,7 +123,7 @@ class Tolerances:
 def odds_said(answer: Answer[Any]) -> str:
     """Which share of all machines each limit with a probability asks for: "floor in 99 % of all machines"."""
     odds = answer.tolerances.odds if answer.tolerances is not None else {}
-    return ", ".join(f"{name} in {100.0 * one.wanted:.6g} % of all machines" for name, one in odds.items())
+    return ", ".join(f"{name} in {100.0 * one.wanted:.8g} % of all machines" for name, one in odds.items())
 
 
 @dataclass(frozen=True, slots=True)

@@ -63,16 +63,20 @@ class Sampled:
         Whether each keeps the limit.
     confidence
         Of the interval of this one look.
+    part
+        Share of all machines of which these are drawn; the others are proven to keep the limit.
     """
 
     values: FloatArray
     kept: BoolArray
     confidence: float
+    part: float = 1.0
 
     @property
     def share(self) -> tuple[float, float]:
         """Ends of the interval of Clopper and Pearson for the share of all machines that keep the limit."""
-        return clopper_pearson(int(self.kept.sum()), len(self.kept), self.confidence)
+        low, high = clopper_pearson(int(self.kept.sum()), len(self.kept), self.confidence)
+        return 1.0 - self.part * (1.0 - low), 1.0 - self.part * (1.0 - high)
 
     def verdict(self, wanted: float) -> str:
         """Whether a share of at least `wanted` keeps the limit."""
@@ -85,7 +89,7 @@ class Sampled:
         It is within a bound just where the verdict on that bound is MET.
         """
         ordered = np.sort(-self.values if least else self.values)
-        fewest = fewest_kept(wanted, len(ordered), self.confidence)
+        fewest = fewest_kept(1.0 - (1.0 - wanted) / self.part, len(ordered), self.confidence)
         if fewest > len(ordered):
             return float("nan")
         return float(-ordered[fewest - 1] if least else ordered[fewest - 1])
@@ -128,14 +132,22 @@ def drawn(doubts: Sequence[Uncertain], count: int, stream: str = "", *, evenly: 
     another `stream` is independent of the first.  Machines that are spread `evenly` (a Latin hypercube) say more of a
     share, and nothing of how sure it is.
     """
+    shares = shares_of([one.path for one in doubts], count, stream, evenly=evenly)
     columns = []
-    for one in doubts:
+    for one, share in zip(doubts, shares.T, strict=True):
         assert isinstance(one.tolerance, Scatter)
-        seed = int.from_bytes(hashlib.sha256(f"{stream}{one.path}".encode()).digest()[:8], "big")
+        columns.append(one.tolerance.factors(share))
+    return np.stack(columns, axis=1)
+
+
+def shares_of(paths: Sequence[str], count: int, stream: str = "", *, evenly: bool = False) -> FloatArray:
+    """Of each number the share of all machines that have less of it, shape (count, n_paths)."""
+    columns = []
+    for path in paths:
+        seed = int.from_bytes(hashlib.sha256(f"{stream}{path}".encode()).digest()[:8], "big")
         chance = np.random.Generator(np.random.PCG64(seed))
         shares = chance.random(count)
-        shares = (chance.permutation(count) + shares) / count if evenly else shares
-        columns.append(one.tolerance.factors(shares))
+        columns.append((chance.permutation(count) + shares) / count if evenly else shares)
     return np.stack(columns, axis=1)
 
 
@@ -180,5 +192,6 @@ __all__ = [
     "in_batches",
     "looks",
     "sampled",
+    "shares_of",
     "sure_share",
 ]

@@ -9,7 +9,7 @@ tells; the answer is then judged on machines that neither has seen.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -18,14 +18,16 @@ from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.program.drawn import MET, drawn, in_batches, looks, sure_share
+from vibopt.program.far_off import Beyond
 from vibopt.program.program import Limit, Program
 from vibopt.program.worst_case import around, hit, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Design, Scene
-from vibopt.scene.uncertain import uncertain
+from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.solve.deviations import goal_machine, rows_over, side_by_side
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.odds import DRAWN, MOST_WORK, rows_drawn
+from vibopt.solve.rare import RARE, beyond, proven_beyond
 from vibopt.solve.robust import Among, Robust, judged, nearby, robust
 from vibopt.values.tolerance import NORMAL, SIGMAS, Scatter
 from vibopt.verify.as_built import differing
@@ -42,6 +44,8 @@ _TIMES, _FEW = 4, 64
 """Machines that are looked at again near a design: by how many times more, and by how many, than may break a limit."""
 _NEAR = 0.1
 """Log of a factor within which designs are near each other."""
+_FAR = 100.0
+"""By how many times more machines are far off than may break a limit, before a design is known."""
 _EDGE = 3
 """Machines at the edge that are averaged at least, to either side."""
 
@@ -181,20 +185,37 @@ def missed_on(parts: list[Limit], machines: FloatArray) -> FloatArray:
     return found
 
 
+class _Asked:
+    """What is asked of the machines drawn for one limit: of all, or of those `far` off where hardly any may break it.
+
+    wanted, aim
+        Share of those that are drawn: as asked, and so that the verdict hardly ever fails.
+    """
+
+    def __init__(
+        self, doubts: Sequence[Uncertain], wanted: float, far: Beyond | None, count: int, confidence: float
+    ) -> None:
+        few = count if far is not None else min(_LEARNED_FROM, count)
+        self.wanted = 1.0 - (1.0 - wanted) / (far.part if far is not None else 1.0)
+        self.aim = sure_share(self.wanted, count, confidence)
+        self.learned = _Machines(far.machines(few, "design") if far else drawn(doubts, few, "design", evenly=True))
+        self.rehearsal = _Machines(far.machines(count, "rehearsal") if far else drawn(doubts, count, "rehearsal"))
+
+
 class _Search:
     def __init__(self, scene: Scene, names: Mapping[str, float]) -> None:
         self.scene, self.names = scene, names
-        program = self._around(np.array([max(variable.low, 1e-300) for variable in scene.variables]))
-        parts = self._parts(program)
-        cost = sum(one.cost for many in parts.values() for one in many)
-        self.wanted = {key: names[key[0]] for key in parts}
-        sizes, confidence = looks(max(sum(one.cost for one in many) for many in parts.values()), MOST_WORK)
-        self.judged_by = sizes[-1]
-        doubts = uncertain(scene)
-        self.learned = _Machines(drawn(doubts, min(_LEARNED_FROM, self.judged_by), "design", evenly=True))
-        self.rehearsal = _Machines(drawn(doubts, self.judged_by, "rehearsal"))
-        self.aims = {key: sure_share(share, self.judged_by, confidence) for key, share in self.wanted.items()}
-        self.cost = cost
+        self.doubts = uncertain(scene)
+        parts = self._parts(self._around(np.array([max(variable.low, 1e-300) for variable in scene.variables])))
+        sizes, self.confidence = looks(max(sum(one.cost for one in many) for many in parts.values()), MOST_WORK)
+        self.count = sizes[-1]
+        self.asked = {
+            key: self._asked(key, beyond(many, self.doubts, names[key[0]], _FAR)) for key, many in parts.items()
+        }
+
+    def _asked(self, key: Key, far: Beyond | None) -> _Asked:
+        wanted = self.names[key[0]]
+        return _Asked(self.doubts, wanted, far if wanted > RARE else None, self.count, self.confidence)
 
     def _around(self, x: FloatArray) -> Program:
         return around(self.scene, x)
@@ -211,9 +232,10 @@ class _Search:
         self, starts: list[FloatArray], method: str | Method | None, progress: Progress | None
     ) -> FloatArray | None:
         """The best design x (n_vars,) that the rehearsal bears, or None."""
-        if any(np.isnan(one) for one in self.aims.values()):
+        if any(np.isnan(one.aim) for one in self.asked.values()):
             return None
-        reached = [self._followed(x, self.aims, method, whole=not k) for k, x in enumerate(starts)]
+        aims = {key: one.aim for key, one in self.asked.items()}
+        reached = [self._followed(x, aims, method, whole=not k) for k, x in enumerate(starts)]
         for x in sorted((one for one in reached if one is not None), key=self._goal):
             found = self._borne(x, method, progress)
             if found is not None:
@@ -222,7 +244,12 @@ class _Search:
 
     def _borne(self, x: FloatArray, method: str | Method | None, progress: Progress | None) -> FloatArray | None:
         """The best design near x (n_vars,) that the rehearsal bears, with no more asked than that takes; or None."""
-        targets, found = dict(self.aims), None
+        for key, many in self._parts(self._around(x)).items():
+            if self.names[key[0]] > RARE:  # as far off as the verdict will draw them
+                self.asked[key] = self._asked(key, proven_beyond(many, self.doubts, self.names[key[0]]))
+        targets, found = {key: one.aim for key, one in self.asked.items()}, None
+        if any(np.isnan(one) for one in targets.values()):
+            return None
         for step in range(_REHEARSALS):
             if progress is not None:
                 progress("machines drawn", (step + 0.5) / _REHEARSALS)
@@ -233,7 +260,8 @@ class _Search:
             held = {key: self._tight(x, key, edges[key]) for key in off}
             if all(one >= 0.0 and (one <= _SPARE or not held[key]) for key, one in off.items()):
                 break
-            targets = {key: _moved(targets[key], -one if one < 0.0 or held[key] else 0.0) for key, one in off.items()}
+            by = {key: 0.5 * _SPARE - one if one < 0.0 or held[key] else 0.0 for key, one in off.items()}
+            targets = {key: _moved(targets[key], one) for key, one in by.items()}
             there = self._followed(x, targets, method)
             if there is None or late("the search among machines drawn"):
                 break
@@ -268,7 +296,8 @@ class _Search:
         return {key: self._edge(x, key, many, targets[key]) for key, many in self._parts(self._around(x)).items()}
 
     def _edge(self, x: FloatArray, key: Key, parts: list[Limit], target: float) -> FloatArray:
-        values = self.learned.missed(x, key, parts, target)
+        learned = self.asked[key].learned
+        values = learned.missed(x, key, parts, target)
         worst = values.max(axis=0)
         order = np.argsort(worst, kind="stable")
         at = min(int(np.ceil(target * len(order))), len(order)) - 1
@@ -276,7 +305,7 @@ class _Search:
         edge = order[max(at - width, 0) : at + width + 1]
         by = values[:, edge].argmax(axis=0)
         found = [
-            self._scaled(parts, self.learned.factors[edge[by == k]].mean(axis=0), float(worst[order[at]]))
+            self._scaled(parts, learned.factors[edge[by == k]].mean(axis=0), float(worst[order[at]]))
             for k in set(by.tolist())
         ]
         return np.array(found)
@@ -302,10 +331,12 @@ class _Search:
         """How much better the share of machines is than it must be [standard deviations of a normal distribution]."""
         from scipy.special import ndtri
 
-        found, count = {}, len(self.rehearsal.factors)
+        found = {}
         for key, many in self._parts(self._around(x)).items():
-            share = float((self.rehearsal.missed(x, key, many, self.wanted[key]).max(axis=0) <= 0.0).mean())
-            found[key] = float(ndtri(min(share, 1.0 - 0.5 / count)) - ndtri(self.aims[key])) if share > 0.0 else -np.inf
+            asked = self.asked[key]
+            share = float((asked.rehearsal.missed(x, key, many, asked.wanted).max(axis=0) <= 0.0).mean())
+            most = 1.0 - 0.5 / self.count
+            found[key] = float(ndtri(min(share, most)) - ndtri(asked.aim)) if share > 0.0 else -np.inf
         return found
 
 

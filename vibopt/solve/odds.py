@@ -15,6 +15,7 @@ from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, Sampled, drawn,
 from vibopt.program.program import Limit
 from vibopt.program.worst_case import around, doubts_at
 from vibopt.scene.scene import Design, Scene
+from vibopt.solve.rare import RARE, proven_beyond
 from vibopt.units import show
 from vibopt.verify.checked import checked_limits
 from vibopt.work import worked
@@ -62,14 +63,16 @@ def _looked(scene: Scene, x: FloatArray, row: Checked, parts: list[Limit], wante
     doubts = doubts_at(scene, x)
     cost = sum(one.cost for one in parts)
     sizes, confidence = looks(cost, MOST_WORK)
-    every = drawn(doubts, sizes[-1])
-    seen = sampled(parts, every[: sizes[0]], confidence)
+    far = proven_beyond(parts, doubts, wanted) if wanted > RARE else None
+    every = far.machines(sizes[-1]) if far is not None else drawn(doubts, sizes[-1])
+    part = far.part if far is not None else 1.0
+    seen = replace(sampled(parts, every[: sizes[0]], confidence), part=part)
     for before, size in pairwise(sizes):
         told = not np.isnan(seen.stays_within(wanted, least=False))  # enough for the value that is shown
         if seen.verdict(wanted) != OPEN and told:
             break
         more = sampled(parts, every[before:size], confidence)
-        seen = Sampled(np.append(seen.values, more.values), np.append(seen.kept, more.kept), confidence)
+        seen = Sampled(np.append(seen.values, more.values), np.append(seen.kept, more.kept), confidence, part)
     worked(len(seen.values) * cost)
     names = [one.path for one in doubts]
     machines = [dict(zip(names, row, strict=True)) for row in every[: len(seen.values)].tolist()]
@@ -109,7 +112,16 @@ def _row(row: Checked, seen: Sampled, wanted: float, doubt: str) -> Checked:
 def _odds(row: Checked, seen: Sampled, wanted: float) -> Odds:
     low, high = seen.share
     return Odds(
-        wanted, int(seen.kept.sum()), len(seen.kept), low, high, CONFIDENCE, seen.verdict(wanted), row.value, row.met
+        wanted,
+        int(seen.kept.sum()),
+        len(seen.kept),
+        low,
+        high,
+        CONFIDENCE,
+        seen.verdict(wanted),
+        row.value,
+        row.met,
+        1.0 - seen.part,
     )
 
 

@@ -61,6 +61,13 @@ def breaks(part: Limit | Aim, axes: tuple[Axis, ...], near: tuple[FloatArray, ..
     return hit(part, axes, near=near)
 
 
+def kept_within(limit: Limit, axes: tuple[Axis, ...]) -> bool:
+    """Whether it is proven that every machine within the axes keeps a limit, with room but where a corner is worst."""
+    one = hit(limit, axes)
+    off = missed(limit, one.value)
+    return off <= 0.0 and (one.proven or (off < -1.01 * MARGIN and _held(limit, axes, one)))
+
+
 def tight(program: Program, index: int, one: Hit) -> bool:
     """Whether a proof could only be given with a margin."""
     if one.proven:
@@ -144,4 +151,4 @@ def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: boo
     return all(top > 0.0 and _covered(one, axes, top, least) for one, top in shares)
 
 
-__all__ = ["breaks", "parts_of", "raised", "settled", "tight", "worst_machines"]
+__all__ = ["breaks", "kept_within", "parts_of", "raised", "settled", "tight", "worst_machines"]

@@ -8,14 +8,14 @@ from vibopt.errors import QuantityError
 from vibopt.units import read_quantity
 from vibopt.values.fields import ReadBy, complaint
 
-LEAST, MOST = 0.5, 0.999
+LEAST, MOST = 0.5, 0.999999
 _HAIR = 1e-12
-"""Part by which "99.9 %" may be read beside the number of that name."""
+"""Part by which "99.9999 %" may be read beside the number of that name."""
 
 
 def _read(given: object) -> float:
     """A share of all machines."""
-    way = 'Write a share from "50 %" to "99.9 %", for example with_probability = "99 %".'
+    way = 'Write a share from "50 %" to "99.9999 %", for example with_probability = "99 %".'
     try:
         value = read_quantity(given, "ratio").value
     except QuantityError:
