@@ -70,11 +70,8 @@ def test_least_motion_under_white_noise(ratio: float) -> None:
     assert design.goal[1].value == pytest.approx(wanted, rel=1e-12)
     assert design.x[0] == pytest.approx(float(ratio * STIFFNESS * tuning**2), rel=1e-7)
     assert design.x[1] == pytest.approx(float(2 * damping * tuning * ratio * MASS * RATE), rel=1e-7)
-    assert design.status == "feasible"
-    assert design.claim == (
-        "best of 12 starts, 4 or more agreed; no useful bound: "
-        "the goal is a mean square under white noise: it has no bounds on boxes of designs"
-    )
+    assert (design.status, design.method) == ("optimal", "branch_and_bound")
+    assert design.claim == "proven by branch and bound: nothing is better by more than 1e-06 of the goal"
 
 
 def meeting(ratio: float) -> tuple[float, float]:

@@ -166,8 +166,17 @@ def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArra
 
 def sampled(model: Model, output: Output, line: Line, speeds: FloatArray, reference: FloatArray) -> Sampled:
     """Coefficients of one line at `speeds` (n,) [rad/s]; `reference` (n_vars,) is a typical design."""
-    groups = Groups.of(model, output.signs)
     omega = line.order * speeds
+    made = expanded(model, output, line.vector, omega, reference)
+    push = (1j * omega) ** output.power * line.amplitude.at(speeds)
+    return replace(made, top=made.top * push[:, None])
+
+
+def expanded(
+    model: Model, output: Output, vector: ComplexArray, omega: ComplexArray | FloatArray, reference: FloatArray
+) -> Sampled:
+    """The same without power and amplitude of what shakes by `vector` (n_coords,); omega (n,) [rad/s], s = i omega."""
+    groups = Groups.of(model, output.signs)
     phi = factors(model.kinds, omega)
     fixed = np.where(model.exponents.any(axis=1), 0.0, model.scales)
     typical = model.values(reference) * phi
@@ -180,12 +189,10 @@ def sampled(model: Model, output: Output, line: Line, speeds: FloatArray, refere
     for subset in range(2**count):
         on = np.array([(subset >> (count - 1 - g)) & 1 for g in range(count)], dtype=float)
         z = fixed * phi + _spread(groups, on * scale, len(model.terms))
-        stiff, border = bordered(model, z, output, line.vector)
+        stiff, border = bordered(model, z, output, vector)
         tops.append(_det(border, size))
         bottoms.append(_det(stiff, size))
-    push = (1j * omega) ** output.power * line.amplitude.at(speeds)
-    top = _mobius(np.array(tops).T) * push[:, None]
-    return Sampled(groups, phi, top, _mobius(np.array(bottoms).T), scale)
+    return Sampled(groups, phi, _mobius(np.array(tops).T), _mobius(np.array(bottoms).T), scale)
 
 
 def sampled_static(model: Model, row: FloatArray, reference: FloatArray) -> Sampled:

@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from vibopt.forms.form import Form
+from vibopt.forms.rational import Groups
 from vibopt.records import dataclass
 from vibopt.signals import Noise, Output
 
 if TYPE_CHECKING:
     from vibopt.arrays import FloatArray
+    from vibopt.forms.bounds import FormBounds
+    from vibopt.forms.form import Bounds
     from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
 
@@ -20,7 +23,7 @@ class RootMeanSquare(Form):
 
     output: Output
     noises: tuple[Noise, ...]
-    no_bounds = "is a mean square under white noise: it has no bounds on boxes of designs"
+    no_bounds = "is a mean square under white noise: bounds are known of up to four coordinates and three numbers"
     not_convex = "is a mean square under white noise, which is not convex in stiffness and damping"
     rough = "is a mean square under white noise: not a row for each speed but a matrix equation"
 
@@ -33,6 +36,19 @@ class RootMeanSquare(Form):
         from vibopt.forms.mean_square import root_mean_square_slope
 
         return root_mean_square_slope(model, self, x)
+
+    def groups(self, model: Model) -> Groups:
+        return Groups.of(model, self.output.signs)
+
+    def bounded(self, model: Model) -> bool:
+        from vibopt.forms.mean_square_on_boxes import bounded
+
+        return bounded(self, model)
+
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        from vibopt.forms.mean_square_on_boxes import on_boxes
+
+        return on_boxes(self, known, low, high)
 
     def reach(self, model: Model) -> Reach:
         from vibopt.forms.reduce import driven

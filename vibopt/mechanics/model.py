@@ -387,7 +387,7 @@ def kept(
     return [found[one.tobytes()] for one in x]
 
 
-def factors(kinds: IntArray, omega: FloatArray) -> ComplexArray:
+def factors(kinds: IntArray, omega: FloatArray | ComplexArray) -> ComplexArray:
     """Frequency factor of each term, shape (..., n_terms): -w^2, 1, i w, i."""
     omega = np.asarray(omega, dtype=complex)[..., None]
     table = [-(omega**2), np.ones_like(omega), 1j * omega, np.full_like(omega, 1j)]

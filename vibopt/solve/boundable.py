@@ -57,7 +57,9 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     unknown = [why for one in asked if not isinstance(one, Limit) and (why := no_rows(one))]
     if unknown:
         return f"the goal {unknown[0]}"
-    return "" if free and any(not no_rows(one) for one in asked) else "no limit has bounds on boxes of designs"
+    moved = any(one.form.powers is None for one in asked)
+    said = any(not no_rows(one) for one in (asked if moved else program.limits))
+    return "" if free and said else "no limit has bounds on boxes of designs"
 
 
 def no_rows(part: Limit | Aim) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +13,9 @@ from vibopt.program.program import Program
 from vibopt.solve.closed_form import StiffnessAndDamping
 from vibopt.solve.method import Method
 from vibopt.solve.outer import OneVariable
+
+if TYPE_CHECKING:
+    from vibopt.solve.nlp import Nlp
 
 _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
@@ -59,7 +63,13 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
         from vibopt.solve.tangents import Tangents
 
         tangents = Tangents(near=near)
-        return tangents if tangents.refuses(program) is None else _begun(_of_starts(program), near)
+        if tangents.refuses(program) is None:
+            return tangents
+        from vibopt.solve.boxes_first import BoxesFirst
+
+        starts = _of_starts(program, near)
+        boxes = BoxesFirst(starts, None if near is None else np.array(near, dtype=float))
+        return boxes if boxes.refuses(program) is None else starts
     from vibopt.solve.plane.discs import DiscsOfOneLink
 
     start = None if near is None else np.array(near, dtype=float)
@@ -103,11 +113,13 @@ def _called(name: str) -> Method:
 
 def modest(program: Program) -> Method:
     """The method for what stands beside an answer (conflicts, loosenings, ideal values): a coarser proof will do."""
+    from vibopt.solve.boxes_first import BoxesFirst
     from vibopt.solve.global_search import BranchAndBound
     from vibopt.solve.nlp import Nlp
     from vibopt.solve.tangents import Tangents
 
     method = choose(program, None)
+    method = method.starts if isinstance(method, BoxesFirst) else method
     if isinstance(method, BranchAndBound):
         return BranchAndBound(_MODEST_GAP, _MODEST_BOXES)
     if isinstance(method, Tangents):
@@ -119,16 +131,21 @@ def _begun(method: Method, near: Sequence[float] | None) -> Method:
     """The method, begun at a design; what tries many starts then tries few others."""
     from vibopt.solve.nlp import Nlp
 
-    if near is None or not isinstance(method, Nlp):
+    return _near(method, near) if isinstance(method, Nlp) else method
+
+
+def _near(method: Nlp, near: Sequence[float] | None) -> Nlp:
+    if near is None:
         return method
     return replace(method, given=(np.array(near, dtype=float),), count=_FEW, brief=True)
 
 
-def _of_starts(program: Program) -> Method:
+def _of_starts(program: Program, near: Sequence[float] | None) -> Nlp:
     """Few starts of the most promising designs where each takes long and leads along a flat valley."""
     from vibopt.solve.nlp import Nlp
 
-    return Nlp(count=2, most=_VALLEY) if any(part.form.screened for part in program.parts) else Nlp()
+    few = any(part.form.screened for part in program.parts)
+    return _near(Nlp(count=2, most=_VALLEY) if few else Nlp(), near)
 
 
 def _of_parts(program: Program, name: str | Method | None) -> Method:

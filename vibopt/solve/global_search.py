@@ -33,8 +33,11 @@ class BranchAndBound:
     name = "branch_and_bound"
     summary = "interval branch and bound on Bernstein bounds, with exact peaks"
 
-    def __init__(self, gap: float = FINE, most: int = MOST_BOXES, near: FloatArray | None = None) -> None:
-        self.gap, self.most, self.near = gap, most, near
+    def __init__(
+        self, gap: float = FINE, most: int = MOST_BOXES, near: FloatArray | None = None, *, alone: bool = True
+    ) -> None:
+        """With `alone` what is left open is followed from several starts."""
+        self.gap, self.most, self.near, self.alone = gap, most, near, alone
 
     def refuses(self, program: Program) -> str | None:
         free = sum(axis.values is None for axis in program.axes)
@@ -53,11 +56,12 @@ class BranchAndBound:
         beside = None if self.near is None else refined(program, self.near, near=True)
         known = beside is not None and judge.feasible(beside)
         proof = search.run(beside if known else None)
+        bound = proof.bound
         if proof.status == "open" and proof.x is None:
             x = rescued(program, search.open_middles(6), judge)
             search.patience = self.most if x is None else PATIENCE
             proof = search.run(x)
-        boxes = proof.boxes
+        boxes = budget.spent
         if proof.status == "infeasible":
             return self._none(boxes)
         if proof.x is None:
@@ -77,7 +81,7 @@ class BranchAndBound:
         for gap, most in ((MIDDLE, _SOON), (self.gap, _SOON), (self.gap, MOST_WORK)):
             search.gap, search.work = gap, Budget(most, "coefficients")
             proof = search.run(x)
-            boxes += proof.boxes
+            boxes, bound = budget.spent, max(bound, proof.bound)
             x = x if proof.x is None or np.array_equal(proof.x, x) else improved(program, proof.x, judge)
             if proof.status == "optimal" and gap == self.gap:
                 claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
@@ -86,10 +90,8 @@ class BranchAndBound:
                 sloped = with_least(program, self._found(program, "feasible", x, boxes, ""))
                 if sloped.status == "optimal":
                     return sloped
-        x = from_starts(program, x, judge)
-        return self._found(
-            program, "feasible", x, boxes, _open_words(boxes, proof.bound, judge.goal(x).value), proof.bound
-        )
+        x = from_starts(program, x, judge) if self.alone else x
+        return self._found(program, "feasible", x, boxes, _open_words(boxes, bound, judge.goal(x).value), bound)
 
     def _none(self, boxes: int) -> Found:
         claim = f"proven by branch and bound: {'every one of ' * (boxes != 1)}{counted(boxes, 'boxes')} breaks a limit"

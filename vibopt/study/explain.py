@@ -15,6 +15,7 @@ from vibopt.report.machine_words import model_words
 from vibopt.scene.scene import Design
 from vibopt.scene.uncertain import likely
 from vibopt.solve import solve
+from vibopt.solve.global_search import provable
 from vibopt.solve.method import Method, Progress
 from vibopt.solve.nlp import blind
 from vibopt.solve.odds import DRAWN, percent
@@ -187,9 +188,11 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
     considered = []
     for one in _in_order():
         refusal = one.refuses(finite)
-        if refusal is None and one.name == "branch_and_bound" and blind(finite):
+        if refusal is None and one.name == "branch_and_bound" and blind(finite) and design.method != one.name:
             loose = next(part for part in finite.parts if not part.form.sampleable(part.model))
-            refusal = f"{loose.name} {loose.form.no_bounds}."
+            refusal = (
+                f"few boxes leave {loose.name} open." if provable(finite) else f"{loose.name} {loose.form.no_bounds}."
+            )
         considered.append(Considered(one.name, refusal is None, refusal or one.summary))
         if refusal is None:
             break

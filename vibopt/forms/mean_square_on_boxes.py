@@ -1,0 +1,191 @@
+"""A mean square under white noise on boxes of designs, as a quotient of two polynomials in the variables.
+
+With H(s) = N(s) / D(s) of order n, D = sum a_j s^(n-j) and N(s) N(-s) = sum b_j s^(2 (n-1-j)),
+
+    1 / (2 pi) integral of |H(i w)|^2 over all w  =  (-1)^(n+1) / (2 a_0) det B / det A,
+
+A the Hurwitz matrix of the a_j and B the same with the b_j for its first row (James, Nichols and Phillips, Theory of
+Servomechanisms, 1947, section 7.9).  The a_j and the numbers of N are multi-affine in the impedances, so both
+determinants are polynomials in the variables, and their Bernstein coefficients bound the quotient on a box.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import product
+from math import comb
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibopt.arrays import FloatArray
+from vibopt.forms.rational import expanded, ratio_bounds, to_bernstein
+from vibopt.mechanics.model import HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.signals import Noise
+
+if TYPE_CHECKING:
+    from vibopt.forms.bounds import FormBounds
+    from vibopt.forms.form import Bounds
+    from vibopt.forms.root_mean_square import RootMeanSquare
+
+_BODIES = 4
+"""Free coordinates: determinants of twice as many rows take ever longer and lose digits."""
+_NOTHING, _AGREE = 1e-9, 1e-6
+"""Part of the greatest number of N that is rounding, and of a value by which both routes to it may differ."""
+_EPS = 50.0 * float(np.finfo(float).eps)
+"""Part of a sum of products that rounding may take."""
+
+
+def bounded(form: RootMeanSquare, model: Model) -> bool:
+    """Whether such polynomials are known."""
+    if form.output.shared_by or model.spins or model.mixed or model.massless.any() or (model.kinds == HYSTERETIC).any():
+        return False
+    return 0 < model.n_free <= _BODIES
+
+
+def on_boxes(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+    """Bounds of the root mean square on boxes low, high (n_boxes, n_vars), each (n_boxes,).
+
+    Nothing is known where another road to its value at the reference does not agree.
+    """
+    here = known.reference[None]
+    least, most = _bounds(form, known, here, here)
+    value = form.value(known.model, known.reference)
+    if not (1.0 - _AGREE) * most[0] <= value <= (1.0 + _AGREE) * least[0]:
+        return np.zeros(len(low)), np.full(len(low), np.inf)
+    return _bounds(form, known, low, high)
+
+
+def _bounds(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+    rate, above, off = _rate(known.model, known.reference), np.zeros(0), np.zeros(0)
+    for noise in form.noises:
+        top, bottom = _polynomials(form, known, noise, low, high, rate)
+        parts, size = _quotient(top, bottom), np.pi * noise.density * rate
+        above = size * parts[0] + (above if above.size else 0.0)
+        off = size * parts[1] + (off if off.size else 0.0)
+    below, shift = parts[2:]
+    with np.errstate(invalid="ignore"):
+        least = ratio_bounds((above - off)[:, None], (below + shift)[:, None])[0]
+        most = ratio_bounds((above + off)[:, None], (below - shift)[:, None])[1]
+    told = np.isfinite(above).all(axis=1) & np.isfinite(below).all(axis=1) & (below > 0.0).any(axis=1)
+    return np.sqrt(np.where(told, least[:, 0], 0.0)), np.sqrt(np.where(told, most[:, 0], np.inf))
+
+
+def _rate(model: Model, x: FloatArray) -> float:
+    """A typical natural frequency [rad/s]: s is counted in it."""
+    n, p = model.n_free, model.values(x)
+    mass, stiff = (model.matrix(kind, p)[:n, :n] for kind in (INERTIA, STIFFNESS))
+    squares = np.linalg.eigvals(np.linalg.solve(mass, stiff)).real
+    held = squares[squares > _NOTHING * squares.max()]
+    return float(np.exp(0.5 * np.log(held).mean())) if len(held) else 1.0
+
+
+def _polynomials(
+    form: RootMeanSquare, known: FormBounds, noise: Noise, low: FloatArray, high: FloatArray, rate: float
+) -> tuple[FloatArray, FloatArray]:
+    """N and D on boxes by ascending powers of s / rate, (order, n_boxes, ...) and (order + 1, n_boxes, ...).
+
+    Each as Bernstein coefficients times binomials, one axis a variable: so a product of two is a convolution.  N is not
+    a number where white noise is left of the response at high speeds or at rest.
+    """
+    model, groups = known.model, form.groups(known.model)
+    order, count, shape = 2 * model.n_free, 2 * model.n_free + 4, [degree + 1 for degree in groups.degrees]
+    if (noise.name, 0) not in known.samples:
+        omega = -1j * rate * np.exp(2j * np.pi * np.arange(count) / count)
+        made = expanded(model, form.output, noise.vector.astype(complex), omega, known.reference)
+        known.samples[noise.name, 0] = made
+    nodes = np.array(list(product(*[np.linspace(0.0, 1.0, size) if size > 1 else [0.0] for size in shape])))
+    ends = low ** (1.0 / groups.roots), high ** (1.0 / groups.roots)
+    x = (ends[0][:, None] + (ends[1] - ends[0])[:, None] * nodes) ** groups.roots
+    top, bottom = (np.fft.fft(one).real / count for one in known.samples[noise.name, 0].at(x))
+    moved = form.output.power - 2 * (bool(noise.vector[model.n_free :].any()) and not noise.displaced)
+    kept = np.roll(top, moved, axis=-1) * rate**moved
+    left = np.abs(kept[..., order:]).max(axis=-1)
+    kept[left > _NOTHING * np.abs(kept).max(axis=-1)] = np.nan
+    each = []
+    for values in (kept[..., :order], bottom[..., : order + 1]):
+        table = np.moveaxis(values, -1, 0).reshape(-1, len(low), *shape)
+        for axis, size in enumerate(shape, 2):
+            change = to_bernstein(size - 1) * np.array([comb(size - 1, k) for k in range(size)])[:, None]
+            table = np.moveaxis(np.tensordot(table, change, axes=(axis, 1)), -1, axis)
+        each.append(table)
+    return each[0], each[1]
+
+
+def _quotient(top: FloatArray, bottom: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """-det B and 2 a_0 det A, each with what rounding may take of it: Bernstein coefficients (n_boxes, ...)."""
+    order = len(top)
+    squared, sizes = dict[int, FloatArray](), dict[int, FloatArray]()
+    for i, j in np.ndindex(order, order):
+        if (i + j) % 2 == 0:
+            at, sign = order - 1 - (i + j) // 2, (-1.0) ** j
+            squared[at] = squared.get(at, 0.0) + sign * _times(top[i], top[j])
+            sizes[at] = sizes.get(at, 0.0) + _size(top[i]) * _size(top[j])
+    polynomials, numbers = list(bottom), [_size(one) for one in bottom]
+    minors, rounded = _minors(polynomials, signed=True), _minors(numbers, signed=False)
+    first, own = _row(polynomials, 0), _row(numbers, 0)
+    above, below = (_along(one, minors, order, signed=True) for one in (squared, first))
+    off, shift = (_along(one, rounded, order, signed=False) for one in (sizes, own))
+    below, shift = _times(polynomials[-1], below), numbers[-1] * shift
+    return -_plain(above), _EPS * off[:, None], 2.0 * _plain(below), 2.0 * _EPS * shift[:, None]
+
+
+def _row(bottom: Sequence[FloatArray], i: int) -> dict[int, FloatArray]:
+    """Row i of the Hurwitz matrix of D, its numbers by ascending powers: what is not zero, by its column."""
+    order = len(bottom) - 1
+    return {j: bottom[order - (2 * j + 1 - i)] for j in range(order) if 0 <= 2 * j + 1 - i <= order}
+
+
+def _minors(bottom: Sequence[FloatArray], *, signed: bool) -> dict[int, FloatArray]:
+    """Determinants of all rows of the Hurwitz matrix but the first, by the columns that they have, as bits."""
+    found: dict[int, FloatArray] = {}
+    for i in range(len(bottom) - 2, 0, -1):
+        row, last = _row(bottom, i), found
+        found = {1 << j: one for j, one in row.items()} if not last else {}
+        for columns, minor in last.items():
+            for j, one in row.items():
+                if not columns >> j & 1:
+                    odd = signed and (columns & ((1 << j) - 1)).bit_count() % 2
+                    part = _times(one, minor)
+                    found[columns | 1 << j] = found.get(columns | 1 << j, 0.0) + (-part if odd else part)
+    return found
+
+
+def _along(first: dict[int, FloatArray], minors: dict[int, FloatArray], order: int, *, signed: bool) -> FloatArray:
+    """The determinant with a first row, by its columns; of numbers above zero all that rounding may move."""
+    whole, total = (1 << order) - 1, np.zeros(())
+    for j, one in first.items():
+        minor = minors.get(whole ^ 1 << j)
+        if minor is not None:
+            total = total + (-1.0 if signed and j % 2 else 1.0) * _times(one, minor)
+    return total
+
+
+def _times(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Products of polynomials, Bernstein coefficients times binomials (n_boxes, ...); or of numbers (n_boxes,)."""
+    if one.ndim == 1:
+        return one * other
+    if one.size > other.size:
+        one, other = other, one
+    shape = [a + b - 1 for a, b in zip(one.shape[1:], other.shape[1:], strict=True)]
+    found = np.zeros((len(other), *shape))
+    for at in np.ndindex(*one.shape[1:]):
+        place = tuple(slice(i, i + n) for i, n in zip(at, other.shape[1:], strict=True))
+        found[(slice(None), *place)] += one[(slice(None), *at)].reshape(-1, *[1] * len(shape)) * other
+    return found
+
+
+def _plain(one: FloatArray) -> FloatArray:
+    """Bernstein coefficients alone, (n_boxes, n_coefficients)."""
+    for axis, size in enumerate(one.shape[1:], 1):
+        binomials = np.array([float(comb(size - 1, k)) for k in range(size)])
+        one = one / binomials.reshape(-1, *[1] * (one.ndim - 1 - axis))
+    return one.reshape(len(one), -1)
+
+
+def _size(one: FloatArray) -> FloatArray:
+    """The greatest Bernstein coefficient on each box, (n_boxes,)."""
+    return np.asarray(np.abs(_plain(one)).max(axis=1))
+
+
+__all__ = ["bounded", "on_boxes"]
