@@ -133,7 +133,7 @@ class Smooth(Road):
 
     def followed(self) -> tuple[float, int]:
         """The end that was found [decades], and how many answers it took."""
-        axis = axis_of(self.fact, 1.0)
+        axis = axis_of(self.fact, lambda: 1.0)
         assert axis is not None
         along = Along(self, axis, self(self.fact.value), 1)
         found = along.ranged(along.stepped(1), 1)

@@ -88,12 +88,15 @@ class Axis:
         return rounded(self.fact, aimed)
 
 
-def axis_of(fact: FactAt, extent: float, *, complement: bool = False) -> Axis | None:
-    """The axis of a number; None where it is zero and nothing says how large a step is."""
+def axis_of(fact: FactAt, extent: Callable[[], float], *, complement: bool = False) -> Axis | None:
+    """The axis of a number; None where it is zero and nothing says how large a step is.
+
+    Only of a place it is asked how far the `extent` of all places is [m].
+    """
     if fact.dimension == "angle" and not fact.path.startswith("limits."):
         return Axis(fact, extent=_TURN)
     if fact.dimension == "length" and (fact.signed or is_place(fact)):
-        return Axis(fact, extent=extent)
+        return Axis(fact, extent=extent())
     size = 1.0 - fact.value if complement else fact.value
     return Axis(fact, complement=complement) if size > 0.0 else None
 

@@ -15,7 +15,7 @@ from vibopt.answer.entry import Checked, Entry, Price, Way
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, facts, is_scene, noun_of
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.uncertain import likely
 from vibopt.solve.method import Progress
@@ -307,8 +307,12 @@ class _Purse:
         self.found, self.sense, self.most = found, sense, most
         self.job = _job(found)
         self.each = max(found.work, LEAST_WORK)
-        self.extent = length_of(self.job)
         self.roads: dict[str, Along] = {}
+
+    @cached_property
+    def extent(self) -> float:
+        """How far apart places are [m]."""
+        return length_of(self.job)
 
     @property
     def here(self) -> State:
@@ -328,7 +332,7 @@ class _Purse:
     ) -> Ranked:
         """What a sensible step each way does, or of a bound the `loosened` one alone: each is an answer of its own."""
         now = Entry(fact.value, fact.dimension, fact.unit, amplitude=fact.amplitude)
-        axis = axis_of(fact, self.extent, complement=complement_of(self.job, fact.path))
+        axis = axis_of(fact, lambda: self.extent, complement=complement_of(self.job, fact.path))
         if axis is None:
             return Ranked(fact.path, sort, now, why="it is zero, and nothing says how large a step is")
         asked = [way for way in (-1, 1) if axis.step(way) != fact.value]

@@ -234,7 +234,7 @@ class _Search:
     def looked_at(self, fact: FactAt, sort: str) -> Remedy:
         """The nearest value of one number with which there is a design."""
         now = Entry(fact.value, fact.dimension, fact.unit, amplitude=fact.amplitude)
-        axis = axis_of(fact, self.extent, complement=complement_of(self.job, fact.path))
+        axis = axis_of(fact, lambda: self.extent, complement=complement_of(self.job, fact.path))
         if axis is None:
             return Remedy(fact.path, sort, now, why="it is zero, and nothing says how large a step is")
         if is_scene(self.job) and open_positions(self.job) and self.spent + self.each > self.most:
