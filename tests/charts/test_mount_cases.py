@@ -20,12 +20,13 @@ from vibopt.charts.chart_figures import Bars, fidelity_figure
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked, asked, families, machine_on
 from vibopt.charts.mount_fidelity import AUTOMATIC, fidelity
 from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, alike, drawn
+from vibopt.charts.mount_milp import cheapest
 from vibopt.charts.mount_rivals import HARD_METHODS, METHODS, judged_parts, shares
-from vibopt.charts.mount_truth import broken, least_price, loads, natural, peaks
+from vibopt.charts.mount_truth import broken, least_price, loads, natural, peaks, prices
 from vibopt.charts.runner import fidelity as charted_fidelity
 from vibopt.charts.runner import speed_accuracy
 from vibopt.charts.trial import DEFAULT, Trial, timed
-from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE, RIGHT, SAYS_SO, SILENT, UNPROVEN
+from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
 from vibopt.cli.chart_command import chart
 from vibopt.program.pose import pose
 from vibopt.scene.read import read
@@ -325,3 +326,24 @@ def test_great_errors_have_their_place_on_the_axis(error: float, ticks: list[str
 @pytest.mark.parametrize("one", families(quick=False), ids=named)
 def test_vibopt_is_right_or_says_so_in_the_full_chart(one: Asked, tmp_path: Path) -> None:
     assert by(one, DEFAULT, tmp_path).verdict in (RIGHT, SAYS_SO)
+
+
+@settings(max_examples=12)
+@given(seed=st.integers(0, 10**6), parts=st.integers(4, 9), steel=st.booleans())
+def test_highs_with_exchange_proves_what_every_choice_measured_says(seed: int, parts: int, steel: bool) -> None:
+    try:
+        machine, shelf = machine_on(LINE, parts, 2, seed, steel)
+    except ValueError:  # no choice carries the machine
+        return
+    best, _ = least_price(machine, shelf)
+    status, chosen = cheapest(machine, shelf)
+    assert status == ("optimal" if np.isfinite(best) else "infeasible")
+    assert chosen is None or prices(machine, shelf, chosen[None, :])[0] == pytest.approx(best, rel=1e-12)
+
+
+def test_highs_refuses_what_its_program_cannot_say() -> None:
+    said = METHODS["highs exchange"](SMALL["space"])
+    words = "takes machines on a line: in space nothing bounds the motions that parts are multiplied by"
+    assert (said.status, said.claim) == (REFUSES, words)
+    free = replace(SMALL["line"], machine=replace(SMALL["line"].machine, sway=None))
+    assert METHODS["highs exchange"](free).claim == "takes a limit on the sway"

@@ -16,6 +16,7 @@ from vibopt.charts.balancing_cases import hard as balancing_hard
 from vibopt.charts.balancing_cases import speed as balancing_speed
 from vibopt.charts.fidelity import Fidelity
 from vibopt.charts.isolation_cases import STOCK, WARM
+from vibopt.charts.mount_rivals import METHODS as MOUNT_METHODS
 from vibopt.charts.runner import FAMILIES, Chart, charted
 from vibopt.charts.trial import DEFAULT, Case, Said, Table, Trial, judged, timed, trial
 from vibopt.charts.verdicts import FEASIBLE, REFUSES, RIGHT
@@ -89,6 +90,7 @@ def test_rivals_of_every_family_are_the_strongest_by_hand() -> None:
         for table in (balancing_speed, balancing_hard):
             assert "pruned" in table(quick=quick).methods
         assert "cheapest first" in FAMILIES["mounts"].speed(quick=True).methods
+    assert "highs exchange" in MOUNT_METHODS
 
 
 def test_a_run_that_the_time_limit_ends_is_shown_and_ends_the_chart_with_5(monkeypatch: pytest.MonkeyPatch) -> None:

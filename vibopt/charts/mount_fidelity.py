@@ -25,7 +25,7 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.catalogue.parts import Catalogue
 from vibopt.solve.ranges import closed
 
-_SLOWER = ("sampled 20", "sampled 500", "sampled 2000")
+_SLOWER = ("sampled 20", "sampled 500", "sampled 2000", "highs exchange")
 AUTOMATIC = "as vibopt chooses"
 _WORDS = {LINE: "one coordinate", PLANE: "three coordinates"}
 _PARTS, _CHOICES = 20, 12
@@ -45,7 +45,7 @@ def hard(*, quick: bool) -> Table:
 
 
 def methods(*, quick: bool) -> dict[str, Method]:
-    """All of them, or with `quick` those that look at few speeds or at none."""
+    """All of them, or with `quick` those that look at few speeds or at none, and end soon."""
     return {name: method for name, method in METHODS.items() if not quick or name not in _SLOWER}
 
 

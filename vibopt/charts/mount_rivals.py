@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
+from vibopt.charts import mount_milp
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked
 from vibopt.charts.mount_machine import GRAVITY, Machine, Shelf
 from vibopt.charts.mount_truth import broken, every_choice, least_price, prices
 from vibopt.charts.stopwatch import answered
 from vibopt.charts.trial import DEFAULT, Case, Said, Trial, judged
-from vibopt.charts.verdicts import RIGHT, SAYS_SO
+from vibopt.charts.verdicts import REFUSES, RIGHT, SAYS_SO
 from vibopt.errors import InputError, VibOptError
 
 Method = Callable[[Asked], Said]
@@ -109,6 +110,15 @@ def _pruned(one: Asked) -> Said:
     return _cheapest(None)
 
 
+def _highs(one: Asked) -> Said:
+    """HiGHS, its program exchanged until its choice holds at its exact peaks."""
+    refused = mount_milp.refusal(one.machine)
+    if refused:
+        return Said(REFUSES, refused)
+    status, chosen = mount_milp.cheapest(one.machine, one.shelf)
+    return Said(status, "no choice of its program is cheaper", chosen)
+
+
 def _random(one: Asked) -> Said:
     """The cheapest of 300 random choices that keeps every limit."""
     chosen = every_choice(one.machine, one.shelf)
@@ -165,6 +175,7 @@ METHODS: dict[str, Method] = {
     DEFAULT: by_vibopt,
     "every choice": _every,
     "cheapest first": _pruned,
+    "highs exchange": _highs,
     **{f"sampled {count}": sampled(count) for count in SAMPLES},
     "by hand": by_hand,
     "at random": _random,

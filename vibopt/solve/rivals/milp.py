@@ -71,7 +71,7 @@ def chosen_weights(
     bounds = Bounds(0.0, np.append(np.ones(count), np.inf))
     rules = LinearConstraint(vstack(tables), np.concatenate(low), np.concatenate(high))
     how: Any = {"mip_rel_gap": GAP, "node_limit": nodes}
-    with _quiet():
+    with quiet():
         whole = np.append(np.ones(count), 0.0)
         found: Any = milp(goal, integrality=whole, bounds=bounds, constraints=rules, options=how)
     if found.x is None:
@@ -83,7 +83,7 @@ def chosen_weights(
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
+def quiet() -> Iterator[None]:
     """HiGHS writes lines of its own to standard output, whatever it is told; there they would stand in our JSON."""
     sys.stdout.flush()
     kept, nowhere = os.dup(1), os.open(os.devnull, os.O_WRONLY)
@@ -96,4 +96,4 @@ def _quiet() -> Iterator[None]:
         os.close(nowhere)
 
 
-__all__ = ["GAP", "chosen_weights"]
+__all__ = ["GAP", "chosen_weights", "quiet"]
