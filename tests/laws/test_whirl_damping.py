@@ -155,11 +155,11 @@ def test_whirls_by_polynomials_are_those_by_waves(
     model = free_whirls(spun(model_of(scene), NONE), spin, 800.0)
     built = whirls(in_planes(machine_of(scene, {})), spin, 800.0)
     light_ones = model.rates.imag < 0.5 * np.abs(model.rates)
-    for rate, forward in zip(model.rates[light_ones], model.forward[light_ones], strict=True):
-        near, with_it = min(built, key=lambda one: abs(one[0] - rate))
+    for rate, goes in zip(model.rates[light_ones], model.senses[light_ones], strict=True):
+        near, sense = min(built, key=lambda one: abs(one[0] - rate))
         assert abs(near - rate) <= 1e-9 * abs(rate)
         sure = min((abs(other - rate) for other in model.rates if other != rate), default=1.0) > 1e-3 * abs(rate)
-        assert forward == with_it or not sure
+        assert goes == sense or not sure
 
 
 def winding(values: Any) -> int:
@@ -202,6 +202,42 @@ def test_damped_critical_speeds_by_polynomials_are_those_by_waves(sense: float) 
         for speed in found.tolist():
             every = free_whirls(rotor, speed, 1.2 * speed)
             assert np.abs(every.of(sense).real / speed - 1.0).min() <= 1e-10
+
+
+def unruly(seed: int) -> dict[str, Any]:
+    """Between films whose numbers leap from row to row: whirls turn back, and two meet the spin close together."""
+    draw = np.random.default_rng(seed)
+    document = borne(friswell(), *OIL)
+    for film in document["bearings"].values():
+        springs, dampers = 10.0 ** draw.uniform(6.0, 8.0, (5, 2)), 10.0 ** draw.uniform(3.0, 5.0, (5, 2))
+        crossed = draw.uniform(-2e6, 2e6, (5, 2))
+        rows = zip((0, 1500, 4000, 8000, 12000), springs, crossed, dampers, strict=True)
+        for key in [one for one in film if one != "between"]:
+            del film[key]
+        film["table"] = [
+            {"speed": f"{speed} rpm", **numbers(*map(float, (k[0], x[0], x[1], k[1], c[0], 0.0, 0.0, c[1])))}
+            for speed, k, x, c in rows
+        ]
+    return document
+
+
+@pytest.mark.parametrize("seed", [1, 4])
+def test_both_roads_meet_every_damped_critical_speed_of_films_that_leap(seed: int) -> None:
+    scene = from_dict(up_to(unruly(seed), "1256 rad/s"))
+    found = damped_critical_speeds(spun(model_of(scene), NONE), 0.0, 1256.0)
+    assert as_fast(in_planes(machine_of(scene, {})), 0.0, NO_PEAK, 1256.0) == pytest.approx(found, rel=1e-8)
+    assert len(found) >= 3
+
+
+def test_a_whirl_along_a_line_goes_either_way() -> None:
+    """A light shaft that tilts no disc: each plane moves by itself, and its whirl is forward and backward alike."""
+    document = borne(light(), 4e6, 0.0, 0.0, 12e6, 1e3, 0.0, 0.0, 1e3)
+    document["rotors"]["rotor"]["discs"][0].pop("polar", None)
+    asks = {"response": "critical_speed", "damped": True}
+    senses: Any = {"both": {}, "forward": {"whirl": "forward"}, "backward": {"whirl": "backward"}}
+    for mode in (1, 2):
+        found = asked(document, **{name: {**asks, **sense, "mode": mode} for name, sense in senses.items()})
+        assert found["forward"] == found["backward"] == found["both"]
 
 
 def test_the_least_over_a_range_is_no_greater_than_anywhere_in_it() -> None:

@@ -25,25 +25,28 @@ of spins is in which a whirl is solved."""
 _SCANNED, _BEYOND, _SURELY, _HALVED = 24, 1.5, 0.9, 60
 """Spins of a range that are looked at beside rows of tables; by how much faster whirls are followed than asked for;
 the part of that up to which one surely counts; steps of a golden section."""
-_EQUAL = 1e-7
-"""Part of themselves within which two speeds are one."""
+_EQUAL, _MET, _STRAIGHT = 1e-6, 1e-3, 1e-3
+"""Part of themselves within which two speeds are one, and by which a whirl that is met differs from the spin at most,
+where the numbers of a rotor leave few digits; part of a motion by which one along a line goes round."""
+_RUNS, _LIGHT = 1.5, 0.8
+"""Times what a slope says by which a whirl may run; damping ratio up to which one is watched between two spins."""
 _GOLDEN, _LEVEL, _BESIDE = 0.5 * (np.sqrt(5.0) - 1.0), 1e-12, 1e-3
 """Of its section; part of a value by which it is level; part of a step at which one looks whether an end is a least."""
 
 
 @dataclass(frozen=True, slots=True)
 class Whirls:
-    """Complex frequencies, Re ascending and above zero, (n,) [rad/s], and whether each goes round with the spin.
+    """Complex frequencies, Re ascending and above zero, (n,) [rad/s], and their senses, (n,).
 
-    A motion of which some places go round with the spin and others against it is told by the greater mass.
+    1 is with the spin and -1 against it, by the greater mass where places differ; 0 of one along a line, which is both.
     """
 
     rates: ComplexArray
-    forward: BoolArray
+    senses: FloatArray
 
     def of(self, sense: float) -> ComplexArray:
         """Those with the spin (1), against it (-1), or both (0)."""
-        return self.rates[self.forward == (sense > 0.0)] if sense else self.rates
+        return self.rates[self.senses * sense >= 0.0]
 
 
 def free_whirls(
@@ -70,8 +73,8 @@ def free_whirls(
         motions = [way for _, way in found]
     order = np.argsort(met.real)
     kept = order[(met.real <= top)[order] & (met.imag < HEAVY * np.abs(met))[order]]
-    forward = np.array([_forward(rotor, motions[k]) for k in kept.tolist()], dtype=bool)
-    return Whirls(met[kept], forward)
+    senses = np.array([_sense(rotor, motions[k]) for k in kept.tolist()], dtype=float)
+    return Whirls(met[kept], senses)
 
 
 def _solved(
@@ -116,9 +119,9 @@ def _whole(
     return chosen, ways
 
 
-def _forward(rotor: Spun, way: ComplexArray) -> bool:
-    forward, backward = np.split(way, 2)
-    return bool(np.vdot(forward, rotor.mass @ forward).real >= np.vdot(backward, rotor.mass @ backward).real)
+def _sense(rotor: Spun, way: ComplexArray) -> float:
+    forward, backward = (float(np.vdot(one, rotor.mass @ one).real) for one in np.split(way, 2))
+    return 0.0 if abs(forward - backward) <= _STRAIGHT * (forward + backward) else float(np.sign(forward - backward))
 
 
 def decrements(rates: ComplexArray) -> FloatArray:
@@ -195,13 +198,12 @@ def damped_critical_speeds(rotor: Spun, sense: float, top: float = 0.0, most: in
     """
     spins = _looked_at(rotor, top).tolist()
     found: list[float] = []
-    before = spins[0], _faster(rotor, spins[0])
+    before = _Look.at(rotor, spins[0])
     for high in spins[1:]:
-        after = high, _faster(rotor, high)
-        for near, way in _crossings(rotor, before, after):
-            rate, forward = _as_fast(rotor, near, way)
-            counts = not sense or forward == (sense > 0.0)
-            if counts and rate.imag < NO_PEAK * abs(rate) and spins[0] <= rate.real <= spins[-1]:
+        after = _Look.at(rotor, high)
+        for spin, near, way in _crossings(rotor, before, after):
+            rate, goes = _as_fast(rotor, spin, near, way)
+            if goes * sense >= 0.0 and rate.imag < NO_PEAK * abs(rate) and spins[0] <= rate.real <= spins[-1]:
                 found.append(rate.real)
         before = after
         if most and len(found) >= most + 1:  # one may be met twice
@@ -225,41 +227,71 @@ def _looked_at(rotor: Spun, top: float) -> FloatArray:
     return np.unique(every[(every >= low) & (every <= high)])
 
 
-def _faster(rotor: Spun, spin: float) -> int:
-    """How many of the lowest whirls are faster than the spin."""
-    return int((rotor.rates_at(spin).imag > spin).sum())
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """The lowest whirls at a spin [rad/s]: states (n, n), their rates (n,) [1/s] and motions (n, n)."""
+
+    spin: float
+    states: ComplexArray
+    rates: ComplexArray
+    ways: ComplexArray
+
+    @classmethod
+    def at(cls, rotor: Spun, spin: float) -> _Look:
+        states = rotor.rates(spin)
+        return cls(spin, states, *np.linalg.eig(states))
+
+    @property
+    def faster(self) -> int:
+        """How many are faster than the spin."""
+        return int((self.rates.imag > self.spin).sum())
+
+    def may_meet(self, other: _Look) -> bool:
+        """Whether some whirl may be as fast as the spin before another, by how each begins to change with it."""
+        step = other.spin - self.spin
+        light = (self.rates.imag > 0.0) & (-self.rates.real <= _LIGHT * np.abs(self.rates))
+        try:
+            turned = np.linalg.solve(self.ways, (other.states - self.states) @ self.ways)
+        except np.linalg.LinAlgError:
+            return True
+        ahead = self.rates.imag - self.spin
+        gains = np.diagonal(turned).imag - step
+        return bool((light & (ahead * (ahead + _RUNS * gains) <= 0.0)).any())
 
 
-def _crossings(rotor: Spun, low: tuple[float, int], high: tuple[float, int]) -> list[tuple[complex, ComplexArray]]:
-    """Whirls, and their motions, that are as fast as the spin somewhere between two, of which each number is known."""
-    if low[1] == high[1]:
+def _crossings(rotor: Spun, low: _Look, high: _Look) -> list[tuple[float, complex, ComplexArray]]:
+    """Spins, whirls and motions where one is about as fast as the spin between two, over which nothing has a kink."""
+    count = abs(low.faster - high.faster)
+    if not count and not low.may_meet(high) and not high.may_meet(low):
         return []
-    middle = 0.5 * (low[0] + high[0])
-    if high[0] - low[0] <= _NARROW * high[0]:
-        rates, ways = np.linalg.eig(rotor.rates(middle))
-        near = np.argsort(np.abs(rates.imag - middle))[: abs(low[1] - high[1])]
+    if high.spin - low.spin <= _NARROW * high.spin:
+        middle = _Look.at(rotor, 0.5 * (low.spin + high.spin))
+        off = np.abs(middle.rates.imag - middle.spin)
+        near = np.argsort(off)[: max(count, int((off <= high.spin - low.spin).sum()))]
         shapes = np.kron(np.eye(2), rotor.at_rest_shapes)
-        every = [(complex(-1j * rates[k]), shapes @ ways[: len(rates) // 2, k]) for k in near.tolist()]
-        return [one for one in every if one[0].imag <= HEAVY * abs(one[0])]
-    there = middle, _faster(rotor, middle)
+        half = len(middle.rates) // 2
+        every = [(middle.spin, complex(-1j * middle.rates[k]), shapes @ middle.ways[:half, k]) for k in near.tolist()]
+        return [one for one in every if one[1].imag <= HEAVY * abs(one[1])]
+    there = _Look.at(rotor, 0.5 * (low.spin + high.spin))
     return [*_crossings(rotor, low, there), *_crossings(rotor, there, high)]
 
 
-def _as_fast(rotor: Spun, near: complex, way: ComplexArray) -> tuple[complex, bool]:
-    """The whirl near some that is as fast as the spin, in all coordinates, and whether it goes round with it."""
+def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tuple[complex, float]:
+    """The whirl near one at a spin that is as fast as that, in all coordinates, and its sense; nan if none is met."""
 
     def off(spin: float, like: complex, way: ComplexArray) -> tuple[float, complex, ComplexArray]:
         rate, way = _solved(rotor.dynamic(0.0, spin), *rotor.powers(spin), like, way)
         return rate.real - spin, rate, way
 
-    before, here = near.real * (1.0 + 1e-5), near.real
+    before, here = spin * (1.0 + 1e-5), spin
     low, like, way = off(before, near, way)
     for _ in range(_STEPS):
         high, like, way = off(here, like, way)
         if high == low or abs(here - before) <= _SAME * here:
             break
         before, here, low = here, here - high * (here - before) / (high - low), high
-    return complex(here, like.imag), _forward(rotor, way)
+    met = abs(high) <= _MET * here
+    return complex(here if met else np.nan, like.imag), _sense(rotor, way)
 
 
 __all__ = [

@@ -19,8 +19,15 @@ from vibopt.mechanics.rotating import RotatingMachine
 _TURNS, _CLOSE, _TRIED, _FINE = 1e-9, 1e-13, 20, 1e-9
 """Part of itself that a frequency is at least of what turns; by which one is known; steps to it; part
 of the highest spin by which that of a least is known."""
-_ONE = 1e-7
-"""Part of themselves within which two speeds are one."""
+_ONE, _MET, _ALIKE = 1e-6, 1e-3, 1e-6
+"""Part of themselves within which two speeds are one, by which a whirl that is met differs from its spin at most, and
+within which two whirls of pieces are alike, of which any mixture is one."""
+_LINE = 2e-3
+"""Energy forward less that backward over their mean, below which a whirl goes along a line."""
+_BESIDE, _WATCHED, _ASIDE = 2.0, 0.8, 0.2
+"""Steps of the spin within which a whirl at either end may be as fast as one between; damping ratio of whirls that are
+counted apart, for one that fades at once may come as one that hardly does goes; part of a spin by which one is too far
+from it, where only its damping passed that ratio."""
 _DRAWN = 0.5**0.5
 """Damping ratio up to which a whirl has a resonance, and is drawn."""
 _LEAST, _SWINGS, _ALMOST = 2.0, 0.95, 0.98
@@ -30,8 +37,8 @@ _SOUGHT, _ALONG, _UP, _NARROW = 1.5, 21, 40, 1e-3
 """How much faster than asked for a beginning may be; spins of a range that are looked at, and of all; how narrow
 they are at last."""
 
-Whirl = tuple[complex, bool]
-"""Complex frequency [rad/s], and whether it goes round with the spin, by the greater mass."""
+Whirl = tuple[complex, float]
+"""Complex frequency [rad/s], and its sense: 1 with the spin, -1 against it, by the greater mass, 0 along a line."""
 
 
 def in_planes(machine: RotatingMachine) -> OrbitingMachine:
@@ -51,12 +58,12 @@ def whirls(machine: OrbitingMachine, spin: float, top: float, most: float = np.i
     fades = sorted(abs(near.imag) / abs(near) for near, _, _ in begun if near.real <= top)
     if np.isfinite(most) and fades and min(near.imag for near, _, _ in begun) > 0.0:
         begun = [one for one in begun if one[0].imag <= most * fades[0] * abs(one[0])]
-    found = [(_by_waves(machine, spin, near, motion), forward) for near, motion, forward in begun]
-    kept = [(rate, forward) for rate, forward in found if rate.real <= top and rate.imag < _SWINGS * abs(rate)]
+    found = [(_by_waves(machine, spin, near, motion), sense) for near, motion, sense in begun]
+    kept = [(rate, sense) for rate, sense in found if rate.real <= top and rate.imag < _SWINGS * abs(rate)]
     return sorted(kept, key=lambda one: one[0].real)
 
 
-def _begun(machine: OrbitingMachine, spin: float) -> list[tuple[complex, ComplexArray, bool]]:
+def _begun(machine: OrbitingMachine, spin: float) -> list[tuple[complex, ComplexArray, float]]:
     """Whirls of the pieces, with their motions as `free` has them, y then z."""
     mass, damping, stiffness = machine.free(spin)
     n, inverse = len(mass), np.linalg.inv(mass)
@@ -66,14 +73,15 @@ def _begun(machine: OrbitingMachine, spin: float) -> list[tuple[complex, Complex
     for k in np.flatnonzero(rates.imag > _TURNS * np.abs(rates)):
         y, z = np.split(ways[:n, k], 2)
         sizes = [np.vdot(one, mass[: n // 2, : n // 2] @ one).real for one in (y + 1j * z, y - 1j * z)]
-        found.append((complex(-1j * rates[k]), ways[:n, k], bool(sizes[0] >= sizes[1])))
+        straight = abs(sizes[0] - sizes[1]) <= 0.5 * _LINE * (sizes[0] + sizes[1])
+        found.append((complex(-1j * rates[k]), ways[:n, k], 0.0 if straight else float(np.sign(sizes[0] - sizes[1]))))
     return found
 
 
 def whirls_of_pieces(machine: OrbitingMachine, spin: float, top: float) -> list[Whirl]:
     """Those of `whirls` that swing, by the pieces alone: good where their waves are short."""
     every = _begun(machine, spin)
-    return [(near, with_it) for near, _, with_it in every if near.real <= top and near.imag < _DRAWN * abs(near)]
+    return [(near, sense) for near, _, sense in every if near.real <= top and near.imag < _DRAWN * abs(near)]
 
 
 def _by_waves(machine: OrbitingMachine, spin: float, near: complex, motion: ComplexArray) -> complex:
@@ -112,7 +120,7 @@ def least_over(
 
     def at(spin: float) -> float:
         found = whirls(machine, spin, top, _LEAST if number == 1 and not sense else np.inf)
-        each = sorted(damping(rate) for rate, with_it in found if sense in (0.0, 2.0 * with_it - 1.0))
+        each = sorted(damping(rate) for rate, goes in found if goes * sense >= 0.0)
         return each[number - 1] if len(each) >= number else float("inf")
 
     low, high = band
@@ -145,15 +153,14 @@ def as_fast(machine: OrbitingMachine, sense: float, most_damped: float, top: flo
     spins = np.concatenate([steps, np.linspace(low, high, _UP), *machine.tables])
     spins = np.unique(spins[(spins >= low) & (spins <= high)])
     found: list[float] = []
-    before = low, _ahead(machine, low)
+    before = low, _begun(machine, low)
     for spin in spins[spins > low].tolist():
-        after = spin, _ahead(machine, spin)
-        for near, motion, with_it in _passed(machine, before, after):
-            if near.imag > _SWINGS * abs(near):
+        after = spin, _begun(machine, spin)
+        for near, motion, ends in _passed(machine, before, after):
+            if near.imag > _SWINGS * abs(near) or abs(near.real - ends[0]) > _ASIDE * ends[0]:
                 continue
-            rate = _synchronous(machine, near, motion)
-            counts = not sense or with_it == (sense > 0.0)
-            if counts and low <= rate.real <= high and rate.imag < most_damped * abs(rate):
+            rate = _synchronous(machine, near, motion, ends)
+            if low <= rate.real <= high and rate.imag < most_damped * abs(rate) and _goes(machine, rate, sense):
                 found.append(rate.real)
         before = after
         if many and len(found) >= many + 1:  # one may be met twice
@@ -162,31 +169,47 @@ def as_fast(machine: OrbitingMachine, sense: float, most_damped: float, top: flo
     return every[np.diff(every, prepend=0.0) > _ONE * every]
 
 
-def _ahead(machine: OrbitingMachine, spin: float) -> int:
-    """How many whirls of the pieces are faster than the spin."""
-    return sum(near.real > spin for near, _, _ in _begun(machine, spin))
+Begun = tuple[float, list[tuple[complex, ComplexArray, float]]]
+"""A spin [rad/s], and the whirls of the pieces there."""
 
 
-def _passed(
-    machine: OrbitingMachine, low: tuple[float, int], high: tuple[float, int]
-) -> list[tuple[complex, ComplexArray, bool]]:
-    """Whirls of the pieces that the spin gets ahead of, or falls behind, between two spins."""
-    ends = [low, high]
-    while ends[-1][0] - ends[0][0] > _NARROW * high[0]:
-        if len(ends) == 2 and ends[0][1] == ends[1][1]:
-            return []
-        middle = 0.5 * (ends[0][0] + ends[1][0])
-        there = middle, _ahead(machine, middle)
-        if ends[0][1] != there[1] != ends[1][1]:
-            return [*_passed(machine, ends[0], there), *_passed(machine, there, ends[1])]
-        ends = [ends[0], there] if there[1] != ends[0][1] else [there, ends[1]]
-    every = sorted(_begun(machine, ends[1][0]), key=lambda one: abs(one[0].real - ends[1][0]))
-    return every[: abs(ends[0][1] - ends[1][1])]
+def _ahead(one: Begun) -> FloatArray:
+    """How many whirls of the pieces are faster than the spin: of all, and of those that hardly fade."""
+    rates = np.array([near for near, _, _ in one[1]])
+    faster = rates.real > one[0]
+    return np.array([faster.sum(), (faster & (rates.imag < _WATCHED * np.abs(rates))).sum()])
 
 
-def _synchronous(machine: OrbitingMachine, near: complex, motion: ComplexArray) -> complex:
-    """The whirl near some that is as fast as its spin, by a secant on the spin."""
-    spins = [near.real, near.real * (1.0 + 1e-4)]
+def _off(one: Begun) -> float:
+    """How far the nearest whirl that swings is from the spin [rad/s]."""
+    return min((abs(near.real - one[0]) for near, _, _ in one[1] if near.imag < _SWINGS * abs(near)), default=np.inf)
+
+
+def _goes(machine: OrbitingMachine, rate: complex, sense: float) -> bool:
+    """Whether a whirl as fast as the spin goes round in a sense, told by the motions of the pieces there."""
+    every = _begun(machine, rate.real)
+    near = min((one for one, _, _ in every), key=lambda one: abs(one - rate))
+    return any(goes * sense >= 0.0 for one, _, goes in every if abs(one - near) <= _ALIKE * abs(near))
+
+
+def _passed(machine: OrbitingMachine, low: Begun, high: Begun) -> list[tuple[complex, ComplexArray, list[float]]]:
+    """Whirls of the pieces that the spin gets ahead of, or falls behind, between two spins, with two close ones."""
+    step, count = high[0] - low[0], int(np.abs(_ahead(low) - _ahead(high)).max())
+    if not count and max(_off(low), _off(high)) > _BESIDE * step:
+        return []
+    if step <= _NARROW * high[0]:
+        before = np.array([near for near, _, _ in low[1]])
+        gone = [before[np.abs(before - near).argmin()] for near, _, _ in high[1]]
+        changed = [(one.real > low[0]) != (there[0].real > high[0]) for one, there in zip(gone, high[1], strict=True)]
+        each = sorted(range(len(gone)), key=lambda k: (not changed[k], abs(high[1][k][0].real - high[0])))
+        return [(*high[1][k][:2], [high[0], low[0]]) for k in each[: max(count, sum(changed))]]
+    middle = 0.5 * (low[0] + high[0])
+    there = middle, _begun(machine, middle)
+    return [*_passed(machine, low, there), *_passed(machine, there, high)]
+
+
+def _synchronous(machine: OrbitingMachine, near: complex, motion: ComplexArray, spins: list[float]) -> complex:
+    """The whirl near some that is as fast as its spin, by a secant from two spins; no number where none is met."""
     rates = [near := _by_waves(machine, spin, near, motion) for spin in spins]
     for _ in range(_TRIED):
         off = [rate.real - spin for rate, spin in zip(rates, spins, strict=True)]
@@ -194,7 +217,8 @@ def _synchronous(machine: OrbitingMachine, near: complex, motion: ComplexArray) 
             break
         spins = [spins[1], spins[1] - off[1] * (spins[1] - spins[0]) / (off[1] - off[0])]
         rates = [rates[1], _by_waves(machine, spins[1], rates[1], motion)]
-    return complex(spins[1], rates[1].imag)
+    met = abs(rates[1].real - spins[1]) <= _MET * abs(spins[1])
+    return complex(spins[1] if met else np.nan, rates[1].imag)
 
 
 __all__ = ["as_fast", "in_planes", "least_over", "whirls", "whirls_of_pieces"]

@@ -98,7 +98,7 @@ def _damped(machine: RotatingMachine, bands: tuple[tuple[float, float], ...]) ->
     last = min(max(wanted), high)
     spins = np.linspace(low, last, 2 * _SPINS)
     found = [whirls_of_pieces(built, float(spin), _ABOVE * last) for spin in spins]
-    tables = [_padded([[w.real for w, with_it in one if with_it == way] for one in found]) for way in (True, False)]
+    tables = [_padded([[w.real for w, goes in one if goes * way >= 0.0] for one in found]) for way in (1.0, -1.0)]
     critical, against = (as_fast(built, sense, _NO_PEAK, last) for sense in (1.0, -1.0))
     return Campbell(spins, tables[0], tables[1], critical, against, bands, damped=True)
 
