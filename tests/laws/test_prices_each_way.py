@@ -280,3 +280,63 @@ def test_nearly_all_active_limits_of_the_problems_have_a_price_with_a_range() ->
             have += [(file.name, name)] * any(one.ranged and one.path.split(".")[1] == name for one in rows)
     assert len(active) >= 60
     assert len(have) >= 0.95 * len(active), sorted(set(active) - set(have))
+
+
+GAP = """
+title = "Mount below its resonance or above it"
+[bodies.machine]
+mass = "100 kg"
+[links.mount]
+between = ["machine", "ground"]
+stiffness = {{ from = "900 kN/m", to = "{top!r} kN/m" }}
+damping = "100 N s/m"
+[excitations.shaking]
+kind = "force"
+on = "machine"
+amplitude = "{force!r} N"
+speed = "1500 rpm"
+varies = "constant"
+[limits.way]
+response = "displacement"
+of = "machine"
+at_most = "0.5 mm"
+[goal]
+minimise = "stiffness"
+of = "mount"
+"""
+
+
+@settings(max_examples=8)
+@given(st.floats(1000.0, 1150.0), st.floats(150.0, 260.0))
+def test_behind_a_gap_a_fact_has_designs_again_and_that_is_said(top: float, force: float) -> None:
+    """The mass that falls meets the resonance of the softest mount, and is past that of the stiffest, by formula."""
+    job = vo.from_text(GAP.format(top=top, force=force), name="gap.toml")
+    found = prices(job, only=["bodies.machine.mass", "limits.way.at_most"])
+    rows = {row.path: row for row in found.rows}
+    down, up = rows["bodies.machine.mass"].ways
+    omega = 50.0 * math.pi
+    off = math.sqrt((force / 5e-4) ** 2 - (omega * 100.0) ** 2)
+    assert down.ends is not None
+    assert down.ends.value == pytest.approx((9e5 + off) / omega**2, rel=2e-6)
+    first = (1e3 * top - off) / omega**2
+    assert down.again is not None
+    assert 0.8 * first <= down.again.value <= first
+    assert (up.looked, up.again) == (0, None)
+    assert f"no design, and one again at {down.again.shown}" in str(list(range_rows(found)))
+    tight = rows["limits.way.at_most"].ways[0]
+    assert (tight.beyond, tight.looked, tight.again) == ("no design", 0, None)
+
+
+def test_of_a_fact_without_designs_behind_its_end_it_is_said_how_many_values_were_looked_at() -> None:
+    found = prices(
+        vo.from_text(GAP.format(top=1100.0, force=200.0), name="gap.toml"), only=["excitations.shaking.amplitude"]
+    )
+    (row,) = found.rows
+    way = row.ways[1]
+    assert (way.looked, way.again) == (24, None)
+    assert way.ends is not None
+    assert way.far is not None
+    for k in range(1, 25):  # each of them by itself
+        value = way.ends.value * (way.far.value / way.ends.value) ** (k / 24)
+        assert again(found.job, row.path, value).measure is None
+    assert "no design at 24 values up to 2000 N" in str(list(range_rows(found)))

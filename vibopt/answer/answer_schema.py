@@ -65,7 +65,8 @@ PARTS = {
             "value": ref("number"),
             "change": maybe(NUMBER),
             **dict.fromkeys(("status", "then", "beyond"), TEXT),
-            **dict.fromkeys(("goal", "until", "there", "ends", "far"), maybe(ref("number"))),
+            **dict.fromkeys(("goal", "until", "there", "ends", "far", "again"), maybe(ref("number"))),
+            "looked": {"type": "integer"},
         }
     ),
     "limit": table({**_ROW, **_LIMIT}, _SCATTER),

@@ -147,6 +147,9 @@ class Way:
         The number from which on more of it changes nothing, or behind which there is no design, and which of the two.
     far
         As far as was looked; None where it was not.
+    looked, again
+        Of a fact how many values were looked at from where designs end as far as that, and the first of them that has a
+        design again; 0 and None where a limit is tightened, behind whose end there is none for sure.
     """
 
     value: Entry
@@ -159,10 +162,14 @@ class Way:
     ends: Entry | None = None
     beyond: str = ""
     far: Entry | None = None
+    looked: int = 0
+    again: Entry | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Every field."""
-        names = ("value", "status", "goal", "change", "until", "there", "then", "ends", "beyond", "far")
+        names = (
+            "value", "status", "goal", "change", "until", "there", "then", "ends", "beyond", "far", "looked", "again",
+        )  # fmt: skip
         return {name: getattr(self, name) for name in names}
 
 

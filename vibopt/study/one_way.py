@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.entry import Entry, Way
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
-from vibopt.study.holding import Road, State, difference, no_more
+from vibopt.study.holding import Road, SpentError, State, difference, no_more
 from vibopt.units import read_quantity, to_unit
 from vibopt.values.fact_at import FactAt
 
@@ -33,6 +33,9 @@ _BESIDE = 1e-6
 _FILLINGS = 24
 """Values each way at which the filling of a shelf weight ten times as heavy, or as light, is looked at."""
 OTHERS = "other fillings beyond"
+_BEHIND, _FEW_BEHIND = 24, 4
+"""Values at which it is looked for designs behind the end of a fact: many together, and one by one."""
+NONE = "no design"
 _SAME = 1e-7
 """Part of a goal below which two are the same."""
 _TURN = math.pi / 2.0
@@ -183,7 +186,24 @@ class Along:
             words = "changes nothing" if flat else ""
             return replace(way, far=outermost, there=there, beyond=words)
         way = replace(way, until=edge, there=there, then=difference(begin, other), far=outermost)
-        return self._ended(way, begin, other, direction, far)
+        ended = self._ended(way, begin, other, direction, far)
+        return self._looked_behind(ended, direction, far) if not self.loose and ended.beyond == NONE else ended
+
+    def _looked_behind(self, way: Way, direction: int, far: float) -> Way:
+        """The same with whether designs come again: a limit that is tightened has none, a fact may."""
+        assert way.ends is not None
+        end = abs(self._t_of(way.ends.value))
+        if self.axis.counted:
+            places = [one for one in self._ladder(direction, far) if abs(self._t_of(one)) > end]
+        else:
+            parts = np.linspace(end, far, (_BEHIND if self.road.together else _FEW_BEHIND) + 1)[1:]
+            places = [self.axis.value(direction * float(part)) for part in parts if part > end]
+        try:
+            states = [one for one in self.road.at(places) if one is not None and one.status != "refused"]
+        except SpentError:
+            return replace(way, far=way.ends)
+        again = next((self._entry(one.value) for one in states if one.good), None)
+        return replace(way, looked=len(states), again=again)
 
     def _filled(self, way: Way, direction: int) -> Way:
         """How far, at every value of a shelf weight that is looked at, the same weights sit in the same holes.
@@ -216,6 +236,11 @@ class Along:
         if not other.good:
             return replace(way, ends=way.until, beyond=no_more(other, begin.value))
         last = self.road(self.axis.value(direction * far))
+        if not self.loose and last.good:  # a fact may have designs again
+            behind = sorted(
+                (one for one in self.road.known.values() if not one.good), key=lambda one: abs(self._t(one))
+            )
+            last = next((one for one in behind if direction * self._t(one) > direction * self._t(other)), last)
         if not last.good:
             good, bad = self._edge(other, last, direction)
             return replace(way, ends=self._entry(good.value), beyond=no_more(bad, good.value))
@@ -356,9 +381,11 @@ class Along:
         return math.nan, math.nan
 
     def _edge(self, good: State, bad: State, direction: int) -> tuple[State, State]:
-        """The last value that has a design and the first that has none."""
-        known = sorted(self.road.known.values(), key=self._t)
+        """The last value before `bad` that has a design and the first behind it that has none."""
         way = math.copysign(1.0, self._t(bad))
+        known = sorted(
+            (one for one in self.road.known.values() if way * self._t(one) <= way * self._t(bad)), key=self._t
+        )
         good = max((one for one in known if one.good), key=lambda one: way * self._t(one))
         bad = next(one for one in (known if way > 0.0 else known[::-1]) if way * self._t(one) > way * self._t(good))
         for _ in range(_BRINKS):

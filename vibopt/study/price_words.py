@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Way
+from vibopt.errors import counted
 from vibopt.units import plain
 
 if TYPE_CHECKING:
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
 HEADS = ("Number", "A step", "Goal", "Better by")
 GAIN = "nothing more to gain"
+NONE = "no design"
 LIMITS, CAPS, FACTS = "limit", "cap", "fact"
 
 
@@ -51,11 +53,24 @@ def _end(now: Entry, way: Way, *, gain: bool) -> str:
     if way.until is None:
         assert way.far is not None
         return f"{way.far.shown} at least{f' ({way.beyond})' if way.beyond else ''}"
-    then = [way.then if way.then != "no design" else "no design beyond"] if way.then else []
+    then = [way.then if way.then != NONE else _none_beyond(way)] if way.then else []
     if way.ends is not None and way.beyond and way.then != way.beyond and (gain or way.beyond != GAIN):
-        then.append(way.beyond if way.ends == way.until else f"{way.beyond} beyond {way.ends.shown}")
+        said = f"{way.beyond} beyond {way.ends.shown}"
+        if way.beyond == NONE and way.looked:
+            said = f"from {way.ends.shown} on {_none_beyond(way)}"
+        then.append(way.beyond if way.ends == way.until else said)
     at_once = abs(way.until.value - now.value) <= 1e-6 * abs(now.value)
     return f"{now.shown if at_once else way.until.shown} ({'; '.join(then)})"
+
+
+def _none_beyond(way: Way) -> str:
+    """That designs end: for sure where a limit is tightened, of a fact as far as was looked."""
+    if way.again is not None:
+        return f"no design, and one again at {way.again.shown}"
+    if not way.looked:
+        return "no design beyond"
+    assert way.far is not None
+    return f"no design at {counted(way.looked, 'values')} up to {way.far.shown}"
 
 
 def percent(change: float | None) -> str:
