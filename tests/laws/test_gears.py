@@ -140,6 +140,12 @@ def test_every_coupling_under_a_hammer_limit_ends_where_the_referred_line_reache
 
 
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
+    "a whirl": (
+        {"measures.whirls": {"response": "critical_speed"}},
+        "measures.whirls asks for the critical_speed, at which a shaft that bends whirls, and bodies.engine turns "
+        'about its axis. Write response = "natural_frequency", with outside = { orders = [1, 2], of = "engine", margin '
+        '= "15 %" } for the orders of what shakes it.',
+    ),
     "itself": (
         {"bodies.wheel.geared_to": "wheel"},
         'bodies.wheel.geared_to = "wheel" is the body itself. Name the one whose teeth turn it.',

@@ -217,6 +217,11 @@ def test_isolation_in_space_is_that_of_one_mass_along_each_way(
     assert found == pytest.approx({f"along {axis}": 1.0 - abs(ratio[axis]) for axis in ways})
 
 
+def test_a_bearing_of_a_rotor_is_no_isolator() -> None:
+    scene = read(PROBLEMS / "shafts/three_disc_turbine.toml")
+    assert isolators_of(scene, machine_of(scene, {})) == []
+
+
 def test_a_sag_says_whose_it_is_and_when() -> None:
     """A file that asks a sag knows that its line is upright; under mounts in space the worst of them is meant."""
     heads = []

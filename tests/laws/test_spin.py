@@ -120,6 +120,7 @@ def test_a_rotor_beyond_its_threshold_is_said() -> None:
         "far is not known: excitations.u spins the rotor up to 4500 rpm, beyond its stability threshold of 3355.29 "
         "rpm, where a whirl grows without end. Look at lower speeds"
     )
+    assert not found.measures["far"].worst_at
     limits = {"far": {"response": "displacement", "of": "disc", "at_most": "1 m"}}
     broken = solve(from_dict({**document, "limits": limits, "measures": {}}), explain=False)
     assert (broken.status, broken.limits["far"].met) == ("violated", False)

@@ -72,6 +72,24 @@ def test_a_clearance_may_be_chosen() -> None:
         assert asked(facts, whirl=MEASURES["whirl"])["whirl"] == pytest.approx(9e-5, rel=1e-8)
 
 
+WIDE = [(0.39, ""), (0.41, "its damping is that of small"), (1.01, "the rings touch")]
+
+
+@pytest.mark.parametrize(("part", "said"), WIDE)
+def test_an_orbit_that_is_wide_in_its_film_is_told(part: float, said: str) -> None:
+    """What whirls is in proportion to the unbalance, so any part of the clearance can be had."""
+    document = held({"squeeze_film": FILM})
+    shaker = document["excitations"]["imbalance"]
+    places = {name: {"response": "displacement", "of": name} for name in ("left", "right")}
+    unit = {"imbalance": {**shaker, "unbalance": "1 kg m"}}
+    widest = max(asked({**document, "excitations": unit}, **places).values())
+    shaker = {**shaker, "unbalance": f"{part * 1.2e-4 / widest!r} kg m"}
+    notes = solve(from_dict({**document, "excitations": {"imbalance": shaker}, "measures": places})).notes
+    told = [one for one in notes if "in a squeeze film of 0.12 mm clearance" in one]
+    assert bool(told) == bool(said)
+    assert all(said in one for one in told[:1])
+
+
 HEAD = "scene: bearings.left_film"
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "long": (

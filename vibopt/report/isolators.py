@@ -133,8 +133,10 @@ def isolation_words(row: Checked) -> str:
 def isolators_of(scene: Scene, machine: Machine, shapes: list[Shape] | None = None) -> list[Isolator]:
     """Everything that is held by springs between two points, in the order of the file; absorbers are none."""
     told = shapes_of(machine) if shapes is None else shapes
-    found = []
+    found, borne = [], {place for rotor in scene.rotors.values() for place in rotor.names}
     for ends, names in _groups(machine):
+        if borne & {*ends}:  # a bearing carries a shaft, and isolates nothing
+            continue
         joints = [joint for joint in machine.joints if joint.name in names]
         mode = None if machine.in_space or machine.on_structures else _mode(machine, joints)
         found.append(

@@ -10,6 +10,7 @@ import numpy as np
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.responses import RandomResponse, TransientResponse
+from vibopt.scene.check_bearings import bearings
 from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.places import rubbing
 from vibopt.scene.scene import Scene
@@ -25,6 +26,8 @@ _NOTHING = 1e-9
 """Part of the weight that rounding may lift."""
 _LATER = 1e-3
 """Part by which a peak must be able to grow for that to be said."""
+_SMALL = 0.4
+"""Part of its clearance up to which the orbit in a film is small."""
 _HORIZON, _FADED = 4e5, 1e-12
 """Periods over which what lasts is followed, and the part to which all else must fade."""
 
@@ -40,6 +43,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     notes += lifted(scene, chosen)
     notes += needless(scene, chosen)
     notes += soft_floor(scene, chosen)
+    notes += wide_orbits(scene, chosen)
     if any(one.sorts != ("steady",) for one in scene.excitations.values()):
         notes += random_notes(scene, chosen)
         notes += ringing_notes(scene, chosen)
@@ -55,6 +59,28 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
 
         notes += run_up_notes(scene, chosen)
     return tuple(notes)
+
+
+def wide_orbits(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """Squeeze films whose rings whirl further than the formula of a film is good for, or touch."""
+    films = {name: one.squeeze_film for name, one in bearings(scene).items() if one.squeeze_film is not None}
+    if not films or not scene.excitations:
+        return []
+    from vibopt.report.isolators import asked
+
+    notes, machine = [], machine_of(scene, chosen)
+    for name, film in films.items():
+        row = asked(scene, machine, "relative_displacement", across=name)
+        path = f"bearings.{name}.squeeze_film.clearance"
+        gap = chosen.get(path, getattr(film.clearance, "value", np.inf))
+        if row is None or row.value.value <= _SMALL * gap:
+            continue
+        orbit, least = (show(one, "mm", "length") for one in (row.value.value, gap))
+        why = "the rings touch, and nothing that is said of its whirl holds"
+        if row.value.value < gap:
+            why = "its damping is that of small orbits, and wide ones stiffen a film and are damped more"
+        notes.append(f"bearings.{name} whirls by {orbit} in a squeeze film of {least} clearance: {why}.")
+    return notes
 
 
 def alike(scene: Scene) -> list[str]:

@@ -1,4 +1,4 @@
-"""The spin beyond which damping that turns with a shaft makes its whirl grow."""
+"""The spin beyond which what turns with a shaft, or its bearings, make its whirl grow."""
 
 from typing import ClassVar
 
@@ -13,9 +13,10 @@ _BEYOND, _GROWING = 1.5, 2
 
 
 class StabilityThreshold(Response):
-    """`response = "stability_threshold"`: least spin beyond which a forward whirl grows [rad/s].
+    """`response = "stability_threshold"`: least spin beyond which a free whirl grows [rad/s].
 
-    Of shafts alike in all directions, with `rotating_damping` on some link.  Of one disc w_n (1 + c_e / c_i).
+    By damping that turns with a shaft, `rotating_damping` or `material_damping`, of one disc w_n (1 + c_e / c_i); or by
+    bearings that couple both planes, oil films and seals.  It is "none up to" some spin where none is found so far.
     """
 
     dimension: ClassVar[str] = "angular_rate"

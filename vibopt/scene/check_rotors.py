@@ -111,6 +111,15 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
     """Whether a response asks of a rotor what changes with its speed, or what it has no number for; adds it."""
     key, where = response.response, dotted(path)
     if not scene.rotors:
+        turns = next((body for body, one in scene.bodies.items() if one.turns), "")
+        if response.whirls and turns and not response.free_vibration:
+            mistakes.add(
+                path,
+                f"{where} asks for the critical_speed, at which a shaft that bends whirls, and bodies.{turns} turns "
+                'about its axis. Write response = "natural_frequency", with outside = { orders = [1, 2], '
+                'of = "engine", margin = "15 %" } for the orders of what shakes it.',
+            )
+            return True
         asks = response.spins or (response.whirls and response.free_vibration)
         if not asks or places.raw(scene, "rotors"):
             return False

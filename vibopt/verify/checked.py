@@ -175,7 +175,7 @@ class Built:
         if not differs and (own := self.modelled.elsewhere(found.response, found)) is None:
             if grown := self._grown(found):
                 none = replace(row.value, value=-inf if found.response.complement else inf, text="not known")
-                return replace(row, unsteady=f"{row.name} {grown}", value=none, margin=-inf)
+                return replace(row, unsteady=f"{row.name} {grown}", value=none, margin=-inf, worst_at={})
             beyond = self._beyond(row, found)
             return replace(row, unknown=f"{row.name} {beyond}") if beyond else row
         value = self.modelled.at(found.response, found)[0] if own is None else own.value
