@@ -7,9 +7,9 @@ r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,9 +18,6 @@ from vibopt.charts.trial import DEFAULT, Case, Said, Table, greatest_in, judged_
 from vibopt.charts.verdicts import FEASIBLE
 from vibopt.records import dataclass
 from vibopt.scene.read import from_text
-
-if TYPE_CHECKING:
-    from vibopt.charts.fidelity import Fidelity
 
 FRICTION = "friction"
 CLOSE = (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
@@ -211,14 +208,9 @@ def hard(*, quick: bool) -> Table:
     return Table(cases, HARD_METHODS, judged_number, 1, cases[-1:])
 
 
-def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
-    """None: there is one mass."""
-    return []
-
-
 def _case(one: Slip, family: str) -> Case:
     name = f"friction of {one.friction:g} of the force at {one.r:g} of the resonance, damping ratio {one.ratio:g}"
     return Case(name, "", FEASIBLE, truth(one), "slip for slip in closed form", family)
 
 
-__all__ = ["METHODS", "Slip", "fidelity", "hard", "speed", "truth"]
+__all__ = ["METHODS", "Slip", "hard", "speed", "truth"]

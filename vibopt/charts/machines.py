@@ -70,16 +70,17 @@ at_most = "{start_up}"
     )
 
 
-def _shaken(
-    on: str, force: str, speed: str, floor: str, start_up: str, goal: str = 'maximise = "stiffness"\nof = "mount"'
-) -> str:
+def shaken(
+    on: str, force: str, speed: str, floor: str, start_up: str, goal: str = 'maximise = "stiffness"\nof = "mount"',
+    varies: str = "constant",
+) -> str:  # fmt: skip
     """A force on a machine, what it may hand on at its speed, and how far the machine may move on its way there."""
     return f"""[excitations.shaft]
 kind = "force"
 on = "{on}"
 amplitude = "{force}"
 speed = "{speed}"
-varies = "constant"
+varies = "{varies}"
 
 [limits.floor]
 response = "transmitted_force"
@@ -97,6 +98,16 @@ at_most = "{start_up}"
 """
 
 
+def stacked(masses: Sequence[str], links: Sequence[tuple[str, str]], rest: str) -> str:
+    """A machine on blocks, the lowest on a mount: masses, and (stiffness, damping) below each, as TOML has them."""
+    names = ["machine", *(f"block{i}" for i in range(1, len(masses))), "ground"]
+    tables = [f"[bodies.{name}]\nmass = {mass}" for name, mass in zip(names, masses, strict=False)]
+    for i, ((upper, lower), (stiffness, damping)) in enumerate(zip(pairwise(names), links, strict=True)):
+        link = "mount" if lower == "ground" else f"pad{i}"
+        tables.append(f'[links.{link}]\nbetween = ["{upper}", "{lower}"]\nstiffness = {stiffness}\ndamping = {damping}')
+    return "\n\n".join([f'title = "Machine on a stack of {len(masses) - 1} blocks"', *tables, rest])
+
+
 def _mounted(on: str, floor: str) -> str:
     """A machine on a mount that is to be chosen."""
     return f"""[links.mount]
@@ -104,7 +115,7 @@ between = ["{on}", "ground"]
 stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
 damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
 
-{_shaken(on, "30 kN", "3000 rpm", floor, "20 mm")}"""
+{shaken(on, "30 kN", "3000 rpm", floor, "20 mm")}"""
 
 
 def chain(count: int, *, floor: str = "100 N", start_up: str = "5 mm", free: int = 2) -> str:
@@ -113,24 +124,15 @@ def chain(count: int, *, floor: str = "100 N", start_up: str = "5 mm", free: int
     free
         1: stiffness of the lowest mount.  2: its damping too.  3: the stiffness of the highest mount too.
     """
-    names = ["machine", *[f"block{i}" for i in range(1, count)]]
-    bodies = "\n".join(f'[bodies.{name}]\nmass = "{100 if name == "machine" else 60} kg"\n' for name in names)
-    links = []
-    for i, (upper, lower) in enumerate(pairwise(names)):
-        stiffness = '{ from = "100 kN/m", to = "100 MN/m" }' if i == 0 and free > 2 else f'"{10 * count} MN/m"'
-        links.append(
-            f'[links.pad{i}]\nbetween = ["{upper}", "{lower}"]\nstiffness = {stiffness}\ndamping = "2 kN s/m"\n'
-        )
+    pads = [(f'"{10 * count} MN/m"', '"2 kN s/m"')] * (count - 1)
+    if free > 2:
+        pads[0] = ('{ from = "100 kN/m", to = "100 MN/m" }', pads[0][1])
     damping = '{ from = "10 N s/m", to = "1 MN s/m" }' if free > 1 else '"1 kN s/m"'
-    links.append(
-        f'[links.mount]\nbetween = ["{names[-1]}", "ground"]\n'
-        f'stiffness = {{ from = "1 kN/m", to = "1 GN/m" }}\ndamping = {damping}\n'
-    )
-    return f"""title = "Machine on a stack of {count - 1} blocks"
-
-{bodies}
-{chr(10).join(links)}
-{_shaken("machine", "1 kN", "1500 rpm", floor, start_up)}"""
+    mount = ('{ from = "1 kN/m", to = "1 GN/m" }', damping)
+    return stacked(
+        ['"100 kg"', *['"60 kg"'] * (count - 1)], [*pads, mount],
+        shaken("machine", "1 kN", "1500 rpm", floor, start_up),
+    )  # fmt: skip
 
 
 def fan() -> str:
@@ -166,7 +168,7 @@ between = ["block", "ground"]
 stiffness = {{ from = "10 kN/m", to = "10 MN/m" }}
 damping = "500 N s/m"
 
-{_shaken("machine", "1 kN", "3000 rpm", "200 N", "10 mm", sag)}"""
+{shaken("machine", "1 kN", "3000 rpm", "200 N", "10 mm", sag)}"""
 
 
 def star(count: int) -> str:

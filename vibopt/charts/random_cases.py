@@ -27,7 +27,7 @@ from vibopt.charts.absorber_cases import taking
 from vibopt.charts.balancing_cases import SLOWER, table_of
 from vibopt.charts.balancing_questions import Asked, asked, least_squares, shelf, worst
 from vibopt.charts.balancing_rivals import METHODS as BALANCING
-from vibopt.charts.machines import absorbed
+from vibopt.charts.machines import absorbed, shaken, stacked
 from vibopt.charts.mount_cases import machine_on
 from vibopt.charts.mount_machine import LINE, SPACE
 from vibopt.charts.trial import DEFAULT, NOWHERE, Case, Said, Table, Trial, judged, judged_number, scene_table
@@ -80,48 +80,32 @@ def _mounted(
     masses: list[float], pads: list[float], dash: list[float], force: float, top: float, growing: bool, floor: float,
     start_up: float,
 ) -> str:  # fmt: skip
-    names = ["machine", *(f"block{i}" for i in range(1, len(masses)))]
-    lines = [f'[bodies.{name}]\nmass = "{mass!r} kg"' for name, mass in zip(names, masses, strict=True)]
-    lines += [
-        f'[links.pad{i}]\nbetween = ["{names[i]}", "{names[i + 1]}"]\nstiffness = "{pad!r} N/m"\n'
-        f'damping = "{dash[i]!r} N s/m"'
-        for i, pad in enumerate(pads)
-    ]
     scale = sum(masses) * top**2
-    lines.append(
-        f'[links.mount]\nbetween = ["{names[-1]}", "ground"]\n'
-        f'stiffness = {{ from = "{1e-4 * scale!r} N/m", to = "{10.0 * scale!r} N/m" }}\n'
-        f'damping = {{ from = "{1e-4 * scale / top!r} N s/m", to = "{10.0 * scale / top!r} N s/m" }}'
-    )
-    lines.append(
-        f'[excitations.shaft]\nkind = "force"\non = "machine"\namplitude = "{force!r} N"\nspeed = "{top!r} rad/s"\n'
-        f'varies = "{"speed^2" if growing else "constant"}"'
-    )
-    lines.append(f'[limits.floor]\nresponse = "transmitted_force"\ninto = "ground"\nat_most = "{floor!r} N"')
-    lines.append(
-        f'[limits.start_up]\nresponse = "displacement"\nof = "machine"\nover = "0..{top!r} rad/s"\n'
-        f'at_most = "{start_up!r} m"'
-    )
-    lines.append('[goal]\nmaximise = "stiffness"\nof = "mount"')
-    return "\n\n".join(lines) + "\n"
+    low, high = (f'"{one * scale!r} N/m"' for one in (1e-4, 10.0))
+    least, most = (f'"{one * scale / top!r} N s/m"' for one in (1e-4, 10.0))
+    return stacked(
+        [f'"{mass!r} kg"' for mass in masses],
+        [
+            *((f'"{pad!r} N/m"', f'"{own!r} N s/m"') for pad, own in zip(pads, dash, strict=True)),
+            (f"{{ from = {low}, to = {high} }}", f"{{ from = {least}, to = {most} }}"),
+        ],
+        shaken("machine", f"{force!r} N", f"{top!r} rad/s", f"{floor!r} N", f"{start_up!r} m",
+               varies="speed^2" if growing else "constant"),
+    )  # fmt: skip
 
 
 def absorber(rng: np.random.Generator, name: str) -> Case:
     """One absorber, or two in every third case, on one to three masses: least amplitude of the highest."""
-    count, number = int(rng.integers(1, 4)), 1 + int(rng.integers(3) == 0)
-    spring = float(10.0 ** rng.uniform(4.0, 6.0))
-    own = float(np.sqrt(spring / 100.0))
-    text = absorbed(
-        [int(rng.integers(count)) for _ in range(number)],
-        [float(10.0 ** rng.uniform(-2.0, -0.7)) for _ in range(number)],
-        count=count, spring=spring, damping=float(rng.choice([0.0, 0.01, 0.04])), speeds=(0.1 * own, 3.0 * own),
-    )  # fmt: skip
-    return Case(name, text, FEASIBLE, np.nan, BEST, "absorbers")
+    return _absorbed(rng, name, "absorbers", lambda: 1 + int(rng.integers(3) == 0))
 
 
 def several(rng: np.random.Generator, name: str) -> Case:
     """Two to four absorbers on one to three masses: least amplitude of the highest."""
-    count, number = int(rng.integers(1, 4)), int(rng.integers(2, 5))
+    return _absorbed(rng, name, "several", lambda: int(rng.integers(2, 5)))
+
+
+def _absorbed(rng: np.random.Generator, name: str, family: str, many: Callable[[], int]) -> Case:
+    count, number = int(rng.integers(1, 4)), many()
     spring = float(10.0 ** rng.uniform(4.0, 6.0))
     own = float(np.sqrt(spring / 100.0))
     text = absorbed(
@@ -129,7 +113,7 @@ def several(rng: np.random.Generator, name: str) -> Case:
         [float(10.0 ** rng.uniform(-2.0, -0.7)) for _ in range(number)],
         count=count, spring=spring, damping=float(rng.choice([0.0, 0.01, 0.04])), speeds=(0.1 * own, 3.0 * own),
     )  # fmt: skip
-    return Case(name, text, FEASIBLE, np.nan, BEST, "several")
+    return Case(name, text, FEASIBLE, np.nan, BEST, family)
 
 
 def weights(rng: np.random.Generator, name: str) -> Asked:

@@ -7,9 +7,9 @@ in the frame that turns with the force.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from vibopt.charts.trial import DEFAULT, Case, Said, Table, greatest_in, judged_
 from vibopt.charts.verdicts import FEASIBLE, REFUSES
 from vibopt.records import dataclass
 from vibopt.scene.read import from_text
-
-if TYPE_CHECKING:
-    from vibopt.charts.fidelity import Fidelity
 
 RUN_UP, CLOSE = "run-up", (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 _CLOSE, _TINY, _LOOKS, _BEHIND, _MOST = 1e-12, 1e-14, 24, 20.0, 2000.0
@@ -215,11 +212,6 @@ def hard(*, quick: bool) -> Table:
     return Table(cases, HARD_METHODS, judged_number, 1, cases[-1:], left=left)
 
 
-def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
-    """None: every mass of a chain has a part in its peaks."""
-    return []
-
-
 def _case(name: str, family: str, one: Passage) -> Case:
     return Case(name, "", FEASIBLE, truth(one)[0], "the turning frame, followed tightly", family)
 
@@ -248,4 +240,4 @@ def _jumped(one: Passage) -> float:
     return float(np.abs(free + behind * np.exp(1j * one.high * times)).max())
 
 
-__all__ = ["METHODS", "Passage", "fidelity", "hard", "speed", "truth"]
+__all__ = ["METHODS", "Passage", "hard", "speed", "truth"]

@@ -31,7 +31,7 @@ FAMILIES: Mapping[str, ModuleType] = {
     "isolation": isolation_cases, "absorbers": absorber_cases, "balancing": balancing_cases, "mounts": mount_fidelity,
     "shock": shock_cases, "run_up": run_up_cases, "friction": friction_cases,
 }  # fmt: skip
-"""Each has its cases and methods as tables, `speed` and `hard`, and the rows of `fidelity`."""
+"""Each has its cases and methods as tables, `speed` and `hard`; and rows of `fidelity` where a model can be smaller."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +160,7 @@ def fidelity(
     for scene in scenes:
         own.refuse_places(scene)
     made = on_both_models(scenes, quick=quick)
-    makers = made if scenes else [row for one in _chosen(family) for row in one.fidelity(quick=quick)]
+    makers = made if scenes else _rows(family, quick=quick)
     found: list[Fidelity] = []
     for number, (name, make) in enumerate(makers):
         if progress:
@@ -171,9 +171,13 @@ def fidelity(
 
 def fidelity_left(family: str | None) -> tuple[str, ...]:
     """Rows that only the whole chart of fidelity asks."""
-    asked = {name for one in _chosen(family) for name, _ in one.fidelity(quick=True)}
-    left = [name for one in _chosen(family) for name, _ in one.fidelity(quick=False) if name not in asked]
+    asked = {name for name, _ in _rows(family, quick=True)}
+    left = [name for name, _ in _rows(family, quick=False) if name not in asked]
     return (*([f"cases {', '.join(left)}"] if left else []), "further runs of each")
+
+
+def _rows(family: str | None, *, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
+    return [row for one in _chosen(family) if hasattr(one, "fidelity") for row in one.fidelity(quick=quick)]
 
 
 def _chosen(family: str | None) -> list[ModuleType]:

@@ -5,12 +5,12 @@ All say the greatest distance of the first mass from its base; the truth comes o
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +19,6 @@ from vibopt.charts.machines import free_chain
 from vibopt.charts.trial import DEFAULT, Case, Said, Table, filed, greatest_in, judged_number
 from vibopt.charts.verdicts import FEASIBLE, MISSING, REFUSES
 from vibopt.records import dataclass
-
-if TYPE_CHECKING:
-    from vibopt.charts.fidelity import Fidelity
 
 SHOCK = "shock"
 HALF_SINE, RECORD = "half sine", "record.csv"
@@ -259,11 +256,6 @@ def hard(*, quick: bool) -> Table:
     return Table(cases, HARD_METHODS, judged_number, 1, cases[:1], left=left)
 
 
-def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
-    """None: every mass of a chain has a part in its peaks."""
-    return []
-
-
 _Row = tuple[str, str, float, Load]
 
 
@@ -318,4 +310,4 @@ def _long(turns: float) -> list[_Row]:
     return found
 
 
-__all__ = ["METHODS", "Load", "fidelity", "hard", "speed", "truth"]
+__all__ = ["METHODS", "Load", "hard", "speed", "truth"]
