@@ -124,6 +124,37 @@ def test_a_pair_in_series_is_found_where_the_most_promising_starts_miss_it() -> 
 
 
 @pytest.mark.slow
+def test_devices_on_different_bodies_are_found_in_the_better_order() -> None:
+    """Each of three absorbers belongs to one mode; which of them to which is found by exchanging their numbers.
+
+    SLSQP on 400 speeds from 208 random starts reached 0.38821 mm, from where sampled speeds no longer tell.
+    """
+    chain = zip((48.9, 34.3, 28.0), (9.85e5, 7.99e5, 7.22e4), (93.0, 135.0, 15.0), strict=True)
+    bodies, links = {}, {}
+    for i, (mass, k, c) in enumerate(chain):
+        bodies[f"b{i}"] = {"mass": f"{mass!r} kg"}
+        ends = [f"b{i}", f"b{i - 1}" if i else "ground"]
+        links[f"l{i}"] = {"between": ends, "stiffness": f"{k!r} N/m", "damping": f"{c!r} N s/m"}
+    own = {
+        "mass": {"from": "8.1 g", "to": "8.1 kg"},
+        "frequency": {"from": "1 Hz", "to": "80 Hz"},
+        "damping_ratio": {"from": 0.005, "to": 1},
+    }
+    document = {
+        "title": "t",
+        "bodies": bodies,
+        "links": links,
+        "absorbers": {f"a{i}": {"on": f"b{i % 2}", **own} for i in range(3)},
+        "excitations": {"e": {"kind": "force", "on": "b0", "amplitude": "100 N", "speed": "2.8 Hz..40 Hz"}},
+        "limits": {"total": {"response": "absorber_mass", "at_most": "8.1 kg"}},
+        "goal": {"minimise": "displacement", "of": "b0"},
+    }
+    found = solve(from_dict(document))
+    assert found.goal is not None
+    assert found.goal[1].value < 0.3788e-3
+
+
+@pytest.mark.slow
 def test_the_lightest_of_two() -> None:
     """A goal that is light begins at the same tuned designs; what it reaches is what the response leaves."""
     quiet = {"response": "displacement", "of": "host", "at_most": f"{5.8 * 100.0 / STIFFNESS!r} m"}

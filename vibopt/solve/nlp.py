@@ -135,7 +135,9 @@ class _Run:
         if not good:
             return self._nothing(len(begun))
         good += self._mirrored(good)
+        known = min(good)
         good += self._beside(good) + self._one_less(good)
+        good += self._mirrored(good) if min(good)[0] < known[0] - _SAME * abs(known[0]) else []
         goal, y = _first(good)
         if goal == np.inf:
             claim = "the goal is infinite at every design that was looked at"
@@ -176,7 +178,8 @@ class _Run:
             same = abs(self.judge.goal(self._x(y)).value - goal) <= _ROUNDING * abs(goal)
             if not np.isfinite(goal) or same:  # the like of it is the same machine
                 continue
-            better = [one for one in self._good(self._sharpened([y])) if one[0] < goal - _SAME * abs(goal)]
+            end = self._sharp(y, rescue=False, bar=np.inf)  # far above the best it begins, and far below it may end
+            better = [one for one in self._good([end]) if one[0] < goal - _SAME * abs(goal)]
             waiting = _likes(self.program) if better else waiting
             found += better
         return found
@@ -351,8 +354,8 @@ class _Run:
         """Log violation, 0 where every limit holds or where no measurement is left."""
         return max(self.exact.at(y).missed, 0.0) if not self.budget.over else 0.0
 
-    def _sharp(self, y: FloatArray, rescue: bool) -> FloatArray:
-        sharpener = Sqp(self.exact, bar=self.bar)
+    def _sharp(self, y: FloatArray, rescue: bool, bar: float | None = None) -> FloatArray:
+        sharpener = Sqp(self.exact, bar=self.bar if bar is None else bar)
         if rescue:
             y = sharpener.run(y, only_feasible=True).y
         point: Point = sharpener.run(y)
