@@ -396,3 +396,47 @@ def test_one_time_alone_has_the_place_and_speed_of_many(r: float, ratio: float) 
     for piece in (Piece(0.7, np.pi, 1.3, -0.4, -1), Piece(2.0, np.pi, 0.2, 0.0, 0)):
         for found, tau in zip(np.transpose(rub.at(piece, taus)), taus, strict=True):
             assert rub.now(piece, float(tau)) == pytest.approx(found, rel=1e-11, abs=1e-12 / r**2)
+
+
+@pytest.mark.parametrize("friction", [0.8, 0.8236])
+def test_a_motion_that_hardly_stops_near_the_resonance_closes_within_few_half_cycles(
+    friction: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It begins at Den Hartog's motion; from rest it took up to 37."""
+    asked: list[float] = []
+    follow = Rub._half
+    monkeypatch.setattr(Rub, "_half", lambda rub, state: (asked.append(rub.r), follow(rub, state))[1])
+    for r in np.linspace(0.55, 0.77, 12).tolist():
+        assert Rub(r, 0.0, friction).half_cycle is not None
+        assert asked.count(r) <= 10, r
+
+
+def test_limits_over_a_range_that_no_friction_keeps_are_told_within_little_work() -> None:
+    """Undamped, the least of each limit has a kink wherever its speed changes: looking for it is bounded."""
+    document = {
+        "title": "no friction does",
+        "bodies": {"press": {"mass": "300 kg"}},
+        "links": {
+            "mount": {
+                "between": ["press", "ground"],
+                "stiffness": "300 kN/m",
+                "friction_force": {"from": "100 N", "to": "5 kN"},
+            }
+        },
+        "excitations": {
+            "it": {"kind": "force", "on": "press", "amplitude": "3 kN", "speed": "1500 rpm", "varies": "constant"}
+        },
+        "limits": {
+            "start_up": {"response": "displacement", "of": "press", "over": "0..1500 rpm", "at_most": "5 mm"},
+            "floor": {"response": "transmitted_force", "into": "ground", "at_most": "1 kN"},
+        },
+        "goal": {"minimise": "friction_force", "of": "mount"},
+    }
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "infeasible"
+    assert answer.conflict is not None
+    assert answer.conflict.limits == ("start_up", "floor")
+    assert answer.conflict.left == ("floor",)
+    words = "No loosening of floor was looked for: each is an answer of its own. `vibopt explain FILE --thorough` does."
+    assert words in answer.notes
+    assert answer.work < 100_000.0

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import cmath
 from functools import lru_cache
-from math import acos, cos, isfinite, pi, sqrt
+from math import acos, cos, floor, isfinite, pi, sqrt
 
 import numpy as np
 from numpy.polynomial import chebyshev
@@ -29,8 +29,8 @@ between them."""
 _BEGUN, _ROUND, _ALIKE = 1e-6, 1e-13, 0.05
 """Part of a panel at its beginning that is no end of a motion; rounding of a state; rates that are next to alike."""
 _SETTLED = 1e-9
-_WARM, _TURNS = 2, 4000
-"""Half cycles before Newton's method, and at most."""
+_WARM, _TURNS, _HELD = 2, 4000, 0.9
+"""Half cycles before Newton's method, and at most; friction from which on rest is nearer than slipping on."""
 _CLOSED, _ENOUGH, _FAR = 1e-13, 1e-9, 3.0
 """Part that may be left of a closed half cycle, at the latest; how far a step of Newton's may lead."""
 
@@ -177,7 +177,7 @@ class Rub:
 
         Plain half cycles never move it away, and Newton's steps are only taken where they halve what is missing.
         """
-        state: FloatArray = np.zeros(2)
+        state = self._near
         known = self._half(state)
         for turn in range(_TURNS):
             miss = state + known[1]
@@ -198,6 +198,16 @@ class Rub:
             state = -known[1]
             known = self._half(state)
         return known[0] if left < _ENOUGH * self._size(state) else None
+
+    @property
+    def _near(self) -> FloatArray:
+        """The state at theta = 0 of a motion that slips on where friction would stop it; rest where it is held long."""
+        begin, top = (float(one[0]) for one in self._slipping.tops)
+        if self.friction > _HELD or not isfinite(top):
+            return np.zeros(2)
+        turns = floor(-begin / pi)
+        z, v, _ = self.now(Piece(begin, pi, top, 0.0, -1), -begin - turns * pi)
+        return (-1.0) ** turns * np.array([z, v])
 
     def _size(self, state: FloatArray) -> float:
         """Root of twice the energy of a state or a difference of two."""

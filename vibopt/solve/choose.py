@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
-_MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS = 1e-4, 20_000, 400, 300
-"""Gap, boxes, boxes with tangents and exact measurements of a search for what an answer says beside itself."""
+_MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS, _MODEST_PIECES = 1e-4, 20_000, 400, 300, 60
+"""Gap, boxes, boxes with tangents, exact measurements and dear pieces of a search for what stands beside an answer."""
 _PLANE = 2
 """Variables in the plane of a link."""
 _SLICES, _EMPTY_SLICES = 1000, 200
@@ -116,6 +116,7 @@ def modest(program: Program) -> Method:
     from vibopt.solve.boxes_first import BoxesFirst
     from vibopt.solve.global_search import BranchAndBound
     from vibopt.solve.nlp import Nlp
+    from vibopt.solve.one_range import OneRange
     from vibopt.solve.tangents import Tangents
 
     method = choose(program, None)
@@ -124,6 +125,8 @@ def modest(program: Program) -> Method:
         return BranchAndBound(_MODEST_GAP, _MODEST_BOXES)
     if isinstance(method, Tangents):
         return Tangents(_MODEST_GAP, _MODEST_TANGENTS)
+    if isinstance(method, OneRange):
+        return OneRange(_MODEST_GAP, _MODEST_PIECES)
     return replace(method, count=_FEW, most=_MODEST_MEASUREMENTS) if isinstance(method, Nlp) else method
 
 

@@ -47,14 +47,20 @@ def conflicts(program: Program, answer: Answer, may: Callable[[], bool] = lambda
     return every_clash(list(dict.fromkeys((limit.name, limit.side) for limit in program.limits)), clashes, may)
 
 
-def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) -> list[Loosening]:
+def loosenings(
+    program: Program, conflict: tuple[Limit, ...], answer: Answer, may: Callable[[], bool] = lambda: True
+) -> tuple[list[Loosening], list[Limit]]:
     """For each limit of the conflict the smallest loosening that makes the whole program feasible.
 
-    A limit is left out where no loosening of it alone helps.
+    A limit is left out where no loosening of it alone helps; those come second that were not asked for, once `may`
+    says that no further answer is.
     """
-    found = []
+    found, left = [], []
     for limit in {(one.name, one.side): one for one in conflict}.values():
         if limit.side == "outside":
+            continue
+        if not may():
+            left.append(limit)
             continue
         alike = [one for one in program.limits if (one.name, one.side) == (limit.name, limit.side)]
         rest = tuple(one for one in program.limits if (one.name, one.side) != (limit.name, limit.side))
@@ -67,4 +73,4 @@ def loosenings(program: Program, conflict: tuple[Limit, ...], answer: Answer) ->
         value = best.details.get("goal")
         if isinstance(value, float) and math.isfinite(value):
             found.append(Loosening(limit, value))
-    return found
+    return found, left

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 from vibopt.answer.answer import Conflict
@@ -97,9 +98,8 @@ def conflict_of(
     if not sets:
         return None
     rows: list[tuple[str, Entry, Entry]] = []
-    left: list[str] = []
-    guesses = {} if names_only else _guesses(finite, clashes.sets)
     with metered() as meter:
+        guesses, left = ({}, []) if names_only else _guesses(finite, clashes.sets, lambda: meter.done <= most)
         for (name, side), guess in guesses.items():
             response = scene.limits.get(name)
             if response is None:  # what a part is rated for is not loosened
@@ -120,14 +120,20 @@ def _ask(part: Program) -> Found:
     return hopeless(part) or modest(part).solve(part)
 
 
-def _guesses(program: Program, sets: tuple[tuple[Key, ...], ...]) -> dict[tuple[str, str], float]:
-    """By name and side the bound [SI] that should be enough, of the limits that are in every set: no other helps."""
+def _guesses(
+    program: Program, sets: tuple[tuple[Key, ...], ...], may: Callable[[], bool]
+) -> tuple[dict[tuple[str, str], float], list[str]]:
+    """By name and side the bound [SI] that should be enough, of the limits that are in every set: no other helps.
+
+    And the names of those that were not asked for.
+    """
     found: dict[tuple[str, str], float] = {}
     shared = [key for key in sets[0] if all(key in other for other in sets[1:])]
     clash = tuple(limit for limit in program.limits if (limit.name, limit.side) in shared)
-    for one in loosenings(program, clash, _ask):
+    loosened, left = loosenings(program, clash, _ask, may)
+    for one in loosened:
         found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound)
-    return found
+    return found, [one.name for one in left]
 
 
 def user_bound(limit: Limit, value: float) -> float:

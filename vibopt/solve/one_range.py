@@ -104,9 +104,18 @@ def _nodes(low: float, high: float) -> FloatArray:
     return places
 
 
+@dataclass(frozen=True)
 class OneRange:
-    """One continuous variable with limits and goal of any kind."""
+    """One continuous variable with limits and goal of any kind.
 
+    gap
+        Part of the goal by which a better design may be missed.
+    fewest
+        Pieces that it may look at, however dear each is.
+    """
+
+    gap: float = _GAP
+    fewest: int = _FEWEST
     name = "one_range"
     summary = "every limit and the goal followed over the whole range of the one variable"
 
@@ -117,7 +126,7 @@ class OneRange:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Status "optimal", "infeasible" or "unbounded"; "feasible" or "unproven" where the pieces are used up."""
-        return _Run(program, progress).answer()
+        return _Run(program, progress, self.gap, self.fewest).answer()
 
 
 @dataclass(frozen=True)
@@ -144,13 +153,15 @@ def permitted(program: Program, progress: Progress | None = None) -> Permitted:
 class _Run:
     program: Program
     progress: Progress | None
+    gap: float = _GAP
+    fewest: int = _FEWEST
     rows: dict[float, FloatArray] = field(default_factory=dict)
     best: tuple[float, float] | None = None
     """Goal as it is compared, and the place of the best design."""
 
     def __post_init__(self) -> None:
         self.judge = Judge(self.program)
-        most = int(np.clip(_WORK / (_DEGREE * self.program.cost), _FEWEST, _PIECES))
+        most = int(np.clip(_WORK / (_DEGREE * self.program.cost), self.fewest, _PIECES))
         self.budget = Budget(most, "pieces", _DEGREE * self.program.cost)
         axis = self.program.axes[0]
         low, high = float(axis.low), float(axis.high)
@@ -237,7 +248,7 @@ class _Run:
         """Whether nothing from here on is better: pieces come with the least goal first."""
         if self.best is None:
             return False
-        return self.program.aim is None or goal >= self.best[0] - _GAP * max(abs(self.best[0]), 1e-3)
+        return self.program.aim is None or goal >= self.best[0] - self.gap * max(abs(self.best[0]), 1e-3)
 
     @staticmethod
     def _broken(piece: _Piece) -> bool:

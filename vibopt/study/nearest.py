@@ -31,7 +31,8 @@ from vibopt.work import Budget, late, metered
 
 PATIENCE = 2_000.0
 """Work [nominal ms] after which the limits that are left are named as not looked at."""
-_MEASUREMENTS = 800
+_MEASUREMENTS, _WORK, _FEWEST = 800, 8_000.0, 40
+"""Most exact measurements; work of all where each is dear [nominal ms], and how many it may be then."""
 _STARTS, _FOLLOWED = 16, 4
 _ROUNDS = 4
 _BETTER = 1e-9
@@ -163,7 +164,7 @@ def nearest_to(program: Program, given: Sequence[FloatArray] = ()) -> FloatArray
     Continuous variables follow the slopes of the limits that are missed most; values of a list and parts change one at
     a time as long as that helps.
     """
-    budget = Budget(_MEASUREMENTS, "exact measurements", SLOPES * program.cost)
+    budget = _budget(program)
     bare = replace(program, aim=None)
     begun = [np.asarray(one, dtype=float) for one in given]
     begun += [_snapped(program, x) for x in np.exp(starts(program, _STARTS))]
@@ -181,8 +182,12 @@ def nearest_to(program: Program, given: Sequence[FloatArray] = ()) -> FloatArray
 
 def slid(program: Program, x: FloatArray) -> tuple[FloatArray, float]:
     """Where slopes lead from x (n_vars,) towards missing the worst limit least, and the log of that factor."""
-    budget = Budget(_MEASUREMENTS, "exact measurements", SLOPES * program.cost)
-    return _Search(program, budget).slid(x)
+    return _Search(program, _budget(program)).slid(x)
+
+
+def _budget(program: Program) -> Budget:
+    most = int(np.clip(_WORK / program.cost, _FEWEST, _MEASUREMENTS))
+    return Budget(most, "exact measurements", SLOPES * program.cost)
 
 
 @dataclass
