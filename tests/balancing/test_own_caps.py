@@ -47,6 +47,16 @@ def test_a_cap_of_a_measured_rotor_has_the_price_of_the_file_with_the_wider_cap(
     assert priced(solve_text(text(600.0))).prices == {}
 
 
+def test_the_price_of_a_cap_writes_no_influence_coefficient(monkeypatch: pytest.MonkeyPatch) -> None:
+    written: list[str] = []
+    monkeypatch.setattr("vibopt.balancing.begin.coefficients", lambda job, identified: written.append(job.name) or {})
+    plan = priced(solve_text(fan('weight = { from = "0 g", to = "6 g" }\n')))
+    assert plan.prices.keys() == {"planes.left.weight"}
+    assert not written
+    assert "influence.a.left.value" not in plan.values
+    assert written
+
+
 def test_a_deepest_hole_has_a_price_as_well() -> None:
     drill = 'remove = true\ndrill = {{ diameter = "10 mm", density = "7850 kg/m³", deepest = "{} mm" }}\n'
     words = priced(solve_text(fan(drill.format(8)))).prices["planes.left.drill"].words

@@ -148,16 +148,20 @@ def _is_listed(plane: Any) -> bool:
 
 def caps_of(job: Any, found: Answer[Any]) -> Iterator[tuple[str, FactAt, float]]:
     """Upper ends of what a balancing job chooses: path of the choice, the number, and the part of it that is taken."""
-    entries, planes = found.entries(), {f"planes.{one.name}": one.weights for one in found.plan.planes}
+    planes = {f"planes.{one.name}": one.weights for one in found.plan.planes}
     for fact in facts(job):
         path, _, end = fact.path.rpartition(".")
         if end not in ("to", "deepest") or not fact.value > 0.0:
             continue
-        weights, one = planes.get(path.rpartition(".")[0]), entries.get(next(filter(entries.get, _chosen_at(path)), ""))
-        taken = one.value if isinstance(one, Entry) else 0.0
-        if weights is not None:
-            deep = max((weight.depth or 0.0 for weight in weights), default=0.0)
-            taken = deep if end == "deepest" else sum((weight.mass for weight in weights), 0.0)
+        weights = planes.get(path.rpartition(".")[0])
+        if weights is None:  # no measured rotor, whose entries are as many as its coefficients
+            entries = found.entries()
+            one = entries.get(next(filter(entries.get, _chosen_at(path)), ""))
+            taken = one.value if isinstance(one, Entry) else 0.0
+        elif end == "deepest":
+            taken = max((weight.depth or 0.0 for weight in weights), default=0.0)
+        else:
+            taken = sum((weight.mass for weight in weights), 0.0)
         yield path, fact, taken / fact.value
 
 
@@ -175,11 +179,12 @@ def _balancing_held(job: Any, found: Answer[Any], caps: Mapping[str, float]) -> 
     rates = found.rates if found.rates is not None else {}
     held = {name for name, limit in found.limits.items() if is_touched(1.0 - limit.margin) and rates.get(name, 1.0)}
     held |= {_at_most(path) for path, part in caps.items() if is_touched(part) and rates.get(path, 1.0)}
-    entries = found.entries()
     for plane, made in zip(getattr(job, "planes", ()), found.plan.planes, strict=False):
         if plane.is_discrete:
             held.add(f"{plane.name}: {' and '.join(_fitted(plane, made)) or 'nothing'}")
-    held |= {f"{path} = {entries[path].shown}" for path in job.choices if path.startswith("cyl") and path in entries}
+    if cranks := [path for path in job.choices if path.startswith("cyl")]:
+        entries = found.entries()
+        held |= {f"{path} = {entries[path].shown}" for path in cranks if path in entries}
     return held
 
 
