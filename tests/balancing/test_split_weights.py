@@ -11,9 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import lsq_linear, minimize
 
+from rotor_jobs import read_text
 from vibopt.balancing.continuous import solve_continuous
+from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.fan import Fan
-from vibopt.balancing.question import Goal, Question
+from vibopt.balancing.fitting import overweight
+from vibopt.balancing.optimisers import solve_question
+from vibopt.balancing.question import Goal, Question, breaks
+from vibopt.balancing.solve_rotor import solve_job
 from vibopt.balancing.split_weights import solve_split, takes
 
 
@@ -112,3 +117,142 @@ def test_holes_all_around_under_a_limit_next_to_nothing_are_as_good_as_free_weig
     assert found.value == pytest.approx(free.value, rel=1e-6)
     assert found.u is not None
     assert abs(question.residual(found.u)[1]) <= size * (1.0 + 1e-6) + 1e-9
+
+
+def beside_lists(rng: np.random.Generator, each: float, goal: Goal) -> Question:
+    """One plane of cut weights beside one or two that choose from a list, with a total that may bind."""
+    question = asked(rng, 1, each, goal)
+    n_lists = int(rng.integers(1, 3))
+    n = question.n_readings
+    H = np.column_stack([question.H, rng.normal(size=(n, n_lists)) + 1j * rng.normal(size=(n, n_lists))])
+    lists = [np.append(0.0, rng.uniform(0.2, 1.0) * np.exp(2j * np.pi * rng.uniform(size=3))) for _ in range(n_lists)]
+    return replace(
+        question, H=H, caps=np.append(question.caps, [np.inf] * n_lists), sectors=((),) * (1 + n_lists),
+        fans=(*question.fans, *[None] * n_lists), options=(None, *lists), option_masses=(None, *map(np.abs, lists)),
+        total_cap=float(rng.choice([np.inf, 1.2])),
+    )  # fmt: skip
+
+
+def best_of_fillings(question: Question, each: float) -> float:
+    """Least rms over every filling of the lists and every pair of neighbouring holes."""
+    best = np.inf
+    for filling in product(*(one for one in question.options if one is not None)):
+        held = np.array(filling)
+        room = question.total_cap - float(np.abs(held).sum())
+        if room < 0.0:
+            continue
+        left = replace(
+            question, y0=question.y0 + question.H[:, 1:] @ held, H=question.H[:, :1], options=(), option_masses=(),
+            caps=np.minimum(question.caps[:1], room), total_cap=np.inf, fans=question.fans[:1], sectors=((),),
+        )  # fmt: skip
+        best = min(best, best_by_pairs(left, each))
+    return best
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 10**6), each=st.sampled_from([0.2, 0.5, np.inf]))
+def test_beside_lists_no_filling_with_any_pair_of_holes_is_better(seed: int, each: float) -> None:
+    question = beside_lists(np.random.default_rng(seed), each, "rms")
+    solved = solve_question(question)
+    assert solved.status == "optimal"
+    assert solved.u is not None
+    assert not breaks(question.chosen_only(solved.chosen), solved.u, 2e-6)
+    assert solved.value == pytest.approx(best_of_fillings(question, each), rel=2e-5, abs=1e-6)
+    assert [options is None or options[place] == u for options, place, u in zip(
+        question.options, solved.chosen, solved.u, strict=True)] == [True] * question.n_planes  # fmt: skip
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), goal=st.sampled_from(["rms", "worst", "sum", "correction"]), lists=st.booleans())
+def test_beside_lists_and_forbidden_sectors_no_random_plan_beats_the_answer(seed: int, goal: Goal, lists: bool) -> None:
+    rng = np.random.default_rng(seed)
+    question = beside_lists(rng, 0.5, goal) if lists else asked(rng, 2, 0.5, goal)
+    free = np.append(rng.normal(size=question.n_readings), 0.0)[:-1] + 1j * rng.normal(size=question.n_readings)
+    low = float(rng.uniform(0.0, 6.0))
+    question = replace(
+        question, H=np.column_stack([question.H, free]), caps=np.append(question.caps, 0.8),
+        sectors=(*question.sectors, ((low, low + float(rng.uniform(0.5, 5.0))),)), fans=(*question.fans, None),
+        options=(*question.options, None) if lists else (),
+        option_masses=(*question.option_masses, None) if lists else (),
+        limits=np.full(question.n_readings, 0.9 * float(np.abs(question.y0).max())),
+    )  # fmt: skip
+    solved = solve_question(question)
+    if solved.u is not None:
+        assert solved.status in ("optimal", "feasible")
+        assert not breaks(question.chosen_only(solved.chosen), solved.u, 2e-6)
+    for _ in range(400):
+        u = np.zeros(question.n_planes, dtype=complex)
+        chosen = [-1] * question.n_planes
+        for plane, fan in enumerate(question.fans):
+            options = question.options[plane] if lists else None
+            if options is not None:
+                chosen[plane] = int(rng.integers(len(options)))
+                u[plane] = options[chosen[plane]]
+            elif fan is not None and fan.gaps:
+                pair = fan.gaps[int(rng.integers(len(fan.gaps)))]
+                u[plane] = (rng.uniform(0.0, 0.5, 2) * fan.holes[list(pair)]).sum()
+            else:
+                u[plane] = rng.uniform(0.0, 0.8) * np.exp(1j * rng.uniform(0.0, 2.0 * np.pi))
+        only = question.chosen_only(chosen)
+        if not breaks(only, u, 0.0):
+            assert solved.status != "infeasible"
+            assert only.value(u) >= solved.bound * (1.0 - 1e-6) - 1e-9
+            assert solved.status != "optimal" or only.value(u) >= solved.value * (1.0 - 2e-6)
+
+
+HOLED = """
+[planes.p]
+holes = 3
+split = true
+radius = "100 mm"
+{held}
+[planes.q]
+holes = 4
+radius = "100 mm"
+shelf = ["1 g"]
+[[runs]]
+name = "found"
+speed = "1200 rpm"
+readings = {{ a = "100 um pk @ 240 deg" }}
+[[runs]]
+name = "trial"
+speed = "1200 rpm"
+weights = {{ p = "5 g @ 0 deg" }}
+readings = {{ a = "86.60254037844386 um pk @ 270 deg" }}
+[[runs]]
+name = "trial q"
+speed = "1200 rpm"
+weights = {{ q = "1 g @ 0 deg" }}
+readings = {{ a = "100.00001 um pk @ 240 deg" }}
+[conventions]
+phase = "lag"
+readings = "phase"
+angles = "against rotation"
+zero = "key"
+detector = "pk"
+{limits}
+"""
+
+
+@pytest.mark.parametrize(
+    ("held", "limits", "left"),
+    [
+        ('weight = { from = "0 g", to = "10 g" }', "", 50e-6),
+        ("", '[limits.t]\nresponse = "correction"\nof = "p"\nat_most = "12 g"', 40e-6),
+        ('remove = true\ndrill = { diameter = "10 mm", density = "7850 kg/m3", deepest = "10 mm" }', "", 38.35e-6),
+    ],
+)
+def test_caps_and_drills_of_cut_weights_are_kept_beside_a_shelf(held: str, limits: str, left: float) -> None:
+    """In file words; the weights of the plan are added up, and the rotor of closed form is 10 um/g along p's zero."""
+    answer = solve_job(read_text(HOLED.format(held=held, limits=limits)))
+    assert answer.status == "optimal"
+    assert answer.goal is not None
+    assert answer.goal[1].value == pytest.approx(left, rel=3e-3)
+    assert not overweight(answer.job.planes, answer.plan.fittings[0].planes)
+
+
+def test_a_plan_that_is_heavier_than_its_cap_is_no_answer() -> None:
+    """Whatever an optimiser says: here one that knows no caps."""
+    job = read_text(HOLED.format(held='weight = { from = "0 g", to = "10 g" }', limits=""))
+    answer = solve_job(job, solver=lambda one: solve_discrete(replace(one, caps=np.full(2, np.inf), fans=())))
+    assert (answer.status, answer.claim) == ("check_failed", "what the weights do not keep: the cap of p")

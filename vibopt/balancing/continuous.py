@@ -149,6 +149,7 @@ def free_planes(question: Question) -> Free:
         option_masses=tuple(entry[1] for entry in lists),
         option_uses=tuple(entry[3] for entry in lists) if len(question.stock) else (),
         mass_per_unbalance=densities[kept],
+        fans=tuple(question.fans[int(np.argmax(one != 0))] for one in spread.T) if question.fans else (),
         pairs=(),
     )
     return Free(spread, inner, tuple(entry[2] for entry in lists))

@@ -87,6 +87,12 @@ class Fan:
         near = int(np.argmax((np.conj(u) * self.holes).real))
         return ((near, max(float((np.conj(u) * self.holes[near]).real), 0.0)),)
 
+    def bears(self, u: complex, slack: float) -> bool:
+        """Whether parts at the holes around u, none above the cap of a hole, do together what u does."""
+        parts = self.parts(u)
+        off = abs(sum(part * complex(self.holes[hole]) for hole, part in parts) - u)
+        return off <= slack * abs(u) and max(part for _, part in parts) <= self.each * (1.0 + slack)
+
     def excess(self, u: complex) -> float:
         """How much more than its cap a hole would have to take."""
         if not np.isfinite(self.each):

@@ -22,6 +22,8 @@ from vibopt.balancing.verification import simulated
 from vibopt.units import show
 
 _OWN = ("a", "an", "my", "our", "your", "its", "this", "that", "where", "zero")
+_OVER = 1e-6
+"""Part of a cap by which rounding of solver and digits may pass it."""
 NOTHING = 1e-9
 """Corrections below this part of the greatest unbalance that matters are none."""
 
@@ -62,6 +64,17 @@ def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | Non
         None if radius is None else Entry(radius, "length", plane.length_unit), weights,
         partial(_words, spoken, plane, action, weights),
     )  # fmt: skip
+
+
+def overweight(planes: Sequence[Plane], fitted: Sequence[PlaneAnswer]) -> list[str]:
+    """What is more than a plane or its drill takes, of the weights as they are told."""
+    over = []
+    for plane, answer in zip(planes, fitted, strict=True):
+        if sum(one.mass for one in answer.weights) > plane.cap * (1.0 + _OVER):
+            over.append(f"the cap of {plane.name}")
+        if plane.drill is not None and any(one.mass > plane.drill.most * (1.0 + _OVER) for one in answer.weights):
+            over.append(f"the drill of {plane.name}")
+    return over
 
 
 def weight_text(job: RotorJob, plane: int, u: complex) -> str:

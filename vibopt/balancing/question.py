@@ -136,12 +136,17 @@ class Question:
         left: ComplexArray = self.y0 + u @ self.H.T
         return left
 
-    def masses(self, u: ComplexArray) -> FloatArray:
-        """Correction mass per plane [kg], shape (n_planes,); an option's own mass where u is one of a list."""
-        masses = np.abs(u) * self.densities
+    def sizes(self, u: ComplexArray) -> FloatArray:
+        """Unbalance that is fitted in each plane [kg m], shape (n_planes,): both parts of a weight cut in two."""
+        sizes: FloatArray = np.abs(u)
         for plane, fan in enumerate(self.fans):
             if fan is not None and u[plane] != 0.0:
-                masses[plane] = float(fan.gauge(complex(u[plane]))) * self.densities[plane]
+                sizes[plane] = float(fan.gauge(complex(u[plane])))
+        return sizes
+
+    def masses(self, u: ComplexArray) -> FloatArray:
+        """Correction mass per plane [kg], shape (n_planes,); an option's own mass where u is one of a list."""
+        masses = self.sizes(u) * self.densities
         for plane, option in enumerate(self.options):
             own = self.option_masses[plane] if self.option_masses else None
             if option is not None and own is not None:
@@ -263,7 +268,10 @@ def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence
     """The limits, caps, sectors, pairs and lists that the correction u does not keep, by name; empty: all kept."""
     left = np.abs(question.residual(u))
     found = [f"limit {k}" for k in np.flatnonzero(left > question.limits * (1 + slack))]
-    found += [f"cap {p}" for p in np.flatnonzero(np.abs(u) > question.caps * (1 + slack))]
+    found += [f"cap {p}" for p in np.flatnonzero(question.sizes(u) > question.caps * (1 + slack))]
+    for plane, fan in enumerate(question.fans):
+        if fan is not None and u[plane] != 0.0 and not fan.bears(complex(u[plane]), slack):
+            found.append(f"holes of {plane}")
     if question.masses(u).sum() > question.total_cap * (1 + slack):
         found.append("total")
     size = float(np.abs(u).max(initial=0.0))
