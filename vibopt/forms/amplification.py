@@ -21,6 +21,9 @@ _BESIDE, _HALF, _OUTWARD, _SHARP = 1e-6, 0.5, 160, 1e6
 """Part of a speed beside which a peak is less; part of it that a side is wide at most; speeds that are looked at on a
 side; factor from which on a peak is one that nothing damps."""
 
+_AT_ONCE, _CLOSE = 50, 2e-13
+"""Speeds of a side that are asked at once where it is narrowed; part of a speed by which it is known."""
+
 Size = Callable[[FloatArray], FloatArray]
 
 
@@ -104,12 +107,11 @@ def _side(size: Size, speed: float, top: float, sense: float, ends: tuple[float,
         return _HALF * speed if not len(risen) and reach == _HALF * speed else None
     high = float(off[fallen[0]])
     low = float(off[fallen[0] - 1]) if fallen[0] else 0.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if not low < middle < high or high - low <= 1e-13 * speed:
-            break
-        above = float(size(np.array([speed + sense * middle]))[0]) > level
-        low, high = (middle, high) if above else (low, middle)
+    while high - low > _CLOSE * speed:  # many speeds at once cost little more than one
+        inside = np.linspace(low, high, _AT_ONCE)[1:-1]
+        fallen = np.flatnonzero(size(speed + sense * inside) <= level)
+        k = int(fallen[0]) if len(fallen) else len(inside)
+        low, high = float(inside[k - 1]) if k else low, float(inside[k]) if k < len(inside) else high
     return high
 
 
