@@ -17,7 +17,7 @@ from vibopt.answer.answer import Answer
 from vibopt.balancing.engine.shaking import arms
 from vibopt.balancing.known import read_known, solve_known
 from vibopt.document.mistakes import Mistakes
-from vibopt.jobs import from_text, open_job
+from vibopt.jobs import answer, from_text, open_job
 from vibopt.study.prices import priced, prices
 
 MIL = 2.54e-5 / 2.0
@@ -55,6 +55,16 @@ def test_the_price_of_a_cap_writes_no_influence_coefficient(monkeypatch: pytest.
     assert not written
     assert "influence.a.left.value" not in plan.values
     assert written
+
+
+def test_a_plan_as_text_counts_coefficients_that_it_does_not_show(monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = answer(open_job(PROBLEMS / "balancing/foiles_min_max.toml"))
+    with monkeypatch.context() as without:
+        without.delattr("vibopt.balancing.begin.coefficients")
+        text = plan.report()
+    many = sum(path.startswith("influence.") and path.endswith(".value") for path in plan.values)
+    assert f"{many} values; vibopt solve --json prints them under influence." in " ".join(text.split())
+    assert len(plan.values) == len(dict(plan.values))
 
 
 def test_a_deepest_hole_has_a_price_as_well() -> None:

@@ -6,6 +6,7 @@ import json
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -151,6 +152,23 @@ def test_no_more_is_kept_than_is_said_and_the_oldest_goes_first(home: Path, monk
     monkeypatch.setattr(answer_cache, "MOST_BYTES", 10)
     keep(Asked(str(PRESS), job), "answer", answer, Asked(str(PRESS), job).key("answer"))
     assert list(home.iterdir()) == []
+
+
+@pytest.mark.parametrize(("work", "is_kept"), [(8.7, False), (8.9, True)])
+def test_many_values_that_are_sooner_found_again_are_not_kept(
+    work: float, is_kept: bool, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = ROOT / "balancing" / "foiles_min_max.toml"
+    asked = Asked(str(file), jobs.open_job(file))
+    answer = replace(jobs.answer(asked.job), work=work)
+    assert len(answer.values) == 88
+    monkeypatch.setattr(answer_cache, "MANY_VALUES", 87)
+    key = asked.key("answer")
+    keep(asked, "answer", answer, key)
+    assert (kept(asked, key) is not None) is is_kept
+    monkeypatch.setattr(answer_cache, "MANY_VALUES", 88)
+    keep(asked, "answer", answer, key)
+    assert kept(asked, key) is not None
 
 
 def test_two_runs_at_once_read_whole_answers_or_none(home: Path) -> None:

@@ -14,23 +14,23 @@ T = TypeVar("T")
 
 
 class DeferredMapping(Mapping[str, T]):
-    """A table by name; `make` is called once, at the first look."""
+    """A table by name: what is `known`, and so many `more` entries, which are made once, at the first look at one."""
 
-    def __init__(self, make: Callable[[], Mapping[str, T]]) -> None:
-        self._make = make
+    def __init__(self, known: Mapping[str, T], more: int, make: Callable[[], Mapping[str, T]]) -> None:
+        self._known, self.more, self._make = known, more, make
 
     @cached_property
     def _made(self) -> Mapping[str, T]:
-        return self._make()
+        return {**self._known, **self._make()}
 
     def __getitem__(self, name: str) -> T:
-        return self._made[name]
+        return self._known[name] if name in self._known else self._made[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._made)
 
     def __len__(self) -> int:
-        return len(self._made)
+        return len(self._known) + self.more
 
     def __reduce__(self) -> Any:
         return dict, (dict(self._made),)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from math import tau
 from typing import Any
@@ -37,14 +37,14 @@ _ROUNDING = 1e-12
 """Part of the greatest reading below which a goal is zero."""
 
 
-def begun(job: RotorJob, *, later: Callable[[], Mapping[str, Value]] | None = None, **more: Any) -> Answer[RotorJob]:
-    """A plan with what every plan of the job says; `later` gives values that are worked out when they are looked at."""
+def begun(job: RotorJob, *, identified: Identified | None = None, **more: Any) -> Answer[RotorJob]:
+    """A plan with what every plan of the job says; coefficients of an `identified` rotor are written when looked at."""
     values: Mapping[str, Value] = {**trial_advice(job), **quality_values(job, None, None), **more.pop("values", {})}
     unjudged = job.quality is not None and bool(more.get("fittings")) and "quality.earned" not in values
     notes = (*job.notes, *_swallowed(job), *((UNJUDGED,) if unjudged else ()), *more.pop("notes", ()))
-    if later is not None:
-        known, further = values, later
-        values = DeferredMapping(lambda: {**known, **further()})
+    if identified is not None and job.has_phase:
+        rotor = identified
+        values = DeferredMapping(values, 2 * int(np.count_nonzero(rotor.H)), lambda: coefficients(job, rotor))
     own = {field.name: more.pop(field.name) for field in fields(Plan) if field.name in more}
     plan = Plan(conventions=job.conventions.sentences(bool(job.runs)), **own)
     return Answer(job=job, values=values, notes=notes, plan=plan, **more)
@@ -133,7 +133,7 @@ def nothing(
         job, status=solved.status, claim=solved.claim, reason=reason, conflict=conflict,
         details=dict(solved.details),
         method=method_of(job, posed.question, identified),
-        later=(lambda: coefficients(job, identified)) if job.has_phase else None,
+        identified=identified,
     )  # fmt: skip
 
 
@@ -144,7 +144,6 @@ def plan_of(
     """The plan of one answer with its limits and prices, or why its weights are not to be fitted."""
     u = solved.u
     assert u is not None
-    later = (lambda: coefficients(job, identified)) if job.has_phase else None
     nominal_only = not job.goal.robust and np.array_equal(posed.question.caps, caps(job))
     plain = posed if nominal_only else pose(replace(job, goal=replace(job.goal, robust="")), identified)
     nominal = plain.question
@@ -155,7 +154,7 @@ def plan_of(
     if refused := cancelling(job, nominal, identified, noise, found, u) if job.choices else "":
         return begun(
             job, status="unproven", claim=refused, words=ways_out(job, found), condition=found.number, remedies=ways,
-            later=later, notes=(said, *notes),
+            identified=identified, notes=(said, *notes),
             method=method_of(job, posed.question, identified), details=dict(solved.details),
         )  # fmt: skip
     limits = with_bands(job, limits_at(job, plain.chosen_only(solved.chosen), u), fitting)
@@ -166,7 +165,7 @@ def plan_of(
         words=DeferredRows(None, lambda: todo(job, fitting)), gap=solved.gap, condition=found.number,
         remedies=ways,
         values={**quality_values(job, identified, u), **trims(job, fitting)},
-        later=later,
+        identified=identified,
         notes=(
             *((said, *last_one(ways)) if said else ()), *_reach_notes(job), *unsure(limits),
             *notes,

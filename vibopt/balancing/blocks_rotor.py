@@ -22,7 +22,7 @@ from vibopt.answer.blocks import (
     table,
 )
 from vibopt.answer.entry import Entry, Value
-from vibopt.answer.plan import Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
+from vibopt.answer.plan import DeferredMapping, Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
 from vibopt.balancing.plan_values import shows_whole
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.units import show
@@ -128,6 +128,8 @@ def _side_by_side(plan: Answer[RotorJob], plans: tuple[Remedy, ...], title: str)
 
 def _quality(plan: Answer[RotorJob]) -> list[Block]:
     """Permissible unbalances by place, and the grade earned."""
+    if plan.job.quality is None:
+        return []
     values = {
         path.removeprefix("quality."): value for path, value in plan.values.items() if path.startswith("quality.")
     }
@@ -168,7 +170,8 @@ def _earned(plan: Answer[RotorJob], values: Mapping[str, Value]) -> Value:
 
 
 def _trials(plan: Answer[RotorJob]) -> Block:
-    found = [(path.split(".")[1], value) for path, value in plan.values.items() if path.startswith("planes_first.")]
+    advised = plan.values if plan.job.rotor_mass is not None else {}
+    found = [(path.split(".")[1], value) for path, value in advised.items() if path.startswith("planes_first.")]
     if any(word.endswith(".") and "first trial" in word for word in plan.plan.words):
         found = []
     lines = tuple(f"{name}: at most {one.short(3)}." for name, one in found)
@@ -176,12 +179,13 @@ def _trials(plan: Answer[RotorJob]) -> Block:
 
 
 def _coefficients(plan: Answer[RotorJob]) -> Block:
-    found = {
-        path: value for path, value in plan.values.items() if path.startswith("influence.") and path.endswith("value")
-    }
+    many = plan.values.more // 2 if isinstance(plan.values, DeferredMapping) else 0  # what nobody reads is not written
+    every = plan.values if many <= MOST_COEFFICIENTS else {}
+    found = {path: value for path, value in every.items() if path.startswith("influence.") and path.endswith("value")}
+    many = max(many, len(found))
     title = "Influence coefficients, for the next job ([[influence]])"
-    if len(found) > MOST_COEFFICIENTS:
-        return Block(title, WORK, (f"{len(found)} values; vibopt solve --json prints them under influence.",))
+    if many > MOST_COEFFICIENTS:
+        return Block(title, WORK, (f"{many} values; vibopt solve --json prints them under influence.",))
     rows = []
     for path, one in found.items():
         _, sensor, plane, *speed, _ = path.split(".")

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 MOST_ANSWERS, MOST_BYTES = 50, 50_000_000
 """What is kept; the oldest go first."""
+MANY_VALUES, WORK_OF_ONE = 2_000, 0.1
+"""From how many values on it counts what it takes to keep one [nominal ms]: rotors have as many as coefficients."""
 OFF = "VIBOPT_CACHE"
 """Environment variable that turns it off ("off") or names another folder."""
 _ANY = Kind("a file", 1_000_000_000, "", "")
@@ -131,7 +133,7 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
     from vibopt.files.writing import replace_file
 
     home = folder()
-    if home is None or not before or asked.key(stage) != before:
+    if home is None or not before or _is_sooner_found(answer) or asked.key(stage) != before:
         return
     try:
         data = packed(answer, lambda job: _told(asked.job, job, answer))
@@ -145,6 +147,12 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
         note_kept(f"The answer that was found is kept in {home}: plot and report of the same file do not solve again.")
     except (NotStoredError, OSError, InputError, ValueError, RecursionError):
         return
+
+
+def _is_sooner_found(answer: Answer[Any]) -> bool:
+    """Whether to find an answer again is less work than to write all its values and to read them."""
+    many = len(answer.values)
+    return many > MANY_VALUES and answer.work < WORK_OF_ONE * many
 
 
 def _thin(home: Path) -> None:
