@@ -48,8 +48,9 @@ def changed(**values: Any) -> Program:
     [
         ({}, ""),
         (
-            {"absorbers__a__frequency": {"one_of": ["8 Hz", "9 Hz"]}},
-            "absorbers.a.frequency is chosen from a list, and bounds are known of ranges only",
+            {f"absorbers__{one}__frequency": {"one_of": ["8 Hz", "9 Hz"]} for one in "ab"}
+            | {f"absorbers__{one}__damping_ratio": 0.1 for one in "ab"},
+            "all that may be chosen is listed: combinations are compared with each other",
         ),
         (
             {"links__mount__stiffness": {"from": "1 kN/m"}},

@@ -223,3 +223,23 @@ def test_one_order_of_devices_that_are_alike_bounds_both() -> None:
         there = x * np.exp(0.1 * rng.normal(size=4))
         for one in (there, there[[2, 3, 0, 1]]):
             assert np.log(by_matrices(one, (0, 0), w, (3.0, 3.0)).max()) >= bounds[1]
+
+
+@pytest.mark.parametrize("listed", [("8 Hz", "9.3 Hz", "11.9 Hz"), ("9 Hz", "9.1 Hz")])
+def test_what_is_listed_is_bounded_beside_ranges(listed: tuple[str, ...]) -> None:
+    """No combination is below the bound, which is near."""
+    document, rng = scene((0, 0), about=("8 Hz", "12 Hz")), np.random.default_rng(2)
+    document["absorbers"]["a0"]["frequency"] = {"one_of": list(listed)}
+    program, w = closed(pose(from_dict(document))), 2.0 * np.pi * np.geomspace(4.0, 30.0, 1500)
+    assert program.aim is not None
+    tops: list[float] = []
+    for choice in 2.0 * np.pi * np.array([float(one.split()[0]) for one in listed]):
+        y, best, spread = np.log([0.15, 62.0, 0.15]), np.inf, 0.3
+        for _ in range(150):
+            there = np.clip(y + spread * rng.normal(size=3), np.log(program.low[1:]), np.log(program.high[1:]))
+            top = float(np.log(by_matrices(np.array([choice, *np.exp(there)]), (0, 0), w).max()))
+            y, best, spread = (there, top, 1.3 * spread) if top < best else (y, best, 0.97 * spread)
+        tops.append(best)
+    boxes = relaxed._Relaxed(program, program.aim.pieces, 2000)
+    boxes.learn(np.array([program.low[0], 0.15, program.low[2], 0.15]))
+    assert min(tops) - 0.1 < boxes.search(min(tops) + 0.01) <= min(tops)

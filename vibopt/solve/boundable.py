@@ -41,13 +41,13 @@ def _near(value: float, bound: float) -> bool:
 def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     """Why boxes say nothing of what is asked; empty where they do."""
     free = [axis for axis in program.axes if axis.high > axis.low]
-    listed = [axis.path for axis in program.axes if axis.values is not None]
+    listed = [axis for axis in free if axis.values is not None]
     endless = [axis.path for axis in program.axes if axis.open_high or not np.isfinite(axis.high)]
     zero = [axis.path for axis in program.axes if axis.open_low or axis.low <= 0.0]
     if program.ties:
         return "parts of a catalogue are compared with each other, not with what lies between them"
-    if listed:
-        return f"{listed[0]} is chosen from a list, and bounds are known of ranges only"
+    if free and len(listed) == len(free):
+        return "all that may be chosen is listed: combinations are compared with each other"
     if endless:
         return f"the range of {endless[0]} has no end: write one"
     if zero:

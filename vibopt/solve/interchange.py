@@ -46,7 +46,7 @@ def _word(program: Program, index: int) -> str:
 
 def _ranges(program: Program, order: IntArray) -> bool:
     """Whether what is exchanged has the same word and the same range."""
-    said = [(_word(program, i), axis.low, axis.high) for i, axis in enumerate(program.axes)]
+    said = [(_word(program, i), axis.low, axis.high, axis.values) for i, axis in enumerate(program.axes)]
     return said == [said[i] for i in order.tolist()]
 
 

@@ -117,6 +117,7 @@ class _Relaxed:
         self.lines = {id(one): _Speeds(program, one) for one in (*self.goals, *self.limits) if one.form.powers is None}
         asked = (*self.goals, *self.limits)
         self.orders = orders(program, asked, {key: line.sampled for key, line in self.lines.items()})
+        self.lists = [(i, np.log(np.sort(a.values))) for i, a in enumerate(program.axes) if a.values is not None]
         each = sum(line.count for line in self.lines.values()) or 1
         self.budget = Budget(min(most, max(_WORK // each, 1)), "boxes", _COST * each)
 
@@ -151,7 +152,7 @@ class _Relaxed:
         """Both halves of every box across the side whose halves promise least, and what each side would have gained."""
         low, high = boxes.low, boxes.high
         sides, rows = np.flatnonzero((high > low).any(axis=0)), np.arange(len(low))
-        halves = [_halves(low, high, np.full(len(low), side)) for side in sides]
+        halves = [self._halves(low, high, np.full(len(low), side)) for side in sides]
         lows, highs = (np.stack(one, axis=1) for one in zip(*halves, strict=True))  # (2 n_boxes, n_sides, n_vars)
         bound = self._on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]))
         bound = np.maximum(bound.reshape(len(low), 2, -1), boxes.bound[:, None, None])
@@ -170,7 +171,7 @@ class _Relaxed:
         """Both halves of every box across the side that would have gained most."""
         gain, rows = np.where(boxes.high > boxes.low, boxes.gain, -np.inf), np.arange(len(boxes.bound))
         side = gain.argmax(axis=1)
-        low, high = _halves(boxes.low, boxes.high, side)
+        low, high = self._halves(boxes.low, boxes.high, side)
         gain = boxes.gain.copy()
         gain[rows, side] *= _AGAIN
         twice = np.repeat(rows, 2)
@@ -185,6 +186,21 @@ class _Relaxed:
             gap, wide = low[:, i] - high[:, j], (high > low)[:, i] & (high > low)[:, j]
             bound[(gap > 0.0) | (wide & (gap == 0.0))] = np.inf
         return bound
+
+    def _halves(self, low: FloatArray, high: FloatArray, side: IntArray) -> tuple[FloatArray, FloatArray]:
+        """Boxes (n_boxes, n_vars) cut in two across a side of each; what is listed goes from one value to another.
+
+        Both ends of a box are values, so each half has one.
+        """
+        rows = np.arange(len(low))
+        first, second = high.copy(), low.copy()
+        first[rows, side] = second[rows, side] = 0.5 * (low + high)[rows, side]
+        lows = np.stack([low, second], axis=1).reshape(-1, low.shape[1])
+        highs = np.stack([first, high], axis=1).reshape(-1, low.shape[1])
+        for i, values in self.lists:
+            lows[:, i] = values[np.searchsorted(values, lows[:, i] - _LONG)]
+            highs[:, i] = values[np.searchsorted(values, highs[:, i] + _LONG) - 1]
+        return lows, highs
 
     def on(self, low: FloatArray, high: FloatArray) -> FloatArray:
         """Bound of the log of the goal on boxes of logs (n_boxes, n_vars), shape (n_boxes,)."""
@@ -312,15 +328,6 @@ class _Sums:
         part = np.where(top > self.bound, share[boxes, row, at], 0.0)
         moved = self.slope + part[:, None] * step[boxes, row]
         return _Sums(self.value + part * lift[boxes, row], moved, np.maximum(self.bound, top))
-
-
-def _halves(low: FloatArray, high: FloatArray, side: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Boxes (n_boxes, n_vars) cut in two across a side of each."""
-    rows = np.arange(len(low))
-    first, second = high.copy(), low.copy()
-    first[rows, side] = second[rows, side] = 0.5 * (low + high)[rows, side]
-    lows, highs = np.stack([low, second], axis=1), np.stack([first, high], axis=1)
-    return lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1])
 
 
 __all__ = ["hopeless", "with_least"]
