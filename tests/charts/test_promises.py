@@ -154,14 +154,14 @@ def test_a_method_that_breaks_down_ends_its_own_trial_only() -> None:
 def test_newton_on_equal_peaks_is_exact_and_refuses_what_it_does_not_know() -> None:
     from vibopt.charts.absorber_cases import STOCK as ABSORBERS
 
-    for case in ABSORBERS[:2]:
+    for case in ABSORBERS[:5]:
         one = trial(case, case.scene(), "equal_peaks", 1)
         assert (one.verdict, one.error < 1e-12) == (RIGHT, True)
-    for case in (ABSORBERS[2], ABSORBERS[5], *WARM):
+    for case in (ABSORBERS[5], *WARM):
         one = trial(case, case.scene(), "equal_peaks", 1)
         assert one.status == REFUSES
         assert one.claim == (
-            "equal_peaks takes one absorber on one excited mass, for the least worst response, without limits."
+            "equal_peaks takes absorbers on the one excited mass, for the least worst response, without limits."
         )
 
 
