@@ -20,7 +20,7 @@ def check_gears(scene: Scene, mistakes: Mistakes) -> None:
             mistakes.unknown_name(path, to, "other body", known)
         elif to in scene.bodies and not scene.bodies[to].turns:
             mistakes.value(path, to, "does not turn about its axis. Give it an inertia instead of its mass.")
-        elif places.gear_root(scene, name) in geared:
+        elif name in _above(scene, name):
             mistakes.value(
                 path, to, f"is geared to {name} in turn. One body of a train of gears is geared to no other."
             )

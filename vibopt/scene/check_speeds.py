@@ -186,7 +186,10 @@ def reached(
     mistakes: Mistakes,
 ) -> bool:
     """Whether something arrives at a response; where nothing does it is a mistake, and not a limit that holds."""
-    before = len(mistakes.found)
+    before, known = len(mistakes.found), [*places.raw(scene, "bodies")]
+    geared = [(name, body.geared_to) for name, body in scene.bodies.items() if body.geared_to is not None]
+    if any(to == name or to not in known for name, to in geared):  # told already; what it turns is not known
+        return True
     for place in sorted({name for name, _ in response.places().values()}):
         if _still(scene, place, *names):
             where = dotted(path)
