@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vibopt.scene.read import from_dict, with_changes
+from vibopt.scene.read import from_dict, from_text, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.study.prices import priced
@@ -109,3 +109,40 @@ def test_the_step_of_a_price_is_a_tenth_and_its_goal_is_that_of_the_step_as_show
     assert again.goal is not None
     assert again.goal[1].value == pytest.approx(price.goal.value, rel=1e-9)
     assert f"-> {price.loosened.shown}:" in price.words
+
+
+SOFT_OR_STIFF = """
+title = "Tank that may neither sag nor ring"
+[bodies.tank]
+mass = "300 kg"
+[links.spring]
+between = ["tank", "ground"]
+stiffness = {{ from = "1 N/m", to = "1 GN/m" }}
+[limits.sag]
+response = "static_deflection"
+of = "spring"
+at_most = "{sag!r} mm"
+[limits.pitch]
+response = "natural_frequency"
+at_most = "{pitch!r} Hz"
+[goal]
+minimise = "stiffness"
+of = "spring"
+"""
+
+
+@settings(max_examples=12)
+@given(st.floats(0.5, 80.0), st.one_of(st.floats(1.0003, 1.02), st.floats(1.02, 8.0)))
+def test_a_loosening_is_what_a_formula_needs_to_a_small_part_of_the_change(sag: float, off: float) -> None:
+    """Sag and frequency hang together, w^2 = g / sag, whatever the mass; either alone can give way."""
+    pitch = math.sqrt(9.80665 / (1e-3 * sag)) / (2.0 * math.pi) / off
+    design = solve(from_text(SOFT_OR_STIFF.format(sag=sag, pitch=pitch), name="tank.toml"))
+    assert design.status == "infeasible"
+    assert design.conflict is not None
+    least = {"sag": 1e-3 * sag * off**2, "pitch": 2.0 * math.pi * pitch * off}
+    assert {name for name, _, _ in design.conflict.loosenings} == set(least)
+    for name, now, then in design.conflict.loosenings:
+        change = least[name] - now.value
+        assert -1e-9 * least[name] <= then.value - least[name] <= 0.005 * change * (1.0 + 1e-6), (name, change)
+        text = {"limits.sag.at_most": then.shown} if name == "sag" else {"limits.pitch.at_most": then.shown}
+        assert solve(with_changes(design.job, text)).status == "optimal"  # as it is shown

@@ -19,7 +19,10 @@ from vibopt.units import outward, read_quantity, show, to_unit
 from vibopt.verify.checked import shown_value
 
 _DIGITS = 3
-"""Of a number that is advised."""
+"""Of a number that is advised, at least."""
+MOST_DIGITS = 9
+FINE = 0.005
+"""Part of a change by which a bound is looser than needed at most."""
 _WIDER = (1.0, 1.01, 1.04, 1.16, 1.64, 3.56)
 """Loosenings that are tried, as parts of the one that should do."""
 _GREATER = (1.0, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0)
@@ -51,13 +54,15 @@ class _Trial:
         """A value [SI] in the user's unit."""
         return to_unit(value, self.fact.unit, self.fact.dimension) if self.fact.unit else value
 
-    def least(self, numbers: list[float], *, known: bool = False) -> float | None:
+    def least(self, numbers: list[float], *, known: bool = False, fine: bool = False) -> float | None:
         """The first of the numbers with which there is a design, brought as near to those without as three digits say.
 
         numbers
             From one without a design outward.  None where no other does.
         known
             Whether the second is known to be the least, if it does.
+        fine
+            As near as a small part of the change from the first.
         """
         sign = 1.0 if numbers[-1] > numbers[0] else -1.0
         good = next((index for index, number in enumerate(numbers) if index and self.holds(number)), None)
@@ -66,32 +71,36 @@ class _Trial:
         without, having = numbers[good - 1], numbers[good]
         if known and good == 1:
             return having
-        inside = having - sign * _step(having)
+        now = numbers[0] if fine else None
+        inside = having - sign * _step(having, now)
         while sign * (inside - without) > 0.0:
             if self.holds(inside):
                 having = inside
             else:
                 without = inside
-            inside = _between(without, having)
+            inside = _between(without, having, now)
         return having
 
 
-def _step(number: float) -> float:
-    """One in the third digit of what lies next to a number, towards zero."""
-    return float(10.0 ** (math.floor(math.log10(abs(number) * (1.0 - 1e-9) or 1.0)) - _DIGITS + 1))
+def _step(number: float, now: float | None) -> float:
+    """One in the third digit of what lies next to a number, towards zero; of a change as fine as tells it, too."""
+    step = float(10.0 ** (math.floor(math.log10(abs(number) * (1.0 - 1e-9) or 1.0)) - _DIGITS + 1))
+    change = abs(number - now) if now is not None else 0.0
+    fine = 10.0 ** math.floor(math.log10(FINE * change)) if change else step
+    return min(step, max(fine, step * 10.0 ** (_DIGITS - MOST_DIGITS)))
 
 
-def _between(without: float, having: float) -> float:
+def _between(without: float, having: float, now: float | None) -> float:
     """The middle of two numbers in whole steps; the first where there is nothing between."""
-    step = _step(having)
-    middle = round(0.5 * (without + having) / step) * step
+    step = _step(having, now)
+    middle = float(f"{round(0.5 * (without + having) / step) * step:.12g}")
     return middle if abs(having - without) > 1.5 * step else without
 
 
 def confirmed_bound(
     scene: Scene, name: str, side: str, guess: float, answer: Answer, *, known: bool = False
 ) -> Entry | None:
-    """The least loosening of a limit, to three digits, with which the whole job has a design.
+    """The least loosening of a limit, to 0.5 % of the change, with which the whole job has a design.
 
     Parameters
     ----------
@@ -116,21 +125,33 @@ def confirmed_bound(
     trial, step = _Trial(scene, fact, answer), guess - fact.value
     wide = [fact.value + part * step for part in _WIDER]
     try:
-        now, aimed = trial.number(fact.value), [outward(trial.number(one), side, _DIGITS) for one in wide]
+        now = trial.number(fact.value)
+        aimed = [beside(trial.number(one), now, side) for one in wide]
         if response.dimension == "count":
             aimed = [float(math.ceil(one - 1e-9) if side == "at_most" else math.floor(one + 1e-9)) for one in wide]
-        found = trial.least([now, *[fromkey for fromkey in dict.fromkeys(aimed) if fromkey != now]], known=known)
+        numbers = [now, *[one for one in dict.fromkeys(aimed) if one != now]]
+        found = trial.least(numbers, known=known, fine=response.dimension != "count")
     except ValueError:  # no such number in this unit: decibels of what is not positive
         return None
     return None if found is None else _bound(response, found, fact.unit)
 
 
 def _bound(response: Response, number: float, unit: str) -> Entry:
-    """A bound by its number in the user's unit."""
-    if not unit:
-        return shown_value(response, number, unit)
-    back = read_quantity(f"{number:.12g} {unit}", response.dimension, amplitude=response.amplitude)
-    return shown_value(response, back.value, unit)
+    """A bound by its number in the user's unit, told with all its digits."""
+    value = number
+    if unit:
+        value = read_quantity(f"{number:.12g} {unit}", response.dimension, amplitude=response.amplitude).value
+    return replace(shown_value(response, value, unit), digits=MOST_DIGITS)
+
+
+def beside(number: float, now: float, side: str) -> float:
+    """A bound rounded outward, with as few digits as leave the way from `now` what it is."""
+    found = outward(number, side, _DIGITS)
+    for digits in range(_DIGITS + 1, MOST_DIGITS + 1):
+        if abs(found - number) <= FINE * abs(number - now):
+            break
+        found = float(f"{outward(number, side, digits):.12g}")
+    return found
 
 
 def mass_words(scene: Scene, clash: Impossible, answer: Answer) -> str:
