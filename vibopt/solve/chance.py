@@ -35,7 +35,7 @@ from vibopt.work import late, worked
 
 Key = tuple[str, str]
 _LEARNED_FROM = 4096
-_ROUNDS, _REHEARSALS = 8, 4
+_ROUNDS, _REHEARSALS, _STRAIGHT = 8, 5, 2
 _SETTLED = 1e-6
 _SPARE = 0.05
 """Standard deviations by which a share may be better than it must, before the design is driven on."""
@@ -260,7 +260,8 @@ class _Search:
             held = {key: self._tight(x, key, edges[key]) for key in off}
             if all(one >= 0.0 and (one <= _SPARE or not held[key]) for key, one in off.items()):
                 break
-            by = {key: 0.5 * _SPARE - one if one < 0.0 or held[key] else 0.0 for key, one in off.items()}
+            more = 0.5 * _SPARE if step >= _STRAIGHT else 0.0
+            by = {key: more - one if one < 0.0 or held[key] else 0.0 for key, one in off.items()}
             targets = {key: _moved(targets[key], one) for key, one in by.items()}
             there = self._followed(x, targets, method)
             if there is None or late("the search among machines drawn"):
