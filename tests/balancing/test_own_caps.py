@@ -19,6 +19,7 @@ from vibopt.balancing.known import read_known, solve_known
 from vibopt.document.mistakes import Mistakes
 from vibopt.jobs import answer, from_text, open_job
 from vibopt.study.prices import priced, prices
+from vibopt.study.seen import chosen, results
 
 MIL = 2.54e-5 / 2.0
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -65,6 +66,16 @@ def test_a_plan_as_text_counts_coefficients_that_it_does_not_show(monkeypatch: p
     many = sum(path.startswith("influence.") and path.endswith(".value") for path in plan.values)
     assert f"{many} values; vibopt solve --json prints them under influence." in " ".join(text.split())
     assert len(plan.values) == len(dict(plan.values))
+
+
+def test_a_point_of_a_sweep_writes_no_influence_coefficient(monkeypatch: pytest.MonkeyPatch) -> None:
+    job = open_job(PROBLEMS / "balancing/bk_17_227.toml")
+    plan = answer(job)
+    every = plan.entries()
+    again = answer(job)
+    monkeypatch.delattr("vibopt.balancing.begin.coefficients")
+    assert chosen(job, again) == chosen(job, plan, every)
+    assert results(job, again) == results(job, plan, every) != {}
 
 
 def test_a_deepest_hole_has_a_price_as_well() -> None:

@@ -13,7 +13,7 @@ from vibopt.answer.jsonable import number
 from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
-from vibopt.study.seen import GOOD, NOTHING, chosen, goal_of, results
+from vibopt.study.seen import GOOD, NOTHING, chosen, entries_of, goal_of, results
 from vibopt.study.varied import DECIBEL
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
@@ -176,7 +176,7 @@ def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
 
 def point_of(facts: Sequence[FactAt], values: FloatArray, job: Job, found: Answer[Any]) -> Point:
     """The point that one answer makes."""
-    entries = {} if is_scene(job) else found.entries()
+    entries = {} if is_scene(job) else entries_of(job, found)
     taken = chosen(job, found, entries)
     return Point(
         varied=varied_at(facts, values),

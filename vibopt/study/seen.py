@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Value, Word
+from vibopt.balancing import is_rotor
 from vibopt.errors import InputError
 from vibopt.jobs import is_open, is_scene, kept_plan
 from vibopt.study.freeze import frozen
@@ -32,6 +33,11 @@ def goal_word(job: Job) -> str:
     return (job.goal.name if job.goal is not None else "") if is_scene(job) else job.aim
 
 
+def entries_of(job: Job, found: Answer[Any]) -> Mapping[str, Value]:
+    """What a balancing job may have chosen or measured; no coefficients of a measured rotor, which may be thousands."""
+    return found.plan.entries() if is_rotor(job) else found.entries()
+
+
 def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Value]:
     """What the answer chose, by path: places and parts first, then numbers; `entries` are those of the answer."""
     if is_scene(job):
@@ -39,7 +45,7 @@ def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = N
         return places | {path: variable.value for path, variable in found.variables.items() if ".part." not in path}
     if found.status in NOTHING:
         return {}
-    known = found.entries() if entries is None else entries
+    known = entries_of(job, found) if entries is None else entries
     return {path: known[path] for path in job.choices if path in known}
 
 
@@ -47,7 +53,7 @@ def results(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = 
     """What the answer to a balancing job measured beside its limits: readings, reactions or orders that are left."""
     if is_scene(job) or found.status in NOTHING:
         return {}
-    known = found.entries() if entries is None else entries
+    known = entries_of(job, found) if entries is None else entries
     return {
         path: one
         for path, one in known.items()
