@@ -440,3 +440,20 @@ def test_limits_over_a_range_that_no_friction_keeps_are_told_within_little_work(
     words = "No loosening of floor was looked for: each is an answer of its own. `vibopt explain FILE --thorough` does."
     assert words in answer.notes
     assert answer.work < 100_000.0
+
+
+def test_what_friction_holds_on_a_moving_base_has_moved_by_nothing_at_all() -> None:
+    document = {
+        "title": "held",
+        "bases": {"floor": {}},
+        "bodies": {"box": {"mass": "10 kg"}},
+        "links": {"feet": {"between": ["box", "floor"], "stiffness": "10 kN/m", "friction_force": "60 N"}},
+        "excitations": {"it": {"kind": "base_motion", "on": "floor", "acceleration": "5 m/s²", "speed": "7.3 Hz"}},
+        "measures": {
+            "rattle": {"response": "relative_displacement", "across": "feet"},
+            "force": {"response": "transmitted_force", "into": "floor"},
+        },
+    }
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.measures["rattle"].value.value == 0.0
+    assert answer.measures["force"].value.value == pytest.approx(50.0, rel=1e-9)

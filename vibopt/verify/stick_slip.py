@@ -161,6 +161,10 @@ class Rubbed:
         """A half cycle whose end is the negative of its beginning; None where none was found."""
         from scipy.optimize import root
 
+        if (
+            self.force + self.mass * self.omega**2 * self.base <= self.joint.friction
+        ):  # with its base, to the last digit
+            return self.half(np.array([self.base, 0.0]))
         scale, state = self._scale, np.array(self.begin)
 
         def after(start: FloatArray) -> FloatArray:
