@@ -149,6 +149,13 @@ def test_check_goes_on_after_a_bad_file_and_tells_all_mistakes(run: Run, press: 
     assert data["messages"] == data["files"][0]["messages"]
 
 
+def test_check_tells_a_record_that_verify_could_not_compare(run: Run, file: Callable[..., str]) -> None:
+    done = run("check", file(FAN + '[[expected]]\nwhat = "k"\npath = "status"\nvaleu = "optimal"\n'))
+    assert done.code == 2
+    said = 'expected[1]: unknown key "valeu" in the record. Did you mean "value"?'
+    assert done.err.strip().split(": ", 1)[1] == said
+
+
 @pytest.mark.parametrize("verb", ["solve", "check", "explain", "verify"])
 def test_a_missing_file_is_an_input_error_everywhere(run: Run, verb: str) -> None:
     done = run(verb, "nowhere.toml")

@@ -277,3 +277,8 @@ def test_a_file_that_is_not_there_or_a_folder(tmp_path: Path) -> None:
     caught = refused(read, tmp_path / "no.toml")
     assert str(caught) == f"{tmp_path / 'no.toml'} is not there. Name an existing problem file (.toml)."
     assert str(refused(read, tmp_path)) == f"{tmp_path} is a folder. Name a problem file (.toml)."
+
+
+def test_line_ends_that_toml_does_not_know_are_said() -> None:
+    words = "scene.toml: its lines end with a bare carriage return, as TOML knows none. Save it with line feeds."
+    assert str(refused(lambda: from_text(GOOD.replace("\n", "\r"), name="scene.toml"))) == words

@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+import numpy as np
 import pytest
 
 import vibopt as vo
@@ -119,3 +120,40 @@ def test_what_moves_in_part_along_a_direction_is_answered() -> None:
     found = vo.solve(from_dict(document)).measures
     assert found["x"].value.value == pytest.approx(0.8 * found["z"].value.value, rel=1e-12)
     assert found["loss"].value.value == pytest.approx(0.1, rel=1e-12)
+
+
+def test_a_joint_that_an_inerter_loads_has_a_mode_of_its_own() -> None:
+    """m1 = 10 kg on k = 10 kN/m, and by another such spring on an inerter of 1 kg: det(K - w^2 M) = 0 by hand."""
+    document = {
+        "bodies": {"a": {"mass": "10 kg"}, "j": {"mass": "0 kg"}},
+        "links": {
+            "s": {"between": ["a", "ground"], "stiffness": "10 kN/m"},
+            "h": {"between": ["a", "j"], "stiffness": "10 kN/m"},
+        },
+        "inerters": {"i": {"between": ["j", "ground"], "inertance": "1 kg"}},
+        "excitations": {"e": {"kind": "force", "on": "a", "amplitude": "1 N", "speed": "5 Hz"}},
+        "measures": {"second": {"response": "natural_frequency", "mode": 2, "unit": "rad/s"}},
+    }
+    second = np.sqrt(max(np.roots([10.0, -(20e3 + 10.0 * 10e3), 20e3 * 10e3 - 10e3 * 10e3])))
+    found = vo.solve(from_dict(document)).measures["second"]
+    assert found.value.value == pytest.approx(second, rel=1e-12)
+    document["measures"]["second"]["mode"] = 3
+    with pytest.raises(vo.InputError) as caught:
+        from_dict(document, name="scene.toml")
+    assert caught.value.messages == ("scene.toml: measures.second.mode = 3 is more than the number of modes, 2.",)
+
+
+def test_without_a_body_nothing_else_is_said_of_the_machine() -> None:
+    document = copy.deepcopy(PLANE)
+    document["bodies"] = {}
+    with pytest.raises(vo.InputError) as caught:
+        from_dict(document, name="scene.toml")
+    assert caught.value.messages == ('scene.toml: there is no body. Add [bodies.NAME] with mass = "300 kg".',)
+
+
+def test_a_body_without_a_name_is_refused() -> None:
+    document = copy.deepcopy(PLANE)
+    document["bodies"][" "] = document["bodies"].pop("box")
+    with pytest.raises(vo.InputError) as caught:
+        from_dict(document, name="scene.toml")
+    assert "scene.toml: a table of bodies has no name. Give it one: [bodies.fan]." in caught.value.messages

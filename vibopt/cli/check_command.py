@@ -12,6 +12,7 @@ from vibopt.errors import InputError, counted
 
 if TYPE_CHECKING:
     from vibopt.devices.part import Bound
+    from vibopt.jobs import Job
     from vibopt.scene.scene import Scene
 
 _COUNTED = {
@@ -63,6 +64,7 @@ def _checked(file: str) -> tuple[dict[str, Any], tuple[Bound, ...]]:
 
     try:
         job = open_job(file)
+        _check_records(job)
     except InputError as error:
         return {"file": file, "status": "input_error", "messages": list(error.messages)}, ()
     if is_scene(job):
@@ -72,6 +74,15 @@ def _checked(file: str) -> tuple[dict[str, Any], tuple[Bound, ...]]:
     from vibopt.balancing.explained import said_by
 
     return {"file": file, "status": "ok", "messages": [], **said_by(job)}, ()
+
+
+def _check_records(job: Job) -> None:
+    """Records are compared by `verify` alone; that they can be is said before."""
+    from vibopt.document.expected import complaint_of
+
+    records = enumerate(job.document.get("expected", ()), 1)
+    if faults := [f"{job.name}: expected[{k}]: {fault}" for k, one in records if (fault := complaint_of(one))]:
+        raise InputError(faults)
 
 
 def _checked_scene(file: str, scene: Scene) -> dict[str, Any]:

@@ -155,6 +155,8 @@ def toml_of(text: str) -> dict[str, Any]:
 
 def _broken(text: str, name: str, complaint: str) -> str:
     """What is wrong with a text that is no TOML, at its line; of a text that is no problem file nothing is shown."""
+    if "\r" in text and "\n" not in text:
+        return f"{name}: its lines end with a bare carriage return, as TOML knows none. Save it with line feeds."
     lines = text.splitlines()
     place = re.search(_PLACE, complaint)
     number = int(place[1]) if place and place[1] else len(lines)

@@ -163,7 +163,7 @@ def _find_all() -> dict[str, Any]:
 
 
 def _record() -> dict[str, Any]:
-    from vibopt.study.recorded import KEYS, VERDICTS
+    from vibopt.document.expected import KEYS, VERDICTS
 
     words: dict[str, Any] = dict.fromkeys(KEYS, _TEXT)
     words["value"] = {"type": ["string", "number", "array"]}

@@ -16,18 +16,23 @@ if TYPE_CHECKING:
     from vibopt.devices.device import Device, Ends
 
 
-def check_names(scene: Scene, mistakes: Mistakes) -> None:
-    """Every point and every link has a name of its own, and something can move."""
+def check_names(scene: Scene, mistakes: Mistakes) -> bool:
+    """Every point and every link has a name of its own; whether there is anything that can move."""
     seen: dict[str, str] = {}
     for family, kind, name, table in places.raw_devices(scene):
         own = (*kind.moving_in(name, table), *kind.supports_in(name, table), *kind.links_in(name, table))
         for fromkey in dict.fromkeys((name, *own)):
             _check_name(family, name, fromkey, seen, mistakes)
-    if not any(places.raw(scene, family) for family in ("bodies", "structures", "rotors")):
-        mistakes.add((), 'there is no body. Add [bodies.NAME] with mass = "300 kg".')
+    if any(places.raw(scene, family) for family in ("bodies", "structures", "rotors")):
+        return True
+    mistakes.add((), 'there is no body. Add [bodies.NAME] with mass = "300 kg".')
+    return False
 
 
 def _check_name(family: str, name: str, one: str, seen: dict[str, str], mistakes: Mistakes) -> None:
+    if not name.strip():
+        mistakes.add((family, name), f"a table of {family} has no name. Give it one: [{family}.fan].")
+        return
     takes = "takes" if one == name else f"has a point {one}, which takes"
     if one == GROUND:
         mistakes.add(

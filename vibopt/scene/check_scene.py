@@ -29,7 +29,8 @@ from vibopt.scene.uncertain import uncertain
 
 def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     """Add every mistake of the whole to `mistakes`; `broken` tables have been reported already."""
-    check_names(scene, mistakes)
+    if not check_names(scene, mistakes):
+        return
     check_links(scene, mistakes)
     check_absorbers(scene, mistakes)
     check_tolerances(scene, mistakes)

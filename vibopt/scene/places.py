@@ -124,8 +124,10 @@ def links(scene: Scene) -> list[str]:
 
 @once
 def freedoms(scene: Scene) -> int:
-    """Number of free coordinates."""
-    return sum(kind.freedoms_in(name, table) for _, kind, name, table in raw_devices(scene))
+    """Number of free coordinates; a body without mass has one where an inerter or a beam with a mass ends."""
+    carried = [name for name, body in scene.bodies.items() if body.massless and body.geared_to is None]
+    own = sum(kind.freedoms_in(name, table) for _, kind, name, table in raw_devices(scene))
+    return own + len(set(carried).difference(joints(scene)))
 
 
 @once

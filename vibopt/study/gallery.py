@@ -10,9 +10,10 @@ from itertools import groupby
 from pathlib import Path
 from urllib.parse import quote
 
+from vibopt.document.expected import VERDICTS
 from vibopt.files.marks import with_markdown_check
 from vibopt.records import dataclass
-from vibopt.study.recorded import VERDICTS, Row
+from vibopt.study.recorded import Row
 from vibopt.study.verify import About, FileResult
 
 AT_FAULT = ("wrong", "misprint")

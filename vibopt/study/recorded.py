@@ -8,6 +8,7 @@ from typing import Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry
+from vibopt.document.expected import REL_TOL, complaint_of
 from vibopt.errors import QuantityError, UnknownName, way_out
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
@@ -18,10 +19,6 @@ from vibopt.units.parsing import BARE
 from vibopt.units.spelling import split_detector
 from vibopt.values.speeds import ROTATION
 
-KEYS = ("what", "path", "value", "rel_tol", "rel_tol_why", "printed", "verdict", "why")
-VERDICTS = ("right", "rounded", "wrong", "misprint", "incomplete")
-REL_TOL = 1e-6
-"""Without a `rel_tol`; a coarser one says why."""
 DIGITS = 8
 
 
@@ -58,9 +55,9 @@ def compare(found: Answer[Any], record: Mapping[str, Any], file: str = "") -> Ro
     """One record against the answer it speaks of."""
     path, given = str(record.get("path", "")), record.get("value")
     tolerance = record.get("rel_tol", REL_TOL)
-    said = str(record.get("what", path))
+    said = str(record.get("what", path)) or "a record"
     printed, verdict = str(record.get("printed", "")), str(record.get("verdict", ""))
-    complaint = _complaint(record)
+    complaint = complaint_of(record)
     ours, difference = "nothing", None
     if not complaint:
         try:
@@ -73,34 +70,13 @@ def compare(found: Answer[Any], record: Mapping[str, Any], file: str = "") -> Ro
     ok = not complaint and (ours == given if difference is None else difference <= tolerance)
     if not ok and not complaint and difference is not None:
         complaint = f"{ours} instead of {_text(given)}, relative difference {difference:.2g}, allowed {tolerance:.2g}."
-    return Row(file, said, printed, _text(given), ours, verdict, ok, difference, complaint)
+    return Row(
+        file, said, printed, _text(given) if "value" in record else "-", ours, verdict, ok, difference, complaint
+    )
 
 
 class _NoSuchPathError(Exception):
     """A record points at nothing in the answer."""
-
-
-def _complaint(record: Mapping[str, Any]) -> str:
-    """What is wrong with the record itself."""
-    for key in record:
-        if key not in KEYS:
-            return f'unknown key "{key}" in the record.{way_out(key, KEYS)}'
-    for key in ("what", "path", "value"):
-        if key not in record:
-            return f"the record has no {key}."
-    tolerance = record.get("rel_tol", REL_TOL)
-    if isinstance(tolerance, bool) or not isinstance(tolerance, (int, float)) or not 0.0 < tolerance < 1.0:
-        return f"rel_tol = {tolerance} is no number between 0 and 1."
-    if (tolerance > REL_TOL) != bool(record.get("rel_tol_why")):
-        return f"rel_tol = {tolerance:g}: a rel_tol_why says why it is more than {REL_TOL:g}, and stands nowhere else."
-    verdict = record.get("verdict")
-    if verdict is not None and verdict not in VERDICTS:
-        return f'verdict = "{verdict}" is none of {", ".join(VERDICTS)}.'
-    if verdict is not None and "printed" not in record:
-        return "there is a verdict, but nothing printed that it judges."
-    if verdict not in (None, "right") and not record.get("why"):
-        return f'verdict = "{verdict}" needs a why.'
-    return ""
 
 
 def _compared(design: Design, path: str, given: object) -> tuple[str, float | None]:
