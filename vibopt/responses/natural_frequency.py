@@ -133,7 +133,8 @@ class CriticalSpeed(NaturalFrequency):
     Keys
     ----
     whirl: "forward", with the spin, as an unbalance drives it, or "backward": `whirl = "backward"`. Without it forward;
-        damped ones in bearings that are not alike in both planes both, for an unbalance drives both there.
+        damped ones in bearings that are not alike in both planes both, for an unbalance drives both there. A damped one
+        along a line, forward and backward alike, counts in either.
     damped: Whether dampers count, and bearings that differ in both planes: `damped = true`. Whirls damped by 1/sqrt(2)
         of critical and more have no resonance, and are left out. Without it the rotor is undamped.
     """
