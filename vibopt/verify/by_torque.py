@@ -107,8 +107,9 @@ class ByTorque:
         return float(np.sign(self.motor.stays - self.motor.begins))
 
     def rate(self, speeds: FloatArray) -> FloatArray:
-        """Change of the speed [rad/s^2], (n,)."""
-        return np.asarray((self.motor.left(speeds) - self.taken(speeds)) / self.motor.inertia)
+        """Change of the speed [rad/s^2], (n,); on the way down without the vibration, which brakes less."""
+        taken = self.taken(speeds) if self._sense > 0.0 else 0.0
+        return np.asarray((self.motor.left(speeds) - taken) / self.motor.inertia)
 
     @cached_property
     def course(self) -> tuple[Any, float]:
