@@ -20,7 +20,7 @@ from vibopt.jobs import answer, is_scene, open_job
 from vibopt.report.curves import panels
 from vibopt.report.figures import response_figure
 from vibopt.report.figures.canvas import spread
-from vibopt.report.figures.paper import WIDTH
+from vibopt.report.figures.paper import WIDTH, legend, sheet
 from vibopt.report.machine_parts import sketch_of
 from vibopt.report.series import Panel
 from vibopt.report.space_views import MOUNT, machine_figure, views_figure
@@ -230,3 +230,20 @@ def test_the_worst_lies_on_a_curve_that_is_drawn(file: Path) -> None:
     drawn = panels(answer(job))
     if drawn:
         assert off_the_curve(response_figure(drawn), drawn) == []
+
+
+@pytest.mark.parametrize(
+    "words", [("of b", "of c"), ("without absorbers of b0: worst 0.0003569 m/s² pk at 27.07 rad/s",) * 2]
+)
+def test_a_legend_stays_on_the_paper_however_long_its_words(words: tuple[str, str]) -> None:
+    """Two beside each other where there is room, else below each other, and lines broken."""
+    for longer in (1, 3):
+        figure = sheet(WIDTH, 4.0)
+        axes = figure.subplots()
+        for index, one in enumerate(words):
+            axes.plot([0.0, 1.0], [0.0, 1.0], label=" ".join([one] * longer) + f" {index}")
+        legend(figure, axes)
+        figure.draw_without_rendering()
+        [made] = figure.legends
+        box = made.get_window_extent()
+        assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -94,8 +95,25 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     general: Method = METHODS["nlp"]()
     refusal = general.refuses(program)
     if refusal is not None:
-        raise InputError(f"this scene is more than vibopt can solve yet: {refusal}")
+        raise InputError(_too_many(program) or f"this scene is more than vibopt can solve yet: {refusal}")
     return _begun(general, near)
+
+
+def _too_many(program: Program) -> str:
+    """What to write instead of more listed values than are looked at; nothing where none are listed."""
+    from vibopt.solve.each_listed import MOST_COMBINATIONS
+    from vibopt.solve.global_search import MOST_VALUES, MOST_VARIABLES
+
+    listed = {axis.path: len(axis.values) for axis in program.axes if axis.values is not None}
+    if not listed:
+        return ""
+    longest, many = max(listed, key=lambda path: listed[path]), math.prod(listed.values())
+    most = MOST_VALUES if len(program.axes) - len(listed) <= MOST_VARIABLES else MOST_COMBINATIONS
+    beside = f", {many} combinations with the other lists" * (len(listed) > 1)
+    return (
+        f"{longest} is chosen from {listed[longest]} values{beside}: more than the {most} that vibopt looks at. List "
+        f"fewer, or write a range, {longest.rpartition('.')[2]} = {{ from, to }}, and round what is found (--round)."
+    )
 
 
 def closed_form(program: Program) -> Method | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from io import BytesIO
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,6 +22,9 @@ WIDTH, HEIGHT = 7.4, 4.0
 
 SIZE = 9.0
 """Points of ordinary text."""
+
+_LETTERS = 92
+"""About as many stand beside each other in a legend."""
 
 INK, FAINT, GRID = "#1a1a1a", "#767676", "#d9d9d9"
 BLUE, RED, GREEN = "#1f4e8c", "#b3261e", "#1b6e3c"
@@ -102,11 +106,13 @@ def legend(part: Any, *axes: Any, first: tuple[Any, ...] = ()) -> None:
         for handle, words in zip(*some.get_legend_handles_labels(), strict=True):
             found.setdefault(words, handle)
     if found:
+        words = [fill(one, _LETTERS, subsequent_indent="  ") for one in found]
+        beside = 2 * max(map(len, words)) <= _LETTERS
         part.legend(
             list(found.values()),
-            list(found),
+            words,
             loc="outside lower center",
-            ncols=min(len(found), 2),
+            ncols=min(len(found), 2 if beside else 1),
             fontsize=SIZE - 1,
             frameon=False,
             handlelength=2.6,
