@@ -2,7 +2,7 @@
 
     python tests/bench/absorbers.py
 
-Time: least of interleaved repetitions; vibopt's with the building of its tables, IPOPT's without the building of
+Time: median of interleaved repetitions; vibopt's with the building of its tables, IPOPT's without the building of
 its program.  Error: true peak of the design found, over the best possible one in 40 digits, less one.
 """
 

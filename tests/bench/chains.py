@@ -33,7 +33,8 @@ POINTS = 400
 
 
 def text(bodies: int, variables: int) -> str:
-    """The problem file of a chain."""
+    """The problem file of a chain; nothing is chosen with no variables."""
+    stiffness = '{ from = "1 kN/m", to = "10 MN/m" }' if variables else '"1 MN/m"'
     damping = '{ from = "10 N s/m", to = "20 kN s/m" }' if variables == 2 else '"300 N s/m"'
     parts = [f'[bodies.b{i}]\nmass = "{MASS} kg"' for i in range(bodies)]
     parts += [
@@ -42,13 +43,12 @@ def text(bodies: int, variables: int) -> str:
     ]
     parts += [
         '[links.mount]\nbetween = ["b0", "ground"]',
-        f'stiffness = {{ from = "1 kN/m", to = "10 MN/m" }}\ndamping = {damping}',
+        f"stiffness = {stiffness}\ndamping = {damping}",
         f'[excitations.top]\nkind = "force"\non = "b{bodies - 1}"\namplitude = "{FORCE} N"\n'
         f'speed = "{LOW}..{HIGH} rad/s"\nvaries = "constant"',
         f'[limits.floor]\nresponse = "transmitted_force"\ninto = "ground"\nat_most = "{BOUND} N"',
-        '[goal]\nmaximise = "stiffness"\nof = "mount"',
     ]
-    return "\n".join(parts)
+    return "\n".join(parts + ['[goal]\nmaximise = "stiffness"\nof = "mount"'] * bool(variables))
 
 
 def force(bodies: int, k: mpmath.mpf, c: mpmath.mpf, omega: mpmath.mpf) -> mpmath.mpf:

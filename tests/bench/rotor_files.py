@@ -163,6 +163,11 @@ def ours(file: Path) -> Any:
     return vo.solve(vo.read(file))
 
 
+def compared(file: Path, goal: str, readings: int) -> tuple[list[float], list[Any]]:
+    """Seconds and answers: ours, and cvxpy's."""
+    return in_turns([lambda: ours(file), lambda: rival(file, goal)], 15 if readings <= 40 else 5)
+
+
 def main() -> None:
     """The table of ratios."""
     print(f"{'readings':>9} {'goal':>6} {'file':>5} {'ours ms':>9} {'cvxpy ms':>9} {'ratio':>6} {'difference':>10}")
@@ -172,10 +177,7 @@ def main() -> None:
                 for kind, file in zip(
                     ("csv", "toml"), rotor_files(Path(folder), sensors, speeds, planes, goal), strict=True
                 ):
-                    repeats = 10 if sensors * speeds <= 40 else 3
-                    best, (plan, value) = in_turns(
-                        [lambda f=file: ours(f), lambda f=file, g=goal: rival(f, g)], repeats
-                    )
+                    best, (plan, value) = compared(file, goal, sensors * speeds)
                     own = float(plan.goal[1].value)
                     print(
                         f"{sensors * speeds:>6}x{planes:<2} {goal:>6} {kind:>5} {1e3 * best[0]:9.1f} {1e3 * best[1]:9.1f}"
