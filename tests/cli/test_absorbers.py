@@ -6,33 +6,14 @@ from typing import Any
 
 import pytest
 
+from texts import DAMPING_RATIO, absorber, best, choice, swayed
+
 Run = Callable[..., Any]
 
-FAN = """
-title = "Fan"
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = "1 MN/m"
-[absorbers.tmd]
-on = "fan"
-mass = "5 kg"
-frequency = { from = "12 Hz", to = "18 Hz" }
-damping_ratio = { from = 0.01, to = 0.5 }
-[absorbers.other]
-on = "fan"
-mass = "1 kg"
-frequency = "30 Hz"
-[excitations.push]
-kind = "force"
-on = "fan"
-amplitude = "100 N"
-speed = "1..25 Hz"
-[goal]
-minimise = "displacement"
-of = "fan"
-"""
+FAN = swayed(
+    "fan", "1..25 Hz", absorber("tmd", "fan", "5 kg", frequency=choice("12 Hz", "18 Hz"), damping_ratio=DAMPING_RATIO),
+    absorber("other", "fan", "1 kg", frequency="30 Hz"), best(minimise="displacement", of="fan"), title="Fan",
+)  # fmt: skip
 
 
 @pytest.fixture

@@ -9,26 +9,14 @@ from typing import Any
 
 import pytest
 
+from texts import floor, shaken_fan
+
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2]
 HEAVY = ("casadi", "cvxpy", "clarabel", "scipy.optimize", "scipy.linalg", "matplotlib", "jinja2", "rich")
-FAN = """\
-title = "fan"
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = "100 kN/m"
-[excitations.fan]
-kind = "unbalance"
-on = "fan"
-unbalance = "1 kg mm"
-speed = "1500 rpm"
-[limits.force]
-response = "transmitted_force"
-into = "ground"
-at_most = "1 N"
-"""
+FAN = 'title = "fan"\n' + shaken_fan(
+    {"stiffness": "100 kN/m"}, floor("1 N", "force"), kind="unbalance", unbalance="1 kg mm", speed="1500 rpm"
+)
 
 
 def shell(*words: str, **environment: str) -> "subprocess.CompletedProcess[bytes]":

@@ -14,6 +14,7 @@ from typing import Any
 import pytest
 
 from refusals import refused
+from texts import STIFFEST, choice, floor, shaken_fan
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.sweep_table import journal_of
 from vibopt.errors import InputError
@@ -26,26 +27,9 @@ Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2]
 PRESS = str(ROOT / "problems" / "isolation" / "rao_9_34.toml")
 BOUND = "limits.force.at_most"
-FAN = """\
-title = "fan"
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = { from = "10 kN/m", to = "1 MN/m" }
-[excitations.fan]
-kind = "force"
-on = "fan"
-amplitude = "100 N"
-speed = "1500 rpm"
-[limits.force]
-response = "transmitted_force"
-into = "ground"
-at_most = "20 N"
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+FAN = 'title = "fan"\n' + shaken_fan(
+    {"stiffness": choice("10 kN/m", "1 MN/m")}, floor("20 N", "force"), STIFFEST, speed="1500 rpm"
+)
 WRITERS: dict[str, tuple[tuple[str, ...], str]] = {
     "solve": (("solve", "FILE", "--no-prices", "--save", "OUT"), ".toml"),
     "plot svg": (("plot", "FILE", "-o", "OUT"), ".svg"),

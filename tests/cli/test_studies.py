@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import vibopt as vo
+from texts import floor, permitted
 from vibopt.study.prices import prices
 
 Run = Callable[..., Any]
@@ -112,29 +113,7 @@ def test_a_path_is_spoken_on_an_axis(path: str, words: str) -> None:
     assert spoken_path(path) == words
 
 
-FAN = """
-[bodies.fan]
-mass = "120 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = "600 kN/m"
-damping = "800 N s/m"
-[excitations.fan]
-kind = "unbalance"
-on = "fan"
-unbalance = "10 kg mm"
-speed = { from = "0 rpm", to = "6000 rpm" }
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "250 N"
-[limits.move]
-response = "displacement"
-of = "fan"
-at_most = "0.1 mm"
-[goal]
-find_all = "fan.speed"
-"""
+FAN = permitted(floor("250 N"), damping="800 N s/m")
 
 
 def test_whatif_of_permitted_speeds_shows_them_before_and_after(run: Run, file: Callable[[str], str]) -> None:

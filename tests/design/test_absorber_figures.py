@@ -7,6 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from texts import DAMPING_RATIO, absorber, best, swayed, table
 from vibopt.answer.answer_page import html
 from vibopt.answer.jsonable import as_json
 from vibopt.report.absorber_parts import modes, parts_of, stroke_bars, strokes
@@ -18,31 +19,12 @@ from vibopt.scene.read import from_text
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
 
-FAN = """
-title = "Fan"
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = "1 MN/m"
-[absorbers.tmd]
-on = "fan"
-mass_ratio = 0.05
-tuning = { from = 0.7, to = 1.2 }
-damping_ratio = { from = 0.01, to = 0.5 }
-[excitations.push]
-kind = "force"
-on = "fan"
-amplitude = "100 N"
-speed = "1..60 Hz"
-[limits.travel]
-response = "stroke"
-of = "tmd"
-at_most = "10 mm"
-[goal]
-minimise = "displacement"
-of = "fan"
-"""
+FAN = swayed(
+    "fan", "1..60 Hz",
+    absorber("tmd", "fan", None, mass_ratio=0.05, tuning="{ from = 0.7, to = 1.2 }", damping_ratio=DAMPING_RATIO),
+    table("limits.travel", response="stroke", of="tmd", at_most="10 mm"),
+    best(minimise="displacement", of="fan"), title="Fan",
+)  # fmt: skip
 
 SKID = """
 title = "Skid"

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from texts import best, choice, one_mass, sags, table
 from vibopt.scene.read import from_dict, from_text, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
@@ -111,24 +112,11 @@ def test_the_step_of_a_price_is_a_tenth_and_its_goal_is_that_of_the_step_as_show
     assert f"-> {price.loosened.shown}:" in price.words
 
 
-SOFT_OR_STIFF = """
-title = "Tank that may neither sag nor ring"
-[bodies.tank]
-mass = "300 kg"
-[links.spring]
-between = ["tank", "ground"]
-stiffness = {{ from = "1 N/m", to = "1 GN/m" }}
-[limits.sag]
-response = "static_deflection"
-of = "spring"
-at_most = "{sag!r} mm"
-[limits.pitch]
-response = "natural_frequency"
-at_most = "{pitch!r} Hz"
-[goal]
-minimise = "stiffness"
-of = "spring"
-"""
+def soft_or_stiff(sag: float, pitch: float) -> str:
+    """A tank that may neither sag [mm] nor ring [Hz]."""
+    asked = table("limits.pitch", response="natural_frequency", at_most=f"{pitch!r} Hz")
+    mount, goal = {"stiffness": choice("1 N/m", "1 GN/m")}, best(minimise="stiffness", of="spring")
+    return one_mass("tank", "300 kg", mount, {}, sags("spring", f"{sag!r} mm"), asked, goal, link="spring")
 
 
 @settings(max_examples=12)
@@ -136,7 +124,7 @@ of = "spring"
 def test_a_loosening_is_what_a_formula_needs_to_a_small_part_of_the_change(sag: float, off: float) -> None:
     """Sag and frequency hang together, w^2 = g / sag, whatever the mass; either alone can give way."""
     pitch = math.sqrt(9.80665 / (1e-3 * sag)) / (2.0 * math.pi) / off
-    design = solve(from_text(SOFT_OR_STIFF.format(sag=sag, pitch=pitch), name="tank.toml"))
+    design = solve(from_text(soft_or_stiff(sag, pitch), name="tank.toml"))
     assert design.status == "infeasible"
     assert design.conflict is not None
     least = {"sag": 1e-3 * sag * off**2, "pitch": 2.0 * math.pi * pitch * off}

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from texts import STIFFEST, choice, floor, moves, sags, shaken_fan
 from vibopt.answer.clashes import every_clash
 from vibopt.jobs import answer, from_text, open_job, with_changes
 
@@ -59,41 +60,11 @@ def test_more_limits_than_are_mapped_have_a_first_smallest_set_and_say_so() -> N
     assert not found.complete
 
 
-MACHINE = """
-title = "Fan between two pairs of limits"
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = { from = "1 kN/m", to = "10 MN/m" }
-damping = { from = "10 N s/m", to = "20 kN s/m" }
-[excitations.fan]
-kind = "force"
-on = "fan"
-amplitude = "1 kN"
-speed = "100 rad/s"
-varies = "constant"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "150 N"
-[limits.sag]
-response = "static_deflection"
-of = "mount"
-at_most = "2 mm"
-[limits.swing]
-response = "displacement"
-of = "fan"
-at_most = "0.8 mm"
-[limits.start]
-response = "displacement"
-of = "fan"
-over = "start-up"
-at_most = "1.2 mm"
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+MACHINE = shaken_fan(
+    {"stiffness": choice("1 kN/m", "10 MN/m"), "damping": choice("10 N s/m", "20 kN s/m")},
+    floor("150 N"), sags("mount", "2 mm"), moves("fan", "0.8 mm", "swing"), moves("fan", "1.2 mm", "start", "start-up"),
+    STIFFEST, amplitude="1 kN", speed="100 rad/s", varies="constant",
+)  # fmt: skip
 
 
 UNITS = {"force": "N", "length": "m", "mass": "kg", "unbalance": "kg m", "couple_unbalance": "kg m2"}

@@ -10,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refusals import refused
+from texts import STIFFEST, absorber, best, choice, floor, press, table
+from texts import one_mass as machine
 from vibopt.jobs import answer, from_text
 from vibopt.report.sheet.judgement import assumptions_of
 from vibopt.scene.read import from_dict
@@ -69,28 +71,11 @@ def test_the_worst_of_data_is_that_of_the_same_machines_said_from_their_middle(
     assert np.sqrt(k / m).min() >= found["slow"].value.value * (1.0 - 1e-9)
 
 
-PRESS = """
-title = "Press"
-[bodies.press]
-mass = "300 kg"
-[links.mount]
-between = ["press", "ground"]
-stiffness = {{ from = "1 MN/m", to = "20 MN/m", tolerance = {{ data = [{data}] }} }}
-damping = "0 N s/m"
-[excitations.press]
-kind = "force"
-on = "press"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "10 kN"
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+def press_of(data: str) -> str:
+    """The stiffest spring of which the deviations of some were measured."""
+    return press(
+        choice("1 MN/m", "20 MN/m", f", tolerance = {{ data = [{data}] }}"), "0 N s/m", floor("10 kN"), STIFFEST
+    )
 
 
 @given(low=st.floats(-0.3, 0.0), high=st.floats(0.0, 0.3))
@@ -99,7 +84,7 @@ def test_a_design_uses_the_room_that_the_data_leave(low: float, high: float) -> 
     """The stiffest mount built may be a quarter of m omega^2, the softest is what the goal counts."""
     if max(-low, high) < 1e-3:
         return
-    design = answer(from_text(PRESS.format(data=f"{low!r}, {high!r}, 0"), "press.toml"))
+    design = answer(from_text(press_of(f"{low!r}, {high!r}, 0"), "press.toml"))
     stiffest = 0.25 * 300.0 * TOP**2
     assert design.status == "optimal"
     assert design.goal is not None
@@ -109,16 +94,16 @@ def test_a_design_uses_the_room_that_the_data_leave(low: float, high: float) -> 
 
 def test_a_search_does_not_begin_with_a_machine_that_is_never_built() -> None:
     words = (
-        "press.toml line 7: links.mount.stiffness has deviations that are all {side} zero, and something is to be "
+        "press.toml line 5: links.mount.stiffness has deviations that are all {side} zero, and something is to be "
         'chosen, which begins with the machine as said. Add "0 %" to the data.'
     )
     for data, side in (('"+1 %", "+3 %"', "above"), ('"-1 %", "-3 %"', "below")):
-        assert refused(from_text, PRESS.format(data=data), "press.toml").messages == (words.format(side=side),)
-        from_text(PRESS.format(data=f'{data}, "0 %"'), "press.toml")
+        assert refused(from_text, press_of(data), "press.toml").messages == (words.format(side=side),)
+        from_text(press_of(f'{data}, "0 %"'), "press.toml")
 
 
 def test_the_sheet_says_both_sides_and_a_saved_design_keeps_them() -> None:
-    design = answer(from_text(PRESS.format(data='"-8 %", "0 %", "+1 %"'), "press.toml"))
+    design = answer(from_text(press_of('"-8 %", "0 %", "+1 %"'), "press.toml"))
     assert any("links.mount.stiffness -8 % to +1 % (data)" in one for one in assumptions_of(design))
     (kept,) = uncertain(frozen(design.scene, design.x))
     assert kept.tolerance == Scatter("data", 0.0, (-0.08, 0.0, 0.01))
@@ -126,26 +111,15 @@ def test_the_sheet_says_both_sides_and_a_saved_design_keeps_them() -> None:
     assert solve(frozen(design.scene, design.x)).status == "met"
 
 
-TUNED = """
-[bodies.press]
-mass = "300 kg"
-[links.mount]
-between = ["press", "ground"]
-stiffness = "4 MN/m"
-damping = {{ from = "1 kN s/m", to = "9 kN s/m" }}
-[absorbers.t]
-on = "press"
-mass = "9 kg"
-frequency = {{ value = "20 Hz", tolerance = {{ data = [{low!r}, 0, {high!r}] }} }}
-damping_ratio = 0.1
-[limits.slow]
-response = "natural_frequency"
-mode = 1
-at_least = "1 Hz"
-[goal]
-minimise = "damping"
-of = "mount"
-"""
+def tuned(low: float, high: float) -> str:
+    """The least damping under an absorber whose frequency is off."""
+    off = f'{{ value = "20 Hz", tolerance = {{ data = [{low!r}, 0, {high!r}] }} }}'
+    return machine(
+        "press", "300 kg", {"stiffness": "4 MN/m", "damping": choice("1 kN s/m", "9 kN s/m")}, {},
+        absorber("t", "press", "9 kg", frequency=off, damping_ratio=0.1),
+        table("limits.slow", response="natural_frequency", mode=1, at_least="1 Hz"),
+        best(minimise="damping", of="mount"),
+    )  # fmt: skip
 
 
 @given(low=st.floats(-0.3, 0.0), high=st.floats(0.0, 0.3))
@@ -154,7 +128,7 @@ def test_a_saved_spring_is_off_as_far_as_the_frequency_takes_it(low: float, high
     """A bare tolerance goes both ways: as wide as the wider side of what the square of the frequency may be."""
     if max(-low, high) < 1e-3:
         return
-    scene = from_text(TUNED.format(low=low, high=high), "tuned.toml")
+    scene = from_text(tuned(low, high), "tuned.toml")
     kept = {one.path: one.tolerance for one in uncertain(frozen(scene, (4e3,)))}
     wide = max((1.0 + high) ** 2 - 1.0, 1.0 - (1.0 + low) ** 2)
     assert kept["absorbers.t.stiffness"] == pytest.approx(wide, rel=1e-9)

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from refusals import refused
+from texts import best, choice, moves, one_mass
 from vibopt.answer.entry import Entry, Way
 from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
@@ -282,35 +283,21 @@ def test_nearly_all_active_limits_of_the_problems_have_a_price_with_a_range() ->
     assert len(have) >= 0.95 * len(active), sorted(set(active) - set(have))
 
 
-GAP = """
-title = "Mount below its resonance or above it"
-[bodies.machine]
-mass = "100 kg"
-[links.mount]
-between = ["machine", "ground"]
-stiffness = {{ from = "900 kN/m", to = "{top!r} kN/m" }}
-damping = "100 N s/m"
-[excitations.shaking]
-kind = "force"
-on = "machine"
-amplitude = "{force!r} N"
-speed = "1500 rpm"
-varies = "constant"
-[limits.way]
-response = "displacement"
-of = "machine"
-at_most = "0.5 mm"
-[goal]
-minimise = "stiffness"
-of = "mount"
-"""
+def gap(top: float, force: float) -> vo.Scene:
+    """A mount that may be soft or stiff, and no stiffness between."""
+    text = one_mass(
+        "machine", "100 kg", {"stiffness": choice("900 kN/m", f"{top!r} kN/m"), "damping": "100 N s/m"},
+        {"name": "shaking", "amplitude": f"{force!r} N", "speed": "1500 rpm", "varies": "constant"},
+        moves("machine", "0.5 mm", "way"), best(minimise="stiffness", of="mount"),
+    )  # fmt: skip
+    return vo.from_text(text, name="gap.toml")
 
 
 @settings(max_examples=8)
 @given(st.floats(1000.0, 1150.0), st.floats(150.0, 260.0))
 def test_behind_a_gap_a_fact_has_designs_again_and_that_is_said(top: float, force: float) -> None:
     """The mass that falls meets the resonance of the softest mount, and is past that of the stiffest, by formula."""
-    job = vo.from_text(GAP.format(top=top, force=force), name="gap.toml")
+    job = gap(top, force)
     found = prices(job, only=["bodies.machine.mass", "limits.way.at_most"])
     rows = {row.path: row for row in found.rows}
     down, up = rows["bodies.machine.mass"].ways
@@ -328,9 +315,7 @@ def test_behind_a_gap_a_fact_has_designs_again_and_that_is_said(top: float, forc
 
 
 def test_of_a_fact_without_designs_behind_its_end_it_is_said_how_many_values_were_looked_at() -> None:
-    found = prices(
-        vo.from_text(GAP.format(top=1100.0, force=200.0), name="gap.toml"), only=["excitations.shaking.amplitude"]
-    )
+    found = prices(gap(1100.0, 200.0), only=["excitations.shaking.amplitude"])
     (row,) = found.rows
     way = row.ways[1]
     assert (way.looked, way.again) == (24, None)

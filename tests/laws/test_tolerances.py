@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from texts import ANY_DAMPING, STIFFEST, choice, floor, moves, press
 from vibopt.arrays import FloatArray
 from vibopt.program.over import Cover
 from vibopt.program.pose import pose
@@ -219,32 +220,9 @@ def test_no_machine_of_a_frame_with_two_absorbers_is_worse_than_the_worst_found(
 
 
 def _mount(off: str) -> Scene:
-    return from_text(f"""
-[bodies.press]
-mass = "300 kg"
-[links.mount]
-between = ["press", "ground"]
-stiffness = {{ from = "10 kN/m", to = "1 GN/m"{off} }}
-damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
-[excitations.press]
-kind = "force"
-on = "press"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-[limits.floor_force]
-response = "transmitted_force"
-into = "ground"
-at_most = "10 kN"
-[limits.start_up]
-response = "displacement"
-of = "press"
-over = "0..3000 rpm"
-at_most = "20 mm"
-[goal]
-maximise = "stiffness"
-of = "mount"
-""")
+    stiffness = choice("10 kN/m", "1 GN/m", off)
+    start_up = moves("press", "20 mm", "start_up", "0..3000 rpm")
+    return from_text(press(stiffness, ANY_DAMPING, floor("10 kN", "floor_force"), start_up, STIFFEST, name="press"))
 
 
 def test_a_tolerance_of_nothing_changes_nothing() -> None:

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from shapes import faults
 
 from refusals import refused
+from texts import floor, hanging, press
 from vibopt.cli.main import main
 from vibopt.errors import NotProven
 from vibopt.jobs import answer, from_text
@@ -24,39 +25,9 @@ from vibopt.study.sweep import sweep
 from vibopt.study.whatif import whatif
 from vibopt.values.tolerance import Scatter
 
-HANGING = """
-title = "Mass on a spring"
-[bodies.{name}]
-mass = {{ value = "300 kg", tolerance = {{ normal = "{sigma!r} %" }} }}
-[links.spring]
-between = ["{name}", "ground"]
-stiffness = {{ value = "200 kN/m", tolerance = {{ uniform = "{width!r} %" }} }}
-[limits.sag]
-response = "static_deflection"
-of = "spring"
-at_most = "{bound!r} m"
-with_probability = "{wanted!r} %"
-"""
-PRESS = """
-title = "Press"
-[bodies.press]
-mass = "300 kg"
-[links.mount]
-between = ["press", "ground"]
-stiffness = { value = "4 MN/m", tolerance = { uniform = "20 %" } }
-damping = "9 kN s/m"
-[excitations.punch]
-kind = "force"
-on = "press"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "6.6 kN"
-with_probability = "90 %"
-"""
+PRESS = '\ntitle = "Press"\n' + press(
+    '{ value = "4 MN/m", tolerance = { uniform = "20 %" } }', "9 kN s/m", floor("6.6 kN", with_probability="90 %")
+)
 
 
 def share_of(bound: float, sigma: float, width: float) -> float:
@@ -78,7 +49,7 @@ def test_the_interval_holds_the_share_and_a_verdict_is_right(
     name: str, sigma: float, width: float, part: float, wanted: float
 ) -> None:
     bound = part * 300.0 * 9.80665 / 2e5
-    text = HANGING.format(name=name, sigma=sigma, width=width, bound=bound, wanted=wanted)
+    text = hanging(name=name, sigma=sigma, width=width, bound=bound, wanted=wanted)
     design = answer(from_text(text, "hanging.toml"))
     assert design.tolerances is not None
     odds = design.tolerances.odds["sag"]
@@ -171,7 +142,7 @@ def test_the_ends_that_the_refusal_offers_are_taken(wanted: str) -> None:
 
 def test_a_bound_at_the_share_itself_cannot_be_told() -> None:
     bound = 300.0 * 9.80665 / 2e5
-    text = HANGING.format(name="a", sigma=5.0, width=0.001, bound=bound, wanted=50.0)
+    text = hanging(name="a", sigma=5.0, width=0.001, bound=bound, wanted=50.0)
     design = answer(from_text(text, "hanging.toml"))
     assert design.status == "unproven"
     assert design.claim.startswith("cannot be told with so many machines: sag; sag: ")

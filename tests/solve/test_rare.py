@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtr, ndtri
 
+from texts import hanging
 from vibopt.jobs import answer, from_text
 from vibopt.program.drawn import MET, NOT_MET, OPEN
 from vibopt.program.far_off import Beyond
@@ -18,19 +19,6 @@ from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.solve.rare import proven_beyond
 from vibopt.values.tolerance import Scatter
 
-HANGING = """
-title = "Mass on a spring"
-[bodies.tank]
-mass = {{ value = "300 kg", tolerance = {{ normal = "{sigma!r} %" }} }}
-[links.spring]
-between = ["tank", "ground"]
-stiffness = {{ value = "200 kN/m", tolerance = {{ uniform = "{width!r} %" }} }}
-[limits.sag]
-response = "static_deflection"
-of = "spring"
-at_most = "{bound!r} m"
-with_probability = "{wanted!r} %"
-"""
 SAG = 300.0 * 9.80665 / 2e5
 
 
@@ -48,7 +36,7 @@ def broken_by(bound: float, sigma: float, width: float) -> float:
 def test_the_interval_holds_the_few_that_break_a_limit(sigma: float, width: float, away: float, wanted: float) -> None:
     """Bounds some standard deviations away, so that all verdicts come."""
     bound = SAG * (1.0 + away * sqrt((sigma / 100.0) ** 2 + (width / 100.0) ** 2 / 3.0))
-    design = answer(from_text(HANGING.format(sigma=sigma, width=width, bound=bound, wanted=wanted), "hanging.toml"))
+    design = answer(from_text(hanging(sigma=sigma, width=width, bound=bound, wanted=wanted), "hanging.toml"))
     assert design.tolerances is not None
     odds = design.tolerances.odds["sag"]
     truth = broken_by(bound, sigma / 100.0, width / 100.0)
@@ -64,7 +52,7 @@ def test_the_interval_holds_the_few_that_break_a_limit(sigma: float, width: floa
 @settings(max_examples=4)
 @given(st.floats(1.0, 6.0), st.sampled_from([99.95, 99.99, 99.9999]))
 def test_a_design_for_one_number_stands_at_its_quantile(sigma: float, wanted: float) -> None:
-    text = HANGING.format(sigma=sigma, width=5.0, bound=0.015, wanted=wanted)
+    text = hanging(sigma=sigma, width=5.0, bound=0.015, wanted=wanted)
     text = text.replace('value = "200 kN/m", tolerance = { uniform = "5.0 %" }', 'from = "10 kN/m", to = "10 MN/m"')
     design = answer(from_text(text + '[goal]\nminimise = "stiffness"\nof = "spring"\n', "hanging.toml"))
     assert design.status == "feasible"
@@ -99,7 +87,7 @@ def test_machines_beyond_are_those_of_all_that_lie_outside(part: float, sizes: l
 
 
 def test_a_box_is_proven_or_there_is_none() -> None:
-    text = HANGING.format(sigma=5.0, width=5.0, bound=SAG * 1.4, wanted=99.99)
+    text = hanging(sigma=5.0, width=5.0, bound=SAG * 1.4, wanted=99.99)
     scene = from_text(text, "hanging.toml")
     (limit,) = around(scene, np.zeros(0)).limits
     far = proven_beyond([limit], uncertain(scene), 0.9999)

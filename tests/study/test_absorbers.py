@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from texts import absorber, best, choice, moves, swayed, table
 from vibopt.scene.read import from_text
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
@@ -10,106 +11,28 @@ from vibopt.study.absorbers import Consequence, consequences, study_absorbers
 from vibopt.study.explain import explain
 from vibopt.study.prices import priced
 
-FRAME = """
-title = "Frame"
-[bodies.frame]
-mass = "100 kg"
-[links.mount]
-between = ["frame", "ground"]
-stiffness = "1 MN/m"
-damping_ratio = 0.01
-[absorbers.tmd]
-on = "frame"
-mass = "5 kg"
-stiffness = "45 kN/m"
-damping = "130 N s/m"
-[excitations.push]
-kind = "force"
-on = "frame"
-amplitude = "100 N"
-speed = "1..60 Hz"
-[limits.shake]
-response = "displacement"
-of = "frame"
-at_most = "1 mm"
-[limits.travel]
-response = "stroke"
-of = "tmd"
-at_most = "10 mm"
-"""
+SMALL = {"stiffness": "45 kN/m", "damping": "130 N s/m"}
+FRAME = swayed(
+    "frame", "1..60 Hz", absorber("tmd", "frame", "5 kg", **SMALL), moves("frame", "1 mm", "shake"),
+    table("limits.travel", response="stroke", of="tmd", at_most="10 mm"), title="Frame", damping_ratio=0.01,
+)  # fmt: skip
 
-CHAIN = """
-title = "Chain"
-[bodies.frame]
-mass = "100 kg"
-[links.mount]
-between = ["frame", "ground"]
-stiffness = "1 MN/m"
-damping_ratio = 0.01
-[links.stay]
-between = ["tmd", "ground"]
-stiffness = "1 kN/m"
-[absorbers.tmd]
-on = "frame"
-mass = "5 kg"
-stiffness = "45 kN/m"
-damping = "130 N s/m"
-[absorbers.second]
-on = "tmd"
-mass = "1 kg"
-stiffness = "9 kN/m"
-[excitations.push]
-kind = "force"
-on = "frame"
-amplitude = "100 N"
-speed = "1..60 Hz"
-[excitations.tap]
-kind = "force"
-on = "tmd"
-amplitude = "1 N"
-speed = "1..60 Hz"
-[limits.shake]
-response = "displacement"
-of = "frame"
-combine = "sum"
-at_most = "5 mm"
-[limits.through_stay]
-response = "transmitted_force"
-through = "stay"
-due_to = ["push"]
-at_most = "5 kN"
-"""
+CHAIN = swayed(
+    "frame", "1..60 Hz", table("links.stay", between=["tmd", "ground"], stiffness="1 kN/m"),
+    absorber("tmd", "frame", "5 kg", **SMALL), absorber("second", "tmd", "1 kg", stiffness="9 kN/m"),
+    table("excitations.tap", kind="force", on="tmd", amplitude="1 N", speed="1..60 Hz"),
+    moves("frame", "5 mm", "shake", combine="sum"),
+    table("limits.through_stay", response="transmitted_force", through="stay", due_to=["push"], at_most="5 kN"),
+    title="Chain", damping_ratio=0.01,
+)  # fmt: skip
 
-PAIR = """
-title = "Two where one is enough"
-[bodies.frame]
-mass = "100 kg"
-[links.mount]
-between = ["frame", "ground"]
-stiffness = "1 MN/m"
-damping_ratio = 0.01
-[absorbers.one]
-on = "frame"
-mass = { from = "1 kg", to = "20 kg" }
-frequency = { from = "10 Hz", to = "20 Hz" }
-damping_ratio = 0.12
-[absorbers.far]
-on = "frame"
-mass = { from = "1 kg", to = "20 kg" }
-frequency = "40 Hz"
-damping_ratio = 0.05
-[excitations.push]
-kind = "force"
-on = "frame"
-amplitude = "100 N"
-speed = "1..25 Hz"
-[limits.shake]
-response = "displacement"
-of = "frame"
-at_most = "1 mm"
-[goal]
-minimise = "absorber_mass"
-"""
+FAR = absorber("far", "frame", choice("1 kg", "20 kg"), frequency="40 Hz", damping_ratio=0.05)
+PAIR = swayed(
+    "frame", "1..25 Hz",
+    absorber("one", "frame", choice("1 kg", "20 kg"), frequency=choice("10 Hz", "20 Hz"), damping_ratio=0.12),
+    FAR, moves("frame", "1 mm", "shake"), best(minimise="absorber_mass"),
+    title="Two where one is enough", damping_ratio=0.01,
+)  # fmt: skip
 
 HERTZ = np.linspace(1.0, 60.0, 300_001)
 W = 2.0 * np.pi * HERTZ
@@ -184,7 +107,7 @@ def test_one_absorber_less_is_tried_where_one_rests_on_the_least_mass(pair: Desi
     assert hint in design.notes
     found = {(one.absorber, one.what): one for one in consequences(design)}
     less = found["far", "left_out"]
-    alone = solve(from_text(PAIR.replace(PAIR[PAIR.index("[absorbers.far]") : PAIR.index("[excitations")], "")))
+    alone = solve(from_text(PAIR.replace(FAR, "")))
     assert alone.goal is not None
     assert design.goal is not None
     assert less.goal is not None

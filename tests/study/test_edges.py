@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from texts import STIFFEST, choice, floor, shaken_fan, table
 from vibopt import jobs
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
@@ -17,30 +18,10 @@ from vibopt.study.sweep_series import strips
 from vibopt.units import to_unit
 
 PRESS = Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_34.toml"
-COUNTED = """
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = { from = "10 kN/m", to = "1 MN/m" }
-count = 4
-[excitations.fan]
-kind = "force"
-on = "fan"
-amplitude = "100 N"
-speed = "3000 rpm"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "20 N"
-[limits.stiff]
-response = "stiffness"
-of = "mount"
-at_least = "400 kN/m"
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+COUNTED = shaken_fan(
+    {"stiffness": choice("10 kN/m", "1 MN/m"), "count": 4}, floor("20 N"),
+    table("limits.stiff", response="stiffness", of="mount", at_least="400 kN/m"), STIFFEST,
+)  # fmt: skip
 
 
 @pytest.mark.parametrize(("low_high", "points"), [("5 mm..30 mm", 4), ("0.2 mm..40 mm", 5)])

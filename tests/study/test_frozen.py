@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refusals import refused
+from texts import moves, one_mass
 from vibopt.scene.facts import fact_at, facts
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
@@ -115,24 +116,11 @@ def test_without_a_design_nothing_is_saved(tmp_path: Path) -> None:
     assert str(caught) == ("rao_9_34.toml: there is no design to save: infeasible. x.toml is not written.")
 
 
-PLANK = """
-[bodies.b]
-mass = "{mass:.17g} kg"
-[links.k]
-between = ["b", "ground"]
-stiffness = "{stiffness:.17g} N/m"
-damping = "{damping:.17g} N s/m"
-[excitations.f]
-kind = "force"
-on = "b"
-amplitude = "100 N"
-speed = "{speed:.17g} rad/s"
-varies = "constant"
-[limits.move]
-response = "displacement"
-of = "b"
-at_most = "{bound:.17g} m"
-"""
+def plank(mass: float, stiffness: float, damping: float, speed: float, bound: float) -> str:
+    """One mass under 100 N, that may move so far."""
+    mount = {"stiffness": f"{stiffness:.17g} N/m", "damping": f"{damping:.17g} N s/m"}
+    shaken = {"name": "f", "amplitude": "100 N", "speed": f"{speed:.17g} rad/s", "varies": "constant"}
+    return one_mass("b", f"{mass:.17g} kg", mount, shaken, moves("b", f"{bound:.17g} m"), link="k")
 
 
 def _moved(mass: float, stiffness: float, damping: float, speed: float) -> float:
@@ -152,7 +140,7 @@ def test_every_threshold_holds_just_inside_and_breaks_just_outside(
 ) -> None:
     here = {"mass": 100.0, "stiffness": stiffness, "damping": 2 * ratio * math.sqrt(100.0 * stiffness), "speed": speed}
     bound = room * _moved(**here)
-    scene = from_text(PLANK.format(**here, bound=bound))
+    scene = from_text(plank(**here, bound=bound))
     words = {"bodies.b.mass": "mass", "links.k.stiffness": "stiffness", "links.k.damping": "damping"}
     words["excitations.f.speed"] = "speed"
     for one in thresholds(scene, only=words):
@@ -171,7 +159,7 @@ def test_a_failing_stretch_between_two_values_of_the_grid_is_found() -> None:
     damping = 2 * 1e-4 * math.sqrt(100.0 * 1e5)
     here = {"mass": 100.0, "stiffness": 1e5, "damping": damping, "speed": 20.0}
     top = 100.0 / (damping * 20.0)
-    scene = from_text(PLANK.format(**here, bound=0.5 * top))
+    scene = from_text(plank(**here, bound=0.5 * top))
     (stiffness,) = thresholds(scene, only=["links.k.stiffness"])
     resonant = 100.0 * 20.0**2
     width = math.sqrt((100.0 / (0.5 * top)) ** 2 - (damping * 20.0) ** 2)
@@ -203,7 +191,7 @@ def test_thresholds_over_tolerances_are_those_of_the_worst_corner() -> None:
     here = {"mass": 100.0, "stiffness": 1e5, "damping": 50.0, "speed": 100.0}
     corners = [(100.0 * (1 + a), 1e5 * (1 + b)) for a in (-0.05, 0.05) for b in (-0.2, 0.2)]
     bound = 1.2 * max(_moved(m, k, 50.0, 100.0) for m, k in corners)
-    text = PLANK.format(**here, bound=bound)
+    text = plank(**here, bound=bound)
     text = text.replace('"100000 N/m"', '{ value = "100000 N/m", tolerance = "20 %" }')
     text = text.replace('"100 kg"', '{ value = "100 kg", tolerance = "5 %" }')
     found = {one.path: one for one in thresholds(from_text(text))}
@@ -307,7 +295,7 @@ def test_a_sweep_of_the_kept_design_says_what_whatif_says(name: str, path: str, 
 
 
 def test_a_design_without_limits_can_be_kept() -> None:
-    text = PLANK.format(mass=100.0, stiffness=1e5, damping=50.0, speed=20.0, bound=1.0)
+    text = plank(mass=100.0, stiffness=1e5, damping=50.0, speed=20.0, bound=1.0)
     text = text[: text.index("[limits.move]")].replace('"100000 N/m"', '{ from = "50 kN/m", to = "90 kN/m" }')
     scene = from_text(text + '[goal]\nminimise = "displacement"\nof = "b"\n')
     kept = whatif(scene, {"bodies.b.mass": "120 kg"}, keep_design=True)

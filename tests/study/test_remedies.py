@@ -18,6 +18,8 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from refusals import refused
+from texts import ANY_DAMPING, ANY_STIFFNESS, STIFFEST, moves, press
+from texts import floor as floor_of
 from vibopt.cli.main import main
 from vibopt.jobs import answer, fact_at, from_text, open_job, with_changes
 from vibopt.study.remedies import Remedies, remedies
@@ -25,34 +27,12 @@ from vibopt.units import to_unit
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 STIFFNESS, DAMPING = np.geomspace(1e5, 1e8, 401)[:, None], np.geomspace(1e3, 1e6, 301)[None, :]
-PRESS = """
-title = "Press"
-[bodies.press]
-mass = "300 kg"
-[links.mount]
-between = ["press", "ground"]
-stiffness = {{ from = "10 kN/m", to = "1 GN/m" }}
-damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
-[excitations.punch]
-kind = "force"
-on = "press"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "{floor!r} N"
-[limits.run_up]
-response = "displacement"
-of = "press"
-over = "start-up"
-at_most = "{run_up!r} m"
-{soft}
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+
+
+def pressed(floor: float, run_up: float, soft: int | None = None) -> str:
+    """A press held on the floor [N] and on its way up [m], by a soft limit or not."""
+    asked = floor_of(f"{floor!r} N"), moves("press", f"{run_up!r} m", "run_up", "start-up", soft=soft), STIFFEST
+    return press(ANY_STIFFNESS, ANY_DAMPING, *asked)
 
 
 def missed(floor: float, run_up: float, mass: float, force: float, rpm: float) -> float:
@@ -68,7 +48,7 @@ def missed(floor: float, run_up: float, mass: float, force: float, rpm: float) -
 @settings(max_examples=8)
 @given(st.floats(4e3, 8.5e3), st.floats(3e-3, 9e-3))
 def test_what_helps_a_mount_is_what_a_dense_grid_says(floor: float, run_up: float) -> None:
-    found = remedies(from_text(PRESS.format(floor=floor, run_up=run_up, soft=""), "press.toml"))
+    found = remedies(from_text(pressed(floor=floor, run_up=run_up), "press.toml"))
     assert found.found.status == "infeasible"
     facts = {"bodies.press.mass": 300.0, "excitations.punch.amplitude": 30e3, "excitations.punch.speed": 3000.0}
     for place, path in enumerate(facts):
@@ -146,9 +126,7 @@ def test_of_every_kind_of_job_what_is_named_helps_and_a_step_less_does_not(
 
 @pytest.mark.slow
 def test_a_tolerance_that_leaves_no_design_is_named() -> None:
-    text = PRESS.format(floor=10e3, run_up=16e-3, soft="").replace(
-        '"300 kg"', '{ value = "300 kg", tolerance = "30 %" }'
-    )
+    text = pressed(floor=10e3, run_up=16e-3).replace('"300 kg"', '{ value = "300 kg", tolerance = "30 %" }')
     job = from_text(text, "press.toml")
     assert answer(with_changes(job, {"bodies.press.mass.tolerance": "1 %"}), explain=False).status == "optimal"
     found = remedies(job, found=answer(job, explain=False), only=["bodies.press.mass.tolerance"])
@@ -159,9 +137,7 @@ def test_a_tolerance_that_leaves_no_design_is_named() -> None:
 
 
 def test_a_soft_limit_comes_first() -> None:
-    plain, soft = (
-        remedies(from_text(PRESS.format(floor=8e3, run_up=8e-3, soft=one), "press.toml")) for one in ("", "soft = 20")
-    )
+    plain, soft = (remedies(from_text(pressed(floor=8e3, run_up=8e-3, soft=one), "press.toml")) for one in (None, 20))
     assert plain.helpful[0].path == "excitations.punch.amplitude"
     assert soft.helpful[0].path == "limits.run_up.at_most"
     assert {row.path: row.then for row in plain.rows} == {row.path: row.then for row in soft.rows}
@@ -177,7 +153,7 @@ def test_a_change_of_a_thousandth_is_said_as_that() -> None:
     spring, inertia = 6.99e6, 300.0 * (3000.0 * pi / 30.0) ** 2
     handed_on = 30e3 * spring / (inertia - spring)
     wanted = handed_on * 0.9987
-    text = PRESS.format(floor=wanted, run_up=1.0, soft="").replace('"10 kN/m"', '"6.99 MN/m"')
+    text = pressed(floor=wanted, run_up=1.0).replace('"10 kN/m"', '"6.99 MN/m"')
     text = text.replace('{ from = "10 N s/m", to = "1 MN s/m" }', '"0 N s/m"')
     text = text.partition("[limits.run_up]")[0] + "[goal]" + text.partition("[goal]")[2]
     found = remedies(from_text(text, "press.toml"))
@@ -193,7 +169,7 @@ def test_a_change_of_a_thousandth_is_said_as_that() -> None:
 def test_what_is_left_out_is_said_and_a_job_with_a_design_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    text = PRESS.format(floor=8e3, run_up=8e-3, soft="")
+    text = pressed(floor=8e3, run_up=8e-3)
     found = vo.remedies(from_text(text, "press.toml"), most=0.0)
     assert not found.helpful
     assert found.first == "No limit, range or fact, changed alone, was found to give a design."

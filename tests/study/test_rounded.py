@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refusals import refused
+from texts import best, choice, one_mass, table
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
 from vibopt.study.rounded import rounded
@@ -82,23 +83,12 @@ def test_values_that_are_round_already_stay_proven() -> None:
     assert found.worse_by == pytest.approx(0.0, abs=1e-12)
 
 
-NARROW = """
-[bodies.b]
-mass = "100 kg"
-[links.k]
-between = ["b", "ground"]
-stiffness = { from = "100 kN/m", to = "400 kN/m" }
-damping = "20 N s/m"
-[limits.low]
-response = "natural_frequency"
-at_least = "7.12 Hz"
-[limits.high]
-response = "natural_frequency"
-at_most = "7.125 Hz"
-[goal]
-minimise = "stiffness"
-of = "k"
-"""
+NARROW = one_mass(
+    "b", "100 kg", {"stiffness": choice("100 kN/m", "400 kN/m"), "damping": "20 N s/m"}, {},
+    table("limits.low", response="natural_frequency", at_least="7.12 Hz"),
+    table("limits.high", response="natural_frequency", at_most="7.125 Hz"),
+    best(minimise="stiffness", of="k"), link="k",
+)  # fmt: skip
 
 
 def test_where_no_rounding_holds_the_answer_says_by_how_much_and_what_would_do() -> None:

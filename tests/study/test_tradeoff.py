@@ -10,6 +10,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from texts import best, floor, shaken_fan
 from vibopt.document.mistakes import Mistakes
 from vibopt.jobs import from_text, of_document
 from vibopt.report.figures import tradeoff_figure
@@ -18,28 +19,11 @@ from vibopt.study.tradeoff import Tradeoff
 
 ROOT = Path(__file__).parents[2] / "problems"
 PRESS = ROOT / "isolation" / "rao_9_34.toml"
-CATALOGUE = """
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = { one_of = ["200 kN/m", "300 kN/m", "450 kN/m", "700 kN/m"] }
-damping = "500 N s/m"
-[excitations.fan]
-kind = "force"
-on = "fan"
-amplitude = "1 kN"
-speed = "3000 rpm"
-varies = "constant"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "60 N"
-[goal]
-minimise = "displacement"
-of = "fan"
-over = "0..100 rpm"
-"""
+CATALOGUE = shaken_fan(
+    {"stiffness": '{ one_of = ["200 kN/m", "300 kN/m", "450 kN/m", "700 kN/m"] }', "damping": "500 N s/m"},
+    floor("60 N"), best(minimise="displacement", of="fan", over="0..100 rpm"),
+    amplitude="1 kN", speed="3000 rpm", varies="constant",
+)  # fmt: skip
 
 
 def front(text: str, against: str, points: int) -> Tradeoff:

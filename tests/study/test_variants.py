@@ -9,6 +9,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from texts import permitted
 from vibopt.jobs import from_text as job_of
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.scene.scene import Scene
@@ -130,26 +131,6 @@ def test_variants_that_break_a_limit_never_have_the_best_goal() -> None:
     assert result.designs[1].status == "violated"
 
 
-FAN = """
-[bodies.fan]
-mass = "120 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = "600 kN/m"
-[excitations.fan]
-kind = "unbalance"
-on = "fan"
-unbalance = "10 kg mm"
-speed = { from = "0 rpm", to = "6000 rpm" }
-[limits.move]
-response = "displacement"
-of = "fan"
-at_most = "0.1 mm"
-[goal]
-find_all = "fan.speed"
-"""
-
-
 @pytest.mark.parametrize(
     ("scenes", "text"),
     [
@@ -158,7 +139,7 @@ find_all = "fan.speed"
             "compare needs at least two variants. Name two problem files or saved designs.",
         ),
         (
-            {"A": read(PRESS), "B": from_text(FAN)},
+            {"A": read(PRESS), "B": from_text(permitted())},
             "B: find_all answers with speeds, which compare does not set beside each other.",
         ),
     ],

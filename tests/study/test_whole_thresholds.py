@@ -8,34 +8,19 @@ from functools import lru_cache
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from texts import floor, sags, shaken_fan
 from vibopt.cli.whatif_command import edge_words
 from vibopt.scene.read import from_text, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.study.thresholds import thresholds
 
-FAN = """
-[bodies.fan]
-mass = "{mass} kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = "100 kN/m"
-damping = "300 N s/m"
-count = {count}
-[excitations.fan]
-kind = "unbalance"
-on = "fan"
-unbalance = "0.02 kg m"
-speed = "1500 rpm"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "{force} N"
-[limits.sag]
-response = "static_deflection"
-of = "fan"
-at_most = "{sag} mm"
-"""
+
+def fan_of(mass: int, count: int, force: int, sag: float) -> str:
+    """A fan on so many mounts, whose force [N] and sag [mm] have bounds."""
+    mount = {"stiffness": "100 kN/m", "damping": "300 N s/m", "count": count}
+    asked, turning = (floor(f"{force} N"), sags("fan", f"{sag} mm")), {"kind": "unbalance", "unbalance": "0.02 kg m"}
+    return shaken_fan(mount, *asked, mass=f"{mass} kg", speed="1500 rpm", **turning)
 
 
 @lru_cache(maxsize=256)
@@ -49,7 +34,7 @@ def _words(scene: Scene) -> tuple[str, str]:
 
 
 def test_three_and_five_that_fail_are_named_beside_four_that_holds() -> None:
-    scene = FAN.format(mass=150, count=4, force=70, sag=4.5)
+    scene = fan_of(mass=150, count=4, force=70, sag=4.5)
     assert [_holds(scene, n) for n in (3, 4, 5)] == [False, True, False]
     assert _words(from_text(scene)) == ("4 (3 fails)\n  sag", "4 (5 fails)\n  floor")
 
@@ -57,7 +42,7 @@ def test_three_and_five_that_fail_are_named_beside_four_that_holds() -> None:
 @settings(max_examples=40)
 @given(mass=st.integers(60, 600), count=st.integers(1, 8), force=st.integers(50, 3000), sag=st.floats(0.5, 20.0))
 def test_the_words_are_true_of_every_number_up_to_the_ones_named(mass: int, count: int, force: int, sag: float) -> None:
-    text = FAN.format(mass=mass, count=count, force=force, sag=sag)
+    text = fan_of(mass=mass, count=count, force=force, sag=sag)
     assume(_holds(text, count))
     for words, way, end in zip(_words(from_text(text)), (-1, 1), (1, 10 * count), strict=True):
         if words == "-":

@@ -9,6 +9,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from texts import best, choice, moves, shaken_fan
 from vibopt.cli.main import main
 from vibopt.program.pose import pose
 from vibopt.solve.ranges import closed
@@ -17,25 +18,12 @@ from vibopt.study.window import Window, percent
 
 ROOT = Path(__file__).parents[2] / "problems"
 PRESS = ROOT / "isolation" / "rao_9_34.toml"
-ONE = """
-[bodies.fan]
-mass = "{mass} kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = {{ from = "10 kN/m", to = "100 MN/m" }}
-[excitations.fan]
-kind = "force"
-on = "fan"
-amplitude = "100 N"
-speed = "3000 rpm"
-[limits.move]
-response = "displacement"
-of = "fan"
-at_most = "{move} mm"
-[goal]
-minimise = "stiffness"
-of = "mount"
-"""
+
+
+def one(mass: float, move: float) -> vo.Scene:
+    """The softest mount of a fan that may move so far [mm]."""
+    mount, goal = {"stiffness": choice("10 kN/m", "100 MN/m")}, best(minimise="stiffness", of="mount")
+    return vo.from_text(shaken_fan(mount, moves("fan", f"{move} mm"), goal, mass=f"{mass} kg"))
 
 
 def holds(job: vo.Scene, values: dict[str, float]) -> bool:
@@ -126,7 +114,7 @@ def test_the_window_of_the_press_is_as_counted_by_hand(press: Window) -> None:
 @pytest.mark.parametrize(("mass", "move"), [(100, 0.02), (40, 0.1), (300, 0.005)])
 def test_of_one_variable_the_window_is_every_interval(mass: float, move: float) -> None:
     """|k - m w^2| >= F / x: two intervals, cut by the range."""
-    job = vo.from_text(ONE.format(mass=mass, move=move))
+    job = one(mass, move)
     found = vo.window(job)
     middle, away = mass * (100.0 * np.pi) ** 2, 100.0 / (move * 1e-3)
     ends = [(max(1e4, 0.0), middle - away), (middle + away, 1e8)]
@@ -192,26 +180,11 @@ def test_a_gap_between_the_ends_of_two_variables_is_found_and_its_ends_are_where
             assert vo.solve(given, explain=False).status == status
 
 
-NEAR_RESONANCE = """
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = {{ from = "10 kN/m", to = "100 MN/m" }}
-damping = {{ from = "10 N s/m", to = "{} N s/m" }}
-[excitations.fan]
-kind = "force"
-on = "fan"
-amplitude = "1 kN"
-speed = "300 rad/s"
-[limits.move]
-response = "displacement"
-of = "fan"
-at_most = "0.1 mm"
-[goal]
-minimise = "damping"
-of = "mount"
-"""
+def near_resonance(most: float) -> str:
+    """The least damping of a fan at resonance, of a mount with so much at most."""
+    mount = {"stiffness": choice("10 kN/m", "100 MN/m"), "damping": choice("10 N s/m", f"{most} N s/m")}
+    asked = moves("fan", "0.1 mm"), best(minimise="damping", of="mount")
+    return shaken_fan(mount, *asked, amplitude="1 kN", speed="300 rad/s")
 
 
 @pytest.mark.parametrize("most", [1e4, 3e4])
@@ -222,10 +195,10 @@ def test_a_mount_may_be_soft_or_stiff_and_the_gap_is_as_counted_by_hand(
     resonance, reach = 100.0 * 300.0**2, np.sqrt(1e7**2 - (300.0 * most) ** 2)
     expected = [resonance + reach, 1e8]
     expected = [1e4, resonance - reach, *expected] if reach < resonance else expected
-    stiffness = vo.window(vo.from_text(NEAR_RESONANCE.format(most))).spans[0]
+    stiffness = vo.window(vo.from_text(near_resonance(most))).spans[0]
     assert [end.value for one in stiffness.intervals for end in one] == pytest.approx(expected, rel=1e-5)
     file = tmp_path / "fan.toml"
-    file.write_text(NEAR_RESONANCE.format(most))
+    file.write_text(near_resonance(most))
     assert main(["window", str(file)]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "Variable Permitted All at once Centre" in said
