@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, get_args
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
 
 import vibopt as vo
 from refusals import refused
@@ -352,6 +355,41 @@ def test_a_record_of_straight_lines_is_the_pulse_of_straight_lines(tmp_path: Pat
     pulse = {"kind": "pulse", "on": "box", "shape": "triangle", "acceleration": "3 g", "duration": "20 ms"}
     one, other = (told({**BOX, "excitations": {"shock": shock}}) for shock in (record, pulse))
     assert one == pytest.approx(other, rel=1e-9)
+
+
+@few
+@given(seed=st.integers(0, 10_000), even=st.booleans(), stiff=st.sampled_from([3e3, 3e5]))
+def test_records_are_followed_from_sample_to_sample_by_three_roads(seed: int, even: bool, stiff: float) -> None:
+    """A box that is shaken and an instrument that is pushed, each at its own times, and a Runge-Kutta method."""
+    rng = np.random.default_rng(seed)
+    times = [np.cumsum(np.append(0.0, rng.uniform(0.01, 0.03, 12 + i) * (not even) + 0.02 * even)) for i in range(2)]
+    values = [rng.normal(size=len(one)) for one in times]
+    document = {**BOX, "links": {"foam": {**BOX["links"]["foam"], "stiffness": f"{stiff} N/m"}}, "excitations": {}}
+    with TemporaryDirectory() as folder:
+        for on, unit, at, size in zip(("box", "instrument"), ("m/s2", "N"), times, values, strict=True):
+            rows = "".join(f"{t!r},{one!r}\n" for t, one in zip(at.tolist(), size.tolist(), strict=True))
+            Path(folder, f"{on}.csv").write_text(f"t [s],value [{unit}]\n{rows}", encoding="utf-8")
+            document["excitations"][on] = {"kind": "record", "on": on, "file": str(Path(folder, f"{on}.csv"))}
+        scene: Any = vo.from_dict(document)
+        found, rattle = told(document)["rattle"], scene.measures["rattle"]
+
+    def rates(time: float, z: FloatArray, low: float, high: float) -> FloatArray:
+        pushed, shaken = (
+            float(np.interp(time, at, size)) if at[0] <= low and high <= at[-1] else 0.0
+            for at, size in zip(times[::-1], values[::-1], strict=True)
+        )
+        return np.array([z[1], (pushed - stiff * z[0] - 300.0 * z[1]) / 10.0 - shaken])
+
+    ends = np.unique(np.concatenate([*times, [times[1][-1] + 2.0]]))
+    state, most = np.zeros(2), 0.0
+    for low, high in pairwise(ends.tolist()):
+        run = solve_ivp(
+            rates, (low, high), state, "DOP853", rtol=1e-11, atol=1e-15, dense_output=True, args=(low, high)
+        )
+        state, most = run.y[:, -1], max(most, float(np.abs(run.sol(np.linspace(low, high, 600))[0]).max()))
+    assert measure(scene, {}, rattle).value == pytest.approx(found, rel=1e-9)
+    assert most == pytest.approx(found, rel=2e-5)
+    assert most <= found * (1.0 + 1e-9)
 
 
 def test_times_with_few_digits_are_evenly_spaced(tmp_path: Path) -> None:

@@ -341,8 +341,8 @@ class Once:
         return math.inf
 
     @property
-    def even(self) -> bool:
-        """Whether it is given by samples that are evenly spaced."""
+    def straight(self) -> bool:
+        """Whether it goes straight from each of its kinks to the next."""
         return False
 
 

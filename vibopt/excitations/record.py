@@ -24,8 +24,6 @@ from vibopt.values.fields import complaint
 
 _MOST = 200_000
 _EVEN, _DIGITS, _ROUNDED = 1e-6, 9, 0.51
-_CUT = 2000
-"""Samples up to which the second route ends a step at each."""
 _OTHERS = {
     "time": "a time is no motion. Name another column",
     "length": "a displacement is not what a record says. Write the acceleration that belongs to it",
@@ -101,9 +99,7 @@ class Record(Transient):
 
     @property
     def joints(self) -> tuple[float, ...]:
-        if self.even or len(self.times) > _CUT:
-            return 0.0, self.length
-        return tuple(self.times.tolist())
+        return 0.0, self.length
 
     @property
     def kinks(self) -> FloatArray:
@@ -113,7 +109,15 @@ class Record(Transient):
     def step(self) -> float:
         return float(np.diff(self.times).mean()) if self.even else float(np.diff(self.times).min())
 
+    @property
+    def straight(self) -> bool:
+        return True
+
     def segments(self) -> tuple[Segment, ...]:
+        return self._lines
+
+    @cached_property
+    def _lines(self) -> tuple[Segment, ...]:
         steps, values = np.diff(self.times), self.values.tolist()
         if self.even:  # one length, which is stepped over at once
             steps = np.full(len(steps), self.length / len(steps))
@@ -122,7 +126,7 @@ class Record(Transient):
             line(length, first, last) for length, first, last in zip(lengths, values, values[1:], strict=False)
         )
 
-    @property
+    @cached_property
     def even(self) -> bool:
         """Whether its samples are evenly spaced, up to the digits of a file."""
         steps = np.diff(self.times)

@@ -1,8 +1,8 @@
 """Motion in time of the machine as built, stretch by stretch, by Duhamel's integral over even steps.
 
 The other road to a motion: bodies and joints with their positions and velocities, and the signals as functions of time;
-no segment and no mode.  Even records go from sample to sample, uneven ones by a Runge-Kutta method of eighth order,
-what is stiff by an implicit one, and a load that is slow beside all that fades as polynomials.
+no segment and no mode.  Records go from sample to sample, what else bends by a Runge-Kutta method of eighth order, what
+is stiff by an implicit one, and a load that is slow beside all that fades as polynomials.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ base that is gone so far that little is left of their digits."""
 _TURN, _TAYLOR = 0.25, 14
 """How far what is fastest turns in an even step, and terms of a series."""
 _PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
-_POINTS = 110
-"""Points of a record in a period."""
+_KEPT, _AT_ONCE = 30_000_000, 2000
+"""Numbers of all states in the steps of a record at most, and steps that are looked at together."""
 _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
 """Of polynomials through a slow load, what they may leave over, and how often its motion is made better at most."""
 
@@ -186,9 +186,11 @@ class MotionInTime:
             current = len(self._runs)
             low, high = self._spans[current]
             start = self._start(current)
-            if len(self.excitations) == 1 and self.excitations[0].even and not self._runs:
-                self._runs.append(self._sampled(high, start))
-                continue
+            if self._loaded(current) and all(one.straight for one in self.excitations):
+                straight = self._straight(low, high, start)
+                if straight is not None:
+                    self._runs.append(straight)
+                    continue
             if low in self._late:
                 settled = self._settled(low, high, start)
                 if settled is not None:
@@ -288,20 +290,43 @@ class MotionInTime:
         states[:, own] = moved
         return lambda at: chebyshev.chebval((np.asarray(at) - low) / half - 1.0, states)
 
-    def _sampled(self, high: float, start: FloatArray) -> Any:
-        """States against time through a record: exact at many points from sample to sample, cubic between them."""
-        from scipy.interpolate import CubicHermiteSpline
-        from scipy.signal import lsim
+    def _straight(self, low: float, high: float, start: FloatArray) -> Any:
+        """States against time under signals that go straight from kink to kink; None where that takes too many steps.
 
-        system, loads = self._states.matrices
-        count, step = len(self._places), self.excitations[0].step
-        fine = int(np.ceil(_POINTS * self._fastest(0) * step / (2.0 * np.pi)))
-        times = np.linspace(0.0, high, round(high / step) * fine + 1)
-        signals = self._signals(times).T
-        matrices = (system, loads, np.eye(2 * count), np.zeros((2 * count, loads.shape[1])))
-        states = np.atleast_2d(lsim(matrices, signals, times, X0=start)[1].reshape(len(times), -1))
-        spline: Any = CubicHermiteSpline(times, states, states @ system.T + signals @ loads.T)
-        return lambda at: spline(at).T
+        Machine and signals together follow one linear system, from step to step by Taylor's series.
+        """
+        (system, loads), (n, m) = self._states.matrices, self._states.matrices[1].shape
+        whole = np.zeros((n + 2 * m, n + 2 * m))
+        whole[:n, :n], whole[:n, n : n + m], whole[n : n + m, n + m :] = system, loads, np.eye(m)
+        inside = slice(np.searchsorted(self._bent, low, "right"), np.searchsorted(self._bent, high))
+        ends = np.concatenate([[low], self._bent[inside], [high]])
+        long = np.diff(ends)
+        parts = np.maximum(np.ceil(self._own_rate * long / _TURN), 1.0)
+        if parts.sum() * n > _KEPT:
+            return None
+        early, late = (self._signals(ends[:-1] + part * long) for part in (0.25, 0.75))  # ends may be jumps
+        which = np.repeat(np.arange(len(long)), parts.astype(int))
+        length, slopes = (long / parts)[which], (late - early)[:, which] / (0.5 * long[which])
+        begun = (np.arange(len(which)) - (np.cumsum(parts) - parts)[which]) * length
+        times, signals = ends[which] + begun, (1.5 * early - 0.5 * late)[:, which] + slopes * begun
+        states = np.vstack([np.zeros((n, len(which))), signals, slopes])
+        added = np.hstack([_carried(whole, states[:, k : k + _AT_ONCE], length[k : k + _AT_ONCE])[:n]
+                           for k in range(0, len(which), _AT_ONCE)]).T  # fmt: skip
+        terms = [np.eye(n)]
+        for k in range(1, _TAYLOR):
+            terms.append(system @ terms[-1] / k)
+        series, now = np.vstack(terms), start
+        for j, powers in enumerate(length[:, None] ** np.arange(_TAYLOR)):
+            states[:n, j] = now
+            now = powers @ (series @ now).reshape(_TAYLOR, n) + added[j]
+
+        def run(at: Any) -> FloatArray:
+            one = np.atleast_1d(np.asarray(at, dtype=float))
+            j = np.maximum(np.searchsorted(times, one, "right") - 1, 0)
+            found = _carried(whole, states[:, j], one - times[j])[:n]
+            return found if np.ndim(at) else found[:, 0]
+
+        return run
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
         signals = self._signals(time)

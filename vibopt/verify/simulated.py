@@ -24,7 +24,7 @@ from vibopt.verify.motion_in_time import GONE, INSIDE, MET, NONE, PERIODS, Motio
 
 _SAMPLES, _BEST, _NEAR = 24, 6, 0.9
 """Samples in the shortest period; greatest ones that are looked at more closely; part of the greatest from which an end
-of a stretch is looked at, too."""
+of a stretch, or what rings on, is looked at, too."""
 _LEVEL, _LEVELS = 1e-4, 200
 """Part of the greatest top by which others may be lower and still be it, and how many of them are looked at closely."""
 _ZOOMS, _ACROSS, _MANY = 5, 33, (50_000, 500_000)
@@ -158,12 +158,15 @@ class Simulated(MotionInTime):
         if not len(rates) or np.linalg.cond(left @ shapes) > _DEFECTIVE:
             return np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
         states = shapes * np.linalg.solve(left @ shapes, left @ free) * np.where(rates.imag > 0.0, 2.0, 1.0)
-        every = np.hstack([np.zeros((len(system), 1)), states.real, states.imag])
+        return rates, 1j * self._read(response, states)[1]
+
+    def _read(self, response: TransientResponse, states: ComplexArray) -> tuple[float, ComplexArray]:
+        """What is read of a machine at rest, and beside that of waves of its states (2 n, n_waves), real parts."""
+        every = np.hstack([np.zeros((len(states), 1)), states.real, states.imag])
         quiet = np.full(every.shape[1], 2.0 * self._spans[-1][1])
         still, *read = (response.trace(self.machine, self._course(quiet, every)) * np.ones(len(quiet))).tolist()
-        count = len(rates)
-        waves = [1j * (read[i] - still + 1j * (read[count + i] - still)) for i in range(count)]
-        return rates, np.array(waves, dtype=complex)
+        real, imaginary = np.reshape(read, (2, -1)) - still
+        return still, np.asarray(real + 1j * imaginary)
 
     @property
     def _over(self) -> tuple[Once, ...]:
@@ -242,29 +245,24 @@ class Simulated(MotionInTime):
         """The greater of the best so far and of what rings on behind the last look, by modes."""
         low = self._spans[self._behind][0]
         rates, shapes = np.linalg.eig(self._states.matrices[0])
-        waves = None
         if np.linalg.cond(shapes) > _DEFECTIVE:  # with what drifts, which is not read: what swings alone
             rates, waves = self._free(response)
-            if not len(rates):
-                return best
+            still, waves = 0.0, -1j * waves
         else:
             state = self._run(self._behind)(low)
-            shares = shapes * np.linalg.solve(shapes, state.astype(complex))
+            still, waves = self._read(response, shapes * np.linalg.solve(shapes, state.astype(complex)))
+        if not len(rates):
+            return best
         begin, end = self._spans[-1][1] - low, self._look / PERIODS * _HORIZON
         step = 2.0 * np.pi / (_SAMPLES * max(float(np.abs(rates.imag).max()), 1e-300))
-        quiet = self._spans[-1][1] * 2.0
 
         def value(times: FloatArray) -> FloatArray:
-            turned = np.exp(rates[:, None] * times)
-            if waves is not None:
-                return np.asarray(np.abs(np.imag(waves @ turned)))
-            course = self._course(np.full(len(times), quiet), np.real(shares @ turned))
-            return np.abs(response.trace(self.machine, course)) * np.ones(len(times))
+            return np.asarray(np.abs(still + np.real(waves @ np.exp(rates[:, None] * times))))
 
-        while begin < end:
+        while begin < end and abs(still) + float(np.abs(waves) @ np.exp(rates.real * begin)) > best[0] * (1.0 + _EVEN):
             times = np.asarray(begin + step * np.arange(min(_CHUNK, int((end - begin) / step) + 2)), dtype=float)
             values = value(times)
-            for at in _tops(values):
+            for at in (one for one in _tops(values) if values[one] > _NEAR * best[0]):
                 fine = np.asarray(times[at] + step * np.linspace(-1.0, 1.0, 2001), dtype=float)
                 top = value(fine)
                 if top.max() > best[0] * (1.0 + _EVEN):
