@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from refusals import refused
 from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
 from vibopt.cli.picture_command import _picture
-from vibopt.mechanics.free_whirls import damped_critical_speeds
+from vibopt.mechanics.free_whirls import synchronous
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbits import spun
 from vibopt.program.pose import on_needed
@@ -426,7 +426,9 @@ def test_the_campbell_diagram_of_damped_whirls_meets_the_spin_at_damped_critical
     found = campbell_of(design)
     rotor = spun(model_of(design.scene), NONE)
     for table, speeds, sense in ((found.forward, found.critical, 1.0), (found.backward, found.against, -1.0)):
-        assert speeds == pytest.approx(damped_critical_speeds(rotor, sense, float(found.spins[-1])), rel=1e-8)
+        assert speeds == pytest.approx(
+            [one.speed for one in synchronous(rotor, sense, float(found.spins[-1]))], rel=1e-8
+        )
         assert len(speeds)
         for speed in speeds:
             near = int(np.abs(found.spins - speed).argmin())

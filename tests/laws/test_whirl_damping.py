@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from refusals import refused
 from test_bearings import BENDING, BOTH, FILM, REST, ROWS, at, borne, numbers
 from test_rotors import HEAD, NONE, RPM, SHAFT, asked, friswell, held, light
-from vibopt.mechanics.free_whirls import NO_PEAK, damped_critical_speeds, decrements, free_whirls
+from vibopt.mechanics.free_whirls import NO_PEAK, decrements, free_whirls, synchronous
 from vibopt.mechanics.orbits import spun
 from vibopt.mechanics.whirls_as_built import as_fast, in_planes, whirls
 from vibopt.scene.assemble import model_of
@@ -132,6 +132,22 @@ def test_a_sharp_peak_is_kept_out_of_a_band_and_a_broad_one_may_be_in_it() -> No
         assert design.status == status, design.claim
 
 
+def test_all_masses_whose_peak_lies_beside_a_band_are_told_from_just_inside_where_it_comes_in() -> None:
+    """Its factor leaps there: the peak is where w^2 = 2 k^2 / (2 k m - c^2)."""
+    stiffness, damping, band = 48.0 * BENDING, 300.0, (150.0, 200.0)
+    document = {**light(), "links": {**held(1e12), "seal": {"between": ["disc", "ground"], "damping": "300 N s/m"}}}
+    document["rotors"]["rotor"]["discs"][0]["mass"] = {"from": "5 kg", "to": "100 kg"}
+    sharp = {"response": "amplification_factor", "of": "disc", "over": "150..200 rad/s", "at_most": 2.5}
+    goal = {"find_all": "rotors.rotor.discs.1.mass"}
+    design = solve(from_dict({**document, "limits": {"sharp": sharp}, "goal": goal}))
+    assert design.status == "met"
+    assert "or just inside of one where a limit leaps" in design.claim
+    light_one, heavy_one = [tuple(end.value for end in pair) for pair in design.found or ()]
+    slow, fast = ((2.0 * stiffness**2 / speed**2 + damping**2) / (2.0 * stiffness) for speed in band)
+    assert light_one == pytest.approx((5.0, fast), rel=1e-5)
+    assert heavy_one == pytest.approx((slow, 100.0), rel=1e-5)
+
+
 # Both routes, and none left out
 
 SIGNED = st.integers(-300, 300)
@@ -196,7 +212,7 @@ def test_damped_critical_speeds_by_polynomials_are_those_by_waves(sense: float) 
     for document in (borne(friswell(), table=rows), {**friswell(), "links": held(1e6, 2e3)}):
         scene = from_dict(up_to(document, "900 rad/s"))
         rotor = spun(model_of(scene), NONE)
-        found = damped_critical_speeds(rotor, sense, 800.0)
+        found = np.array([one.speed for one in synchronous(rotor, sense, 800.0)])
         assert as_fast(in_planes(machine_of(scene, {})), sense, NO_PEAK, 800.0) == pytest.approx(found, rel=1e-9)
         assert len(found) >= 2
         for speed in found.tolist():
@@ -224,7 +240,7 @@ def unruly(seed: int) -> dict[str, Any]:
 @pytest.mark.parametrize("seed", [1, 4])
 def test_both_roads_meet_every_damped_critical_speed_of_films_that_leap(seed: int) -> None:
     scene = from_dict(up_to(unruly(seed), "1256 rad/s"))
-    found = damped_critical_speeds(spun(model_of(scene), NONE), 0.0, 1256.0)
+    found = np.array([one.speed for one in synchronous(spun(model_of(scene), NONE), 0.0, 1256.0)])
     assert as_fast(in_planes(machine_of(scene, {})), 0.0, NO_PEAK, 1256.0) == pytest.approx(found, rel=1e-8)
     assert len(found) >= 3
 

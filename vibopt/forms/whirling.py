@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form
-from vibopt.mechanics.free_whirls import damped_critical_speeds, damping_ratios, decrements, least_damped
+from vibopt.forms.form import Form, by_differences, kept
+from vibopt.mechanics.free_whirls import Synchronous, damping_ratios, decrements, least_damped, synchronous
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices
 from vibopt.mechanics.orbits import spun
@@ -104,24 +104,44 @@ class DampedCriticalSpeed(Form):
 
     def every(self, model: Model, x: FloatArray) -> FloatArray:
         """All that are looked for, ascending [rad/s]."""
-        return damped_critical_speeds(spun(model, x), self.sense, self.top, self.mode)
+        return np.array([one.speed for one in self._met(model, x)])
+
+    def _met(self, model: Model, x: FloatArray) -> list[Synchronous]:
+        def found(each: FloatArray) -> list[list[Synchronous]]:
+            return [synchronous(spun(model, one), self.sense, self.top, self.mode) for one in each]
+
+        return kept(model, self, np.asarray(x)[None], found)[0]
 
     def acting(self, model: Model) -> FloatArray:
         return of_whirls(model)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
+        """That of the one whirl that says the value, followed alone."""
+        met = self._met(model, x)
+        if not self._of([one.speed for one in met]) < np.inf:
+            return np.zeros(len(x))
+        one = met[self.mode - 1] if self.mode else min(met, key=lambda each: apart([each.speed], self.bands))
+
+        def value(y: FloatArray) -> float:
+            speed = one.moved(spun(model, y))
+            if np.isnan(speed):
+                return self.value(model, y)
+            return speed if self.mode else apart([speed], self.bands)
+
+        return by_differences(value, x)
 
     def value(self, model: Model, x: FloatArray) -> float:
-        speeds = self.every(model, x)
+        return self._of([one.speed for one in self._met(model, x)])
+
+    def _of(self, speeds: list[float]) -> float:
         if self.mode:
-            return float(speeds[self.mode - 1]) if len(speeds) >= self.mode else float("inf")
+            return speeds[self.mode - 1] if len(speeds) >= self.mode else float("inf")
         return apart(speeds, self.bands)
 
 
-def apart(speeds: FloatArray, bands: tuple[tuple[float, float], ...]) -> float:
+def apart(speeds: list[float], bands: tuple[tuple[float, float], ...]) -> float:
     """How far speeds are from bands: the least of low / speed or speed / high; infinite of none."""
-    each = [max(low / speed, speed / high) for speed in speeds.tolist() for low, high in bands]
+    each = [max(low / speed, speed / high) for speed in speeds for low, high in bands]
     return float(min(each, default=np.inf))
 
 

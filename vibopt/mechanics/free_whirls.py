@@ -57,23 +57,23 @@ def free_whirls(
     Where it is known which are `telling`, by about what they are, others may be left out.
     """
     rates, ways = np.linalg.eig(rotor.rates(spin))
-    near, half = -1j * rates, len(rates) // 2
+    near = -1j * rates
     swings = (near.real > 0.0) & (near.imag <= _FOLLOWED * np.abs(near))
     chosen = np.flatnonzero(swings & (near.real <= _BEYOND * top))
     chosen = chosen[telling(near[chosen])] if telling is not None else chosen
-    shapes = np.kron(np.eye(2), rotor.at_rest_shapes)
+    motions = rotor.motions(ways[:, chosen])
     first, second = rotor.powers(spin)
     still = rotor.dynamic(0.0, spin)
-    found = [_solved(still, first, second, near[k], shapes @ ways[:half, k]) for k in chosen.tolist()]
+    found = [_solved(still, first, second, near[k], way) for k, way in zip(chosen.tolist(), motions.T, strict=True)]
     met = np.array([rate for rate, _ in found], dtype=complex)
     bad = np.abs(met - near[chosen]) > _ASTRAY * np.abs(near[chosen])
     if bad.any() or _double(met, [way for _, way in found]):
-        met, motions = _whole(still, first, second, _BEYOND * top)
+        met, every = _whole(still, first, second, _BEYOND * top)
     else:
-        motions = [way for _, way in found]
+        every = [way for _, way in found]
     order = np.argsort(met.real)
     kept = order[(met.real <= top)[order] & (met.imag < HEAVY * np.abs(met))[order]]
-    senses = np.array([_sense(rotor, motions[k]) for k in kept.tolist()], dtype=float)
+    senses = np.array([_sense(rotor, every[k]) for k in kept.tolist()], dtype=float)
     return Whirls(met[kept], senses)
 
 
@@ -190,31 +190,40 @@ def _lowest(value: Callable[[float], float], low: float, high: float) -> float:
     return min(heights)
 
 
-def damped_critical_speeds(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> FloatArray:
-    """Spins at which a free whirl with the spin (1), against it (-1), or any (0), is as fast as the spin [rad/s].
+@dataclass(frozen=True, slots=True)
+class Synchronous:
+    """A free whirl as fast as the spin: that speed [rad/s], its complex frequency [rad/s] and motion (2 n,)."""
+
+    speed: float
+    rate: complex
+    way: ComplexArray
+
+    def moved(self, rotor: Spun) -> float:
+        """The speed of the same whirl of a rotor that is nearly the same [rad/s]; nan if none is met."""
+        return _as_fast(rotor, self.speed, self.rate, self.way)[0].speed
+
+
+def synchronous(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> list[Synchronous]:
+    """Free whirls with the spin (1), against it (-1), or any (0), that are as fast as the spin, the slowest first.
 
     What is damped by `NO_PEAK` of critical and more has no resonance, and is left out.  Up to `top` and as far as
     tables go; without a top the `most` lowest are looked for up to `FARTHEST` times the lowest frequency at rest.
     """
-    spins = _looked_at(rotor, top).tolist()
-    found: list[float] = []
-    before = _Look.at(rotor, spins[0])
+    spins, few = _looked_at(rotor, top).tolist(), rotor.enough(top)
+    found: list[Synchronous] = []
+    before = _Look.at(rotor, spins[0], few)
     for high in spins[1:]:
-        after = _Look.at(rotor, high)
+        after = _Look.at(rotor, high, few)
         for spin, near, way in _crossings(rotor, before, after):
-            rate, goes = _as_fast(rotor, spin, near, way)
-            if goes * sense >= 0.0 and rate.imag < NO_PEAK * abs(rate) and spins[0] <= rate.real <= spins[-1]:
-                found.append(rate.real)
+            one, goes = _as_fast(rotor, spin, near, way)
+            if goes * sense >= 0.0 and one.rate.imag < NO_PEAK * abs(one.rate) and spins[0] <= one.speed <= spins[-1]:
+                found.append(one)
         before = after
         if most and len(found) >= most + 1:  # one may be met twice
             break
-    return apart(found)
-
-
-def apart(speeds: list[float]) -> FloatArray:
-    """Ascending, of those that are equal one."""
-    every = np.sort(np.array(speeds))
-    return every[np.append(True, np.diff(every) > _EQUAL * every[1:])] if len(every) else every
+    found.sort(key=lambda one: one.speed)
+    alone = np.diff([one.speed for one in found], prepend=0.0) > [_EQUAL * one.speed for one in found]
+    return [one for one, kept in zip(found, alone.tolist(), strict=True) if kept]
 
 
 def _looked_at(rotor: Spun, top: float) -> FloatArray:
@@ -237,8 +246,8 @@ class _Look:
     ways: ComplexArray
 
     @classmethod
-    def at(cls, rotor: Spun, spin: float) -> _Look:
-        states = rotor.rates(spin)
+    def at(cls, rotor: Spun, spin: float, few: int) -> _Look:
+        states = rotor.rates(spin, few)
         return cls(spin, states, *np.linalg.eig(states))
 
     @property
@@ -265,18 +274,17 @@ def _crossings(rotor: Spun, low: _Look, high: _Look) -> list[tuple[float, comple
     if not count and not low.may_meet(high) and not high.may_meet(low):
         return []
     if high.spin - low.spin <= _NARROW * high.spin:
-        middle = _Look.at(rotor, 0.5 * (low.spin + high.spin))
+        middle = _Look.at(rotor, 0.5 * (low.spin + high.spin), len(low.rates) // 4)
         off = np.abs(middle.rates.imag - middle.spin)
         near = np.argsort(off)[: max(count, int((off <= high.spin - low.spin).sum()))]
-        shapes = np.kron(np.eye(2), rotor.at_rest_shapes)
-        half = len(middle.rates) // 2
-        every = [(middle.spin, complex(-1j * middle.rates[k]), shapes @ middle.ways[:half, k]) for k in near.tolist()]
+        ways = rotor.motions(middle.ways[:, near]).T
+        every = [(middle.spin, complex(-1j * middle.rates[k]), way) for k, way in zip(near.tolist(), ways, strict=True)]
         return [one for one in every if one[1].imag <= HEAVY * abs(one[1])]
-    there = _Look.at(rotor, 0.5 * (low.spin + high.spin))
+    there = _Look.at(rotor, 0.5 * (low.spin + high.spin), len(low.rates) // 4)
     return [*_crossings(rotor, low, there), *_crossings(rotor, there, high)]
 
 
-def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tuple[complex, float]:
+def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tuple[Synchronous, float]:
     """The whirl near one at a spin that is as fast as that, in all coordinates, and its sense; nan if none is met."""
 
     def off(spin: float, like: complex, way: ComplexArray) -> tuple[float, complex, ComplexArray]:
@@ -291,16 +299,18 @@ def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tupl
             break
         before, here, low = here, here - high * (here - before) / (high - low), high
     met = abs(high) <= _MET * here
-    return complex(here if met else np.nan, like.imag), _sense(rotor, way)
+    here = here if met else np.nan
+    return Synchronous(here, complex(here, like.imag), way), _sense(rotor, way)
 
 
 __all__ = [
     "HEAVY",
     "NO_PEAK",
+    "Synchronous",
     "Whirls",
-    "damped_critical_speeds",
     "damping_ratios",
     "decrements",
     "free_whirls",
     "least_damped",
+    "synchronous",
 ]

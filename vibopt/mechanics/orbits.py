@@ -13,7 +13,8 @@ from typing import cast
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.mechanics.bearings import Bearing
 from vibopt.mechanics.growth import first_growth, states
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model, factors, kept
 from vibopt.mechanics.modes import free_matrices
@@ -24,8 +25,9 @@ _NEAR, _NOTHING = 1e-6, 1e-30
 """How near a frequency may come to one of the undamped whirls, whose receptance then has too few digits."""
 FARTHEST = 50.0
 """Spin over the lowest frequency at rest up to which growth is looked for where nothing says how far."""
-_LOWEST, _FOLLOWED = 12, 12
-"""Undamped whirls of either sense by which singular speeds are looked for, and by which growth is."""
+_LOWEST, _FOLLOWED, _FEWEST, _FASTER = 12, 12, 6, 16.0
+"""Undamped whirls of either sense by which singular speeds are looked for, and by which growth is; of these at least,
+where whirls up to a frequency are looked for, and those up to so many times as fast as that."""
 _REAL, _AROUND, _STILL = 1e-9, 0.05, 1e-12
 """Part of itself by which a speed without damping may lie off its axis, that by which it moves when solved in full,
 and the part of the longest period below which one is rounding."""
@@ -49,6 +51,7 @@ class Spun:
         self._reference = _reference(model, x)
         bearings = self.rows[len(self.rows) - len(self._reference) :]
         self.held = stiffness + (bearings.T * self._reference) @ bearings
+        self._lines: dict[tuple[int, int], tuple[float, ComplexArray, ComplexArray]] = {}
 
     @cached_property
     def _whirls(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
@@ -66,6 +69,29 @@ class Spun:
         """What `held`, masses and gyroscopic moments hang on, (1, n): bearings of other numbers share their whirls."""
         return np.where(np.isin(self.model.kinds, (DAMPING, HYSTERETIC)), 0.0, self.p)[None]
 
+    @cached_property
+    def _bearings(self) -> list[tuple[IntArray, Bearing]]:
+        """Where the stretch of each stands among forward and backward ones (2,), and the bearing."""
+        r, begin = len(self.rows), len(self.rows) - len(self.model.bearings)
+        return [(np.array([j, r + j]), one) for j, one in enumerate(self.model.bearings, start=begin)]
+
+    @cached_property
+    def _even(self) -> tuple[ComplexArray, ComplexArray]:
+        """Stiffness beside `held` and damping of bearings that are the same at every spin, each (2 r, 2 r)."""
+        still, moving = np.zeros((2, 2 * len(self.rows), 2 * len(self.rows)), dtype=complex)
+        for (at, one), held in zip(self._bearings, self._reference, strict=True):
+            still[at, at] = -held
+            if not len(one.speeds):
+                stiff, damp = one.whirling(self.x, np.zeros(()))
+                still[at[:, None], at] += stiff
+                moving[at[:, None], at] = damp
+        return still, moving
+
+    @cached_property
+    def _tabled(self) -> list[tuple[IntArray, Bearing]]:
+        """Those that change with the spin."""
+        return [(at, one) for at, one in self._bearings if len(one.speeds)]
+
     def coupling(
         self, omega: ComplexArray | FloatArray, spin: FloatArray, turned: FloatArray | None = None
     ) -> ComplexArray:
@@ -82,11 +108,11 @@ class Spun:
             found[:, at, at] = own
             at = np.arange(begin + first, begin + first + len(self._rotating))
             found[:, at, at] = 1j * (omega - sense * turned)[:, None] * self._rotating
-        begin = first + len(self._rotating)
-        for j, (one, held) in enumerate(zip(self.model.bearings, self._reference, strict=True), start=begin):
+        still, moving = self._even
+        found += still + 1j * omega[:, None, None] * moving
+        for at, one in self._tabled:
             stiff, damp = one.whirling(self.x, spin)
-            at = np.array([j, r + j])
-            found[:, at[:, None], at] = stiff + 1j * omega[:, None, None] * damp - held * np.eye(2)
+            found[:, at[:, None], at] += stiff + 1j * omega[:, None, None] * damp
         return found
 
     def seen(self, lines: FloatArray, load: ComplexArray, omega: ComplexArray | FloatArray) -> ComplexArray:
@@ -205,15 +231,28 @@ class Spun:
 
         return kept(self.model, "rest in planes", self._held_by, found, most=4)[0]
 
-    def rates(self, spin: float) -> ComplexArray:
-        """Of states of the lowest free motions, forward and backward, at a spin [rad/s]; straight between rows."""
-        squares, shapes = self._at_rest
+    def rates(self, spin: float, few: int = _FOLLOWED) -> ComplexArray:
+        """Of states of the `few` lowest free motions of either sense at a spin [rad/s]; straight between rows."""
+        piece = max(int(np.searchsorted(self.knots[:-1], spin)) - 1, 0)
+        if (piece, few) not in self._lines:
+            low, high = self.knots[piece : piece + 2] if len(self.knots) else (0.0, self.slowest)
+            first = self._rates(low, few)
+            self._lines[piece, few] = low, first, (self._rates(high, few) - first) / (high - low)
+        low, first, slope = self._lines[piece, few]
+        return first + (spin - low) * slope
+
+    def _rates(self, spin: float, few: int) -> ComplexArray:
+        squares, shapes = self._at_rest[0][:few], self._at_rest[1][:, :few]
         rows, turned = np.kron(np.eye(2), self.rows @ shapes), spin * (shapes.T @ self.polar @ shapes)
         at, none, one = np.array([spin]), np.zeros(1), np.ones(1)
         still = self.coupling(none, at)[0]
         damping = -1j * (rows.T @ (self.coupling(one, at)[0] - still) @ rows)
         damping += np.kron(np.diag([-1j, 1j]), turned)
         return states(np.tile(squares, 2), damping, rows.T @ still @ rows)
+
+    def enough(self, top: float) -> int:
+        """How many of the lowest motions at rest tell about where the free whirls up to a frequency [rad/s] are."""
+        return max(_FEWEST, int((self._at_rest[0] <= (_FASTER * top) ** 2).sum())) if top else _FOLLOWED
 
     def rates_at(self, spin: float) -> ComplexArray:
         """Rates [1/s] of the lowest free motions at a spin."""
@@ -224,17 +263,18 @@ class Spun:
         """Lowest frequency at rest [rad/s]."""
         return float(np.sqrt(self._at_rest[0].min()))
 
-    @property
-    def at_rest_shapes(self) -> FloatArray:
-        """Motions (n, m) to which the first half of the states of `rates` belongs, in either sense of whirl."""
-        return np.asarray(self._at_rest[1] / np.sqrt(self._at_rest[0]))
+    def motions(self, ways: ComplexArray) -> ComplexArray:
+        """Forward and backward motion (2 n, k) of states (4 few, k) of the `few` lowest free motions."""
+        half = ways[: len(ways) // 2]
+        shapes = (self._at_rest[1] / np.sqrt(self._at_rest[0]))[:, : len(half) // 2]
+        return np.concatenate([shapes @ each for each in np.split(half, 2)])
 
     def powers(self, spin: float) -> tuple[ComplexArray, FloatArray]:
         """What the dynamic stiffness at a spin has in the frequency and in its square, each (2 n, 2 n)."""
         first = 0.5 * (self.dynamic(1.0, spin) - self.dynamic(-1.0, spin))
         return first, np.asarray(-np.kron(np.eye(2), self.mass))
 
-    @property
+    @cached_property
     def knots(self) -> FloatArray:
         """Speeds of the rows of all tables [rad/s], ascending; those within the ends of each."""
         tables = [one.speeds for one in self.model.bearings if len(one.speeds)]
@@ -266,7 +306,7 @@ class Spun:
         rates, ways = np.linalg.eig(self.rates(spin))
         which = int(rates.real.argmax())
         whirl = float(rates[which].imag)
-        motion = np.kron(np.eye(2), self.at_rest_shapes) @ np.split(ways[:, which], 2)[0]
+        motion = self.motions(ways[:, which])
         force = self._scale.diagonal() * motion
         read = force.conj()
 

@@ -14,23 +14,31 @@ from vibopt.verify.checked import Built, disagreement
 
 _NEAR = 1e-6
 """Part of a bound within which the limit that ends an interval must be met as measured."""
+_BESIDE, _LEAPS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5), 1e-3
+"""Parts of a value by which one goes inward where a limit leaps, whose place two routes know to less than its last
+digits; part of its bound by which it leaps at least."""
 
 Rows = Mapping[str, Checked]
 
 
 @dataclass(frozen=True, slots=True)
 class End:
-    """One end of an interval: the value, the limit that ends it ("" for the range), and what is measured there."""
+    """One end of an interval: the value, the limit that ends it ("" for the range), and what is measured there.
+
+    leaps
+        Whether that limit leaps there; the value is then one just inside.
+    """
 
     value: Entry
     ended_by: str
     rows: Rows
+    leaps: bool = False
 
     @property
     def as_found(self) -> bool:
         """Whether every limit holds as measured, and one side of the limit that ends it just so."""
-        held = [row.margin for row in self.rows.values() if row.name == self.ended_by and row.side]
-        return _good(self.rows) and (not held or min(map(abs, held)) <= _NEAR)
+        held = _margins(self.rows, self.ended_by)
+        return _good(self.rows) and (self.leaps or not held or min(map(abs, held)) <= _NEAR)
 
 
 def permitted_values(scene: Scene, program: Program) -> Design:
@@ -45,11 +53,18 @@ def permitted_values(scene: Scene, program: Program) -> Design:
         built = Built(scene, {variable.path: value}, program.model)
         return {**built.limits({}), **built.measures({})}
 
-    def end(value: float, name: str) -> End:
-        return End(Entry(value, variable.dimension, variable.unit), name, measured(value))
+    def end(value: float, name: str, inward: float) -> End:
+        at = End(Entry(value, variable.dimension, variable.unit), name, measured(value))
+        for part in _BESIDE if name and found.complete and not at.as_found else ():
+            inside = value * (1.0 + inward * part)
+            rows, beyond = measured(inside), _margins(measured(value * (1.0 - inward * part)), name)
+            leap = min(_margins(rows, name)) - min(beyond)
+            if _good(rows) and not disagreement(rows) and min(beyond) < 0.0 and leap > _LEAPS:
+                return End(Entry(inside, variable.dimension, variable.unit), name, rows, leaps=True)
+        return at
 
     intervals = tuple(
-        (end(low, below), end(high, above))
+        (end(low, below, 1.0), end(high, above, -1.0))
         for (low, high), (below, above) in zip(found.intervals, found.ends, strict=True)
     )
     ends = [one for two in intervals for one in two]
@@ -59,7 +74,7 @@ def permitted_values(scene: Scene, program: Program) -> Design:
     wrong += [one.value.shown for one in ends if found.complete and not one.as_found]
     alone = [f"the limits hold on one of model and machine as built alone at {', '.join(wrong)}"] if wrong else []
     doubt = disagreement(*(one.rows for one in ends), besides=alone)
-    claim, complete = _claim(program, found, variable.path)
+    claim, complete = _claim(program, found, variable.path, any(one.leaps for one in ends))
     proven, unsettled = ("met", "feasible") if intervals else ("infeasible", "unproven")
     notes = [note for one in ends for note in notes_of(scene, {variable.path: one.value.value})]
     return Design(
@@ -73,13 +88,19 @@ def permitted_values(scene: Scene, program: Program) -> Design:
     )
 
 
-def _claim(program: Program, found: Permitted, path: str) -> tuple[str, bool]:
+def _claim(program: Program, found: Permitted, path: str, leaps: bool) -> tuple[str, bool]:
     """How the set was found, and whether it is proven."""
     if not found.complete:
         return f"the limits were followed over the range of {path}, but part of it was not settled", False
     claim = f"every limit was followed over the whole range of {path}, and each end is exact"
+    claim += ", or just inside of one where a limit leaps" if leaps else ""
     searched = sorted({limit.form.searched for limit in program.limits} - {""})
     return (f"{claim}; {', '.join(searched)} and not proven", False) if searched else (claim, True)
+
+
+def _margins(rows: Rows, name: str) -> list[float]:
+    """Of a limit, on each of its sides."""
+    return [row.margin for row in rows.values() if row.name == name and row.side]
 
 
 def _good(rows: Rows) -> bool:

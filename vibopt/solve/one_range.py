@@ -42,6 +42,9 @@ _FLOOR = 1e-12
 _SAFETY = 4.0
 _NARROW = 1e-12
 """Part of the range below which nothing is halved."""
+_SHORT, _LEAP, _SPECK = 1.0 / 64.0, 0.6, 1e-10
+"""Part of the range from which down leaps of a limit are looked for; part of all of its changes on a piece that one is;
+part of the range that is too narrow to be told beside a leap."""
 _PIECES, _FEWEST, _WORK = 20_000, 500, 1e5
 """Most pieces, and how many where each is dear: work of all of them [nominal ms]."""
 _GAP = 1e-9
@@ -225,12 +228,14 @@ class _Run:
                 good += self._good(piece)
             else:
                 left += self._halves(piece)[::-1]
-        merged = _merged(good)
+        merged = _without_specks(_merged(good))
         values = tuple((float(self.x(low)[0]), float(self.x(high)[0])) for low, high in merged)
         return Permitted(values, tuple((self._holder(low), self._holder(high)) for low, high in merged), not left)
 
     def _good(self, piece: _Piece) -> list[tuple[float, float]]:
         """Parts of a known piece on which every limit holds, and places where the worst of them just does."""
+        if piece.high - piece.low <= _NARROW:  # a leap: nothing is told of between
+            return [(end, end) for end in (piece.low, piece.high) if self._holds(end)]
         places = [self._cross(row, place, piece) for row, place in piece.turns() if row < len(self.program.limits)]
         cuts = sorted({piece.low, piece.high, *places})
         parts = [two for two in pairwise(cuts) if self._holds(0.5 * (two[0] + two[1]))]
@@ -255,7 +260,24 @@ class _Run:
         return bool((piece.least[:-1] > 1.2 * _MET).any())
 
     def _halves(self, piece: _Piece) -> list[_Piece]:
-        return self._pieces([piece.low, 0.5 * (piece.low + piece.high), piece.high])
+        """A piece in two, or in what lies before and behind a leap of a limit that matters."""
+        cuts = self._leap(piece) if piece.high - piece.low <= _SHORT else ()
+        return self._pieces(sorted({piece.low, *(cuts or (0.5 * (piece.low + piece.high),)), piece.high}))
+
+    def _leap(self, piece: _Piece) -> tuple[float, ...]:
+        """Two places next to each other between which a limit leaps; none where it only changes quickly."""
+        places = _nodes(piece.low, piece.high).tolist()
+        for row in piece.matters:
+            steps = np.abs(np.diff([self.row(place)[row] for place in places]))
+            k = int(steps.argmax())
+            (low, high), most = places[k : k + 2], _LEAP * float(steps.sum())
+            while high - low > _NARROW and abs(self.row(high)[row] - self.row(low)[row]) > most:
+                middle = 0.5 * (low + high)
+                before, behind = (abs(self.row(middle)[row] - self.row(end)[row]) for end in (low, high))
+                low, high = (low, middle) if before > behind else (middle, high)
+            if high - low <= _NARROW:
+                return low, high
+        return ()
 
     def _pieces(self, ends: list[float]) -> list[_Piece]:
         """Pieces side by side: what is measured sooner at many designs at once is."""
@@ -443,6 +465,13 @@ def _merged(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
         else:
             merged.append((low, high))
     return merged
+
+
+def _without_specks(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Without what is left or right of a leap by rounding: parts of no width close to one that has some."""
+    wide = [one for one in parts if one[1] - one[0] > _SPECK]
+    beside = [min((max(low - one[1], one[0] - high) for low, high in wide), default=np.inf) for one in parts]
+    return [one for one, far in zip(parts, beside, strict=True) if one in wide or far > _SPECK]
 
 
 __all__ = ["OneRange", "Permitted", "permitted"]

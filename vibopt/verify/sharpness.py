@@ -9,9 +9,10 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.signals import Band
 
-_EVEN, _WIDE, _SURE = 300, np.linspace(-3.0, 3.0, 49), 1e6
+_EVEN, _WIDE, _SURE, _EDGE = 300, np.linspace(-3.0, 3.0, 49), 1e6, 1e-6
 _FLANK = np.unique(np.concatenate([np.geomspace(1e-7, 0.5, 120), np.linspace(1e-3, 0.5, 120)]))
-"""Even speeds of a band; widths of a pole beside it; factor that stands for no damping at all; parts of a speed."""
+"""Even speeds of a band; widths of a pole beside it; factor that stands for no damping at all; part of
+a speed within which a peak beside an end of a band is at that end; parts of a speed."""
 
 
 def sharpest(
@@ -21,13 +22,15 @@ def sharpest(
     found = [(0.0, bands[0].low)]
     for band in bands:
         near = [one for one in poles if band.low < one.real < band.high]
+        inside = band.low * (1.0 + _EDGE), band.high * (1.0 - _EDGE)
         around = [one.real + max(abs(one.imag), 1e-9 * abs(one)) * _WIDE for one in near]
-        speeds = np.unique(np.concatenate([np.linspace(band.low, band.high, _EVEN), *around]))
+        speeds = np.unique(np.concatenate([np.linspace(band.low, band.high, _EVEN), inside, *around]))
         speeds = speeds[(speeds >= band.low) & (speeds <= band.high)]
         values = size(speeds)
         for k in np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1:
             speed, top = _top(size, float(speeds[k - 1]), float(speeds[k + 1]))
-            found.append((_sharpness(size, speed, top, known), speed))
+            if inside[0] < speed < inside[1]:
+                found.append((_sharpness(size, speed, top, known), speed))
     return max(found)
 
 
