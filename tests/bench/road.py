@@ -38,10 +38,15 @@ import rotor_files
 from by_hand import press, problems
 from timing import in_turns, timed
 
+from vibopt.arrays import FloatArray
+from vibopt.charts import shock_cases
 from vibopt.charts.cost import LADDERS
 from vibopt.charts.machines import absorbed
 from vibopt.charts.scene_rivals import method
-from vibopt.program.pose import pose
+from vibopt.charts.trial import filed
+from vibopt.forms.peak_in_time import PeakInTime
+from vibopt.mechanics.model import Model
+from vibopt.program.pose import on_needed, pose
 from vibopt.scene.read import from_dict, from_text, read
 from vibopt.solve.branch import Judge
 from vibopt.solve.ranges import closed
@@ -136,6 +141,30 @@ def large() -> Iterator[Line]:
     yield "200 bodies, analysis", timed(partial(solve, scene), 3)[0], "1 s", 1.0, 1.0
 
 
+def shocks() -> Iterator[Line]:
+    """Peaks under pulses and a record, of one machine and of 64 at once; the integrator with 1e-9, as it keeps."""
+    for case, load in shock_cases.speed(quick=False).cases:
+        if not case.name.startswith(("half sine", "rectangle", "record of 20000 points, 1 ")):
+            continue
+        scene = filed(case, load).scene()
+        model, form = on_needed(scene, pose(scene).model, scene.measures["greatest"])
+        assert isinstance(form, PeakInTime)
+        spread = 1.0 + 1e-3 * np.random.default_rng(14).normal(size=(64, 1))
+        calls: list[Callable[[], Any]] = [partial(peaks, model, form, model.values(np.zeros(0)) * np.ones((1, 1)))]
+        if not len(load.points) or len(load.points) == 2:
+            calls.append(partial(peaks, model, form, model.values(np.zeros(0)) * spread))
+        (hand, *ours), _ = in_turns([partial(shock_cases.by_dop853, load, 1e-9), *calls], 1 + 8 * len(calls[1:]))
+        for seconds, words in zip(ours, ("", ", one of 64"), strict=False):
+            yield f"{case.name}{words}", seconds / (64.0 if words else 1.0), "DOP853, 1e-9", hand, 0.02
+
+
+def peaks(model: Model, form: PeakInTime, p: FloatArray) -> Any:
+    """Of machines of coefficients (n, n_terms), none of which is known."""
+    vars(model).pop("in_time", None)
+    machine, reading = form.transient(model, p)
+    return machine.peaks(reading)
+
+
 IMPORTS = """
 import click, numpy, tomllib
 from pydantic import BaseModel
@@ -166,7 +195,7 @@ def cold_start() -> Iterator[Line]:
 
 
 TABLE: tuple[Callable[[], Iterator[Line]], ...] = (
-    one_body, sweeps, one_absorber, several_absorbers, measured_rotors, bought_parts, large, cold_start,
+    one_body, sweeps, one_absorber, several_absorbers, measured_rotors, bought_parts, large, shocks, cold_start,
 )  # fmt: skip
 
 

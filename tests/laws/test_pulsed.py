@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import vibopt as vo
 from vibopt.arrays import FloatArray
 from vibopt.excitations.segments import line, sine
+from vibopt.mechanics import pulsed
 from vibopt.mechanics.pulsed import peaks_by_modes
 from vibopt.mechanics.ringing import Peak
 from vibopt.mechanics.transient import Reading, Transient
@@ -94,6 +95,27 @@ def test_machines_in_a_row_have_the_peaks_of_each(seed: int, count: int) -> None
     reading = Reading(apart, 0.0 * apart, 0.0 * apart)
     each = [row.some(np.array([i]))._peaks_of_row(reading).value[0] for i in range(4)]
     assert np.abs(row.peaks(reading).value) == pytest.approx(np.abs(each), rel=1e-10)
+
+
+@pytest.mark.parametrize("cells", [1 << 11, 1 << 13])
+def test_a_row_that_is_too_long_for_one_grid_is_cut(monkeypatch: pytest.MonkeyPatch, cells: int) -> None:
+    """Six bodies that ring long after a pulse, forty times: one by one, in parts, and none where one is too much."""
+    mass, _, stiffness = chain(np.random.default_rng(3), 6)
+    spread = 1.0 + 0.01 * np.arange(40)[:, None, None]
+    row = Transient(np.tile(mass, (40, 1, 1)), 1e-3 * stiffness * spread, stiffness * spread, 6, np.eye(7)[:, -1:],
+                    (line(1.0, 1.0, 0.0),))  # fmt: skip
+    apart = np.eye(7)[0] - np.eye(7)[6]
+    reading = Reading(apart, 0.0 * apart, 0.0 * apart)
+    found = []
+    for most in (pulsed._CELLS, cells, 10):
+        monkeypatch.setattr(pulsed, "_CELLS", most)
+        known = peaks_by_modes(row, reading)
+        assert known is not None
+        found.append(known)
+    (whole, all_known), (parts, known_by_parts), (_, known_of_none) = found
+    assert (all_known.all(), known_by_parts.all(), known_of_none.any()) == (True, True, False)
+    assert parts.value == pytest.approx(whole.value, rel=1e-12)
+    assert parts.time == pytest.approx(whole.time, rel=1e-6)
 
 
 def test_most_machines_under_pulses_go_by_modes() -> None:

@@ -11,7 +11,8 @@ Machines stand in a row (b,), and with them all that is of one.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -48,16 +49,26 @@ class _Modes(NamedTuple):
     shapes: FloatArray | ComplexArray
 
 
-class _Piece(NamedTuple):
-    """A reading over one piece of time: Re(sum of waves e^(rates t)) + line[0] + line[1] t, t in seconds.
+class _Pieces(NamedTuple):
+    """A reading over pieces of time: Re(sum of waves e^(rates t)) + line[0] + line[1] t, t from the beginning of each.
 
-    length (b,), rates and waves (b, K), line (b, 2).
+    length (b, P) [s], rates and waves (b, P, K), line (b, P, 2).
     """
 
     length: FloatArray
     rates: ComplexArray
     waves: ComplexArray
     line: FloatArray
+
+    @classmethod
+    def none(cls, count: int, pieces: int, waves: int) -> _Pieces:
+        """To be filled."""
+        rates: ComplexArray = np.zeros((2, count, pieces, waves), dtype=complex)
+        return cls(np.zeros((count, pieces)), rates[0], rates[1], np.zeros((count, pieces, 2)))
+
+    def some(self, those: slice) -> _Pieces:
+        """Those of some machines."""
+        return _Pieces(self.length[those], self.rates[those], self.waves[those], self.line[those])
 
 
 class _Top(NamedTuple):
@@ -67,6 +78,12 @@ class _Top(NamedTuple):
     sign: FloatArray
     piece: IntArray
     part: FloatArray
+
+    @classmethod
+    def none(cls, count: int) -> _Top:
+        """All unknown."""
+        signs, parts = np.zeros((2, count))
+        return cls(np.full(count, np.nan), signs, np.zeros(count, dtype=int), parts)
 
 
 def peaks_by_modes(machine: Transient, reading: Reading) -> tuple[Peaks, BoolArray] | None:
@@ -92,18 +109,15 @@ class _Road:
 
     def __init__(self, machine: Transient, reading: Reading) -> None:
         n = machine.n_free
-        mass, damping, stiffness = (one[:, :n] for one in (machine.mass, machine.damping, machine.stiffness))
+        mass, damping, stiffness = machine.mass[:, :n], machine.damping[:, :n], machine.stiffness[:, :n]
         self.count, self.segments, self.power = len(mass), machine.segments, reading.power
-        moved = machine.loads[n:]
-        every = (one if one.ndim > 1 else one[None] for one in (reading.row, reading.rates, reading.inertia))
-        rows = np.stack(np.broadcast_arrays(*every), axis=1)
-        root = _root(mass[..., :n])
-        squares, turned = np.linalg.eigh(root.mT @ stiffness[..., :n] @ root)
+        loads, moved = machine.loads[:n], machine.loads[n:]
+        rows: FloatArray = np.empty((self.count, 3, mass.shape[-1]))
+        rows[:, 0], rows[:, 1], rows[:, 2] = reading.row, reading.rates, reading.inertia
+        squares, shapes = _undamped(mass[..., :n], stiffness[..., :n])
         self.good: BoolArray = squares[:, 0] > _APART * squares[:, -1]
         squares = np.where(self.good[:, None], squares, 1.0)
-        shapes = root @ turned
-        loads = np.broadcast_to(machine.loads[:n], (self.count, n, machine.loads.shape[1]))
-        self.led = np.zeros((self.count, 3, loads.shape[2]))
+        self.led = np.zeros((self.count, 3, loads.shape[1]))
         if len(moved):
             ride = -(shapes / squares[:, None]) @ (shapes.mT @ stiffness[..., n:])
             dragged = np.abs(damping[..., n:] + damping[..., :n] @ ride).max(axis=(1, 2))
@@ -116,36 +130,39 @@ class _Road:
             self.good &= ~self.led[:, : 2 - min(self.power, 2)].any(axis=(1, 2))
         self.modes = _modes(squares, shapes, shapes.mT @ damping[..., :n] @ shapes, shapes.mT @ loads)
         self.read = rows[..., :n] @ self.modes.shapes
-        orders = self.modes.poles[:, None] ** np.arange(self.power, self.power + 3)[:, None]
+        first = self.modes.poles[:, None] ** self.power if self.power else np.ones_like(self.modes.poles[:, None])
+        orders = np.concatenate([first, first * self.modes.poles[:, None], first * self.modes.poles[:, None] ** 2], 1)
         self.row = (self.read * orders).sum(axis=1)
         self.sizes = ((np.abs(rows[..., :n]) @ np.abs(self.modes.shapes)) * np.abs(orders)).sum(axis=1)
-        self.pieces: list[_Piece] = []
+        own, more = self.modes.poles.shape[1], max(_waves(one) for one in self.segments)
+        self.pieces = _Pieces.none(self.count, len(self.segments) + 1, own + more)
+        self.pieces.rates[..., :own] = self.modes.poles[:, None]
         self.noise, self.open = np.zeros(self.count), np.zeros(self.count, dtype=bool)
 
     def peaks(self) -> tuple[Peaks, BoolArray]:
         """The greatest sizes, and whether they are known; the earliest where several are as great."""
         state: ComplexArray = np.zeros(self.modes.poles.shape, dtype=complex)
-        for segment in self.segments:
-            state = self._through(segment, state)
-        waves = self.row * state
-        window = 2.0 * np.pi / np.abs(self.modes.poles).min(axis=1)
-        self.pieces.append(_Piece(window, self.modes.poles, waves, np.zeros((self.count, 2))))
-        found = _highest(self.pieces)
+        for index, segment in enumerate(self.segments):
+            state = self._through(index, segment, state)
+        waves, lengths = self.row * state, self.pieces.length
+        window = lengths[:, -1] = 2.0 * np.pi / np.abs(self.modes.poles).min(axis=1)
+        self.pieces.waves[:, -1, : waves.shape[1]] = waves
+        found = _highest(self.pieces, np.zeros(self.count))
         self._later(found, waves, window)
         good = self.good & (self.noise > 0.0) & (self.noise <= _ROUNDED * found.size) & np.isfinite(found.size)
-        lengths = np.array([one.length for one in self.pieces])
-        begun = np.cumsum(lengths, axis=0) - lengths
-        time = begun[found.piece, np.arange(self.count)] + found.part
+        begun = np.cumsum(lengths, axis=1) - lengths
+        time = begun[np.arange(self.count), found.piece] + found.part
         return Peaks(found.sign * found.size, time, found.piece, found.part, self.open), good
 
     def _later(self, found: _Top, waves: ComplexArray, window: FloatArray) -> None:
         """Take up what is greater behind the first window behind the load, where anything may be."""
-        poles = self.modes.poles
+        poles, size = self.modes.poles, np.abs(waves)
+        self.good &= np.isfinite(found.size)
+        if ((np.exp(poles.real * window[:, None]) * size).sum(axis=1) <= found.size * (1.0 + _ALIKE)).all():
+            return
         longer = window[:, None] * np.append(0.0, 2.0 ** np.arange(_DOUBLINGS))
         faded = np.exp(poles.real[:, None] * (window[:, None] + longer)[..., None])
-        left = (faded @ np.abs(waves)[..., None])[..., 0]
-        known = left <= (found.size * (1.0 + _ALIKE))[:, None]
-        self.good &= np.isfinite(found.size)
+        known = (faded @ size[..., None])[..., 0] <= (found.size * (1.0 + _ALIKE))[:, None]
         self.open = self.good & ~known.any(axis=1)
         longer[:, -1] = np.where(self.open, (HORIZON - 1.0) * window, longer[:, -1])
         known[:, -1] |= self.open
@@ -155,48 +172,47 @@ class _Road:
                 continue
             length, rates = longer[again, known[again].argmax(axis=1)], poles[again]
             begun = waves[again] * np.exp(rates * window[again, None])
-            more = _highest([_Piece(length, rates, begun, np.zeros((len(again), 2)))])
+            pieces = _Pieces(length[:, None], rates[:, None], begun[:, None], np.zeros((len(again), 1, 2)))
+            more = _highest(pieces, found.size[again])
             better = ~(more.size <= found.size[again] * (1.0 + _ALIKE))
             those = again[better]
             found.size[those], found.sign[those] = more.size[better], more.sign[better]
-            found.piece[those], found.part[those] = len(self.pieces) - 1, more.part[better] + window[those]
-        ends = (np.abs(waves) * np.exp(poles.real * (HORIZON * window)[:, None])).sum(axis=1)
+            found.piece[those], found.part[those] = len(self.segments), more.part[better] + window[those]
+        ends = (size * np.exp(poles.real * (HORIZON * window)[:, None])).sum(axis=1)
         self.open &= ends > found.size * (1.0 + _ALIKE)
 
-    def _through(self, segment: Segment, state: ComplexArray) -> ComplexArray:
+    def _through(self, index: int, segment: Segment, state: ComplexArray) -> ComplexArray:
         """Take up a segment from states at its beginning (b, N); the states at its end."""
         poles, struck, _ = self.modes
-        alike = np.ndim(segment.length) == 0
-        start, turned, read, blows = (
-            one[None] if alike else one for one in (segment.start, segment.rates, segment.read, segment.blows)
-        )
-        length = np.full(self.count, segment.length) if alike else np.asarray(segment.length)
+        length, start, turned, read, blows, pieces = *_in_a_row(segment), self.pieces
+        pieces.length[:, index] = length
         if blows.any():
             state = state + (struck @ blows[..., None])[..., 0]
-        if not (turned @ turned).any():  # a straight line
+        if not _waves(segment):
             rise = (turned @ start[..., None])[..., 0] / length[:, None]
             signal = read @ np.stack(np.broadcast_arrays(start, rise), axis=2)
             pushed = struck @ signal  # s' = poles s + pushed[..., 0] + pushed[..., 1] t
             second = -pushed[..., 1] / poles
             first = (second - pushed[..., 0]) / poles
             along = first + second * length[:, None]
-            line = self._line(first, second, signal)
-            rates, waves = poles, np.zeros((self.count, 0))
+            line = pieces.line[:, index] = self._line(first, second, signal)
             size = np.abs(line[:, 0]) + np.abs(line[:, 1]) * length
         else:
-            speeds, basis = np.linalg.eig(turned)
+            speeds, basis, shares = _turning(segment, turned, start)
             speeds = speeds / length[:, None]
-            signal = (read @ basis) * np.linalg.solve(basis, start[..., None].astype(complex)).mT
+            signal = (read @ basis) * shares[:, None]
             follows = (struck @ signal) / (speeds[:, None] - poles[..., None])  # (b, N, m)
             first, along = follows.sum(axis=2), (follows @ np.exp(speeds * length[:, None])[..., None])[..., 0]
             orders = np.arange(self.power, self.power + 3)[:, None]
             own = (self.read @ follows) * speeds[:, None] ** orders
-            waves = (own + (self.led @ signal) * speeds[:, None] ** np.maximum(orders - 2, 0)).sum(axis=1)
-            rates, line = np.concatenate([poles, speeds], axis=1), np.zeros((self.count, 2))
+            if self.led.any():
+                own = own + (self.led @ signal) * speeds[:, None] ** np.maximum(orders - 2, 0)
+            waves, many = own.sum(axis=1), poles.shape[1]
+            pieces.rates[:, index, many : many + waves.shape[1]] = speeds
+            pieces.waves[:, index, many : many + waves.shape[1]] = waves
             size = np.abs(waves).sum(axis=1)
         free = state - first
-        every: ComplexArray = np.concatenate([self.row * free, waves], axis=1)
-        self.pieces.append(_Piece(length, rates, every, line))
+        pieces.waves[:, index, : poles.shape[1]] = self.row * free
         self.noise += (self.sizes * (np.abs(first) + np.abs(free))).sum(axis=1) + size
         return np.asarray(free * np.exp(poles * length[:, None]) + along)
 
@@ -211,14 +227,47 @@ class _Road:
         return found
 
 
-def _root(mass: FloatArray) -> FloatArray:
-    """Free coordinates from those of mass one, (b, n, n)."""
+def _in_a_row(segment: Segment) -> tuple[FloatArray, ...]:
+    """Length, start, rates, reading and blows of a segment, of one machine of a row or of each."""
+    every = segment.start, segment.rates, segment.read, segment.blows
+    if np.ndim(segment.length):
+        return np.asarray(segment.length), *every
+    return np.array([segment.length]), *(one[None] for one in every)
+
+
+def _waves(segment: Segment) -> int:
+    """Number of waves in a segment: none in a straight line."""
+    return segment.rates.shape[-1] if (segment.rates @ segment.rates).any() else 0
+
+
+def _turning(segment: Segment, turned: FloatArray, start: FloatArray) -> tuple[ComplexArray, ...]:
+    """Rates of the waves of signals, their states, and the share of each in what a segment begins with."""
+    alone = np.ndim(segment.length) == 0
+    both: tuple[Any, Any] = _eigen(turned[0].tobytes(), turned.shape[1]) if alone else np.linalg.eig(turned)
+    return *both, np.linalg.solve(both[1], start[..., None].astype(complex))[..., 0]
+
+
+@lru_cache(maxsize=64)
+def _eigen(matrix: bytes, count: int) -> tuple[ComplexArray, ComplexArray]:
+    """Values and vectors of one matrix, in a row; a pulse has the same again and again."""
+    values, vectors = np.linalg.eig(np.frombuffer(matrix).reshape(1, count, count))
+    return np.asarray(values), np.asarray(vectors)
+
+
+def _undamped(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Squares of the natural frequencies (b, n), rising, and shapes of mass one (b, n, n)."""
     own = np.diagonal(mass, axis1=1, axis2=2)
     if not (own > 0.0).all():
         raise _NoWayError
+    if own.shape[1] == 1:
+        return stiffness[:, 0] / own, 1.0 / np.sqrt(mass)
     if np.count_nonzero(mass) == own.size:
-        return np.asarray(np.eye(own.shape[1]) / np.sqrt(own)[:, None])
-    return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)).mT)
+        size = 1.0 / np.sqrt(own)
+        squares, turned = np.linalg.eigh(size[:, :, None] * stiffness * size[:, None])
+        return squares, size[:, :, None] * turned
+    root = np.asarray(np.linalg.inv(np.linalg.cholesky(mass)).mT)
+    squares, turned = np.linalg.eigh(root.mT @ stiffness @ root)
+    return squares, np.asarray(root @ turned)
 
 
 def _modes(squares: FloatArray, shapes: FloatArray, braked: FloatArray, pushed: FloatArray) -> _Modes:
@@ -227,8 +276,7 @@ def _modes(squares: FloatArray, shapes: FloatArray, braked: FloatArray, pushed: 
     Where damping couples none, each has two poles, of which one stands for both where all are conjugate.
     """
     n, own = squares.shape[1], np.diagonal(braked, axis1=1, axis2=2)
-    coupled = np.abs(braked * (1.0 - np.eye(n))).max(axis=(1, 2))
-    if (coupled <= _NOTHING * own.max(axis=1)).all():
+    if n == 1 or (np.abs(braked * (1.0 - np.eye(n))).max(axis=(1, 2)) <= _NOTHING * own.max(axis=1)).all():
         half = 0.5 * own
         root = np.sqrt((half * half - squares).astype(complex))
         fast = -half - root
@@ -246,48 +294,58 @@ def _modes(squares: FloatArray, shapes: FloatArray, braked: FloatArray, pushed: 
     return _Modes(np.minimum(poles.real, 0.0) + 1j * poles.imag, struck, shapes @ vectors[:, :n])
 
 
-def _highest(pieces: list[_Piece]) -> _Top:
-    """The greatest of all pieces; the earliest of those as great."""
-    most, cells = _cells(pieces)
+def _highest(pieces: _Pieces, least: FloatArray) -> _Top:
+    """The greatest of all pieces, `least` (b,) where none is as great; the earliest of those as great."""
+    count = len(pieces.length)
+    turns = float((np.abs(pieces.rates.imag).max(axis=2) * pieces.length).max()) / _CELL
+    if not turns * pieces.length.size <= _CELLS:
+        if count == 1:
+            return _Top.none(1)
+        halves = (_highest(pieces.some(half), least[half]) for half in (slice(count // 2), slice(count // 2, count)))
+        return _Top(*(np.concatenate(both) for both in zip(*halves, strict=True)))
+    most, cells = _cells(pieces, int(np.ceil(np.sqrt(max(turns, _FEWEST)))), least)
     while len(cells.of) and (cells.bent > _BENT * most[cells.of]).any():
         cells = cells.halved(most)
+    top = _Top.none(count)
+    top.size[:] = np.where(np.isnan(most), most, least)
+    if not len(cells.of):
+        return top
     when, value = cells.tops(most)
-    sizes, since = np.abs(value), cells.since + when
-    best: FloatArray = np.full(len(most), -np.inf)
-    np.maximum.at(best, cells.of, sizes)
-    good = np.flatnonzero(sizes >= best[cells.of] * (1.0 - _ALIKE))
-    good = good[np.lexsort((since[good], cells.piece[good], cells.of[good]))]
-    of, first = np.unique(cells.of[good], return_index=True)
-    those, none = good[first], np.zeros(len(most))
-    top = _Top(np.full(len(most), np.nan), none.copy(), none.astype(int), none)
+    sizes, of = np.abs(value), cells.of
+    begins = _begins(of)
+    top.size[of[begins]] = np.maximum.reduceat(sizes, begins)
+    good = np.flatnonzero(sizes >= top.size[of] * (1.0 - _ALIKE))
+    those = good[_begins(of[good])]
+    of = of[those]
     top.size[of], top.sign[of], top.piece[of], top.part[of] = (
-        sizes[those], np.sign(value[those]), cells.piece[those], since[those]
+        sizes[those], np.sign(value[those]), cells.piece[those], cells.since[those] + when[those]
     )  # fmt: skip
     return top
 
 
-def _cells(pieces: list[_Piece]) -> tuple[FloatArray, _Cells]:
-    """The greatest sizes on a grid (b,), and the cells between its points in which more may lie."""
-    shape = (len(pieces[0].length), len(pieces), max(one.rates.shape[1] for one in pieces))
-    rates, waves = np.zeros((2, *shape), dtype=complex)
-    for i, one in enumerate(pieces):
-        rates[:, i, : one.rates.shape[1]], waves[:, i, : one.rates.shape[1]] = one.rates, one.waves
-    lengths = np.stack([one.length for one in pieces], axis=1)
-    line = np.stack([one.line for one in pieces], axis=1)
-    turns = float((np.abs(rates.imag).max(axis=2) * lengths).max()) / _CELL
-    if not turns * lengths.size <= _CELLS:
-        raise _NoWayError
-    many = int(np.ceil(np.sqrt(max(turns, _FEWEST))))
+def _begins(of: IntArray) -> IntArray:
+    """Where each machine's begin, of numbers that rise."""
+    return np.flatnonzero(np.concatenate([[True], of[1:] != of[:-1]]))
+
+
+def _cells(pieces: _Pieces, many: int, least: FloatArray) -> tuple[FloatArray, _Cells]:
+    """The greatest sizes on a grid (b,), and the cells between its points in which more may lie, piece by piece.
+
+    No number where these are too many.
+    """
+    lengths, rates, waves, line = pieces
     coarse, width = lengths[..., None] * (np.arange(many) / many), lengths / many**2
     fine = width[..., None] * np.arange(many + 1)
     begun = waves[:, :, None] * np.exp(rates[:, :, None] * coarse[..., None])
     along = np.exp(rates[..., None] * fine[:, :, None])
-    since = coarse[..., None] + fine[:, :, None]
-    sizes = np.abs((begun @ along).real + line[..., :1, None] + line[..., 1:, None] * since)
-    most: FloatArray = sizes.max(axis=(1, 2, 3))
+    since, values = coarse[..., None] + fine[:, :, None], (begun @ along).real
+    if line.any():
+        values = values + line[..., :1, None] + line[..., 1:, None] * since
+    sizes = np.abs(values)
+    most: FloatArray = np.maximum(sizes.max(axis=(1, 2, 3)), least)
     bent = (np.abs(begun) @ (np.abs(rates)[..., None] ** 2)) * (0.125 * width**2)[..., None, None]
     high = np.maximum(sizes[..., :-1], sizes[..., 1:]) + bent >= (most * (1.0 - _ALIKE))[:, None, None, None]
-    of, piece, row, column = (few := _few(*np.nonzero(high)))
+    of, piece, row, column = (few := _few(most, *np.nonzero(high)))
     begins = since[few]
     offset, slope = line[of, piece].T
     return most, _Cells(
@@ -296,9 +354,13 @@ def _cells(pieces: list[_Piece]) -> tuple[FloatArray, _Cells]:
     )  # fmt: skip
 
 
-def _few(of: IntArray, *others: IntArray) -> tuple[IntArray, ...]:
-    """Those of machines that have not too many."""
-    few = np.flatnonzero((np.bincount(of) <= _WITHIN)[of]) if len(of) > _WITHIN else slice(None)
+def _few(most: FloatArray, of: IntArray, *others: IntArray) -> tuple[IntArray, ...]:
+    """Those of machines that have not too many; of others nothing is known."""
+    if len(of) <= _WITHIN:
+        return of, *others
+    many = np.bincount(of, minlength=len(most)) > _WITHIN
+    most[many] = np.nan
+    few = np.flatnonzero(~many[of])
     return of[few], *(one[few] for one in others)
 
 
@@ -325,11 +387,11 @@ class _Cells(NamedTuple):
 
     def halved(self, most: FloatArray) -> _Cells:
         """Halves that may hold more than is known of their machine: `most` (b,), which takes up what is seen."""
-        sizes = np.abs([self.at(part * self.width, self.orders[:1])[0] for part in (0.0, 0.5, 1.0)])
+        sizes = np.abs([self.at(part * self.width, self.waves[None])[0] for part in (0.0, 0.5, 1.0)])
         np.maximum.at(most, self.of, sizes.max(axis=0))
         high = np.maximum(sizes[:-1], sizes[1:]) + 0.25 * self.bent >= most[self.of] * (1.0 - _ALIKE)
-        half, which = np.nonzero(high)
-        _, half, which = _few(self.of[which], half, which)
+        which, half = np.nonzero(high.T)
+        _, half, which = _few(most, self.of[which], half, which)
         part, rates, slope = 0.5 * half * self.width[which], self.rates[which], self.slope[which]
         waves = self.waves[which] * np.exp(rates * part[:, None])
         return _Cells(
@@ -339,12 +401,13 @@ class _Cells(NamedTuple):
 
     @property
     def orders(self) -> ComplexArray:
-        """What makes of waves those of values, slopes and bends, (3, n, K)."""
-        return np.array([np.ones_like(self.rates), self.rates, self.rates**2])
+        """Waves of values, slopes and bends, (3, n, K)."""
+        first = self.waves * self.rates
+        return np.array([self.waves, first, first * self.rates])
 
     def at(self, when: FloatArray, orders: ComplexArray) -> FloatArray:
         """Values, slopes and bends, as many as `orders`, at a time since the beginning of each, (..., n)."""
-        found: FloatArray = (self.waves * np.exp(self.rates * when[:, None]) * orders).real.sum(axis=2)
+        found: FloatArray = (orders * np.exp(self.rates * when[:, None])).sum(axis=2).real
         found[0] += self.offset + self.slope * when
         found[1:2] += self.slope
         return found
