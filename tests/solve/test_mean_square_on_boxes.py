@@ -14,6 +14,8 @@ from vibopt.forms.bounds import FormBounds
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
+from vibopt.solve.boxes_first import BoxesFirst
+from vibopt.solve.nlp import Nlp
 from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
 
@@ -107,6 +109,8 @@ def test_the_least_mean_square_is_proven(count: int) -> None:
     [
         ({"minimise": "rms_velocity", "of": "b0"}, "motion"),
         ({"minimise": "rms_force", "into": "ground"}, "force"),
+        ({"minimise": "rms_force", "through": "a"}, "share"),
+        ({"minimise": "rms_force", "through": "l1"}, "shares"),
         ({"minimise": "rms_acceleration", "of": "b0"}, "floor"),
         ({"minimise": "rms_relative_displacement", "across": "a"}, "floor"),
         ({"minimise": "rms_displacement", "of": "b0"}, "drift"),
@@ -117,6 +121,9 @@ def test_forces_and_bases_are_bounded_too(goal: dict[str, str], response: str) -
     document = scene(2, on_base=response in ("floor", "drift")) | {"goal": goal}
     if response == "drift":
         document["excitations"]["e"]["density"] = "1e-6 m²/Hz"
+    if response == "shares":
+        document["absorbers"]["a"]["mass"] = "4 kg"
+        document["links"]["l1"] |= {"stiffness": "100 kN/m", "count": {"from": 2, "to": 6, "whole": True}}
     program, rng = posed(document), np.random.default_rng(3)
     assert program.aim is not None
     form, model = program.aim.form, program.aim.model
@@ -139,8 +146,8 @@ def test_what_two_noises_move_is_bounded_and_what_is_too_large_says_so() -> None
     assert found[1].value == pytest.approx(2.0 * one[1].value, rel=1e-9)
     large = solve(from_dict(scene(4, mass="4 kg")), explain=False)
     assert large.claim.endswith(
-        "; no useful bound: the goal is a mean square under white noise: "
-        "bounds are known of up to four coordinates and three numbers"
+        "; no useful bound: the goal is a mean square under white noise "
+        "of more than four coordinates or three numbers, or one that its boxes bound too loosely in the work allowed"
     )
 
 
@@ -151,3 +158,61 @@ def test_the_lightest_within_a_mean_square_is_proven_and_that_a_limit_is_out_of_
         quiet = {"response": "rms_displacement", "of": "b0", "at_most": f"{part * best[1].value!r} m"}
         light = scene() | {"limits": {"quiet": quiet}, "goal": {"minimise": "absorber_mass"}}
         assert solve(from_dict(light), explain=False).status == status
+
+
+@pytest.mark.parametrize(("rattle", "sag"), [(1e-3, 4e-3), (1e-3, None), (2e-4, 4e-3)])
+def test_a_limit_at_its_bound_leaves_the_least_mean_square_proven(rattle: float, sag: float | None) -> None:
+    """One mass on a shaken floor: with G the density, w and r = c / m, rattle**2 = G / (4 r w**2) at most and the mean
+    square of acceleration is G (w**2 / r + r) / 4, w**2 at least g / sag."""
+    g, density = 9.80665, 0.01
+    limits = {"rattle": {"response": "rms_relative_displacement", "across": "pad", "at_most": f"{rattle!r} m"}}
+    if sag is not None:
+        limits["sag"] = {"response": "static_deflection", "of": "pad", "at_most": f"{sag!r} m"}
+    document = {
+        "title": "t",
+        "bases": {"floor": {}},
+        "bodies": {"cabinet": {"mass": "80 kg"}},
+        "links": {
+            "pad": {
+                "between": ["cabinet", "floor"],
+                "stiffness": {"from": "1 kN/m", "to": "10 MN/m"},
+                "damping": {"from": "50 N s/m", "to": "20 kN s/m"},
+            }
+        },
+        "excitations": {"floor": {"kind": "white_noise", "on": "floor", "density": f"{density} (m/s²)²/Hz"}},
+        "limits": limits,
+        "goal": {"minimise": "rms_acceleration", "of": "cabinet"},
+    }
+    found = solve(from_dict(document), explain=False)
+    r = np.geomspace(1.0, 250.0, 2_000_001)
+    stiff = np.maximum(density / (4.0 * r * rattle**2), 0.0 if sag is None else g / sag)
+    assert found.status == "optimal"
+    assert found.goal is not None
+    assert found.goal[1].value == pytest.approx(np.sqrt(density * (stiff / r + r).min() / 4.0), rel=2e-6)
+
+
+@pytest.mark.parametrize(("rate", "status"), [("1.9 1/s", "optimal"), ("4.5 1/s", "feasible")])
+def test_what_has_no_bounds_leaves_the_proof_where_it_does_not_count(rate: str, status: str) -> None:
+    """And a bound, for no design is better with one more limit."""
+    free = {"frequency": {"from": "2 Hz", "to": "10 Hz"}, "damping_ratio": {"from": 0.01, "to": 1}}
+    document = {
+        "title": "t",
+        "bodies": {"deck": {"mass": "100 kg"}},
+        "links": {"girder": {"between": ["deck", "ground"], "stiffness": "100 kN/m"}},
+        "absorbers": {"tmd": {"on": "deck", "mass": "10 kg", **free}},
+        "excitations": {"wind": {"kind": "white_noise", "on": "deck", "density": "100 N²/Hz"}},
+        "limits": {"decay": {"response": "decay_rate", "at_least": rate}},
+        "goal": {"minimise": "rms_displacement", "of": "deck"},
+    }
+    program = posed(document)
+    found = BoxesFirst(Nlp(count=2, brief=True)).solve(program)
+    assert found.status == status
+    assert found.claim.endswith(", without limit decay, which has no bounds on boxes") == (status == "feasible")
+    assert found.x is not None
+    assert program.aim is not None
+    del document["limits"]
+    best = solve(from_dict(document), explain=False).goal
+    assert best is not None
+    assert found.bound <= best[1].value * (1.0 + 1e-6)
+    assert program.aim.form.value(program.aim.model, found.x) >= best[1].value * (1.0 - 1e-6)
+    assert program.limits[0].worst(found.x).value >= program.limits[0].bound * (1.0 - 1e-9)

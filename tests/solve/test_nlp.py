@@ -22,6 +22,7 @@ from vibopt.solve.local import improved
 from vibopt.solve.nlp import Nlp
 from vibopt.solve.ranges import closed, halton, log_box, starts
 from vibopt.solve.rivals.sampled import SampledRows
+from vibopt.solve.solve import solve
 
 FREE = 'stiffness = { from = "10 kN/m", to = "100 MN/m" }\ndamping = { from = "10 N s/m", to = "100 kN s/m" }'
 STIFFNESS = 'stiffness = { from = "10 kN/m", to = "100 MN/m" }\ndamping = "300 N s/m"'
@@ -335,3 +336,35 @@ def test_no_order_of_two_unlike_absorbers_is_better_than_the_one_found() -> None
     other = improved(program, np.array([k1 * ratio, c1 * ratio, k0 / ratio, c0 / ratio]), judge)
     assert judge.goal(found.x).value <= judge.goal(other).value * (1.0 + 1e-9)
     assert np.abs(np.log(other / found.x)).max() > 0.05, "two different designs are compared"
+
+
+@pytest.mark.parametrize(("sense", "goal"), [("minimise", 1.0), ("maximise", 5000.0)])
+def test_a_goal_at_the_end_of_its_range_is_proven(sense: str, goal: float) -> None:
+    """Poles of two bodies have no bounds, and none are needed."""
+    made = solve(
+        from_dict(
+            {
+                "title": "t",
+                "bodies": {"a": {"mass": "50 kg"}, "b": {"mass": "5 kg"}},
+                "links": {
+                    "low": {
+                        "between": ["a", "ground"],
+                        "stiffness": "200 kN/m",
+                        "damping": {"from": "1 N s/m", "to": "5 kN s/m"},
+                    },
+                    "up": {
+                        "between": ["b", "a"],
+                        "stiffness": {"from": "0.1 kN/m", "to": "10 MN/m"},
+                        "damping": {"from": "0.1 N s/m", "to": "200 kN s/m"},
+                    },
+                },
+                "limits": {"d": {"response": "decay_rate", "at_least": "8 1/s"}},
+                "goal": {sense: "damping", "of": "low"},
+            }
+        ),
+        explain=False,
+    )
+    assert made.goal is not None
+    assert (made.status, made.goal[1].value) == ("optimal", goal)
+    assert made.claim == "proven: the ranges alone permit no better goal, and this design meets every limit"
+    assert made.limits["d"].met

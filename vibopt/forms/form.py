@@ -75,6 +75,8 @@ class Form:
     """Whether no polynomials in the variables stand for it."""
     rank: ClassVar[int] = 3
     """Of what is asked of many designs: first what is cheap and telling."""
+    random: ClassVar[bool] = False
+    """Whether it is the mean square of something under white noise."""
     not_convex: ClassVar[str] = "is not convex in the design"
     rough: ClassVar[str] = "is no smooth function of the design"
     no_bounds: ClassVar[str] = "has no bounds on boxes of designs"

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.forms.monomials import mounts
 from vibopt.forms.rational import expanded, ratio_bounds, to_bernstein
 from vibopt.mechanics.model import HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.signals import Noise
@@ -38,7 +39,7 @@ _EPS = 50.0 * float(np.finfo(float).eps)
 
 def bounded(form: RootMeanSquare, model: Model) -> bool:
     """Whether such polynomials are known."""
-    if form.output.shared_by or model.spins or model.mixed or model.massless.any() or (model.kinds == HYSTERETIC).any():
+    if model.spins or model.mixed or model.massless.any() or (model.kinds == HYSTERETIC).any():
         return False
     return 0 < model.n_free <= _BODIES
 
@@ -49,11 +50,18 @@ def on_boxes(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: Flo
     Nothing is known where another road to its value at the reference does not agree.
     """
     here = known.reference[None]
-    least, most = _bounds(form, known, here, here)
+    least, most = _single(form, known, here, here)
     value = form.value(known.model, known.reference)
     if not (1.0 - _AGREE) * most[0] <= value <= (1.0 + _AGREE) * least[0]:
         return np.zeros(len(low)), np.full(len(low), np.inf)
-    return _bounds(form, known, low, high)
+    return _single(form, known, low, high)
+
+
+def _single(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+    """Of what one mount bears, where several share it."""
+    least, most = _bounds(form, known, low, high)
+    few, many = mounts(known.model, form.output).extent(low, high)
+    return least / many, most / few
 
 
 def _bounds(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.forms.form import WITHOUT_END, Form, Local, Worst, kept
-from vibopt.forms.monomials import Monomials
+from vibopt.forms.monomials import mounts
 from vibopt.forms.rational import TELLING, Groups, Sampled, box_coefficients, ratio_bounds, sampled
 from vibopt.records import dataclass
 from vibopt.signals import Band, Combine, Drive, Line, Output
@@ -241,14 +241,9 @@ class Modulus(Form):
                 lower, upper = rigid[0] / upper, rigid[1] / lower
             return np.nan_to_num(lower, nan=0.0), np.nan_to_num(upper, nan=np.inf, posinf=np.inf)
         if self.output.shared_by:
-            few, many = self._mounts(model).extent(low, high)
+            few, many = mounts(model, self.output).extent(low, high)
             lower, upper = lower / many[:, None] ** 2, upper / few[:, None] ** 2
         return lower, upper
-
-    def _mounts(self, model: Model) -> Monomials:
-        """Number of mounts by which it is divided."""
-        count = model.counts[self.output.shared_by]
-        return Monomials(np.array([count.scale]), count.row(model.n_vars)[None, :])
 
     def known(self, at: FormBounds) -> bool:
         return not (self.rigid_link and at.direct) and not self._at_one_time
@@ -270,7 +265,7 @@ class Modulus(Form):
         if self.combine == "rss":
             most, least = np.sqrt(most), np.sqrt(least)
         if self.output.shared_by:
-            single = self._mounts(at.model).at(x)
+            single = mounts(at.model, self.output).at(x)
             most, least = most / single, least / single
         return most, least
 

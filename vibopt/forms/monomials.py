@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from vibopt.forms.form import Bounds
     from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
+    from vibopt.signals import Output
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,3 +161,11 @@ class Monomials(Form):
     def _parts(self, x: FloatArray) -> FloatArray:
         parts: FloatArray = self.scale * np.where(self.exponents == 0.0, 1.0, x**self.exponents).prod(axis=1)
         return parts
+
+
+def mounts(model: Model, output: Output) -> Monomials:
+    """Number of mounts by which what an output reads is divided: one without any."""
+    if not output.shared_by:
+        return Monomials(np.ones(1), np.zeros((1, model.n_vars)))
+    count = model.counts[output.shared_by]
+    return Monomials(np.array([count.scale]), count.row(model.n_vars)[None, :])

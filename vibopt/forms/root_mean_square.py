@@ -23,7 +23,11 @@ class RootMeanSquare(Form):
 
     output: Output
     noises: tuple[Noise, ...]
-    no_bounds = "is a mean square under white noise: bounds are known of up to four coordinates and three numbers"
+    random = True
+    no_bounds = (
+        "is a mean square under white noise of more than four coordinates or three numbers, "
+        "or one that its boxes bound too loosely in the work allowed"
+    )
     not_convex = "is a mean square under white noise, which is not convex in stiffness and damping"
     rough = "is a mean square under white noise: not a row for each speed but a matrix equation"
 

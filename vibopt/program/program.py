@@ -15,6 +15,9 @@ from vibopt.records import dataclass
 
 Side = Literal["at_most", "at_least", "outside"]
 
+_ROUNDING = 1e-12
+"""Part of a goal that rounding may take."""
+
 
 class Asked:
     """A form on the smallest model that it needs, and which of its values is the worst."""
@@ -200,6 +203,21 @@ class Program:
     @property
     def high(self) -> FloatArray:
         return np.array([axis.high for axis in self.axes])
+
+    def is_best(self, goal: float) -> bool:
+        """Whether a goal, in the sense to be minimised, is the best that the ranges alone permit.
+
+        Known of what needs no machine: a stiffness, a mass, a price.
+        """
+        powers = None if self.aim is None or self.aim.others else self.aim.form.powers
+        if self.aim is None or powers is None or not (powers.scale > 0.0).all():
+            return False
+        low = np.array([0.0 if axis.open_low else axis.low for axis in self.axes])
+        high = np.array([np.inf if axis.open_high else axis.high for axis in self.axes])
+        with np.errstate(invalid="ignore"):
+            least, most = powers.extent(low[None], high[None])
+        floor = least[0] if self.aim.sense > 0.0 else -most[0]
+        return bool(np.isfinite(floor) and goal - floor <= _ROUNDING * abs(floor))
 
     def without(self, *names: str) -> Program:
         """The program less some limits."""

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.forms.bounds import FormBounds
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.method import Found
 
@@ -27,8 +28,16 @@ def with_reason(program: Program, found: Found, unasked: str = "") -> Found:
     value = max(piece.sense * piece.form.value(piece.model, found.x) for piece in aim.pieces)
     if not np.isfinite(value) or _near(value, found.bound):
         return found
-    why = refusal(program, aim.pieces) or unasked or "boxes of all variables leave too much open"
+    why = _left_out(program) or refusal(program, aim.pieces) or unasked or "boxes of all variables leave too much open"
     return replace(found, claim=f"{found.claim}; no useful bound: {why}")
+
+
+def _left_out(program: Program) -> str:
+    """The limit whose lack of bounds keeps a mean square without a useful one; empty where it is something else."""
+    if program.aim is None or not program.aim.form.random or unbounded(program.aim.pieces):
+        return ""
+    loose = unbounded(program.limits)
+    return f"limit {loose.name} {loose.form.no_bounds}" if isinstance(loose, Limit) else ""
 
 
 def _near(value: float, bound: float) -> bool:
@@ -62,6 +71,11 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     return "" if free and said else "no limit has bounds on boxes of designs"
 
 
+def unbounded(parts: Sequence[Limit | Aim]) -> Limit | Aim | None:
+    """The first that has no bounds on boxes."""
+    return next((one for one in parts if not FormBounds(one.model, one.form, np.zeros(0)).bounded), None)
+
+
 def no_rows(part: Limit | Aim) -> str:
     """Why what is asked has no rows on boxes, behind its name; empty where it has."""
     form, powers = part.form.harmonic, part.form.powers
@@ -85,4 +99,4 @@ def no_rows(part: Limit | Aim) -> str:
     return f"hangs on {count} links and masses, and bounds are known of up to {GROUPS}" if count > GROUPS else ""
 
 
-__all__ = ["FREE", "GROUPS", "no_rows", "refusal"]
+__all__ = ["FREE", "GROUPS", "no_rows", "refusal", "unbounded"]

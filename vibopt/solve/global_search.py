@@ -9,8 +9,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.forms.bounds import FormBounds
 from vibopt.program.program import Program
+from vibopt.solve.boundable import unbounded
 from vibopt.solve.branch import MOST_BOXES, MOST_WORK, Judge, Search
 from vibopt.solve.local import from_starts, improved, refined, rescued
 from vibopt.solve.method import OPEN, Found, Progress
@@ -135,5 +135,4 @@ def beside_slices(program: Program, found: Found, progress: Progress | None) -> 
 
 def provable(program: Program) -> bool:
     """Whether every form has bounds on boxes."""
-    middle = program.high
-    return all(FormBounds(part.model, part.form, middle).bounded for part in program.parts)
+    return unbounded(program.parts) is None

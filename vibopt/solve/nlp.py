@@ -134,6 +134,9 @@ class _Run:
             good = self._searched(begun)
         if not good:
             return self._nothing(len(begun))
+        if self.program.is_best(min(good)[0]):
+            x, claim = self._x(np.array(min(good)[1])), "the ranges alone permit no better goal"
+            return Found("feasible", x, claim, self.method.name, details=self._details(len(begun), 1))
         good += self._mirrored(good)
         known = min(good)
         good += self._beside(good) + self._one_less(good)
@@ -242,6 +245,8 @@ class _Run:
             agreed = sum(value - best <= _SAME * max(abs(best), 1e-300) for value, _ in [*good, *found])
             if self.budget.over or not np.isfinite(best) or agreed >= _AGREED or not sampleable(self.program):
                 break
+            if self.program.is_best(best):
+                break
             count = self.method.count
             fresh = [
                 np.clip(y, self.low, self.high) for y in starts(self.program, (batch + 1) * count)[batch * count :]
@@ -316,7 +321,7 @@ class _Run:
     ) -> list[FloatArray]:
         """Every distinct design brought to its exact local optimum, one per start.
 
-        Until `enough` agree on the best of `least` or more.
+        Until `enough` agree on the best of `least` or more, or one is as good as the ranges permit.
         """
         done: list[tuple[FloatArray, FloatArray]] = []
         found: list[FloatArray] = []
@@ -331,6 +336,8 @@ class _Run:
                 done.append((y, known))
             found.append(known)
             if len(found) >= max(enough, least) and self._agreed(found) >= enough:
+                break
+            if self.program.is_best(self.judge.goal(self._x(known)).value) and self._feasible(known):
                 break
         return found
 

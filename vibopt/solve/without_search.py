@@ -1,4 +1,4 @@
-"""What needs no search: a goal at the bound of a limit to the same response, and what has no end at standstill."""
+"""What needs no search: a goal that ranges or a limit to the same response let be no better, and what has no end."""
 
 from __future__ import annotations
 
@@ -19,11 +19,15 @@ _BOUNDS = ("at_most", "at_least", "outside", "unit")
 
 
 def at_own_bound(scene: Scene, program: Program, found: Found) -> Found:
-    """The answer, proven where its goal is a response that a limit keeps from being any better."""
+    """The answer, proven where its ranges, or a limit to the same response, keep its goal from being any better."""
     aim = program.aim
     if found.status != "feasible" or found.x is None or aim is None or scene.goal is None:
         return found
-    asked, value = _without_bounds(scene.goal.response), aim.sense * Judge(program).goal(found.x).value
+    goal = Judge(program).goal(found.x).value
+    if program.is_best(goal):
+        claim = "proven: the ranges alone permit no better goal, and this design meets every limit"
+        return replace(found, status="optimal", claim=claim, bound=goal)
+    asked, value = _without_bounds(scene.goal.response), aim.sense * goal
     side = "at_least" if aim.sense > 0 else "at_most"
     for limit in program.limits:
         response = scene.limits.get(limit.name)
