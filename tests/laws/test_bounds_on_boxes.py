@@ -31,8 +31,7 @@ def hold(program: Program, seed: int) -> None:
         bounds = FormBounds(part.model, part.form, middle)
         if not bounds.bounded:
             continue
-        for speeds in first_speeds(part.form):
-            bounds.add(speeds)
+        bounds.add(first_speeds(part.form))
         reach = np.array([1.0, 0.3, 1e-2, 1e-4])[:, None]
         centre = rng.uniform(size=(len(reach), len(low)))
         corners = [low * (high / low) ** np.clip(centre + side * reach / 2, 0, 1) for side in (-1, 1)]
@@ -73,3 +72,27 @@ def test_bounds_of_many_lone_masses_hold(case: LoneMass, seed: int) -> None:
 @many
 def test_bounds_of_many_chains_hold(chain: Chain, seed: int) -> None:
     hold(pose(read(chain, some(chain, 1))), seed)
+
+
+def test_speeds_taken_up_together_are_those_taken_up_one_by_one() -> None:
+    """In their order, none twice: neither one that is the same but for rounding nor one that stands there before."""
+    document = {
+        "bodies": {"a": {"mass": "3 kg"}, "b": {"mass": "2 kg"}},
+        "links": {
+            "low": {"between": ["a", "ground"], "stiffness": {"from": "1 kN/m", "to": "9 kN/m"}},
+            "high": {"between": ["b", "a"], "stiffness": {"from": "1 kN/m", "to": "9 kN/m"}, "damping": "5 N s/m"},
+        },
+        "excitations": {"shaker": {"kind": "force", "on": "b", "amplitude": "1 N", "speed": "1..90 rad/s"}},
+        "limits": {"motion": {"response": "displacement", "of": "a", "at_most": "1 mm"}},
+        "goal": {"maximise": "stiffness", "of": "low"},
+    }
+    part = pose(from_dict(document)).limits[0]
+    speeds = [30.0, 10.0, 30.0 * (1.0 + 1e-14), 20.0, 10.0, float("inf"), 70.0]
+    together, single = (FormBounds(part.model, part.form, np.array([3e3, 3e3])) for _ in range(2))
+    assert together.add({"shaker": speeds, "another": [5.0]})
+    assert [single.add({"shaker": speed}) for speed in speeds] == [True, True, False, True, False, False, True]
+    assert together.speeds == single.speeds == {"shaker": [30.0, 10.0, 20.0, 70.0]}
+    assert not together.add({"shaker": speeds})
+    for low, high in (([1e3, 1e3], [9e3, 9e3]), ([2e3, 4e3], [2.1e3, 4.1e3])):
+        corners = np.array([low]), np.array([high])
+        np.testing.assert_allclose(together.on(*corners), single.on(*corners), rtol=1e-12)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING
 
@@ -35,6 +37,8 @@ class FormBounds:
         A typical design (n_vars,).
     direct
         Whether designs are solved one by one: too many directions for polynomials.
+    speeds, ranked
+        Sampled speeds [rad/s] by excitation, in the order of the samples, and ascending.
     """
 
     model: Model
@@ -43,6 +47,7 @@ class FormBounds:
     direct: bool = False
     samples: dict[tuple[str, int], Sampled] = field(default_factory=dict)
     speeds: dict[str, list[float]] = field(default_factory=dict)
+    ranked: dict[str, list[float]] = field(default_factory=dict)
 
     @cached_property
     def bounded(self) -> bool:
@@ -85,23 +90,21 @@ class FormBounds:
         """Part of a value that rounding may take."""
         return CLOSE if self.exact else _ROUGH
 
-    def add(self, speeds: dict[str, float]) -> bool:
-        """Sample more speeds, per excitation [rad/s]; whether any of them is new."""
-        fresh = False
-        for drive in self.form.drives:
-            speed = speeds.get(drive.name)
-            known = self.speeds.setdefault(drive.name, [])
-            if speed is None or not np.isfinite(speed) or any(abs(speed - one) <= 1e-12 * abs(one) for one in known):
-                continue
-            known.append(float(speed))
-            if not self.direct and self.directions <= MOST_GROUPS:
-                self._keep(drive.name, float(speed))
-            fresh = True
-        return fresh
+    def add(self, speeds: Mapping[str, float | Sequence[float]]) -> bool:
+        """Sample more speeds, one or several an excitation [rad/s]; whether any of them is new."""
+        added = False
+        for name in [drive.name for drive in self.form.drives]:
+            known, ranked = self.speeds.setdefault(name, []), self.ranked.setdefault(name, [])
+            fresh = [speed for speed in np.ravel(speeds.get(name, ())).tolist() if _is_new(speed, ranked)]
+            known += fresh
+            if fresh and not self.direct and self.directions <= MOST_GROUPS:
+                self._keep(name, np.array(fresh))
+            added |= bool(fresh)
+        return added
 
-    def _keep(self, drive: str, speed: float) -> None:
+    def _keep(self, drive: str, speeds: FloatArray) -> None:
         assert self.form.harmonic is not None
-        for key, made in self.form.harmonic.lines_at(self.model, drive, speed, self.reference).items():
+        for key, made in self.form.harmonic.lines_at(self.model, drive, speeds, self.reference).items():
             old = self.samples.get(key)
             self.samples[key] = made if old is None else old.joined(made)
 
@@ -119,3 +122,13 @@ class FormBounds:
         if not self.known:
             return np.full(len(x), -np.inf), np.full(len(x), np.inf)
         return self.form.on_points(self, x)
+
+
+def _is_new(speed: float, ranked: list[float]) -> bool:
+    """Whether a speed stands nowhere in the list, which then takes it up in its place."""
+    place = bisect_left(ranked, speed)
+    beside = ranked[max(place - 1, 0) : place + 1]
+    if not math.isfinite(speed) or any(abs(speed - one) <= 1e-12 * abs(one) for one in beside):
+        return False
+    ranked.insert(place, speed)
+    return True

@@ -50,7 +50,9 @@ def of_drive(
     for one in found:
         if all(abs(one.speed - other.speed) > 1e-7 * abs(one.speed) for other in distinct):
             distinct.append(one)
-    return [_local(model, form, drive, x, one, least_wanted) for one in distinct[:_MOST]]
+            if len(distinct) == _MOST:
+                break
+    return [_local(model, form, drive, x, one, least_wanted) for one in distinct]
 
 
 def _local(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extreme, least_wanted: bool) -> Local:

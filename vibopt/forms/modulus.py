@@ -181,9 +181,11 @@ class Modulus(Form):
     def bounded(self, model: Model) -> bool:
         return not model.mixed and not model.spins and not self._at_one_time
 
-    def lines_at(self, model: Model, name: str, speed: float, reference: FloatArray) -> dict[tuple[str, int], Sampled]:
-        """N and D of each line of a drive at one speed; with the link rigid as well, under ~index."""
-        found, speeds = {}, np.array([speed])
+    def lines_at(
+        self, model: Model, name: str, speeds: FloatArray, reference: FloatArray
+    ) -> dict[tuple[str, int], Sampled]:
+        """N and D of each line of a drive at speeds (n,); with the link rigid as well, under ~index."""
+        found = {}
         for index, line in enumerate(next(drive for drive in self.drives if drive.name == name).lines):
             found[name, index] = sampled(model, self.output, line, speeds, reference)
             if self.rigid_link:

@@ -182,8 +182,7 @@ class Search:
         aims = program.aim.pieces if program.aim is not None else ()
         self.aim_bounds = [FormBounds(aim.model, aim.form, middle) for aim in aims]
         for part, bounds in self._parts():
-            for speeds in first_speeds(part.form):
-                bounds.add(speeds)
+            bounds.add(first_speeds(part.form))
 
     def _parts(self) -> list[tuple[Limit | Aim, FormBounds]]:
         parts: list[tuple[Limit | Aim, FormBounds]] = list(zip(self.judge.program.limits, self.forms, strict=True))
@@ -336,13 +335,14 @@ def _may_avoid(limit: Limit, low: FloatArray, high: FloatArray) -> BoolArray:
     return free
 
 
-def first_speeds(form: Form) -> list[dict[str, float]]:
-    """Speeds to begin with: the ends of every band and a few between."""
-    found = []
+def first_speeds(form: Form) -> dict[str, list[float]]:
+    """Speeds to begin with, by excitation: the ends of every band and a few between."""
+    found: dict[str, list[float]] = {}
     for drive in form.drives:
+        own = found.setdefault(drive.name, [])
         for band in drive.bands:
-            parts = [band.low] if band.is_point else np.linspace(band.low, band.high, 9)
-            found += [{drive.name: float(speed)} for speed in parts if speed > 0.0 or band.is_point]
+            parts = [band.low] if band.is_point else np.linspace(band.low, band.high, 9).tolist()
+            own += [speed for speed in parts if speed > 0.0 or band.is_point]
     return found
 
 

@@ -251,7 +251,7 @@ class _Speeds:
     known: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._add([speed for one in first_speeds(self.part.form) for speed in one.values()])
+        self._add([speed for some in first_speeds(self.part.form).values() for speed in some])
 
     @property
     def count(self) -> int:

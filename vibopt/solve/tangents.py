@@ -151,8 +151,7 @@ class _Search:
             (one, FormBounds(one.model, one.form, program.high)) for one in program.limits if not _tangible(one)
         ]
         for limit, bounds in self.others:
-            for speeds in first_speeds(limit.form):
-                bounds.add(speeds)
+            bounds.add(first_speeds(limit.form))
         self.best_x: FloatArray | None = None
         self.best = np.inf
         self.budget = Budget(self.method.most, "boxes", program.cost)

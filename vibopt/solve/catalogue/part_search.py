@@ -125,8 +125,7 @@ class Search:
         aims = program.aim.pieces if program.aim is not None else ()
         self.aims = [bounds_of(aim.model, aim.form, middle) for aim in aims]
         for one in (*self.limits, *self.aims):
-            for speeds in first_speeds(one.form):
-                one.add(speeds)
+            one.add(first_speeds(one.form))
         self.order = sorted(range(len(self.limits)), key=lambda i: _cost(self.limits[i]))
         self.boxed = [_boxed(limit) for limit in self.limits]
         self.aim_boxed = [_boxed(aim) for aim in self.aims]
