@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -28,6 +28,17 @@ def some(number: Any) -> bool:
 def every(chosen: BoolArray) -> bool:
     """Whether all of them are."""
     return bool(np.count_nonzero(chosen) == chosen.size)
+
+
+def joined(parts: Iterable[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Parts of a line in rising order, those that meet as one."""
+    found: list[tuple[float, float]] = []
+    for low, high in sorted(parts):
+        if found and low <= found[-1][1]:
+            found[-1] = found[-1][0], max(high, found[-1][1])
+        else:
+            found.append((low, high))
+    return found
 
 
 def crossing(function: Callable[[float], float], low: float, high: float) -> float:

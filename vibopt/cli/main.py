@@ -16,6 +16,7 @@ from vibopt.cli.output import (
     UnwritableError,
     check_open,
     complain,
+    fail,
     flush,
     keep_streams,
     kept_words,
@@ -172,12 +173,7 @@ def _run(given: list[str], as_json: bool) -> int:
 
 def _stopped(as_json: bool) -> int:
     """The user has stopped it: what is left of the work, and where."""
-    message = f"Stopped. {kept_words()}"
-    if as_json:
-        say_json({"status": "interrupted", "messages": [message]})
-    else:
-        complain(message)
-    return INTERRUPTED
+    return fail(INTERRUPTED, "interrupted", f"Stopped. {kept_words()}", as_json=as_json)
 
 
 def _usage(error: click.UsageError, as_json: bool) -> int:
@@ -195,12 +191,8 @@ def _usage(error: click.UsageError, as_json: bool) -> int:
 
 def _mistakes(error: VibOptError, as_json: bool) -> int:
     """Mistakes of the user's, all of them."""
-    messages = list(error.messages) if isinstance(error, InputError) else [str(error)]
-    if as_json:
-        say_json({"status": STATUS.get(error.exit_code, "internal_error"), "messages": messages})
-    else:
-        complain("\n".join(messages))
-    return error.exit_code
+    messages = error.messages if isinstance(error, InputError) else [str(error)]
+    return fail(error.exit_code, STATUS.get(error.exit_code, "internal_error"), *messages, as_json=as_json)
 
 
 def _fault(error: Exception, as_json: bool) -> int:
@@ -209,8 +201,4 @@ def _fault(error: Exception, as_json: bool) -> int:
         raise error
     text = " ".join(f"{type(error).__name__}: {error}".split()).rstrip(":. ")
     message = f"vibopt failed inside: {text}. This is a fault of vibopt, not of your file."
-    if as_json:
-        say_json({"status": "internal_error", "messages": [message]})
-    else:
-        complain(message)
-    return INTERNAL
+    return fail(INTERNAL, "internal_error", message, as_json=as_json)

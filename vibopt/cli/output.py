@@ -90,6 +90,15 @@ def say_json(data: object) -> None:
     _write(sys.stdout, text if _fits(text, sys.stdout) else json_text(data, ascii_only=True))
 
 
+def fail(code: int, status: str, *messages: str, as_json: bool) -> int:
+    """The code with which a command ends that has no answer, and why."""
+    if as_json:
+        say_json({"status": status, "messages": messages})
+    else:
+        complain("\n".join(messages))
+    return code
+
+
 def width() -> int:
     """Columns to fill: those of the terminal, 80 in a pipe, never more than 120."""
     if sys.stdout is None or not sys.stdout.isatty():

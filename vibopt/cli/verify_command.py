@@ -15,7 +15,7 @@ import click
 from vibopt.answer.answer import Answer
 from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, force, limited, method
-from vibopt.cli.output import colour, complain, say, say_json, width
+from vibopt.cli.output import colour, complain, fail, say, say_json, width
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
 
@@ -197,11 +197,7 @@ def _answer(job: Job, method: str | None) -> Answer[Any]:
 
 def _stopped(as_json: bool) -> int:
     message = "Stopped before every file was solved; nothing was compared."
-    if as_json:
-        say_json({"status": "interrupted", "messages": [message]})
-    else:
-        complain(message)
-    return INTERRUPTED
+    return fail(INTERRUPTED, "interrupted", message, as_json=as_json)
 
 
 def _tell(result: Verification) -> None:

@@ -121,7 +121,7 @@ def _matrix_at(file: FilePath, key: str, skew: bool, stamp: Stamp) -> Any:
     raw = _read(file, key)
     which = f"Its matrix {key}" if key else "It"
     whole = _plain(raw, which)
-    return _skew(whole, which) if skew else _symmetric(whole, which)
+    return _mirrored(whole, which, -1 if skew else 1)
 
 
 def _read(file: FilePath, key: str) -> Any:
@@ -176,34 +176,26 @@ def _plain(raw: Any, which: str) -> Any:
     return whole
 
 
-def _symmetric(whole: Any, which: str) -> Any:
-    mirrored = whole.T.tocsc()
-    apart = abs(whole - mirrored).tocoo()
+_UNLIKE = {
+    1: "{which} is not symmetric: row {i}, column {j} has {here:g}, but row {j}, column {i} has {there:g} (counted "
+    'from 0). Write both triangles alike, or one triangle of a file that says "symmetric" in its first line.',
+    -1: "{which} is not skew: row {i}, column {j} has {here:g}, and row {j}, column {i} has {there:g} (counted from "
+    "0), where gyroscopic moments have the opposite. Give the matrix that the speed of rotation is multiplied by, "
+    "without damping.",
+}
+
+
+def _mirrored(whole: Any, which: str, sign: int) -> Any:
+    """A matrix that is its own transpose (1), or the opposite of it (-1), freed of rounding."""
+    turned = sign * whole.T.tocsc()
+    apart = abs(whole - turned).tocoo()
     largest = float(np.abs(whole.data).max(initial=0.0))
     if apart.nnz and float(apart.data.max()) > SYMMETRIC * largest:
         worst = int(apart.data.argmax())
         i, j = sorted((int(apart.row[worst]), int(apart.col[worst])))
-        raise QuantityError(
-            f"cannot be used. {which} is not symmetric: row {i}, column {j} has {whole[i, j]:g}, but row {j}, column "
-            f"{i} has {whole[j, i]:g} (counted from 0). Write both triangles alike, or one triangle of a file that "
-            'says "symmetric" in its first line.'
-        )
-    return ((whole + mirrored) * 0.5).tocsc()
-
-
-def _skew(whole: Any, which: str) -> Any:
-    mirrored = whole.T.tocsc()
-    apart = abs(whole + mirrored).tocoo()
-    largest = float(np.abs(whole.data).max(initial=0.0))
-    if apart.nnz and float(apart.data.max()) > SYMMETRIC * largest:
-        worst = int(apart.data.argmax())
-        i, j = sorted((int(apart.row[worst]), int(apart.col[worst])))
-        raise QuantityError(
-            f"cannot be used. {which} is not skew: row {i}, column {j} has {whole[i, j]:g}, and row {j}, column {i} "
-            f"has {whole[j, i]:g} (counted from 0), where gyroscopic moments have the opposite. Give the matrix that "
-            "the speed of rotation is multiplied by, without damping."
-        )
-    return ((whole - mirrored) * 0.5).tocsc()
+        said = _UNLIKE[sign].format(which=which, i=i, j=j, here=whole[i, j], there=whole[j, i])
+        raise QuantityError(f"cannot be used. {said}")
+    return ((whole + turned) * 0.5).tocsc()
 
 
 def mass_fault(mass: Any, which: str = "It") -> str:

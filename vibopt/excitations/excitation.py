@@ -99,15 +99,19 @@ def _varies_table(given: object) -> Amplitude:
         factors = [read_quantity(row[1], "ratio").value for row in rows]
     except QuantityError as error:
         raise complaint(f"has a row that cannot be read: it {error}") from None
-    at = [speed.bands[0].low for speed in speeds]
     if any(speed.dimension != ROTATION or not speed.is_one_speed for speed in speeds):
         raise complaint('has a row without one speed of rotation. Write each row as ["1500 rpm", 0.4].')
-    if any(b <= a for a, b in pairwise(at)):
+    return straight_between([speed.bands[0].low for speed in speeds], factors)
+
+
+def straight_between(speeds: list[float], values: list[float]) -> Amplitude:
+    """Values at speeds [rad/s] that must rise from row to row, and straight lines between them."""
+    if any(b <= a for a, b in pairwise(speeds)):
         raise complaint("has speeds that do not rise from row to row. Sort the rows by speed.")
     pieces = []
-    for (a, b), (fa, fb) in zip(pairwise(at), pairwise(factors), strict=True):
-        slope = (fb - fa) / (b - a)
-        pieces.append(Piece(Band(a, b), fa - slope * a, slope))
+    for (a, b), (first, last) in zip(pairwise(speeds), pairwise(values), strict=True):
+        slope = (last - first) / (b - a)
+        pieces.append(Piece(Band(a, b), first - slope * a, slope))
     return Amplitude(tuple(pieces))
 
 

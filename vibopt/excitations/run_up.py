@@ -10,7 +10,7 @@ from pydantic import create_model, model_validator
 
 from vibopt.arrays import ComplexArray
 from vibopt.errors import QuantityError
-from vibopt.excitations.excitation import Excitation
+from vibopt.excitations.excitation import Excitation, straight_between
 from vibopt.mechanics.motor import Motor
 from vibopt.signals import Amplitude, Band, Piece, Sweep, Sweeps
 from vibopt.units import read_quantity
@@ -36,13 +36,7 @@ def _torque(given: object, key: str) -> Amplitude:
         torques = [read_quantity(row[1], "moment").value for row in given]
     except QuantityError as error:
         raise complaint(f"has a row that cannot be read: it {error}") from None
-    if any(b <= a for a, b in pairwise(at)):
-        raise complaint("has speeds that do not rise from row to row. Sort the rows by speed.")
-    pieces = []
-    for (a, b), (ta, tb) in zip(pairwise(at), pairwise(torques), strict=True):
-        slope = (tb - ta) / (b - a)
-        pieces.append(Piece(Band(a, b), ta - slope * a, slope))
-    return Amplitude(tuple(pieces))
+    return straight_between(at, torques)
 
 
 def _driving(given: object) -> Amplitude:

@@ -110,16 +110,11 @@ class OrbitingMachine(RotatingMachine):
     def stress_at(self, end: str, motion: Motion) -> ComplexArray:
         """As of `RotatingMachine`, (2, ...) of bending in either plane."""
         assert motion.inner is not None
-        flat, (rotor, _, span) = np.ravel(motion.omega), end.partition("@")
-        top, (number, _, side) = float(np.abs(flat).max(initial=0.0)), span.partition(".")
-        shafts, right = self._cut(top).shafts, int(side == "right")
-        k = self.shafts[rotor].cuts(top)[int(number) - 1 + right] - right
-        before = list(shafts).index(rotor)
-        begin = len(self.masses) + sum(one.size for one in list(shafts.values())[:before]) + 2 * k
-        y, z = (half[:, begin : begin + 4] for half in np.split(motion.inner, 2, axis=1))
-        section = shafts[rotor].sections[k].stress
+        shaft, k, right, own = self._end_of(end, motion.omega)
+        y, z = (half[:, own] for half in np.split(motion.inner, 2, axis=1))
+        squares = np.ravel(motion.omega) ** 2
         moments = [
-            shafts[rotor].moment(k, right, flat**2, 0.5 * (y + sense * 1j * z), sense) * section
+            shaft.moment(k, right, squares, 0.5 * (y + sense * 1j * z), sense) * shaft.sections[k].stress
             for sense in (1.0, -1.0)
         ]
         found = np.stack([moments[0] + moments[1], -1j * (moments[0] - moments[1])])

@@ -76,14 +76,19 @@ class RotatingMachine(Machine):
     def stress_at(self, end: str, motion: Motion) -> ComplexArray:
         """Greatest of bending at one end of a span, NAME@1.left for instance, in a steady motion [Pa]."""
         assert motion.inner is not None
-        flat, (rotor, _, span) = np.ravel(motion.omega), end.partition("@")
-        top, (number, _, side) = float(np.abs(flat).max(initial=0.0)), span.partition(".")
+        shaft, k, right, own = self._end_of(end, motion.omega)
+        moment = shaft.moment(k, right, np.ravel(motion.omega) ** 2, motion.inner[:, own])
+        return np.asarray(moment * shaft.sections[k].stress).reshape(np.shape(motion.omega))
+
+    def _end_of(self, end: str, omega: FloatArray) -> tuple[Any, int, int, slice]:
+        """Of one end of a span its shaft as cut for such speeds, its section, its side and its four coordinates."""
+        (rotor, _, span), top = end.partition("@"), float(np.abs(omega).max(initial=0.0))
+        number, _, side = span.partition(".")
         shafts, right = self._cut(top).shafts, int(side == "right")
         k = self.shafts[rotor].cuts(top)[int(number) - 1 + right] - right
         before = list(shafts).index(rotor)
         begin = len(self.masses) + sum(shaft.size for shaft in list(shafts.values())[:before]) + 2 * k
-        moment = shafts[rotor].moment(k, right, flat**2, motion.inner[:, begin : begin + 4])
-        return np.asarray(moment * shafts[rotor].sections[k].stress).reshape(np.shape(motion.omega))
+        return shafts[rotor], k, right, slice(begin, begin + 4)
 
     def weight_stress_at(self, end: str) -> float:
         """As `stress_at`, under the weights alone, by the balance of what lies left of there; infinite without hold."""

@@ -107,3 +107,36 @@ class NonlinearProgram:
         if path not in self.variables:
             raise InputError(f"there is no variable {path}.{way_out(path, list(self.variables))}")
         return self.variables[path]
+
+
+class Collected:
+    """Unknowns with their ends and starts, and rows (name, expression <= 0, whether it is an equation)."""
+
+    def __init__(self) -> None:
+        self.unknowns: list[Any] = []
+        self.box: list[tuple[float, float, float]] = []
+        self.rows: list[tuple[str, Any, bool]] = []
+        self.variables: dict[str, Any] = {}
+
+    def unknown(self, name: str, low: float, high: float, start: float) -> Any:
+        import casadi
+
+        self.unknowns.append(casadi.SX.sym(name))
+        self.box.append((low, high, start))
+        return self.unknowns[-1]
+
+    def below(self, name: str, *expressions: Any, equal: bool = False) -> None:
+        """What is no more than zero, or zero."""
+        self.rows += [(name, one, equal) for one in expressions]
+
+    def program(self, goal: Any) -> NonlinearProgram:
+        """All of it, with a goal."""
+        import casadi
+
+        low, high, start = (np.array(column, dtype=float) for column in zip(*self.box, strict=True))
+        rows = casadi.vertcat(*[row for _, row, _ in self.rows]) if self.rows else casadi.SX(0, 1)
+        return NonlinearProgram(
+            casadi.vertcat(*self.unknowns), goal, rows, low, high,
+            np.array([0.0 if same else -np.inf for *_, same in self.rows]), np.zeros(len(self.rows)), start,
+            tuple(name for name, *_ in self.rows), self.variables,
+        )  # fmt: skip

@@ -18,7 +18,7 @@ from vibopt.balancing.engine.shaking import arms, free_shares, free_weights
 from vibopt.balancing.lengths import Box, Least, Lengths, into_box
 from vibopt.balancing.question import relative_gap
 from vibopt.posed import conic
-from vibopt.posed.nonlinear import NonlinearProgram
+from vibopt.posed.nonlinear import Collected, NonlinearProgram
 
 PROVEN = 1e-6
 Limits = Sequence[tuple[str, Lengths]]
@@ -107,24 +107,17 @@ def smooth(goal: Lengths, limits: Limits, box: Box, paths: Sequence[str]) -> Non
     for k, cap in enumerate(box.caps):
         if np.isfinite(cap):
             path = paths[len(box.shares) + k]
-            made.rows.append((f"{path}.unbalance", casadi.sumsqr(made.variables[path]) / cap**2 - 1.0))
-    low, high, start = (np.array(column) for column in zip(*made.box, strict=True))
-    rows = made.rows
-    return NonlinearProgram(
-        casadi.vertcat(*made.unknowns), objective, casadi.vertcat(*[row for _, row in rows]), low, high,
-        np.full(len(rows), -np.inf), np.zeros(len(rows)), start, tuple(name for name, _ in rows), made.variables,
-    )  # fmt: skip
+            made.below(f"{path}.unbalance", casadi.sumsqr(made.variables[path]) / cap**2 - 1.0)
+    return made.program(objective)
 
 
-class _Smooth:
-    """Unknowns and rows (name, expression <= 0), collected."""
+class _Smooth(Collected):
+    """Of an engine: shares, and balancing weights as two numbers each."""
 
     def __init__(self, goal: Lengths, box: Box, paths: Sequence[str]) -> None:
         import casadi
 
-        self.unknowns: list[Any] = []
-        self.box: list[tuple[float, float, float]] = []
-        self.rows: list[tuple[str, Any]] = []
+        super().__init__()
         first = len(box.shares)
         shares = [self.unknown(path, low, high, low) for path, (low, high) in zip(paths, box.shares, strict=False)]
         self.variables = dict(zip(paths, shares, strict=False))
@@ -134,13 +127,6 @@ class _Smooth:
             parts = [scale * self.unknown(f"{part} {path}", -np.inf, np.inf, 0.1) for part in ("Re", "Im")]
             self.variables[path] = casadi.vertcat(*parts)
         self.x = casadi.vertcat(*self.variables.values())
-
-    def unknown(self, name: str, low: float, high: float, start: float) -> Any:
-        import casadi
-
-        self.unknowns.append(casadi.SX.sym(name))
-        self.box.append((low, high, start))
-        return self.unknowns[-1]
 
     def measure(self, path: str, one: Lengths, size: float, bound: float | None) -> Any:
         """Sum or greatest of the lengths over `size`, held below `bound` where there is one."""
@@ -153,12 +139,12 @@ class _Smooth:
         )  # fmt: skip
         squares = casadi.vertsplit(real**2 + imag**2)
         if one.by == "worst" and bound is not None:
-            self.rows += [(path, row - bound**2) for row in squares]
+            self.below(path, *(row - bound**2 for row in squares))
             return None
         heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in (squares[:1] if one.by == "worst" else squares)]
         above = heads * len(squares) if one.by == "worst" else heads
-        self.rows += [(path, row - head**2) for row, head in zip(squares, above, strict=True)]
+        self.below(path, *(row - head**2 for row, head in zip(squares, above, strict=True)))
         total = sum(heads[1:], heads[0])
         if bound is not None:
-            self.rows.append((path, total - bound))
+            self.below(path, total - bound)
         return total

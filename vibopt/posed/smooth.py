@@ -21,7 +21,7 @@ from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
-from vibopt.solve.ranges import log_box, starts
+from vibopt.solve.ranges import log_box, on_ends, starts
 from vibopt.work import late, worked
 
 EXACT = 1e-9
@@ -155,11 +155,7 @@ class Exchange:
 
     def x(self, y: FloatArray) -> FloatArray:
         """The design at y, on the ends of its ranges where it is next to them."""
-        x = np.exp(y)
-        for i, axis in enumerate(self.program.axes):
-            near = [end for end in (axis.low, axis.high) if abs(x[i] - end) <= 1e-9 * abs(end)]
-            x[i] = near[0] if near else min(max(x[i], axis.low), axis.high)
-        return x
+        return on_ends(self.program, y)
 
     def _solved(self, y: FloatArray) -> tuple[FloatArray, str, float]:
         """Where IPOPT ends from y, its word, and by how much its rows are missed there.

@@ -18,7 +18,7 @@ from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Question
 from vibopt.posed import conic
-from vibopt.posed.nonlinear import NonlinearProgram
+from vibopt.posed.nonlinear import Collected, NonlinearProgram
 from vibopt.records import dataclass
 
 ZERO = 1e-9
@@ -226,31 +226,21 @@ def _held(cp: Any, named: Named, plane: int, u: Any, margin: float) -> list[Any]
 
 def smooth(named: Named) -> NonlinearProgram:
     """The same in CasADi: unknowns are Re u and Im u over the size of each plane, or size and angle in an arc."""
-    import casadi
 
     made = _Smooth(named)
     goal = made.goal()
     made.limits()
-    x = casadi.vertcat(*made.unknowns)
-    g = casadi.vertcat(*[row for _, row, _ in made.rows]) if made.rows else casadi.SX(0, 1)
-    low, high, start = (np.array(column, dtype=float) for column in zip(*made.box, strict=True))
-    return NonlinearProgram(
-        x, goal, g, low, high, np.array([0.0 if same else -np.inf for *_, same in made.rows]), np.zeros(len(made.rows)),
-        start, tuple(name for name, *_ in made.rows), made.variables,
-    )  # fmt: skip
+    return made.program(goal)
 
 
-class _Smooth:
-    """Unknowns and rows (name, expression <= 0, whether it is an equation), collected."""
+class _Smooth(Collected):
+    """Of correction weights: their two parts each, or size and angle in an arc."""
 
     def __init__(self, named: Named) -> None:
         import casadi
 
+        super().__init__()
         self.named, self.q = named, named.question
-        self.unknowns: list[Any] = []
-        self.box: list[tuple[float, float, float]] = []
-        self.rows: list[tuple[str, Any, bool]] = []
-        self.variables: dict[str, Any] = {}
         q, self.begin = self.q, self._begin()
         real, imag = casadi.SX(q.y0.real), casadi.SX(q.y0.imag)
         self.parts: dict[int, tuple[Any, Any]] = {}
@@ -261,13 +251,6 @@ class _Smooth:
             real += q.H[:, k].real * a - q.H[:, k].imag * b
             imag += q.H[:, k].imag * a + q.H[:, k].real * b
         self.left, self.squares = (real, imag), real**2 + imag**2
-
-    def unknown(self, name: str, low: float, high: float, start: float) -> Any:
-        import casadi
-
-        self.unknowns.append(casadi.SX.sym(name))
-        self.box.append((low, high, start))
-        return self.unknowns[-1]
 
     def _phasor(self, plane: int) -> tuple[Any, Any]:
         import casadi
@@ -304,10 +287,9 @@ class _Smooth:
         above = self.unknown(f"mass of {self.named.planes[plane]}", 0.0, np.inf, 1.0)
         fan = self.q.fans[plane] if self.q.fans else None
         if fan is None:
-            self.rows.append((f"mass of {self.named.planes[plane]}", part**2 * (a**2 + b**2) - above**2, False))
+            self.below(f"mass of {self.named.planes[plane]}", part**2 * (a**2 + b**2) - above**2)
         for side in fan.sides if fan is not None else ():
-            row = part * (side.real * a + side.imag * b) - above
-            self.rows.append((f"mass of {self.named.planes[plane]}", row, False))
+            self.below(f"mass of {self.named.planes[plane]}", part * (side.real * a + side.imag * b) - above)
         return above
 
     def goal(self) -> Any:
@@ -323,10 +305,10 @@ class _Smooth:
             return sum(rows[1:], rows[0]) / q.n_readings
         if q.goal == "worst":
             above = self.unknown("square of the worst", 0.0, np.inf, 1.0)
-            self.rows += [("goal", row - above, False) for row in rows]
+            self.below("goal", *(row - above for row in rows))
             return above
         heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in rows]
-        self.rows += [("goal", row - head**2, False) for row, head in zip(rows, heads, strict=True)]
+        self.below("goal", *(row - head**2 for row, head in zip(rows, heads, strict=True)))
         return sum(heads[1:], heads[0])
 
     def _huber(self, root: float) -> Any:
@@ -336,7 +318,7 @@ class _Smooth:
         total = casadi.SX(0)
         for row, weight in zip(casadi.vertsplit(self.squares), self.q.importance, strict=True):
             near, far = (self.unknown(part, 0.0, np.inf, 0.5) for part in ("near", "far"))
-            self.rows.append(("goal", weight**2 * row / root**2 - (near + far) ** 2, False))
+            self.below("goal", weight**2 * row / root**2 - (near + far) ** 2)
             total += near**2 + 2.0 * self.q.huber / root * far
         return total
 
@@ -345,23 +327,23 @@ class _Smooth:
         for path, rows, bounds in named.limits:
             for row, bound in zip(rows.tolist(), bounds.tolist(), strict=True):
                 if bound > named.zero:
-                    self.rows.append((path, self.squares[row] / bound**2 - 1.0, False))
+                    self.below(path, self.squares[row] / bound**2 - 1.0)
                 else:
-                    self.rows += [(path, part[row] / named.greatest, True) for part in self.left]
+                    self.below(path, *(part[row] / named.greatest for part in self.left), equal=True)
         for k, (a, b) in self.parts.items():
             cap, fan = q.caps[k], q.fans[k] if q.fans else None
             if np.isfinite(cap) and fan is None:
-                self.rows.append((named.caps[k], (a**2 + b**2) / cap**2 - 1.0, False))
+                self.below(named.caps[k], (a**2 + b**2) / cap**2 - 1.0)
             elif np.isfinite(cap) and fan is not None:
                 sides = [(side.real * a + side.imag * b) / cap - 1.0 for side in fan.sides]
-                self.rows += [(named.caps[k], side, False) for side in sides]
+                self.below(named.caps[k], *sides)
         if np.isfinite(q.total_cap):
             if q.goal == "correction":
                 heads = [unknown for unknown in self.unknowns if str(unknown).startswith("mass of")]
-                self.rows.append((named.total, sum(heads[1:], heads[0]) * named.size / q.total_cap - 1.0, False))
+                self.below(named.total, sum(heads[1:], heads[0]) * named.size / q.total_cap - 1.0)
             else:
                 heads = [self.amount(k) for k in self.parts]
-                self.rows.append((named.total, sum(heads[1:], heads[0]) - 1.0, False))
+                self.below(named.total, sum(heads[1:], heads[0]) - 1.0)
         for first, second, ratio in q.pairs:
             self._pair(first, second, ratio)
 
@@ -370,4 +352,4 @@ class _Smooth:
         c, d = self.parts.get(second, (0.0, 0.0))
         size = self.named.greatest / (float(np.abs(self.q.H[:, second]).max(initial=0.0)) or 1.0)
         for row in (c - ratio.real * a + ratio.imag * b, d - ratio.imag * a - ratio.real * b):
-            self.rows.append((f"pairs.{first}.{second}", row / size, True))
+            self.below(f"pairs.{first}.{second}", row / size, equal=True)

@@ -28,16 +28,30 @@ class MotionOf(HarmonicResponse):
     power: ClassVar[int] = 0
     moves: ClassVar[str] = "line"
     in_planes: ClassVar[bool] = True
+    turns: ClassVar[bool] = False
+
+    @property
+    def way(self) -> Direction | None:
+        """In space, the direction or the axis that is asked about, of kinds that have one."""
+        way: Direction | None = getattr(self, self.in_space, None)
+        return way
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "body")}
 
     def output(self, model: Model) -> Output:
-        return at_point(model, self.of, self.power)
+        if self.way is None:
+            return at_point(model, self.of, self.power)
+        return along(model, self.of, self.way, power=self.power, turn=self.turns)
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        value: ComplexArray = motion.points[self.of] * (1j * motion.omega) ** self.power
-        return value
+        power = (1j * motion.omega) ** self.power
+        if self.way is None:
+            return np.asarray(motion.points[self.of] * power)
+        from vibopt.mechanics.rigid import SpaceMachine
+
+        assert isinstance(machine, SpaceMachine)
+        return machine.moved(self.of, self.way, motion, turn=self.turns) * power
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
         return np.asarray(course.points[self.of][self.power])
@@ -57,19 +71,6 @@ class Displacement(MotionOf):
     twin: ClassVar[str] = "rotation"
     noise_twin: ClassVar[str] = "rms_displacement"
     transient_twin: ClassVar[str] = "peak_displacement"
-
-    def output(self, model: Model) -> Output:
-        if self.direction is None:
-            return super().output(model)
-        return along(model, self.of, self.direction, power=self.power)
-
-    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        if self.direction is None:
-            return super().measure(machine, motion)
-        from vibopt.mechanics.rigid import SpaceMachine
-
-        assert isinstance(machine, SpaceMachine)
-        return machine.moved(self.of, self.direction, motion) * (1j * motion.omega) ** self.power
 
 
 class Velocity(Displacement):

@@ -83,36 +83,35 @@ class OfLink(Response):
         return {"of": (self.of, "link")}
 
 
-class Stiffness(OfLink):
+class OfMount(OfLink):
+    """Stiffness or damping, by the kind of its terms."""
+
+    moves: ClassVar[str] = "line"
+    of_mount: ClassVar[str] = "alike"
+    kind: ClassVar[int]
+
+    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
+        return _single(model, self.of, owned_by(model, self.of, self.kind))
+
+    def measure_static(self, machine: Machine) -> float:
+        joint = machine.joint(self.of)
+        return (joint.stiffness if self.kind == STIFFNESS else joint.damping) / joint.count
+
+
+class Stiffness(OfMount):
     """`response = "stiffness"`: of one single mount [N/m]."""
 
     dimension: ClassVar[str] = "stiffness"
-    moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "torsional_stiffness"
-    of_mount: ClassVar[str] = "alike"
-
-    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        return _single(model, self.of, owned_by(model, self.of, STIFFNESS))
-
-    def measure_static(self, machine: Machine) -> float:
-        joint = machine.joint(self.of)
-        return joint.stiffness / joint.count
+    kind: ClassVar[int] = STIFFNESS
 
 
-class Damping(OfLink):
+class Damping(OfMount):
     """`response = "damping"`: viscous, of one single mount [N s/m]."""
 
     dimension: ClassVar[str] = "damping"
-    moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "torsional_damping"
-    of_mount: ClassVar[str] = "alike"
-
-    def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        return _single(model, self.of, owned_by(model, self.of, DAMPING))
-
-    def measure_static(self, machine: Machine) -> float:
-        joint = machine.joint(self.of)
-        return joint.damping / joint.count
+    kind: ClassVar[int] = DAMPING
 
 
 class FrictionForce(OfLink):

@@ -12,7 +12,6 @@ from vibopt.mechanics.model import INERTIA, Model, Term
 from vibopt.responses.motion import MotionOf, RelativeDisplacement
 from vibopt.responses.parameters import Damping, Stiffness, owned_by
 from vibopt.responses.response import HarmonicResponse, Response
-from vibopt.responses.response_rows import along
 from vibopt.responses.transmitted import Transmitted
 from vibopt.signals import Combine, Drive, Output
 from vibopt.values.directions import Direction
@@ -30,22 +29,8 @@ class Rotation(MotionOf):
     dimension: ClassVar[str] = "angle"
     moves: ClassVar[str] = "axis"
     in_space: ClassVar[str] = "axis"
+    turns: ClassVar[bool] = True
     twin: ClassVar[str] = "displacement"
-
-    def output(self, model: Model) -> Output:
-        return (
-            super().output(model)
-            if self.axis is None
-            else along(model, self.of, self.axis, power=self.power, turn=True)
-        )
-
-    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        if self.axis is None:
-            return super().measure(machine, motion)
-        from vibopt.mechanics.rigid import SpaceMachine
-
-        assert isinstance(machine, SpaceMachine)
-        return machine.moved(self.of, self.axis, motion, turn=True) * (1j * motion.omega) ** self.power
 
 
 class Twist(RelativeDisplacement):

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, joined
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
 from vibopt.mechanics.peaks import crossings
@@ -132,19 +132,9 @@ def _pieces(limit: Limit, form: Modulus, drive: Drive, level: Level, band: Band)
         value = level(np.array([point]))[0]
         if sign * (value - limit.bound) <= 1e-12 * limit.bound and not any(a <= point <= b for a, b in kept):
             kept.append((point, point))
-    return _merged(sorted(kept))
-
-
-def _merged(intervals: list[Interval]) -> list[Interval]:
-    joined: list[Interval] = []
-    for low, high in intervals:
-        if joined and low <= joined[-1][1]:
-            joined[-1] = (joined[-1][0], max(joined[-1][1], high))
-        else:
-            joined.append((low, high))
-    return joined
+    return joined(kept)
 
 
 def _intersection(first: list[Interval], second: list[Interval]) -> list[Interval]:
     both = [(max(a, c), min(b, d)) for a, b in first for c, d in second]
-    return _merged(sorted(one for one in both if one[0] <= one[1]))
+    return joined(one for one in both if one[0] <= one[1])

@@ -34,7 +34,7 @@ def rescued(program: Program, middles: FloatArray, judge: Judge) -> FloatArray |
     """A feasible design from the middles of boxes (n, n_vars) or from starts spread over the whole range."""
     spread = np.exp(starts(program, 6))
     for x in [*middles, *spread]:
-        x = _on_values(program, x)
+        x = on_values(program, x)
         if judge.feasible(x):
             return x
         there = refined(program, x, only_feasible=True)
@@ -49,13 +49,13 @@ def from_starts(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
     for start in np.exp(starts(program, 8)):
         if late("the search from other starts"):
             break
-        there = refined(program, _on_values(program, start))
+        there = refined(program, on_values(program, start))
         if there is not None and judge.feasible(there) and judge.goal(there).value < value:
             best, value = there, judge.goal(there).value
     return best
 
 
-def _on_values(program: Program, x: FloatArray) -> FloatArray:
+def on_values(program: Program, x: FloatArray) -> FloatArray:
     """Discrete coordinates moved to the nearest value there is."""
     moved = np.array(x, dtype=float)
     for i, axis in enumerate(program.axes):

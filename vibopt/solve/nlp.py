@@ -24,7 +24,7 @@ from vibopt.solve.link_by_link import improved_by_links
 from vibopt.solve.local import refined
 from vibopt.solve.measured_pieces import SLOPES, Exact, Point
 from vibopt.solve.method import Found, Progress
-from vibopt.solve.ranges import corners, halton, log_box, starts
+from vibopt.solve.ranges import corners, halton, log_box, on_ends, starts
 from vibopt.solve.screen import left_out, promising, screenable
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, late, worked
@@ -374,13 +374,7 @@ class _Run:
 
     def _x(self, y: FloatArray) -> FloatArray:
         """Design at y: exactly on the ends of its ranges where it is next to them."""
-        x = np.exp(y)
-        for i, axis in enumerate(self.program.axes):
-            for end in (axis.low, axis.high):
-                if abs(x[i] - end) <= 1e-9 * abs(end):
-                    x[i] = end
-            x[i] = min(max(x[i], axis.low), axis.high)
-        return x
+        return on_ends(self.program, y)
 
     def _feasible(self, y: FloatArray) -> bool:
         return self.judge.feasible(self._x(y))

@@ -16,7 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from vibopt.arrays import FloatArray, crossing
+from vibopt.arrays import FloatArray, crossing, joined
 from vibopt.errors import counted
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import modes_at, natural_frequencies
@@ -228,7 +228,7 @@ class _Run:
                 good += self._good(piece)
             else:
                 left += self._halves(piece)[::-1]
-        merged = _without_specks(_merged(good))
+        merged = _without_specks(joined(good))
         values = tuple((float(self.x(low)[0]), float(self.x(high)[0])) for low, high in merged)
         return Permitted(values, tuple((self._holder(low), self._holder(high)) for low, high in merged), not left)
 
@@ -454,17 +454,6 @@ def _matrix() -> FloatArray:
 
 
 _TO_CHEBYSHEV = _matrix()
-
-
-def _merged(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Rising parts, those that meet as one."""
-    merged: list[tuple[float, float]] = []
-    for low, high in sorted(parts):
-        if merged and low <= merged[-1][1]:
-            merged[-1] = merged[-1][0], max(high, merged[-1][1])
-        else:
-            merged.append((low, high))
-    return merged
 
 
 def _without_specks(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:

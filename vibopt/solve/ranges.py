@@ -67,6 +67,15 @@ _PRIMES = tuple(n for n in range(2, 128) if all(n % part for part in range(2, n)
 _BESIDE = 0.02
 
 
+def on_ends(program: Program, y: FloatArray) -> FloatArray:
+    """The design whose logs are y, exactly on the ends of its ranges where it is next to them."""
+    x = np.exp(y)
+    for i, axis in enumerate(program.axes):
+        near = [end for end in (axis.low, axis.high) if abs(x[i] - end) <= 1e-9 * abs(end)]
+        x[i] = near[-1] if near else min(max(x[i], axis.low), axis.high)
+    return x
+
+
 def log_box(program: Program) -> tuple[FloatArray, FloatArray]:
     """Logs of the least and greatest value of each variable, each (n_vars,), finite.
 

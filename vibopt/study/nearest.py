@@ -19,6 +19,7 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.choose import modest
 from vibopt.solve.deviations import rows_over
+from vibopt.solve.local import on_values
 from vibopt.solve.measured_pieces import SLOPES, Exact, Piece, Point
 from vibopt.solve.ranges import closed, log_box, starts
 from vibopt.solve.robust import judged
@@ -265,10 +266,7 @@ def _with(x: FloatArray, values: Mapping[int, float]) -> FloatArray:
 
 def _snapped(program: Program, x: FloatArray) -> FloatArray:
     """The nearest values and parts that there are."""
-    found = np.array(x, dtype=float)
-    for i, axis in enumerate(program.axes):
-        if axis.values is not None:
-            found[i] = min(axis.values, key=lambda value: abs(value - found[i]))
+    found = on_values(program, x)
     for tie in program.ties:
         found[list(tie.axes)] = tie.table[tie.chosen(found)]
     return found
