@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
+from matplotlib.patches import Circle
 from pictures import covered, struck
 
 from vibopt.arrays import FloatArray
@@ -23,6 +24,7 @@ from vibopt.report.figures.canvas import spread
 from vibopt.report.figures.paper import WIDTH, legend, sheet
 from vibopt.report.machine_parts import sketch_of
 from vibopt.report.series import Panel
+from vibopt.report.sketch import levels
 from vibopt.report.space_views import MOUNT, machine_figure, views_figure
 from vibopt.scene.read import from_dict
 from vibopt.verify.as_built import machine_of
@@ -247,3 +249,24 @@ def test_a_legend_stays_on_the_paper_however_long_its_words(words: tuple[str, st
         [made] = figure.legends
         box = made.get_window_extent()
         assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
+
+
+def test_gears_stand_between_the_bodies_that_they_join() -> None:
+    """What is driven hangs on what drives it, and two circles touch between them."""
+    line = {
+        "bodies": {
+            "engine": {"inertia": "2 kg m2"},
+            "wheel": {"inertia": "3 kg m2", "geared_to": "engine", "speed_ratio": -0.5},
+        },
+        "links": {"brake": {"between": ["wheel", "ground"], "torsional_stiffness": "9 kN m/rad"}},
+        "measures": {"first": {"response": "natural_frequency"}},
+    }
+    design = answer(from_dict(line))
+    assert levels(sketch_of(design)) == {"ground": 0, "wheel": 1, "engine": 2}
+    figure = machine_figure(design)
+    assert figure is not None
+    assert covered(figure) == []
+    words = [one.get_text() for one in figure.axes[-1].texts]
+    assert "gears\nwheel turns -0.5 x" in words
+    first, second = (one for one in figure.axes[-1].patches if isinstance(one, Circle))
+    assert abs(second.center[1] - first.center[1]) == pytest.approx(first.radius + second.radius)

@@ -17,6 +17,7 @@ from test_rotors import HEAD, NONE, RPM, SHAFT, asked, friswell, held, light
 from vibopt.mechanics.free_whirls import NO_PEAK, decrements, free_whirls, synchronous
 from vibopt.mechanics.orbits import spun
 from vibopt.mechanics.whirls_as_built import as_fast, in_planes, whirls
+from vibopt.report.machine_views import blocks, own_json
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict, from_text
 from vibopt.solve import solve
@@ -299,6 +300,29 @@ def test_where_no_whirl_counts_the_answer_says_so() -> None:
     fades = {"response": "logarithmic_decrement", "at": "2000 rpm", "up_to": "20 rpm", "at_least": 0.1}
     design = solve(from_dict({**borne(friswell(), *OIL), "limits": {"fades": fades}}))
     assert design.limits["fades"].value.text == "no whirl up to 20 rpm"
+    few = {"response": "damping_ratio", "at": "2000 rpm", "up_to": "500 rpm", "mode": 9, "whirl": "forward"}
+    design = solve(from_dict({**borne(friswell(), *OIL), "measures": {"few": few}}))
+    assert design.measures["few"].value.text == "fewer than 9 forward whirls up to 500 rpm"
+
+
+def test_free_whirls_are_listed_where_their_damping_is_asked() -> None:
+    """At both ends of what is asked, with the least decrement that a measure tells; the model has the same."""
+    asks = {"response": "logarithmic_decrement", "up_to": "5000 rpm"}
+    measures = {"one": {**asks, "at": "2000 rpm"}, "all": {**asks, "over": "2000..3000 rpm", "whirl": "forward"}}
+    design = solve(from_dict({**borne(friswell(), *OIL), "measures": measures}))
+    listed, rotor = own_json(design)["whirls"], spun(model_of(design.scene), NONE)
+    for spin in (2000.0, 3000.0):
+        here = [one for one in listed if one.spin.shown == f"{spin:g} rpm"]
+        found = free_whirls(rotor, spin * RPM, 5000.0 * RPM)
+        assert [one.frequency.value for one in here] == pytest.approx(found.rates.real, rel=1e-8)
+        assert [one.logarithmic_decrement.value for one in here] == pytest.approx(decrements(found.rates), rel=1e-6)
+        senses = {"forward": 1.0, "backward": -1.0, "along a line": 0.0}
+        assert [senses[one.whirl] for one in here] == found.senses.tolist()
+        if spin == 2000.0:
+            least = min(one.logarithmic_decrement.value for one in here)
+            assert least == pytest.approx(design.measures["one"].value.value, rel=1e-9)
+    assert {one.spin.shown for one in listed} == {"2000 rpm", "3000 rpm"}
+    assert [one.title for one in blocks(design) if one.title == "Free whirls" and len(one.rows) == len(listed)]
 
 
 def test_every_damping_is_found_at_which_whirls_fade_fast_enough() -> None:

@@ -7,6 +7,7 @@ from importlib import import_module
 from math import inf, isfinite
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from vibopt.errors import InputError
@@ -338,3 +339,21 @@ def test_no_words_are_looked_for_that_no_point_shows(monkeypatch: pytest.MonkeyP
         monkeypatch.setattr(import_module("vibopt.solve.impasse"), words, never)
     found = sweep(read(FILE), "limits.start_up.at_most", "5 mm..6 mm", 3)
     assert [point.status for point in found.points] == ["infeasible"] * 3
+
+
+def test_a_machine_that_is_only_measured_is_swept_by_its_measures() -> None:
+    text = FORCE.format(
+        mount='stiffness = "1 MN/m"\ndamping = "5 kN s/m"',
+        kind="force",
+        shaken='amplitude = "30 kN"\nvaries = "constant"',
+        speed="3000 rpm",
+        more="",
+    )
+    text += '[measures.floor]\nresponse = "transmitted_force"\ninto = "ground"\n[measures.own]\nresponse = "natural_frequency"\n'
+    found = sweep(from_text(text), "links.mount.stiffness", "0.1 MN/m..4 MN/m", points=40)
+    drawn = strips(found)
+    assert [strip.label for strip in drawn.strips] == ["floor\n[kN]", "own\n[Hz]"]
+    stiffness, omega = np.array([point.value.value for point in found.points]), 100.0 * np.pi
+    moved = 30e3 / np.abs(stiffness - 300.0 * omega**2 + 5e3j * omega)
+    assert drawn.strips[0].lines[0].y == pytest.approx(1e-3 * moved * np.abs(stiffness + 5e3j * omega), rel=1e-9)
+    assert drawn.strips[1].lines[0].y == pytest.approx(np.sqrt(stiffness / 300.0) / (2.0 * np.pi), rel=1e-9)

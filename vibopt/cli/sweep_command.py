@@ -280,15 +280,18 @@ def _large(entries: Mapping[str, Entry]) -> dict[str, Entry]:
 
 
 def _columns(result: Sweep) -> list[str]:
-    """Paths of the variables to list, and not the one that is the goal itself; of balancing jobs without any the rest.
+    """Paths of the variables to list, and not the one that is the goal itself; of jobs without any what is measured.
 
     Of a kept design of a scene there are none.
     """
     from vibopt.jobs import is_scene
     from vibopt.report.catalogue_choices import tied
     from vibopt.scene.open_places import open_positions
+    from vibopt.study.seen import is_measured
 
     scene = result.job
+    if is_measured(scene):
+        return list(dict.fromkeys(path for point in result.points for path in point.results))
     if not is_scene(scene):
         named = [point.variables or _large(point.results) for point in result.points]
         return [path for path in dict.fromkeys(path for one in named for path in one) if not path.endswith(".angle")]

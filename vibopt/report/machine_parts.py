@@ -35,7 +35,7 @@ class Piece:
 
 @dataclass(frozen=True, slots=True)
 class Link:
-    """What joins two boxes, with its numbers in words."""
+    """What joins two boxes, with its numbers in words; `gear` of teeth."""
 
     name: str
     ends: tuple[str, str]
@@ -43,6 +43,7 @@ class Link:
     spring: bool
     damper: bool
     inerter: bool
+    gear: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +74,7 @@ def sketch_of(design: Design) -> Sketch:
     joined = ends(scene)
     names = list(dict.fromkeys([*(end for two in joined.values() for end in two), *scene.bodies]))
     tables = {link: (family, name, table) for family, name, table in devices(scene) for link in table.joins(name)}
-    links = tuple(_link(design, link, two, *tables[link]) for link, two in joined.items())
+    links = tuple(_link(design, link, two, *tables[link]) for link, two in joined.items()) + _gears(scene)
     shakes = tuple(
         Shake(name, str(excitation.on or ""), shake_words(scene, name), excitation.on in supports(scene))
         for name, excitation in scene.excitations.items()
@@ -118,6 +119,23 @@ def _link(design: Design, link: str, two: tuple[str, str], family: str, name: st
         spring=link in springs(design.scene),
         damper=any(key in given for key in _DAMPED),
         inerter=family == "inerters",
+    )
+
+
+def _gears(scene: Scene) -> tuple[Link, ...]:
+    """Teeth between bodies that turn as one, how many times as fast in words."""
+    return tuple(
+        Link(
+            f"gears of {name}",
+            (body.geared_to, name),
+            f"gears\n{name} turns {body.speed_ratio.value:g} x",
+            spring=False,
+            damper=False,
+            inerter=False,
+            gear=True,
+        )
+        for name, body in scene.bodies.items()
+        if body.geared_to is not None and body.speed_ratio is not None
     )
 
 

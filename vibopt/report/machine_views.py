@@ -36,6 +36,7 @@ from vibopt.report.machine_words import (
 )  # fmt: skip
 from vibopt.report.machine_words import notes_of as readings_of
 from vibopt.report.what_to_build import build_rows, machine_in
+from vibopt.report.whirl_views import asks_whirls, campbell_drawn, whirls_block, whirls_json
 from vibopt.scene.scene import Design
 
 _CHOSEN = shape.table(
@@ -54,7 +55,7 @@ KEYS = {
         {"variables": shape.named(_CHOSEN), "set": shape.maybe(_INTERVALS), "model": shape.maybe(_USED)},
         {
             **dict.fromkeys(("build", "tolerances"), shape.OPEN),
-            **{key: {"type": "array"} for key in ("choices", "limiting_performance")},
+            **{key: {"type": "array"} for key in ("choices", "limiting_performance", "whirls")},
         },
     )
 }
@@ -84,6 +85,7 @@ def own_json(design: Design) -> dict[str, Any]:
         **({} if design.tolerances is None else {"tolerances": design.tolerances}),
         **({"choices": choices_of(design)} if "picks" in design.details else {}),
         **({"limiting_performance": beside} if (beside := limiting(design)) else {}),
+        **(whirls_json(design, machine_in(design)) if asks_whirls(design.scene) else {}),
     }
 
 
@@ -115,6 +117,7 @@ def blocks(design: Design) -> list[Block]:
         prices_block(design),
         *_shelf(design),
         measures_block(design),
+        whirls_block(design, machine),
         limiting_block(design),
         pairs("Places", places),
         pairs("What was chosen", _values(design)),
@@ -224,6 +227,7 @@ def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:
         return [(title, saved(figure, "svg").decode()) for title, figure in drawn]
     drawn += [(panel.title, response_figure([panel])) for panel in (*panels(design), *spectrum_panels(design))]
     drawn += [(one.title, response_figure([], "", [one])) for one in below(design)]
+    drawn += campbell_drawn(design)
     for mapped in filter(None, (plane(design, name) for name in absorbers_with_map(design) or ("",))):
         drawn.append((mapped.title, plane_figure(mapped)))
     return [(title, saved(figure, "svg").decode()) for title, figure in drawn]

@@ -105,7 +105,12 @@ class OfWhirls(Response):
 
     @property
     def absent(self) -> str:
-        return f"no whirl up to {show(self.up_to.value, self.up_to.unit, ROTATION)}" if self.spins else ""
+        if not self.spins:
+            return ""
+        many = getattr(self, "mode", 1)
+        which = " ".join(filter(None, ("no" if many == 1 else f"fewer than {many}", self.whirl)))
+        what = "whirl" if many == 1 else "whirls"
+        return f"{which} {what} up to {show(self.up_to.value, self.up_to.unit, ROTATION)}"
 
     def whirl_form(self, number: int) -> Form:
         bands = tuple((band.low, band.high) for band in self.spins)

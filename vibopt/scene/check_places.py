@@ -56,9 +56,15 @@ def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mi
 
 @places.once
 def _kinds_at(scene: Scene, place: str) -> set[bool]:
-    """Whether what moves at a place turns; of a link or a support whether what it ends at does."""
+    """Whether what moves at a place turns; of a link or a support whether what it ends at does.
+
+    Of a body that could not be read nobody knows.
+    """
     turning, ends = places.turning(scene), places.ends(scene)
-    moving = {*scene.bodies, *scene.absorbers, *places.moving(scene)}
+    unread = {one for family in ("bodies", "absorbers") for one in places.raw(scene, family)}
+    moving = {*places.moving(scene)} - unread | {*scene.bodies, *scene.absorbers}
+    if place in unread - moving:
+        return set()
     if place in moving:
         return {place in turning}
     two = [ends[place]] if place in ends else [one for one in ends.values() if place in one]
@@ -78,7 +84,7 @@ def _parameter(scene: Scene, path: Path, response: Response, mistakes: Mistakes,
             what = f"the mass of all {response.sums[0]}"
             mistakes.add(path, f"{where} asks for {what}, but there is none that moves along a line.")
     mode = said.get("mode", 1)
-    if mode > 1 and mode > (many := max(places.freedoms(scene), 1)):
+    if mode > 1 and not broken and mode > (many := max(places.freedoms(scene), 1)):
         mistakes.value((*path, "mode"), mode, f"is more than the number of modes, {many}.")
 
 

@@ -96,7 +96,9 @@ def named(scene: Scene) -> dict[str, list[str]]:
         "body or link": list(dict.fromkeys([*moving(scene), *links(scene)])),
         "point": points(scene),
         "absorber": absorbers,
-        "geared body": [name for name, table in raw(scene, "bodies").items() if "geared_to" in table],
+        "geared body": [
+            name for name, table in raw(scene, "bodies").items() if {*table} & {"geared_to", "speed_ratio"}
+        ],
         "mass": [*bodies, *absorbers],
         "mount": [],
     }

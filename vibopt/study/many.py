@@ -22,6 +22,7 @@ from vibopt.scene.open_places import open_positions
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
 from vibopt.study.points import Columns, Point, Points, point_of
+from vibopt.study.seen import is_measured
 from vibopt.study.together import columns
 from vibopt.values.fact_at import FactAt
 
@@ -214,7 +215,7 @@ def batch(
         from vibopt.study import rotor_points
 
         return rotor_points.columns(job, partial(changed_at, job, facts), values)
-    if not is_scene(job) or uncertain(job) or open_positions(job):
+    if not is_scene(job) or uncertain(job) or open_positions(job) or is_measured(job):
         return None
     return columns(job, facts, values, tell)
 

@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 class Point:
     """Answer at one value of each varied fact; `margins` by limit name, the rest by path.
 
-    `parts` are words that were chosen; `results` is what a balancing job measures beside its limits.
+    `parts` are words that were chosen; `results` is what a balancing job measures beside its limits, or a
+    scene without any.
     """
 
     varied: Mapping[str, Entry]

@@ -50,8 +50,10 @@ def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = N
 
 
 def results(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Entry]:
-    """What the answer to a balancing job measured beside its limits: readings, reactions or orders that are left."""
-    if is_scene(job) or found.status in NOTHING:
+    """What was measured beside the limits: of a balancing job what is left; of a scene, where there are none, all."""
+    if is_scene(job):
+        return {f"measures.{name}": row.value for name, row in found.measures.items()} if is_measured(job) else {}
+    if found.status in NOTHING:
         return {}
     known = entries_of(job, found) if entries is None else entries
     return {
@@ -60,6 +62,11 @@ def results(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = 
         if path.startswith(job.results)
         if isinstance(one, Entry) and one.dimension != "angle" and not (path.endswith(".found") or ".at " in path)
     }
+
+
+def is_measured(job: Job) -> bool:
+    """Whether a scene only measures: nothing is chosen, and nothing is limited."""
+    return is_scene(job) and job.is_analysis and not job.limits and bool(job.measures)
 
 
 def reason(found: Answer[Any]) -> str:
@@ -89,4 +96,4 @@ def kept(job: Job, found: Answer[Any]) -> Job:
     return frozen(found.scene, found.x)
 
 
-__all__ = ["Word", "chosen", "chosen_from", "goal_of", "goal_word", "kept", "reason", "results"]
+__all__ = ["Word", "chosen", "chosen_from", "goal_of", "goal_word", "is_measured", "kept", "reason", "results"]

@@ -19,6 +19,7 @@ from vibopt.report.series import Front, Line, Map, Side, Strip, Strips
 from vibopt.responses.response import place_of
 from vibopt.study.edges import Boundary, State, stretches
 from vibopt.study.points import Point, in_unit
+from vibopt.study.seen import is_measured
 from vibopt.study.sweep import Sweep
 from vibopt.study.tradeoff import Tradeoff
 from vibopt.study.varied import DECIBEL
@@ -74,10 +75,11 @@ def map_of(sweep: Sweep) -> Map:
     points = list(sweep.points)
     first, second = sweep.facts
     shape = tuple(len(axis) for axis in sweep.axes)
-    strip = next(iter(_answers(sweep, points)), None) if _chosen(sweep) else None
+    told = _results(points) if is_measured(sweep.job) else {}
+    strip = next(iter(_answers(sweep, points) if _chosen(sweep) else _numbers(told)), None)
     shown = _margin_strip(points) if strip is None else strip
     values = shown.lines[0].y.reshape(shape).T
-    goal = next((point.goal for point in points if point.goal is not None), None) if strip is not None else None
+    goal = next((point.goal for point in points if point.goal is not None), None) if _chosen(sweep) else None
 
     def level(one: Boundary) -> float:
         known = [value for value in one.goals if isfinite(value)]
@@ -216,7 +218,13 @@ def _measured(points: list[Point], drawn: Collection[str]) -> Iterable[Strip]:
     if any(point.margins for point in points) or not any(point.results for point in points):
         yield replace(_margins(points), bad_word=f"limit broken, or it {OPEN}") if drawn else _margins(points)
     else:
-        yield from _numbers(_by_path([point.results for point in points]))
+        yield from _numbers(_results(points))
+
+
+def _results(points: list[Point]) -> dict[str, list[Entry | None]]:
+    """What was measured beside limits, measures of a scene by their names."""
+    every = _by_path([point.results for point in points])
+    return {path.removeprefix("measures."): entries for path, entries in every.items()}
 
 
 def _margins(points: list[Point]) -> Strip:

@@ -21,7 +21,12 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
     """Lines of whirl, of one and two times the spin, dots at critical speeds, running speeds shaded."""
     figure = sheet(WIDTH, 4.8)
     axes: Any = figure.subplots()
-    dress(axes, f"{title}: Campbell diagram", "spin [rpm]", "frequency of free whirl [Hz]")
+    dress(
+        axes,
+        f"{title}: Campbell diagram" if title else "Campbell diagram",
+        "spin [rpm]",
+        "frequency of free whirl [Hz]",
+    )
     rpm, top = found.spins * _RPM, found.top * _HZ
     for low, high in found.running:
         if high > low:
