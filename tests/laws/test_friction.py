@@ -398,17 +398,17 @@ def test_one_time_alone_has_the_place_and_speed_of_many(r: float, ratio: float) 
             assert rub.now(piece, float(tau)) == pytest.approx(found, rel=1e-11, abs=1e-12 / r**2)
 
 
-@pytest.mark.parametrize("friction", [0.8, 0.8236])
+@pytest.mark.parametrize(("friction", "most"), [(0.8, 10), (0.8236, 10), (0.85, 35), (0.9, 35)])
 def test_a_motion_that_hardly_stops_near_the_resonance_closes_within_few_half_cycles(
-    friction: float, monkeypatch: pytest.MonkeyPatch
+    friction: float, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It begins at Den Hartog's motion; from rest it took up to 37."""
+    """It begins at Den Hartog's motion; from rest it took up to 37, and where two motions nearly meet up to 210."""
     asked: list[float] = []
     follow = Rub._half
     monkeypatch.setattr(Rub, "_half", lambda rub, state: (asked.append(rub.r), follow(rub, state))[1])
-    for r in np.linspace(0.55, 0.77, 12).tolist():
+    for r in np.linspace(0.55, 0.86, 17).tolist():
         assert Rub(r, 0.0, friction).half_cycle is not None
-        assert asked.count(r) <= 10, r
+        assert asked.count(r) <= most, r
 
 
 def test_limits_over_a_range_that_no_friction_keeps_are_told_within_little_work() -> None:

@@ -13,7 +13,9 @@ r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
 from __future__ import annotations
 
 import cmath
+from collections.abc import Iterator
 from functools import lru_cache
+from itertools import islice
 from math import acos, cos, floor, isfinite, pi, sqrt
 
 import numpy as np
@@ -29,8 +31,9 @@ between them."""
 _BEGUN, _ROUND, _ALIKE = 1e-6, 1e-13, 0.05
 """Part of a panel at its beginning that is no end of a motion; rounding of a state; rates that are next to alike."""
 _SETTLED = 1e-9
-_WARM, _TURNS, _HELD = 2, 4000, 0.9
-"""Half cycles before Newton's method, and at most; friction from which on rest is nearer than slipping on."""
+_WARM, _TURNS, _PATIENCE, _HELD = 2, 4000, 8, 0.9
+"""Half cycles before Newton's method, and at most; steps before another beginning is tried; friction from which on what
+it began with is rest, where that swings on."""
 _CLOSED, _ENOUGH, _FAR = 1e-13, 1e-9, 3.0
 """Part that may be left of a closed half cycle, at the latest; how far a step of Newton's may lead."""
 
@@ -175,15 +178,28 @@ class Rub:
     def _closed(self) -> tuple[Piece, ...] | None:
         """Half a cycle from theta = 0 that ends at the negative of its beginning.
 
-        Plain half cycles never move it away, and Newton's steps are only taken where they halve what is missing.
+        From two states in turns, for where two motions nearly meet only one of them is soon there.
         """
-        state = self._near
+        roads = [self._closing(state) for state in self._starts]
+        for _ in range(_TURNS // _PATIENCE + 1):
+            for road in roads:
+                for known in islice(road, _PATIENCE):
+                    if known is not None:
+                        return known
+        return None
+
+    def _closing(self, state: FloatArray) -> Iterator[tuple[Piece, ...] | None]:
+        """Half a cycle where it closes, and before none after each step; plain half cycles never move it away.
+
+        Newton's steps are only taken where they halve what is missing.
+        """
         known = self._half(state)
         for turn in range(_TURNS):
             miss = state + known[1]
             left = self._size(miss)
             if left <= _CLOSED * self._size(state) + _ROUND * 1e-2:
-                return known[0]
+                yield known[0]
+            yield None
             if turn >= _WARM:
                 step: FloatArray = np.linalg.lstsq(np.eye(2) + known[2], miss, rcond=None)[0].astype(float)
                 step *= min(1.0, _FAR * (1.0 + self._size(state)) / (self._size(step) + 1e-300))
@@ -197,17 +213,22 @@ class Rub:
                     continue
             state = -known[1]
             known = self._half(state)
-        return known[0] if left < _ENOUGH * self._size(state) else None
+        if left < _ENOUGH * self._size(state):
+            yield known[0]
 
     @property
-    def _near(self) -> FloatArray:
-        """The state at theta = 0 of a motion that slips on where friction would stop it; rest where it is held long."""
+    def _starts(self) -> list[FloatArray]:
+        """States at theta = 0: of a motion that slips on where friction would stop it, and rest; the likelier first.
+
+        One alone where what it began with swings on.
+        """
         begin, top = (float(one[0]) for one in self._slipping.tops)
-        if self.friction > _HELD or not isfinite(top):
-            return np.zeros(2)
+        if not isfinite(top):
+            return [np.zeros(2)]
         turns = floor(-begin / pi)
         z, v, _ = self.now(Piece(begin, pi, top, 0.0, -1), -begin - turns * pi)
-        return (-1.0) ** turns * np.array([z, v])
+        found = [(-1.0) ** turns * np.array([z, v]), np.zeros(2)]
+        return found[self.friction > _HELD :][:1] if self.ratio == 0.0 and (1.0 / self.r).is_integer() else found
 
     def _size(self, state: FloatArray) -> float:
         """Root of twice the energy of a state or a difference of two."""
