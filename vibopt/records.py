@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import MISSING, Field, FrozenInstanceError
 from functools import cache
 from operator import attrgetter
-from types import SimpleNamespace
+from types import MemberDescriptorType, SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -156,17 +156,28 @@ def _init(kind: type, frozen: bool) -> Callable[..., None]:
     fields = dataclasses.fields(kind)
     plain, named = _words(kind, named=False).values(), _words(kind, named=True).values()
     words = ["self", *plain, *(["*", *named] if named else [])]
-    known: dict[str, Any] = {"_set": object.__setattr__, "_missing": MISSING}
+    known: dict[str, Any] = {"_missing": MISSING}
     for one in fields:
         known[f"_{one.name}"] = one.default if one.default_factory is MISSING else one.default_factory
     values = [(field.name, _value(field)) for field in fields if field.init or known[f"_{field.name}"] is not MISSING]
-    lines = [f"_set(self, {name!r}, {value})" if frozen else f"self.{name} = {value}" for name, value in values]
+    lines = [_setting(kind, name, value, known) if frozen else f"self.{name} = {value}" for name, value in values]
+    if any(line.startswith("__own[") for line in lines):
+        lines.insert(0, "__own = self.__dict__")
     if hasattr(kind, "__post_init__"):
         lines.append("self.__post_init__()")
     exec(f"def __init__({', '.join(words)}):\n " + "\n ".join(lines or ["pass"]), known)
     made: Callable[..., None] = known["__init__"]
     made.__qualname__ = f"{kind.__qualname__}.__init__"
     return made
+
+
+def _setting(kind: type, name: str, value: str, known: dict[str, Any]) -> str:
+    """Sets a field of a frozen class where it lies, its own place or the dictionary, past the refusal to set it."""
+    place = getattr(kind, name, None)
+    if not isinstance(place, MemberDescriptorType):
+        return f"__own[{name!r}] = {value}"
+    known[f"__set_{name}"] = place.__set__
+    return f"__set_{name}(self, {value})"
 
 
 def _word(one: Field[Any]) -> str:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.devices.bearing import BearingTable
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.mechanics.model import STIFFNESS, Model
 from vibopt.responses import HarmonicResponse, Response
@@ -15,6 +14,9 @@ from vibopt.scene import places
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.units import show
+
+if TYPE_CHECKING:
+    from vibopt.devices.bearing import BearingTable
 
 
 def bearings(scene: Scene) -> dict[str, BearingTable]:

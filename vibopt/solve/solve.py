@@ -28,7 +28,6 @@ from vibopt.solve.method import OPEN, Found, Method, Progress
 from vibopt.solve.passive import with_bound
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
-from vibopt.solve.relaxed import hopeless, with_least
 from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
@@ -224,7 +223,11 @@ def answer(
 def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
     """The answer with the better of what boxes and what any passive device say of the best possible."""
     passive = with_bound(program, found)
-    boxes = with_least(program, found, passive.bound) if by_boxes else found
+    boxes = found
+    if by_boxes and found.status in OPEN:
+        from vibopt.solve.relaxed import with_least
+
+        boxes = with_least(program, found, passive.bound)
     better = boxes.status != "feasible" or boxes.bound >= passive.bound or np.isnan(passive.bound)
     return boxes if better else passive
 
@@ -233,8 +236,11 @@ def _hopeless(
     program: Program, chosen: Method, method: str | Method | None, near: Sequence[float] | None
 ) -> Found | None:
     """That there is no design, where few boxes show it before a search that would take longer."""
-    ours = method is None and near is None and not chosen.name.startswith("closed_form")
-    return hopeless(program) if ours else None
+    if method is not None or near is not None or chosen.name.startswith("closed_form"):
+        return None
+    from vibopt.solve.relaxed import hopeless
+
+    return hopeless(program)
 
 
 def _one_variable(program: Program, found: Found, progress: Progress | None) -> Found:

@@ -15,8 +15,6 @@ from vibopt.jobs import answer, facts, is_scene, with_changes
 from vibopt.records import cached_property, dataclass
 from vibopt.solve import solve
 from vibopt.study.brink import brink, follows
-from vibopt.study.many import batch
-from vibopt.study.points import Columns
 from vibopt.study.seen import goal_of
 from vibopt.values.fact_at import FactAt
 from vibopt.work import metered
@@ -24,6 +22,7 @@ from vibopt.work import metered
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
+    from vibopt.study.points import Columns
 
 
 class SpentError(Exception):
@@ -239,6 +238,8 @@ class Road:
     @cached_property
     def together(self) -> bool:
         """Whether answers are found in one batch: two of them are tried."""
+        from vibopt.study.many import batch
+
         return batch(self.job, [self.fact], self.fact.value * np.array([[0.999], [1.001]])) is not None
 
     def __call__(self, value: float) -> State:
@@ -301,6 +302,8 @@ class Road:
 
     def _batch(self, values: list[float]) -> bool:
         """Whether a batch answered them."""
+        from vibopt.study.many import batch
+
         self.work += LEAST_WORK + 0.05 * len(values)
         found = batch(self.job, [self.fact], np.array(values)[:, None])
         if found is None:

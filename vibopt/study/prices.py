@@ -33,7 +33,6 @@ from vibopt.study.holding import (
 from vibopt.study.one_way import Along, Axis, axis_of, complement_of, is_shelf
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, first_words, words_of
 from vibopt.study.seen import goal_of, reason
-from vibopt.study.thresholds import extent_of
 from vibopt.values.fact_at import FactAt
 
 if TYPE_CHECKING:
@@ -391,6 +390,8 @@ class _Purse:
 def length_of(job: Job) -> float:
     """How far apart the places of a machine, or along a shaft, are [m]."""
     if is_scene(job):
+        from vibopt.study.thresholds import extent_of
+
         return extent_of(list(facts(job)))
     places = [fact.value for fact in facts(job) if fact.path.endswith(".at") and fact.dimension == "length"]
     return (max(places) - min(places) if places else 0.0) or 1.0

@@ -9,7 +9,6 @@ from math import inf, isfinite
 import numpy as np
 
 from vibopt.answer.entry import Checked, Chosen, Entry
-from vibopt.forms import WhirlThreshold
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import cached_property, dataclass
@@ -166,6 +165,8 @@ class Built:
         """The spin beyond which a whirl grows [rad/s]; where planes differ, up to the highest speed, by both routes."""
         if not in_planes(self.scene):
             return self.machine.threshold()
+        from vibopt.forms import WhirlThreshold
+
         top = highest_asked(self.scene) * (1.0 + 1e-6)
         return min(self.machine.threshold(top), WhirlThreshold(top).value(self.modelled.full, self.modelled.x))
 
