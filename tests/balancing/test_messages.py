@@ -531,6 +531,41 @@ CONTRADICTIONS: dict[str, tuple[str, str, list[str]]] = {
             "fan.toml line 10: planes.left has forbidden sectors all the way round: no weight could sit anywhere. Narrow them, or write keep = true."
         ],
     ),
+    "forbidden all round where holes are": (
+        LEFT,
+        LEFT + 'holes = 12\nshelf = ["5 g"]\nforbidden = ["0..360 deg"]\n',
+        [
+            "fan.toml line 12: planes.left has forbidden sectors all the way round: no weight could sit anywhere. Narrow them, or write keep = true."
+        ],
+    ),
+    "cut in two without holes": (
+        LEFT,
+        LEFT + "split = true\n",
+        [
+            "fan.toml line 10: planes.left.split needs holes and no shelf: the weight is cut to measure. Remove split, or the shelf."
+        ],
+    ),
+    "no sensor counts": (
+        LAST,
+        LAST + "[sensors.a]\nimportance = 0\n[sensors.b]\nimportance = 0\n",
+        [
+            'fan.toml line 26: every sensor has importance = 0, so nothing is left to make small. Give one of them an importance greater than zero, or write minimise = "correction" under limits on the residual.'
+        ],
+    ),
+    "a negative importance": (
+        LAST,
+        LAST + '[sensors.a]\nunit = "mil"\nimportance = -1\n[sensors.b]\n',
+        ['fan.toml line 28: sensors.a.importance = -1 is negative. Write a positive value, for example "20 %".'],
+    ),
+    "two coefficients for one place": (
+        LAST,
+        LAST + '[[influence]]\nsensor = "a"\nplane = "right"\nvalue = "0.3 mil/g @ 3 deg"\n'
+        '[[influence]]\nsensor = "b"\nplane = "right"\nvalue = "0.3 mil/g @ 3 deg"\n'
+        '[[influence]]\nsensor = "a"\nplane = "right"\nspeed = "1201 rpm"\nvalue = "0.9 mil/g @ 3 deg"\n',
+        [
+            'fan.toml line 34: influence[3] says "0.9 mil/g @ 3 deg" for sensor a and a weight in right, influence[1] "0.3 mil/g @ 3 deg" at the same speed. Keep the one that holds.'
+        ],
+    ),
     "forbidden all round in pieces": (
         LEFT,
         LEFT + 'forbidden = ["350..100 deg", "90..200 deg", "200..355 deg"]\n',
@@ -581,6 +616,12 @@ CONTRADICTIONS: dict[str, tuple[str, str, list[str]]] = {
 def test_what_cannot_be_meant_is_refused(old: str, new: str, said: list[str]) -> None:
     assert FAN.count(old) == 1
     assert messages(FAN.replace(old, new)) == said
+
+
+def test_a_coefficient_may_stand_twice_in_two_units() -> None:
+    ready = '[[influence]]\nsensor = "{}"\nplane = "right"\nvalue = "{} @ 3 deg"\n'
+    listed = [("a", "0.3 mil/g"), ("b", "0.2 mil/g"), ("a", "0.0076200 mm/g")]
+    assert messages(FAN + "".join(ready.format(*one) for one in listed)) == []
 
 
 @pytest.mark.parametrize("sectors", ['["0..170 deg", "180..360 deg"]', '["10..0 deg"]', '["200..100 deg"]'])

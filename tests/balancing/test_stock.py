@@ -113,6 +113,50 @@ def test_a_free_plane_beside_a_stock_is_chosen_jointly(given_: tuple[Question, i
     assert solved.value == pytest.approx(best, rel=1e-6, abs=1e-7)
 
 
+@settings(max_examples=20, deadline=None, derandomize=True, suppress_health_check=list(HealthCheck))
+@given(given_=asked(planes=2))
+def test_a_plane_left_out_leaves_the_others_as_if_it_were_not_there(given_: tuple[Question, int, int]) -> None:
+    """The only plane with a list is left out: what is left is a question without a stock."""
+    question, _, _ = given_
+    asked_ = replace(
+        question, options=(question.options[0], None), option_masses=(question.option_masses[0], None),
+        option_uses=(question.option_uses[0], None), caps=np.array([0.0, 0.4]),
+        limits=np.full(question.n_readings, 9.0),
+    )  # fmt: skip
+    alone = replace(
+        asked_, H=asked_.H[:, 1:], caps=asked_.caps[1:], options=(), option_masses=(), option_uses=(), stock=np.empty(0)
+    )
+    solved, best = solve_discrete(asked_), solve_continuous(alone)
+    assert solved.status == best.status
+    if solved.u is not None:
+        assert solved.u[0] == 0.0
+        assert solved.value == pytest.approx(best.value, rel=1e-6, abs=1e-7)
+
+
+ALIKE = """{planes}[[runs]]
+speed = "1200 rpm"
+readings = {{ a = "4 mil @ 20 deg" }}
+[[influence]]
+sensor = "a"
+plane = "left"
+value = "0.3 mil/g @ 20 deg"
+[[influence]]
+sensor = "a"
+plane = "right"
+value = "0.4 mil/g @ 90 deg"
+"""
+
+
+@pytest.mark.parametrize("left", ["", "holes = 6\nsplit = true\n"])
+def test_a_box_beside_a_plane_that_acts_alike_says_what_each_buys(left: str) -> None:
+    """One sensor tells two planes apart by nothing: each is left out in turn, the one with the box, too."""
+    planes = FAN[: FAN.index("[planes.left]")] + f'[planes.left]\nradius = "100 mm"\n{left}'
+    right = '[planes.right]\nradius = "100 mm"\nholes = 6\nshelf = ["5 g", { mass = "7 g", stock = 1 }]\n'
+    plan = solve_text(ALIKE.format(planes=planes + right))
+    assert [way.name for way in plan.plan.remedies] == ["as asked", "left left out", "right left out"]
+    assert plan.plan.remedies[2].masses == ("left 13.33 g @ 180 deg", "right no weight")
+
+
 def test_three_planes_from_one_box_are_proven() -> None:
     """13 824 000 joint choices less those for which the box does not suffice."""
     rng = np.random.default_rng(4)

@@ -20,6 +20,8 @@ from vibopt.units import read_quantity, to_unit
 Influence = dict[tuple[int, int, int], complex]
 FILE_KEYS = ("title", "statement", "source", "conventions", "influence")
 """What a file of coefficients may have."""
+_SAME = 1e-9
+"""Part of a coefficient by which it may stand twice: another unit."""
 
 
 @dataclass(frozen=True)
@@ -94,8 +96,9 @@ def _listed(
     measured: Measured,
     mistakes: Mistakes,
 ) -> Influence:
-    found = {}
-    for index, given in enumerate(listed_tables(document, "influence", mistakes)):
+    said: dict[tuple[int, int, int], tuple[int, complex]] = {}
+    listed = listed_tables(document, "influence", mistakes)
+    for index, given in enumerate(listed):
         path: Path = ("influence", index)
         table = read_table(InfluenceTable, given, path, mistakes)
         if table is None:
@@ -108,9 +111,17 @@ def _listed(
         value = read_value(
             (*path, "value"), table.value, mistakes, _coefficient, conventions, planes[plane], measured.sensors[sensor]
         )
-        if value is not None:
-            found[speed, sensor, plane] = value
-    return found
+        if value is None:
+            continue
+        first, known = said.setdefault((speed, sensor, plane), (index, value))
+        if abs(value - known) > _SAME * max(abs(value), abs(known)):
+            both = [f'"{one}"' for one in (listed[first]["value"], table.value)]
+            mistakes.add(
+                path,
+                f"influence[{index + 1}] says {both[1]} for sensor {table.sensor} and a weight in {table.plane}, "
+                f"influence[{first + 1}] {both[0]} at the same speed. Keep the one that holds.",
+            )
+    return {place: value for place, (_, value) in said.items()}
 
 
 def _speed_of(

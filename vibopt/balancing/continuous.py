@@ -140,6 +140,7 @@ def free_planes(question: Question) -> Free:
     kept = [c for c in range(whole.shape[1]) if reach[c] > 0 and (np.any(H[:, c] != 0) or _must(question, whole, c))]
     spread = whole[:, kept]
     lists = [_list(question, spread[:, c]) for c in range(len(kept))]
+    stock = question.stock if any(entry[0] is not None for entry in lists) else np.empty(0)
     inner = replace(
         question,
         H=H[:, kept],
@@ -147,7 +148,8 @@ def free_planes(question: Question) -> Free:
         sectors=tuple(_sectors(question, spread[:, c]) for c in range(len(kept))),
         options=tuple(entry[0] for entry in lists),
         option_masses=tuple(entry[1] for entry in lists),
-        option_uses=tuple(entry[3] for entry in lists) if len(question.stock) else (),
+        option_uses=tuple(entry[3] for entry in lists) if len(stock) else (),
+        stock=stock,
         mass_per_unbalance=densities[kept],
         fans=tuple(question.fans[int(np.argmax(one != 0))] for one in spread.T) if question.fans else (),
         pairs=(),

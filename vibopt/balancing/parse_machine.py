@@ -313,7 +313,8 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
     where = f"planes.{plane.name}"
     if plane.keep and plane.remove:
         mistakes.add((*path, "remove"), f"{where} {KEPT_AND_REMOVED}")
-    if not plane.holes and not open_arcs(plane.forbidden):
+    anywhere = bool(open_arcs(plane.forbidden))
+    if not anywhere:
         mistakes.add((*path, "forbidden"), f"{where} {ALL_FORBIDDEN}")
     if plane.holes and not plane.shelf and not plane.split and plane.fitted is None:
         mistakes.add(
@@ -333,12 +334,12 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
         )
     if plane.holes and plane.kind == UNBALANCE:
         mistakes.add((*path, "holes"), f"{where} has holes, but no radius. Add its radius.")
-    elif plane.holes and not any(plane.may_sit_at(angle) for angle in plane.holes):
+    elif plane.holes and anywhere and not any(plane.may_sit_at(angle) for angle in plane.holes):
         mistakes.add(
             (*path, "forbidden"),
             f"{where}: every hole lies in a forbidden sector. Narrow the sectors, or write keep = true.",
         )
-    elif plane.split and len(plane.gaps) <= len(plane.out_of_reach):
+    elif plane.split and plane.gaps and len(plane.gaps) <= len(plane.out_of_reach):
         sitting = " and ".join(show_angle(low) for low, _ in plane.gaps)
         mistakes.add(
             (*path, "holes"),
@@ -359,19 +360,21 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
 
 
 def read_sensors(document: Mapping[str, Any], conventions: Conventions, mistakes: Mistakes) -> dict[str, Sensor]:
-    """The sensors named by the file, with their unit where it says one; what they read is known from their readings."""
+    """The sensors named by the file, with their unit where it says one; what they read is known from their readings.
+
+    One whose table has a mistake is among them: its readings are not those of a stranger.
+    """
     sensors = {}
     for name, given in named_tables(document, "sensors", mistakes).items():
         path: Path = ("sensors", name)
         table = read_table(SensorTable, given, path, mistakes)
-        if table is None:
-            continue
-        unit = table.unit or ""
+        unit = given.get("unit") if isinstance(given, Mapping) else ""
+        unit = unit if isinstance(unit, str) else ""
         if unit and read_value((*path, "unit"), unit, mistakes, _unit, conventions) is None:
             unit = ""
-        importance = table.importance.value if table.importance is not None else 1.0
+        importance = 1.0 if table is None or table.importance is None else table.importance.value
         sensor = Sensor(name, "", unit, split_detector(unit)[1] or conventions.detector, 0.0, importance)
-        if table.runout is not None:
+        if table is not None and table.runout is not None:
             sensor = _with_runout(sensor, (*path, "runout"), table.runout, conventions, mistakes)
         sensors[name] = sensor
     return sensors

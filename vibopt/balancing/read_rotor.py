@@ -199,7 +199,7 @@ def _job(
     scatter = read_scatter(document, conventions, mistakes)
     residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
     goal = read_goal(document, conventions, planes, scatter, mistakes)
-    _check_dimensions(measured, goal, document, mistakes)
+    _check_importance(measured, goal, document, mistakes)
     if not with_angles:
         check_without_phase(document, goal, mistakes)
     pairs = read_pairs(document, planes, mistakes)
@@ -260,7 +260,8 @@ def _only_found(document: Mapping[str, Any], measured: Measured) -> bool:
     return "rotor" in document and "influence" not in document and all(run.is_initial for run in measured.runs)
 
 
-def _check_dimensions(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:
+def _check_importance(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:
+    """Whether what is left at the sensors can be added, and any of it counts."""
     kinds = {sensor.dimension for sensor in measured.sensors}
     given = document.get("sensors")
     sensors = given if isinstance(given, Mapping) else {}
@@ -273,6 +274,12 @@ def _check_dimensions(measured: Measured, goal: RotorGoal, document: Mapping[str
             ("sensors",),
             f"sensors {first.name} and {second.name} read in {first.unit} and {second.unit}, which cannot be added. "
             "Give every sensor its importance (a factor on its amplitude in SI units).",
+        )
+    if goal.goal != "correction" and not any(sensor.importance for sensor in measured.sensors):
+        mistakes.add(
+            ("sensors",),
+            "every sensor has importance = 0, so nothing is left to make small. Give one of them an importance greater "
+            'than zero, or write minimise = "correction" under limits on the residual.',
         )
 
 
