@@ -499,6 +499,23 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"excitations": {"fall": {"kind": "drop", "on": "box", "height": "0.3 m", "speed": "20 Hz"}}},
         'excitations.fall.speed = "20 Hz" is a speed, but this kind of excitation has none. Leave it out.',
     ),
+    "amplitude": (
+        {"excitations": {"e": {"kind": "pulse", "on": "box", "shape": "sine", "amplitude": "15 g", "duration": "1 s"}}},
+        'excitations.e.amplitude = "15 g" is an acceleration, which only a base has. Write acceleration = "15 g".',
+    ),
+    "amplitude of a motion": (
+        {"excitations": {"e": {"kind": "base_motion", "on": "box", "amplitude": "1 mm", "speed": "300 rpm"}}},
+        'unknown key "amplitude" in excitations.e. Did you mean "displacement"?',
+    ),
+    "earthquake": (
+        {"excitations": {"e": {"kind": "earthquake", "on": "box", "file": "a.csv"}}},
+        'excitations.e.kind = "earthquake" is no kind that vibopt knows. Did you mean "record"?',
+    ),
+    "rate": (
+        {"excitations": {"e": {"kind": "force", "on": "instrument", "amplitude": "1 N", "speed": "300 rpm",
+                               "run_up": {"rate": "10 rpm/s"}}}},
+        'unknown key "rate" in excitations.e.run_up. Did you mean "acceleration"?',
+    ),
     "nothing": (
         {"excitations": {"fall": {"kind": "drop", "on": "box"}}},
         'excitations.fall needs one of height and velocity_change. Write height = "0.5 m".',

@@ -1,17 +1,21 @@
 """Pulses: a force on a body or the acceleration of a base that comes, once or a few times, and is over."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
-from pydantic import model_validator
+from pydantic import field_validator, model_validator
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import QuantityError
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line, moved, sine
 from vibopt.signals import Segment
+from vibopt.units import read_quantity
 from vibopt.values import Fact, number, word
+from vibopt.values.fields import complaint
 
 Shape = Literal[
     "half sine", "versed sine", "sine", "rectangle", "triangle", "rising sawtooth", "falling sawtooth", "decaying sine"
@@ -82,6 +86,16 @@ class Pulse(Transient):
     damping_ratio: Fact | None = number("ratio", choice=False)
     times: int = 1
     every: Fact | None = number("time", choice=False)
+
+    @field_validator("amplitude", mode="before")
+    @classmethod
+    def _no_acceleration(cls, given: Any) -> Any:
+        """What a test says of its table, "15 g", is no force."""
+        if isinstance(given, str):
+            with suppress(QuantityError):
+                read_quantity(given, "acceleration")
+                raise complaint(f'is an acceleration, which only a base has. Write acceleration = "{given}".')
+        return given
 
     @model_validator(mode="after")
     def _consistent(self) -> "Pulse":
