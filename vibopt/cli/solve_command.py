@@ -33,6 +33,7 @@ from vibopt.work import seconds_of_each_answer
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.jobs import Job
+    from vibopt.study.fewest_planes import FewestPlanes
     from vibopt.study.nearby import Rounded
     from vibopt.study.scenarios import OneForAll
 
@@ -48,6 +49,7 @@ PROBLEMS = (".toml",)
 @changes
 @scenario
 @click.option("--all-scenarios", is_flag=True, help="One design that keeps every limit in every scenario of the file.")
+@click.option("--fewest-planes", is_flag=True, help="Weigh as few planes of a measured rotor as keep its limits.")
 @rounding
 @click.option("--save", metavar="FILE", help="Write the design as a problem file of its own (.toml).")
 @force
@@ -71,6 +73,7 @@ def solve(
     changes: tuple[str, ...],
     scenario: str | None,
     all_scenarios: bool,
+    fewest_planes: bool,
     rounding: tuple[str, ...],
     save: str | None,
     save_coefficients: str | None,
@@ -87,12 +90,16 @@ def solve(
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
     if all_scenarios:
-        others = (scenario, method, fidelity == "full", save, save_coefficients, *rounding)
+        others = (scenario, method, fidelity == "full", save, save_coefficients, fewest_planes, *rounding)
         return _for_all(read_job(file, changes), any(others), as_json=as_json, require_proof=require_proof)
     from vibopt.jobs import is_scene
 
     changes = with_scenario(file, scenario, changes)
     job = read_job(file, changes)
+    few = _fewest(job) if fewest_planes else None
+    if few is not None:
+        changes = (*changes, *(f"{path}=true" for path in few.changes))
+        job = read_job(file, changes)
     _whole_where_asked(file, job, fidelity)
     target = None
     if save is not None:
@@ -111,6 +118,8 @@ def solve(
     elif found.status in EMPTY and found.nearest is None:
         words = "The nearest design was not looked for, nor what each limit could be alone: leave --no-prices out."
         found = replace(found, notes=(*found.notes, words))
+    if few is not None:
+        found = replace(found, notes=(few.words, *found.notes))
     refused = "" if target is None else _save(found, job, drawn, target, changes)
     if modelled is not None:
         learnt = _modelled(found, modelled, force=force)
@@ -252,6 +261,15 @@ def _say(drawn: Rounded | None, written: list[str], refused: str) -> None:
         say(f"Written: {one}")
     if refused:
         complain(refused)
+
+
+def _fewest(job: Job) -> FewestPlanes:
+    """The fewest planes that keep every limit, with a bar on standard error if it takes long."""
+    from vibopt.cli.progress import Bar
+    from vibopt.study.fewest_planes import fewest_planes
+
+    with Bar() as bar:
+        return fewest_planes(job, bar)
 
 
 def _rounding(drawn: Rounded, console: Console) -> None:

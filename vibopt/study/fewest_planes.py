@@ -1,0 +1,115 @@
+"""The fewest planes of a rotor, measured or modelled, in which weights keep every limit on what is left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from math import comb
+from typing import TYPE_CHECKING, Any
+
+from vibopt.balancing import is_rotor
+from vibopt.errors import InputError, counted
+from vibopt.jobs import answer, with_changes
+from vibopt.records import dataclass
+from vibopt.solve.method import Progress
+from vibopt.study.seen import goal_of
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.balancing.rotor_job import RotorJob
+    from vibopt.jobs import Job
+
+MOST_SETS = 1_000
+"""Sets of planes that are tried at most."""
+
+
+@dataclass(frozen=True, slots=True)
+class FewestPlanes:
+    """Planes that take weights, those that are left untouched, and in words what was tried and what that proves."""
+
+    planes: tuple[str, ...]
+    untouched: tuple[str, ...]
+    words: str
+
+    @property
+    def changes(self) -> Mapping[str, bool]:
+        """What makes the job one of these planes alone, by path."""
+        return {f"planes.{name}.keep": True for name in self.untouched}
+
+
+def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
+    """Of all sets of one plane, of two, and so on the first size that keeps every limit, and of these the best goal.
+
+    That fewer planes keep them not is proven where no weights in any smaller set can, and else said to be open.
+
+    Raises
+    ------
+    InputError
+        The job is no rotor with limits on what is left; no plane is needed, or no set is enough; or there are too many.
+    """
+    if not is_rotor(job):
+        raise InputError(f"{job.name}: --fewest-planes is of rotors with influence coefficients. Leave it out.")
+    if not job.residual_limits:
+        raise InputError(
+            f"{job.name}: without a limit on what is left no plane is needed. Add [limits.NAME] with response = "
+            '"residual" and at_most.'
+        )
+    names = tuple(plane.name for plane in job.planes if not plane.keep)
+    tried, unsettled = 0, 0
+    for count in range(1, len(names) + 1):
+        here = comb(len(names), count)
+        if tried + here > MOST_SETS:
+            raise InputError(
+                f"{job.name}: {counted(tried, 'sets')} of fewer than {count} planes keep the limits not, and more than "
+                f"{MOST_SETS} sets are not tried. Write keep = true in planes that are to stay untouched."
+            )
+        found: dict[tuple[str, ...], Answer[Any]] = {}
+        for chosen in combinations(names, count):
+            if progress is not None:
+                progress("fewest planes", (tried + len(found)) / 2.0 ** len(names))
+            found[chosen] = _with(job, chosen, names)
+        good = [chosen for chosen, one in found.items() if one.status in ("optimal", "feasible")]
+        if good:
+            best = min(good, key=lambda chosen: _goal(job, found[chosen]))
+            if count == 1 and _holds_as_found(found[best]):
+                raise InputError(
+                    f"{job.name}: as found the rotor keeps every limit: no plane needs a weight. Leave --fewest-planes "
+                    "out to see what weights gain."
+                )
+            return _told(best, names, tried, here, proven=not unsettled)
+        tried += here
+        unsettled += sum(one.status != "infeasible" for one in found.values())
+    raise InputError(
+        f"{job.name}: no planes keep every limit, not all of them. Leave --fewest-planes out: the answer says which "
+        "limits cannot hold together."
+    )
+
+
+def _with(job: RotorJob, chosen: tuple[str, ...], names: tuple[str, ...]) -> Answer[Any]:
+    """The answer where all other planes stay untouched."""
+    changes = {f"planes.{name}.keep": True for name in names if name not in chosen}
+    return answer(with_changes(job, changes) if changes else job, explain=False, brief=True)
+
+
+def _goal(job: RotorJob, found: Answer[Any]) -> float:
+    goal = goal_of(job, found)
+    return goal.value if goal is not None else 0.0
+
+
+def _holds_as_found(found: Answer[Any]) -> bool:
+    rows = found.plan.fittings[0].rows
+    return all(row.limit is None or abs(row.y0) <= row.limit.value for row in rows)
+
+
+def _told(chosen: tuple[str, ...], names: tuple[str, ...], fewer: int, alike: int, *, proven: bool) -> FewestPlanes:
+    untouched = tuple(name for name in names if name not in chosen)
+    many = counted(len(names), "planes")
+    words = f"Fewest planes: {', '.join(chosen)} of {many}" if untouched else f"Fewest planes: all {many} are needed"
+    if fewer:
+        known = "proven of each" if proven else "not proven of all"
+        words += f"; {counted(fewer, 'sets')} of fewer planes cannot keep the limits, {known}"
+    words += f"; of the {alike} sets of as many the one with the best goal" if untouched and alike > 1 else ""
+    return FewestPlanes(chosen, untouched, f"{words}.")
+
+
+__all__ = ["FewestPlanes", "fewest_planes"]
