@@ -42,8 +42,8 @@ class Sensor:
         """A peak amplitude [SI] as the user writes it."""
         return show(amplitude, self.shown_unit, self.dimension, digits=digits)
 
-    def show_phasor(self, y: complex, conventions: Conventions, digits: int = 4) -> str:
-        return show_reading(y, self.shown_unit, self.dimension, conventions, digits)
+    def show_phasor(self, y: complex, conventions: Conventions) -> str:
+        return show_reading(y, self.shown_unit, self.dimension, conventions)
 
 
 @dataclass(frozen=True, eq=False)

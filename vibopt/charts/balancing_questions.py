@@ -122,9 +122,9 @@ def touching(rng: np.random.Generator, n: int, count: int) -> tuple[ComplexArray
     return left, left * share / share.sum()
 
 
-def spoilt(count: int, seed: int = 7) -> tuple[Question, float]:
+def spoilt(count: int) -> tuple[Question, float]:
     """Huber's goal, and what it is: `count` of eight readings are off by a hundred times the threshold."""
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(7)
     left = turns(rng, 8) * rng.uniform(0.2, 0.8, 8)
     left[:count] *= 100.0 / np.abs(left[:count])
     slope = left / np.maximum(np.abs(left), 1.0)

@@ -33,17 +33,36 @@ _SHORT = {"branch_and_bound": "b&b", "equal_peaks": "equal peaks"}
 _LONG = 100
 
 
+def _json(name: str, *charts: Chart, ratios: bool = True, **more: Any) -> dict[str, Any]:
+    """Cases and trials of charts as plain data, with their times over that of the default."""
+    return {
+        "chart": name, "conditions": conditions(), **more, "left": [line for chart in charts for line in chart.left],
+        "cases": [_about(case) for chart in charts for case in chart.cases],
+        "trials": [{**as_row(trial), **({"ratio": chart.ratio(trial)} if ratios else {})}
+                   for chart in charts for trial in chart.trials],
+    }  # fmt: skip
+
+
+def _counts(chart: Chart, family: str, methods: Sequence[str]) -> dict[str, dict[str, int]]:
+    """How often each class occurs, by method."""
+    return {method: dict(chart.count(family, method)) for method in methods}
+
+
 def accuracy_json(result: Chart) -> dict[str, Any]:
     """Trials with their times over that of the default, as plain data."""
-    trials = [{**as_row(trial), "ratio": result.ratio(trial)} for trial in result.trials]
-    return {
-        "chart": "speed-accuracy",
-        "conditions": conditions(),
-        "default": DEFAULT,
-        "left": list(result.left),
-        "cases": [_about(case) for case in result.cases],
-        "trials": trials,
-    }
+    return _json("speed-accuracy", result, default=DEFAULT)
+
+
+def stability_json(result: Chart) -> dict[str, Any]:
+    """Trials, and how often each class occurs by family and method, as plain data."""
+    counts = {family: _counts(result, family, result.asked(family)) for family in result.families}
+    return _json("stability", result, ratios=False, counts=counts)
+
+
+def profiles_json(result: Profiles) -> dict[str, Any]:
+    """Trials on random questions, as plain data."""
+    counts = {family: _counts(chart, family, chart.methods) for family, chart in result.charts.items()}
+    return _json("profiles", *result.charts.values(), seed=result.seed, count=result.count, counts=counts)
 
 
 def _about(case: Case) -> dict[str, Any]:
@@ -52,20 +71,6 @@ def _about(case: Case) -> dict[str, Any]:
     return {
         "name": case.name, "family": case.family, "truth": case.truth, "goal": goal, "known_by": case.known_by,
         "text": case.text, "beside": dict(case.beside),
-    }  # fmt: skip
-
-
-def stability_json(result: Chart) -> dict[str, Any]:
-    """Trials, and how often each class occurs by family and method, as plain data."""
-    cases = [_about(case) for case in result.cases]
-    counts = {
-        family: {method: dict(result.count(family, method)) for method in result.asked(family)}
-        for family in result.families
-    }
-    trials = [as_row(trial) for trial in result.trials]
-    return {
-        "chart": "stability", "conditions": conditions(), "counts": counts, "left": list(result.left),
-        "cases": cases, "trials": trials,
     }  # fmt: skip
 
 
@@ -151,19 +156,6 @@ def stability_table(result: Chart, console: Console) -> None:
     for method, how in {trial.method: trial.claim for trial in result.trials if trial.status == MISSING}.items():
         console.print(f"\n{method} is not installed: {how}")
     _say_cut(result, console)
-
-
-def profiles_json(result: Profiles) -> dict[str, Any]:
-    """Trials on random questions, as plain data."""
-    charts = result.charts.values()
-    return {
-        "chart": "profiles", "conditions": conditions(), "seed": result.seed, "count": result.count,
-        "counts": {family: {method: dict(chart.count(family, method)) for method in chart.methods}
-                   for family, chart in result.charts.items()},
-        "left": [line for chart in charts for line in chart.left],
-        "cases": [_about(case) for chart in charts for case in chart.cases],
-        "trials": [{**as_row(trial), "ratio": chart.ratio(trial)} for chart in charts for trial in chart.trials],
-    }  # fmt: skip
 
 
 def profiles_table(result: Profiles, console: Console) -> None:

@@ -163,8 +163,8 @@ def read_job(file: str, given: Sequence[str] = ()) -> Job:
     return open_job(file, changes_of(given))
 
 
-def read_scene(file: str, verb: str, given: Sequence[str] = (), instead: str = "") -> Scene:
-    """The scene of a file with its changes; a balancing job is refused in the name of the verb."""
+def read_scene(file: str, verb: str, instead: str) -> Scene:
+    """The scene of a file; a balancing job is refused in the name of the verb."""
     from vibopt.jobs import scene_only
 
-    return scene_only(read_job(file, given), verb, instead)
+    return scene_only(read_job(file), verb, instead)

@@ -254,10 +254,6 @@ class Spun:
         """How many of the lowest motions at rest tell about where the free whirls up to a frequency [rad/s] are."""
         return max(_FEWEST, int((self._at_rest[0] <= (_FASTER * top) ** 2).sum())) if top else _FOLLOWED
 
-    def rates_at(self, spin: float) -> ComplexArray:
-        """Rates [1/s] of the lowest free motions at a spin."""
-        return np.asarray(np.linalg.eigvals(self.rates(spin)))
-
     @property
     def slowest(self) -> float:
         """Lowest frequency at rest [rad/s]."""

@@ -109,9 +109,6 @@ class LogarithmicDecrement(OfWhirls):
         return float(after[self.mode - 1]) if len(after) >= self.mode else float("inf")
 
 
-ModeDampingRatio = DampingOfModes
-
-
 def ratios_of(poles: ComplexArray) -> list[float]:
     """Damping ratio per pair of poles: half the sum of their decay rates over the root of the product."""
     top = float(np.abs(poles).max(initial=0.0))

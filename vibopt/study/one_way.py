@@ -12,6 +12,7 @@ from vibopt.answer.entry import Entry, Way
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.study.holding import Road, SpentError, State, difference, no_more
+from vibopt.study.points import shown_value
 from vibopt.units import read_quantity, to_unit
 from vibopt.values.fact_at import FactAt
 
@@ -39,6 +40,7 @@ NONE = "no design"
 _SAME = 1e-7
 """Part of a goal below which two are the same."""
 _TURN = math.pi / 2.0
+NO_STEP = "it is zero, and nothing says how large a step is"
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,8 +93,8 @@ class Axis:
         return rounded(self.fact, aimed)
 
 
-def axis_of(fact: FactAt, extent: Callable[[], float], *, complement: bool = False) -> Axis | None:
-    """The axis of a number; None where it is zero and nothing says how large a step is.
+def axis_of(fact: FactAt, extent: Callable[[], float], job: object = None) -> Axis | None:
+    """The axis of a number of a job; None where it is zero and nothing says how large a step is.
 
     Only of a place it is asked how far the `extent` of all places is [m].
     """
@@ -100,6 +102,8 @@ def axis_of(fact: FactAt, extent: Callable[[], float], *, complement: bool = Fal
         return Axis(fact, extent=_TURN)
     if fact.dimension == "length" and (fact.signed or is_place(fact)):
         return Axis(fact, extent=extent())
+    steps = fact.path.split(".")
+    complement = steps[0] == "limits" and isinstance(job, Scene) and job.limits[steps[1]].complement
     size = 1.0 - fact.value if complement else fact.value
     return Axis(fact, complement=complement) if size > 0.0 else None
 
@@ -168,8 +172,7 @@ class Along:
         return 0.0 if abs(part) < _SAME else part
 
     def _entry(self, value: float) -> Entry:
-        fact = self.axis.fact
-        return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
+        return shown_value(self.axis.fact, value)
 
     def ranged(self, way: Way, direction: int) -> Way:
         """The same with how far the same things hold the answer back, and what comes then."""
@@ -443,10 +446,4 @@ def _at_nothing(points: list[tuple[float, float]], end: float) -> float:
     return min(roots, key=lambda one: abs(one - end))
 
 
-def complement_of(scene: object, path: str) -> bool:
-    """Whether a bound is one minus what the answer is measured by."""
-    name = path.split(".")[1] if path.startswith("limits.") else ""
-    return isinstance(scene, Scene) and bool(name) and scene.limits[name].complement
-
-
-__all__ = ["Along", "Axis", "axis_of", "complement_of", "rounded"]
+__all__ = ["NO_STEP", "Along", "Axis", "axis_of", "rounded"]

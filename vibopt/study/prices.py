@@ -30,7 +30,8 @@ from vibopt.study.holding import (
     measured_by,
     state_of,
 )
-from vibopt.study.one_way import Along, Axis, axis_of, complement_of, is_shelf
+from vibopt.study.one_way import NO_STEP, Along, Axis, axis_of, is_shelf
+from vibopt.study.points import shown_value
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, first_words, words_of
 from vibopt.study.seen import goal_of, reason
 from vibopt.values.fact_at import FactAt
@@ -208,18 +209,13 @@ def prices(
     refused = _refusal(job, found, measure)
     if refused:
         raise InputError(f"{job.name}: {refused}")
-    asked, read = asked_of(found)
-    if only is not None:
-        unknown = sorted(set(only) - {one.path for one, _ in asked})
-        if unknown:
-            raise UnknownName.among("number", unknown[0], [one.path for one, _ in asked])
-        asked = [(one, sort) for one, sort in asked if one.path in only]
+    asked, read = asked_of(found, only)
     purse = _Purse(found, sense, float("inf") if thorough else most)
     rows = [purse.priced(fact, sort, progress, k / max(2 * len(asked), 1)) for k, (fact, sort) in enumerate(asked)]
     ranked = sorted(range(len(rows)), key=lambda k: (*(-one for one in rows[k].weight), k))
     for place, k in enumerate(ranked):
         rows[k] = purse.ranged(asked[k][0], rows[k], progress, 0.5 + place / max(2 * len(asked), 1))
-    notes = [*_left(rows), *_radii(job, rows), *([_data(job, read)] if read and only is None else [])]
+    notes = [*_left(rows), *_radii(job, rows), *([_data(job, read)] if read else [])]
     return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
 
 
@@ -249,10 +245,13 @@ def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
     return ""
 
 
-def asked_of(found: Answer[Any], *, ends: bool = False) -> tuple[list[tuple[FactAt, str]], int]:
-    """Numbers in the order in which they are looked at, and how many of them are measured data.
+def asked_of(
+    found: Answer[Any], only: Collection[str] | None = None, *, ends: bool = False
+) -> tuple[list[tuple[FactAt, str]], int]:
+    """Numbers in the order in which they are looked at, and how many are left out as measured data, of all or `only`.
 
-    With `ends` also the ends of all ranges of a machine, not only those on which a chosen value rests.
+    With `ends` also the ends of all ranges of a machine, not only those on which a chosen value rests.  UnknownName
+    where one of `only` is none of them.
     """
     job = _job(found)
     known, read = [], 0
@@ -265,7 +264,12 @@ def asked_of(found: Answer[Any], *, ends: bool = False) -> tuple[list[tuple[Fact
     known += [(one, CAPS) for one in _ends_of(found, every=ends)]
     active = {name for name, one in found.limits.items() if one.active}
     order = {LIMITS: 1, CAPS: 2, FACTS: 3}
-    return sorted(known, key=lambda one: 0 if _is_of(one[0].path, active, found) else order[one[1]]), read
+    known.sort(key=lambda one: 0 if _is_of(one[0].path, active, found) else order[one[1]])
+    if only is None:
+        return known, read
+    if unknown := sorted(set(only) - {one.path for one, _ in known}):
+        raise UnknownName.among("number", unknown[0], [one.path for one, _ in known])
+    return [(one, sort) for one, sort in known if one.path in only], 0
 
 
 def _is_of(path: str, active: Collection[str], found: Answer[Any]) -> bool:
@@ -330,10 +334,9 @@ class _Purse:
         self, fact: FactAt, sort: str, progress: Progress | None, part: float, *, loosened: bool = False
     ) -> Ranked:
         """What a sensible step each way does, or of a bound the `loosened` one alone: each is an answer of its own."""
-        now = Entry(fact.value, fact.dimension, fact.unit, amplitude=fact.amplitude)
-        axis = axis_of(fact, lambda: self.extent, complement=complement_of(self.job, fact.path))
+        now, axis = shown_value(fact, fact.value), axis_of(fact, lambda: self.extent, self.job)
         if axis is None:
-            return Ranked(fact.path, sort, now, why="it is zero, and nothing says how large a step is")
+            return Ranked(fact.path, sort, now, why=NO_STEP)
         asked = [way for way in (-1, 1) if axis.step(way) != fact.value]
         if loosened:
             asked = [way for way in asked if _is_looser(fact.path, axis.step(way) - fact.value)]

@@ -7,19 +7,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
-from vibopt.errors import InputError, UnknownName
+from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of, with_changes
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_positions
 from vibopt.solve.method import Progress
 from vibopt.study.holding import LEAST_WORK, Road, SpentError
-from vibopt.study.one_way import Axis, axis_of, complement_of
+from vibopt.study.one_way import NO_STEP, Axis, axis_of
+from vibopt.study.points import shown_value
 from vibopt.study.price_words import CAPS, LIMITS
 from vibopt.study.prices import ALLOWANCE, asked_of, length_of
 from vibopt.study.seen import GOOD
@@ -191,12 +193,7 @@ def remedies(
     found = answer(job) if found is None else found
     if not without_design(job, found):
         raise InputError(f"{job.name}: is {found.status}, so there is nothing to mend. See vibopt whatif FILE.")
-    asked, read = asked_of(found, ends=True)
-    if only is not None:
-        unknown = sorted(set(only) - {one.path for one, _ in asked})
-        if unknown:
-            raise UnknownName.among("number", unknown[0], [one.path for one, _ in asked])
-        asked, read = [(one, sort) for one, sort in asked if one.path in only], 0
+    asked, read = asked_of(found, only, ends=True)
     search = _Search(job, found, math.inf if thorough else most)
     rows = []
     for k, (fact, sort) in enumerate(asked):
@@ -233,10 +230,9 @@ class _Search:
 
     def looked_at(self, fact: FactAt, sort: str) -> Remedy:
         """The nearest value of one number with which there is a design."""
-        now = Entry(fact.value, fact.dimension, fact.unit, amplitude=fact.amplitude)
-        axis = axis_of(fact, lambda: self.extent, complement=complement_of(self.job, fact.path))
+        now, axis = shown_value(fact, fact.value), axis_of(fact, lambda: self.extent, self.job)
         if axis is None:
-            return Remedy(fact.path, sort, now, why="it is zero, and nothing says how large a step is")
+            return Remedy(fact.path, sort, now, why=NO_STEP)
         if is_scene(self.job) and open_positions(self.job) and self.spent + self.each > self.most:
             return Remedy(fact.path, sort, now, why=_LEFT)
         road = Road(self.job, fact, None, lambda: self.spent + road.work <= self.most)
@@ -252,7 +248,7 @@ class _Search:
         found = self._confirmed(fact, value)
         if found is None:
             return Remedy(fact.path, sort, now, why="what helps could not be told in the digits of its unit")
-        then = Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude, digits=_SHOWN)
+        then = replace(shown_value(fact, value), digits=_SHOWN)
         part = far if axis.extent else abs(value / fact.value - 1.0)
         soft = self.soft.get(fact.path.split(".")[1], 1.0) if sort == LIMITS else 1.0
         goal = found.goal[1] if found.goal is not None else None
@@ -331,7 +327,7 @@ def _none(axis: Axis, ways: tuple[int, ...], sort: str) -> str:
     """Why a number does not help."""
     ends = [axis.value(way * (_BOUNDS if sort == LIMITS else _DECADES)[-1]) for way in ways]
     fact = axis.fact
-    shown = " or ".join(Entry(end, fact.dimension, fact.unit, amplitude=fact.amplitude).shown for end in ends)
+    shown = " or ".join(shown_value(fact, end).shown for end in ends)
     return f"no value looked at up to {shown} helps alone"
 
 

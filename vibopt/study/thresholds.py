@@ -14,6 +14,7 @@ from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import Scene
 from vibopt.study.margins import LARGE, Margins
+from vibopt.study.points import shown_value
 from vibopt.units import show
 
 REACH = 10.0
@@ -113,17 +114,13 @@ def _of(margins: Margins, extent: float) -> Threshold:
     ends = [None if value is None else _apart(fact, float(value)) for value in (down, up)]
     names = ["" if value is None else margins.name(value) for value in (down, up)]
     return Threshold(
-        fact.path, _shown(fact, fact.value), ends[0], ends[1], (names[0], names[1]), fact.dimension == "count"
+        fact.path, shown_value(fact, fact.value), ends[0], ends[1], (names[0], names[1]), fact.dimension == "count"
     )
-
-
-def _shown(fact: FactAt, value: float) -> Entry:
-    return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
 
 
 def _apart(fact: FactAt, value: float) -> Entry:
     """A value with as many digits as it takes to tell it from the fact."""
-    now = _shown(fact, fact.value).shown
+    now = shown_value(fact, fact.value).shown
     texts = (show(value, fact.unit, fact.dimension, digits=n, amplitude=fact.amplitude) for n in (4, 6, 8, 10, 13))
     text = next((one for one in texts if one != now), now)
     return Entry(value, fact.dimension, text=text)

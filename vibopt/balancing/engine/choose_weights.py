@@ -149,11 +149,6 @@ def box_of(job: EngineJob) -> Box:
     return Box(shares, tuple(job.weights[k].cap for k in free_weights(job)))
 
 
-def goal_value(job: EngineJob, found: Balanced) -> float:
-    """The goal of an answer as the program counts it [N or N m]."""
-    return lengths(goal_table(job), arms(job, found.cranks)).value(found.x)
-
-
 def least_response(job: EngineJob, found: Arms, asked: Lengths) -> float | None:
     """The least a response can be under the limits of the job, for given cranks; None: unknown."""
     box = box_of(job)

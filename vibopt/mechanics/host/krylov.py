@@ -141,15 +141,7 @@ def _modes(mass: Any, stiffness: Any) -> tuple[FloatArray, Any]:
     return np.where(squares < floor, 0.0, squares), shapes / np.sqrt(np.diag(m))
 
 
-def reduced_host(
-    matrices: Matrices,
-    points: dict[str, int],
-    top: float,
-    *,
-    modes: int = 0,
-    target: float = TARGET,
-    checks: int = CHECKS,
-) -> Reduction:
+def reduced_host(matrices: Matrices, points: dict[str, int], top: float, *, modes: int = 0) -> Reduction:
     """The structure on as few coordinates as its points need up to a frequency.
 
     Parameters
@@ -162,10 +154,6 @@ def reduced_host(
         Highest frequency of interest [rad/s].
     modes
         Number of lowest natural modes that must be there, seen from the points or not.
-    target
-        Relative error of the receptances between the points to be reached.
-    checks
-        Number of fresh frequencies at which the error is measured.
     """
     places = np.array(list(points.values()), dtype=np.intp)
     names = list(points)
@@ -182,13 +170,13 @@ def reduced_host(
     while len(used) < _MOST:
         differ = _differ(value, before, grid, used)
         omega = float(grid[int(differ.argmax())])
-        if differ.max() <= 0.1 * target:
+        if differ.max() <= 0.1 * TARGET:
             break
         used.append(omega)
         basis.add(solve(matrices, loads, omega).motion)
         now, before = basis.coordinates(names), value
         value = now.receptances(grid)
-    return _checked(matrices, basis, names, loads, top, used, target, checks)
+    return _checked(matrices, basis, names, loads, top, used)
 
 
 def lowest_modes(matrices: Matrices, count: int) -> tuple[FloatArray, FloatArray]:
@@ -232,24 +220,17 @@ def _differ(now: ComplexArray, before: ComplexArray, grid: FloatArray, used: lis
 
 
 def _checked(
-    matrices: Matrices,
-    basis: _Basis,
-    names: list[str],
-    loads: FloatArray,
-    top: float,
-    used: list[float],
-    target: float,
-    checks: int,
+    matrices: Matrices, basis: _Basis, names: list[str], loads: FloatArray, top: float, used: list[float]
 ) -> Reduction:
     """Measure the error at fresh frequencies between the used ones; one that misses is used too."""
     now = basis.coordinates(names)
     done, worst, solved = 0, 0.0, len(used)
-    for omega in _between(used, top, checks):
+    for omega in _between(used, top, CHECKS):
         true = solve(matrices, loads, omega).motion
         wanted = true[basis.places].astype(complex)
         error = _error(now, omega, wanted)
         done, solved = done + 1, solved + 1
-        if error > target and solved < 2 * _MOST:
+        if error > TARGET and solved < 2 * _MOST:
             basis.add(true)
             now = basis.coordinates(names)
             error = _error(now, omega, wanted)
