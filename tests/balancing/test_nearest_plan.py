@@ -16,6 +16,8 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from texts import LEFT, MIDDLE, best, plane, reaction, table
+from texts import shaft as on_shaft
 from vibopt.answer.answer import Answer
 from vibopt.jobs import answer as answer_of
 from vibopt.jobs import from_text
@@ -178,58 +180,22 @@ def test_weights_of_a_rotor_are_not_soft_and_measures_neither() -> None:
     assert "measures.m has soft, but no bound to loosen: soft weighs the loosening of a limit." in str(error)
 
 
-SHAFT = """
-[shaft]
-bearings = {{ A = "0 mm", B = "900 mm" }}
-speed = "1500 rpm"
-[masses.left]
-mass = "1 kg"
-radius = "50 mm"
-angle = "90 deg"
-at = "200 mm"
-[masses.middle]
-unbalance = "30 kg mm"
-angle = "210 deg"
-at = "450 mm"
-[masses.hole]
-mass = "0.3 kg"
-radius = "60 mm"
-angle = "330 deg"
-at = "700 mm"
-removed = true
-[planes.drive]
-at = "100 mm"
-radius = "50 mm"
-weight = {{ from = "0 g", to = "500 g" }}
-[planes.free]
-at = "800 mm"
-radius = "50 mm"
-weight = {{ from = "0 g", to = "500 g" }}
-[limits.A]
-response = "bearing_reaction"
-of = "A"
-at_most = "{A!r} N"
-[limits.B]
-response = "bearing_reaction"
-of = "B"
-at_most = "{B!r} N"
-{soft}
-[limits.total]
-response = "correction"
-total = true
-at_most = "{total!r} g"
-[goal]
-minimise = "unbalance"
-"""
+def shaft_of(A: float, B: float, total: float, soft: str) -> str:
+    """Three known masses, two planes, and bounds [N, N, g] that may be too tight."""
+    hole = table("masses.hole", mass="0.3 kg", radius="60 mm", angle="330 deg", at="700 mm", removed=True)
+    bounds = reaction("A", f"{A!r} N"), reaction("B", f"{B!r} N") + f"{soft}\n"
+    correction = table("limits.total", response="correction", total=True, at_most=f"{total!r} g")
+    planes = plane("drive", "100 mm"), plane("free", "800 mm")
+    return on_shaft(LEFT, MIDDLE, hole, *planes, *bounds, correction, best(minimise="unbalance"))
 
 
 def shaft(A: float = 20.0, B: float = 20.0, total: float = 900.0, soft: str = "") -> Answer[Any]:
-    return vo.solve(from_text(SHAFT.format(A=A, B=B, total=total, soft=soft), "shaft.toml"))
+    return vo.solve(from_text(shaft_of(A=A, B=B, total=total, soft=soft), "shaft.toml"))
 
 
 def kept(A: float, B: float, total: float = 900.0) -> bool:
     """Whether weights keep all limits."""
-    job = from_text(SHAFT.format(A=A, B=B, total=total, soft=""), "shaft.toml")
+    job = from_text(shaft_of(A=A, B=B, total=total, soft=""), "shaft.toml")
     return answer_of(job, explain=False, brief=True).status == "optimal"
 
 

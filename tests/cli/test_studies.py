@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import vibopt as vo
-from texts import floor, permitted
+from texts import LEFT, MIDDLE, best, floor, permitted, plane, reaction, shaft
 from vibopt.study.prices import prices
 
 Run = Callable[..., Any]
@@ -215,38 +215,10 @@ def test_numbers_without_a_step_are_listed_with_the_reason(run: Run, name: str) 
     assert "it is zero, and nothing says how large a step is" in " ".join(done.out.split())
 
 
-SHAFT = """
-[shaft]
-bearings = { A = "0 mm", B = "900 mm" }
-speed = "1500 rpm"
-[masses.left]
-mass = "1 kg"
-radius = "50 mm"
-angle = "90 deg"
-at = "200 mm"
-[masses.middle]
-unbalance = "30 kg mm"
-angle = "210 deg"
-at = "450 mm"
-[planes.drive]
-at = "100 mm"
-radius = "50 mm"
-weight = { from = "0 g", to = "500 g" }
-[planes.free]
-at = "800 mm"
-radius = "50 mm"
-weight = { from = "0 g", to = "500 g" }
-[limits.A]
-response = "bearing_reaction"
-of = "A"
-at_most = "200 N"
-[limits.B]
-response = "bearing_reaction"
-of = "B"
-at_most = "200 N"
-[goal]
-minimise = "correction"
-"""
+SHAFT = shaft(
+    LEFT, MIDDLE, plane("drive", "100 mm"), plane("free", "800 mm"), reaction("A", "200 N"), reaction("B", "200 N"),
+    best(minimise="correction"),
+)  # fmt: skip
 
 
 def test_bearings_are_moved_by_the_step_of_every_other_place(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ Values stand as in a file, texts without their quotes.  What begins as a table o
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 
 
@@ -16,7 +17,7 @@ def table(name: str, /, **words: object) -> str:
 def _said(value: object) -> str:
     if isinstance(value, list):
         return f"[{', '.join(map(_said, value))}]"
-    return str(value) if not isinstance(value, str) or value[:1] in ("{", "[") else f'"{value}"'
+    return value if isinstance(value, str) and value[:1] in ("{", "[") else json.dumps(value)
 
 
 def choice(low: str, high: str, more: str = "") -> str:
@@ -101,6 +102,24 @@ def best(**words: object) -> str:
     return table("goal", **words)
 
 
+def shaft(*more: str) -> str:
+    """A shaft between bearings A and B that turns at 1500 rpm."""
+    return table("shaft", bearings='{ A = "0 mm", B = "900 mm" }', speed="1500 rpm") + "".join(more)
+
+
+def plane(name: str, at: str) -> str:
+    """A correction plane for up to 500 g."""
+    return table(f"planes.{name}", at=at, radius="50 mm", weight=choice("0 g", "500 g"))
+
+
+def reaction(bearing: str, most: str, **words: object) -> str:
+    """A limit of what a bearing takes."""
+    return table(f"limits.{bearing}", response="bearing_reaction", of=bearing, at_most=most, **words)
+
+
 STIFFEST = best(maximise="stiffness", of="mount")
 ANY_STIFFNESS, ANY_DAMPING = choice("10 kN/m", "1 GN/m"), choice("10 N s/m", "1 MN s/m")
 DAMPING_RATIO = "{ from = 0.01, to = 0.5 }"
+LEFT = table("masses.left", mass="1 kg", radius="50 mm", angle="90 deg", at="200 mm")
+MIDDLE = table("masses.middle", unbalance="30 kg mm", angle="210 deg", at="450 mm")
+"""Known masses on a shaft."""

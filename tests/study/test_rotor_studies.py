@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 
 import vibopt as vo
+from rotor_jobs import FAN as MEASURED
+from texts import best, table
 from vibopt.cli.main import main
 from vibopt.jobs import answer, fact_at, from_text, open_job, with_changes
 from vibopt.study import tradeoff
@@ -19,45 +21,14 @@ from vibopt.study.prices import prices
 
 PROBLEMS = Path(__file__).parent.parent.parent / "problems"
 
-FAN = """
-[conventions]
-phase = "lag"
-readings = "phase"
-angles = "against rotation"
-detector = "pp"
-zero = "reflective tape"
-[planes.left]
-radius = "150 mm"
-weight = { from = "0 g", to = "9 g" }
-[planes.right]
-radius = "150 mm"
-weight = { from = "0 g", to = "8 g" }
-[[runs]]
-name = "as found"
-speed = "1200 rpm"
-readings = { a = "8.6 mil @ 63 deg", b = "6.5 mil @ 206 deg" }
-[[runs]]
-name = "trial left"
-speed = "1200 rpm"
-weights = { left = "10 g @ 270 deg" }
-readings = { a = "5.9 mil @ 123 deg", b = "4.5 mil @ 228 deg" }
-[[runs]]
-name = "trial right"
-speed = "1200 rpm"
-weights = { right = "12 g @ 180 deg" }
-readings = { a = "6.2 mil @ 36 deg", b = "10.4 mil @ 162 deg" }
-[limits.a]
-response = "residual"
-at = "a"
-at_most = "2.5 mil pp"
-[limits.total]
-response = "correction"
-total = true
-at_most = "16 g"
-[goal]
-minimise = "residual"
-combine = "rms"
-"""
+FAN = (
+    MEASURED.replace("[planes.right]", 'weight = { from = "0 g", to = "9 g" }\n[planes.right]').replace(
+        "[[runs]]", 'weight = { from = "0 g", to = "8 g" }\n[[runs]]', 1
+    )
+    + table("limits.a", response="residual", at="a", at_most="2.5 mil pp")
+    + table("limits.total", response="correction", total=True, at_most="16 g")
+    + best(minimise="residual", combine="rms")
+)
 
 
 @pytest.mark.parametrize("points", [3, 5, 9])

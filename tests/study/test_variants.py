@@ -9,7 +9,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
-from texts import permitted
+from texts import MIDDLE, best, permitted, plane, reaction, shaft
 from vibopt.jobs import from_text as job_of
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.scene.scene import Scene
@@ -148,25 +148,9 @@ def test_what_cannot_be_compared_is_refused(scenes: dict[str, Scene], text: str)
     assert str(refused(compare, scenes)) == text
 
 
-SHAFT = """
-[shaft]
-bearings = { A = "0 mm", B = "900 mm" }
-speed = "1500 rpm"
-[masses.pulley]
-unbalance = "30 kg mm"
-angle = "210 deg"
-at = "450 mm"
-[planes.drive]
-at = "100 mm"
-radius = "50 mm"
-weight = { from = "0 g", to = "500 g" }
-[limits.A]
-response = "bearing_reaction"
-of = "A"
-at_most = "300 N"
-[goal]
-minimise = "correction"
-"""
+SHAFT = shaft(
+    MIDDLE.replace("middle", "pulley"), plane("drive", "100 mm"), reaction("A", "300 N"), best(minimise="correction")
+)
 
 
 def test_a_shaft_without_an_answer_has_no_weights_in_the_table() -> None:
