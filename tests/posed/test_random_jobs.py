@@ -8,6 +8,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from texts import ANY_DAMPING, ANY_STIFFNESS, STIFFEST, choice, floor, moves, one_mass, press, table
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.question import Question
 from vibopt.errors import InputError
@@ -98,31 +99,8 @@ def test_lone_masses_have_one_answer_by_every_program(case: LoneMass) -> None:
 
 def test_one_of_several_machines_in_a_hall_is_stated_in_its_own_coordinate() -> None:
     """The model is reduced to one coordinate with a scale of its own; the answer is that of the machine alone."""
-    alone = """[bodies.press]
-mass = "300 kg"
-[links.mount]
-between = ["press", "ground"]
-stiffness = { from = "10 kN/m", to = "1 GN/m" }
-damping = { from = "10 N s/m", to = "1 MN s/m" }
-[excitations.shaft]
-kind = "force"
-on = "press"
-amplitude = "30 kN"
-speed = "3000 rpm"
-varies = "constant"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "10 kN"
-[limits.start_up]
-response = "displacement"
-of = "press"
-over = "0..3000 rpm"
-at_most = "20 mm"
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+    asked = floor("10 kN"), moves("press", "20 mm", "start_up", "0..3000 rpm"), STIFFEST
+    alone = press(ANY_STIFFNESS, ANY_DAMPING, *asked)
     other = """[bodies.other]
 mass = "110 kg"
 [links.feet]
@@ -143,27 +121,12 @@ damping = "1 kN s/m"
 
 def test_one_answer_that_is_far_from_the_natural_size_is_scaled_anew() -> None:
     scene = vo.from_text(
-        """[bodies.body]
-mass = "300 kg"
-[links.mount]
-between = ["body", "ground"]
-stiffness = "8 MN/m"
-damping = { from = "0.001 N s/m", to = "1 MN s/m" }
-[excitations.shaft]
-kind = "force"
-on = "body"
-amplitude = "300 N"
-speed = "3000 rpm"
-varies = "constant"
-[limits.start_up]
-response = "displacement"
-of = "body"
-over = "0..3000 rpm"
-at_most = "20 mm"
-[goal]
-minimise = "damping"
-of = "mount"
-""", name="light.toml")  # fmt: skip
+        one_mass(
+            "body", "300 kg", {"stiffness": "8 MN/m", "damping": choice("0.001 N s/m", "1 MN s/m")},
+            {"amplitude": "300 N", "speed": "3000 rpm", "varies": "constant"},
+            moves("body", "20 mm", "start_up", "0..3000 rpm"), table("goal", minimise="damping", of="mount"),
+        ), name="light.toml",
+    )  # fmt: skip
     best = vo.solve(scene).goal
     found = vo.solve(scene, method="cvxpy").goal
     assert best is not None

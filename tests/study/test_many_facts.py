@@ -12,6 +12,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from texts import STIFFEST, choice, floor, shaken_fan, table
 from vibopt.answer.jsonable import json_text
 from vibopt.report.figures import map_figure
 from vibopt.scene.read import from_text, read
@@ -113,28 +114,8 @@ def test_a_boundary_is_where_solve_changes_its_answer(file: Path, ranges: dict[s
 
 def test_where_a_known_limit_takes_over_is_found() -> None:
     """A spring may be as stiff as the sag or the force on the floor at 3 w_n allows: both are equal at one mass."""
-    text = """
-[bodies.fan]
-mass = "100 kg"
-[links.mount]
-between = ["fan", "ground"]
-stiffness = { from = "1 kN/m", to = "10 MN/m" }
-[excitations.fan]
-kind = "force"
-on = "fan"
-amplitude = "100 N"
-speed = "3000 rpm"
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "20 N"
-[limits.natural]
-response = "natural_frequency"
-at_most = "20 Hz"
-[goal]
-maximise = "stiffness"
-of = "mount"
-"""
+    natural = table("limits.natural", response="natural_frequency", at_most="20 Hz")
+    text = shaken_fan({"stiffness": choice("1 kN/m", "10 MN/m")}, floor("20 N"), natural, STIFFEST)
     # T = 1 / (r^2 - 1) with r = 50 Hz / f at f = 20 Hz: force at_most = 100 / (6.25 - 1) N
     found = sweep(from_text(text), "limits.floor.at_most", "10 N..30 N", 13)
     (one,) = found.boundaries

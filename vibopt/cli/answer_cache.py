@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import suppress
 from functools import cache
 from hashlib import sha256
@@ -54,25 +54,14 @@ class Asked:
         return sha256(json.dumps(told).encode()).hexdigest()
 
     def _files(self) -> Iterator[tuple[str, Path]]:
-        from vibopt.document.toml_reading import FileText
+        from vibopt.document.toml_reading import FileText, texts_of
 
         yield "", Path(self.file)
-        for text in _texts(self.job.document):
+        for text in texts_of(self.job.document):
             if isinstance(text, FileText):
                 yield str(text), text.folder / text
             elif self.changes and Path(text).suffix and len(text) < 200 and Path(text).is_file():
                 yield text, Path(text)  # a name that --set has put in
-
-
-def _texts(given: Any) -> Iterator[str]:
-    if isinstance(given, str):
-        yield given
-    elif isinstance(given, Mapping):
-        for one in given.values():
-            yield from _texts(one)
-    elif isinstance(given, (list, tuple)):
-        for one in given:
-            yield from _texts(one)
 
 
 @cache

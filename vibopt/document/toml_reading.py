@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import re
 from codecs import BOM_UTF8
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from itertools import chain
 from pathlib import Path as FilePath
 from typing import Any
@@ -52,6 +52,15 @@ class FileText(str):
 
     def __deepcopy__(self, memo: object) -> FileText:
         return self
+
+
+def texts_of(given: Any) -> Iterator[str]:
+    """Every text of a document, names of files among them."""
+    if isinstance(given, str):
+        yield given
+    elif isinstance(given, (Mapping, list, tuple)):
+        for one in given.values() if isinstance(given, Mapping) else given:
+            yield from texts_of(one)
 
 
 def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:

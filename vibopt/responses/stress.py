@@ -14,7 +14,7 @@ from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, forced, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.responses.motion import RelativeDisplacement
-from vibopt.responses.response import HarmonicResponse, RandomResponse, Response, TransientResponse
+from vibopt.responses.response import HarmonicResponse, RandomResponse, Response, TransientResponse, UnsteadyResponse
 from vibopt.responses.response_rows import forces_of_beam
 from vibopt.signals import Combine, Drive, Output
 from vibopt.values.fields import complaint
@@ -219,8 +219,8 @@ class ShearStress(BendingStress):
     transient_twin: ClassVar[str] = ""
 
 
-class RmsBendingStress(_OfBeam, RandomResponse):
-    """`response = "rms_bending_stress"`: greatest in a beam or shaft that bends [Pa] rms."""
+class _OfShape(_OfBeam, UnsteadyResponse):
+    """Read off the shape under a static load."""
 
     @property
     def steady(self) -> BendingStress:
@@ -228,20 +228,17 @@ class RmsBendingStress(_OfBeam, RandomResponse):
 
     def output(self, model: Model) -> Output:
         return self.steady.of_shape(model)
+
+
+class RmsBendingStress(_OfShape, RandomResponse):
+    """`response = "rms_bending_stress"`: greatest in a beam or shaft that bends [Pa] rms."""
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         return self.steady.measured_shape(machine, motion)
 
 
-class PeakBendingStress(_OfBeam, TransientResponse):
+class PeakBendingStress(_OfShape, TransientResponse):
     """`response = "peak_bending_stress"`: greatest in a beam or shaft that bends, the greatest in time [Pa]."""
-
-    @property
-    def steady(self) -> BendingStress:
-        return BendingStress(response="bending_stress", of=self.of)
-
-    def output(self, model: Model) -> Output:
-        return self.steady.of_shape(model)
 
 
 __all__ = [

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from vibopt.answer.entry import Checked, Entry
 from vibopt.forms.reduce import reason
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import are_whole, on_needed, pose
-from vibopt.program.program import Limit, Program
+from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
 from vibopt.scene.open_places import open_places, open_positions
@@ -23,14 +22,12 @@ from vibopt.scene.space import members
 from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.alike import in_order
 from vibopt.solve.boundable import with_reason
-from vibopt.solve.choose import choose, closed_form
-from vibopt.solve.method import OPEN, Found, Method, Progress
-from vibopt.solve.passive import with_bound
+from vibopt.solve.dispatch import best_of
+from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
 from vibopt.solve.without_search import NAME as STANDSTILL
-from vibopt.solve.without_search import as_goal, at_own_bound, endless_limit, no_design, without_goal
-from vibopt.solve.without_search import words as endless_words
+from vibopt.solve.without_search import at_own_bound
 from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row, unsteady
 from vibopt.verify.rated import parts_of
 from vibopt.work import answering, done, metered, worked
@@ -114,7 +111,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
         return _analysis(scene, program, clock)
     if likely(scene):
         return _by_chance(scene, program, clock, wish)
-    found, why = answer(program, scene, wish.method, wish.progress, wish.near)
+    found, why = best_of(program, scene, wish.method, wish.progress, wish.near)
     reason_text = "" if wish.brief else why()
     found = at_own_bound(scene, program, in_order(scene, program, found))
     doubtful = uncertain(scene)
@@ -161,134 +158,6 @@ def _where_best(scene: Scene, wish: _Wish) -> Design:
         return solve(one, method=wish.method, progress=wish.progress, explain=False, near=wish.near)
 
     return best_place(scene, at_place, wish.progress)
-
-
-def answer(
-    program: Program,
-    scene: Scene,
-    method: str | Method | None,
-    progress: Progress | None,
-    near: Sequence[float] | None = None,
-) -> tuple[Found, Callable[[], str]]:
-    """What a method says, and what finds the physical reason where there is one."""
-    limit = endless_limit(program)
-    if limit is not None:
-        return no_design(limit), partial(endless_words, scene, limit)
-    plain = without_goal(program)
-    if plain is not None and program.aim is not None:
-        found, why = answer(plain, scene, method, progress, near)
-        return as_goal(found, program.aim.sense), why
-    finite = closed(program)
-    outright = closed_form(finite) if method is None and not program.ties else None
-    sure = outright.solve(finite, progress) if outright is not None else None  # sooner than to ask what cannot be
-    clash = impossible(finite) if method is None and (sure is None or sure.status != "optimal") else None
-    if clash is not None:
-        from vibopt.solve.impasse import physical_words
-
-        claim = "proven by the balance of forces on the machine, for any isolator"
-        return Found("infeasible", None, claim, "physical bound"), partial(physical_words, scene, clash)
-    if program.ties:
-        from vibopt.solve.catalogue.why import reason_of
-
-        found = _not_proven(finite, choose(finite, method).solve(finite, progress))
-        return found, partial(reason_of, program, found) if found.status == "infeasible" else str
-    chosen = outright or choose(finite, method, near)
-    found = sure or _hopeless(finite, chosen, method, near) or chosen.solve(finite, progress)
-    exact = chosen.name.startswith("closed_form")
-    if exact and found.status == "unproven" and method is None:
-        from vibopt.solve.global_search import BranchAndBound
-
-        found, exact = BranchAndBound().solve(finite, progress), False
-    if found.method == "discs" and found.status in OPEN and method is None:
-        from vibopt.solve.global_search import beside_slices
-
-        found = beside_slices(finite, found, progress)
-    said = _open_ends(finite, found, exact=exact)
-    if method is None and said.status in OPEN:
-        from vibopt.solve.one_range import OneRange
-
-        if OneRange().refuses(finite) is None:
-            found = _one_variable(finite, found, progress)
-            said = _open_ends(finite, found, exact=bool(found.details.get("settled")))
-    found = _bounded(
-        finite, _not_proven(finite, said), by_boxes=method is None and near is None and not uncertain(scene)
-    )
-    if found.status == "infeasible":
-        from vibopt.solve.impasse import hopeless_words
-
-        return found, partial(hopeless_words, scene, program)
-    return found, str
-
-
-def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
-    """The answer with the better of what boxes and what any passive device say of the best possible."""
-    passive = with_bound(program, found)
-    boxes = found
-    if by_boxes and found.status in OPEN:
-        from vibopt.solve.relaxed import with_least
-
-        boxes = with_least(program, found, passive.bound)
-    better = boxes.status != "feasible" or boxes.bound >= passive.bound or np.isnan(passive.bound)
-    return boxes if better else passive
-
-
-def _hopeless(
-    program: Program, chosen: Method, method: str | Method | None, near: Sequence[float] | None
-) -> Found | None:
-    """That there is no design, where few boxes show it before a search that would take longer."""
-    if method is not None or near is not None or chosen.name.startswith("closed_form"):
-        return None
-    from vibopt.solve.relaxed import hopeless
-
-    return hopeless(program)
-
-
-def _one_variable(program: Program, found: Found, progress: Progress | None) -> Found:
-    """One variable is decided along its range, and where that leaves doubts by as many boxes as it takes."""
-    from vibopt.solve.global_search import BranchAndBound, provable
-    from vibopt.solve.one_range import OneRange
-
-    line = found if found.method == OneRange.name else OneRange().solve(program, progress)
-    search = BranchAndBound()
-    if line.status not in OPEN or search.refuses(program) is not None or not provable(program):
-        return line
-    whole = search.solve(program, progress)
-    return whole if whole.status in ("optimal", "infeasible") else line
-
-
-def _not_proven(program: Program, found: Found) -> Found:
-    """The answer without the word where a limit or the goal might be greater than was seen."""
-    seen = [part for part in program.parts if part.form.searched]
-    doubts = f"{', '.join(sorted({one.form.searched for one in seen}))} and not proven"
-    if found.status == "optimal" and seen:
-        return replace(found, status="feasible", claim=f"{found.claim}; {doubts}")
-    if found.status == "infeasible" and any(isinstance(one, Limit) and one.side == "at_least" for one in seen):
-        return replace(found, status="unproven", claim=f"no design was found; {doubts}")
-    return found
-
-
-def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
-    """What half-open ranges mean for an answer: no best design at an open end, no proof beyond a far one."""
-    opened = [axis for axis in program.axes if axis.open_high or axis.open_low]
-    if not opened or found.status == "unbounded":
-        return found
-    if found.x is None:
-        if exact or found.status != "infeasible" or not any(axis.open_high for axis in opened):
-            return found
-        ends = ", ".join(f"{axis.path} = {axis.high:.3g} (SI)" for axis in opened if axis.open_high)
-        return replace(found, status="unproven", claim=f"no design up to {ends}; nothing is proven about larger values")
-    reach = found.details.get("reach") or tuple(program.high)
-    for i, axis in enumerate(program.axes):
-        up, down = axis.open_high and found.x[i] >= 0.999 * reach[i], axis.open_low and found.x[i] <= 1.001 * axis.low
-        if not up and not down:
-            continue
-        way = "grows without end" if up else "goes to zero"
-        if program.aim is not None and program.aim.direction(i) is not None:
-            claim = f"every limit holds and the goal keeps improving as {axis.path} {way}"
-            return replace(found, status="unbounded", claim=claim)
-        claim = f"every limit holds; the goal comes ever nearer to its best value as {axis.path} {way}"
-        return replace(found, status="feasible", claim=claim)
-    return found
 
 
 def _over_tolerances(

@@ -17,9 +17,9 @@ from vibopt.records import dataclass
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
+from vibopt.solve.dispatch import best_of
 from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
-from vibopt.solve.solve import answer as best_of
 from vibopt.study.many import answers
 from vibopt.study.seen import goal_of, goal_word
 from vibopt.verify.checked import checked_limits, disagreement, goal_row

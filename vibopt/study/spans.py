@@ -18,9 +18,9 @@ from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
 from vibopt.solve.closed_peaks import worst
 from vibopt.solve.closed_program import NotClosedError, question, value_at
+from vibopt.solve.dispatch import best_of
 from vibopt.solve.method import Progress
 from vibopt.solve.one_range import permitted
-from vibopt.solve.solve import answer as best_of
 from vibopt.study.nearest import slid
 from vibopt.verify.checked import checked_limits
 

@@ -7,12 +7,10 @@ import re
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterator, Mapping
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
 
-from vibopt.document.toml_reading import FileText
+from vibopt.document.toml_reading import FileText, texts_of
 from vibopt.errors import InputError
 from vibopt.files.marks import PDF_MARK
 from vibopt.files.reading import FileFault, Kind, content_of
@@ -102,7 +100,7 @@ _ANY = Kind("a file", 1_000_000_000, "", "")
 def digests_of(path: str | Path, scene: Scene) -> dict[str, str]:
     """SHA-256 [hex] of a problem file and of the catalogues and matrix files that it names, by name."""
     files = {Path(path).name: Path(path)}
-    files |= {str(one): Path(one.folder) / one for one in _named(scene.document)}
+    files |= {str(one): one.folder / one for one in texts_of(scene.document) if isinstance(one, FileText)}
     found = {}
     for name, file in files.items():
         try:
@@ -110,18 +108,6 @@ def digests_of(path: str | Path, scene: Scene) -> dict[str, str]:
         except FileFault:  # gone since it was read: nothing can be said of it
             continue
     return found
-
-
-def _named(given: Any) -> Iterator[FileText]:
-    """Every file that a document names."""
-    if isinstance(given, FileText):
-        yield given
-    elif isinstance(given, Mapping):
-        for one in given.values():
-            yield from _named(one)
-    elif isinstance(given, (list, tuple)):
-        for one in given:
-            yield from _named(one)
 
 
 __all__ = ["BROWSERS", "browser", "digests_of", "pages_of", "pdf"]
