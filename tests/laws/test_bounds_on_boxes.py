@@ -13,6 +13,7 @@ from chain_machine import Chain, chains
 from lone_mass import LoneMass, lone_masses
 from test_chains import asked, read
 from vibopt.forms.bounds import FormBounds
+from vibopt.forms.rational import sampled, sampled_lines
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
@@ -74,19 +75,21 @@ def test_bounds_of_many_chains_hold(chain: Chain, seed: int) -> None:
     hold(pose(read(chain, some(chain, 1))), seed)
 
 
+SHAKEN = {"on": "b", "speed": "1..90 rad/s", "varies": "constant"}
+TWO = {
+    "bodies": {"a": {"mass": "3 kg"}, "b": {"mass": "2 kg"}},
+    "links": {
+        "low": {"between": ["a", "ground"], "stiffness": {"from": "1 kN/m", "to": "9 kN/m"}},
+        "high": {"between": ["b", "a"], "stiffness": {"from": "1 kN/m", "to": "9 kN/m"}, "damping": "5 N s/m"},
+    },
+    "limits": {"motion": {"response": "displacement", "of": "a", "at_most": "1 mm", "combine": "sum"}},
+    "goal": {"maximise": "stiffness", "of": "low"},
+}
+
+
 def test_speeds_taken_up_together_are_those_taken_up_one_by_one() -> None:
     """In their order, none twice: neither one that is the same but for rounding nor one that stands there before."""
-    document = {
-        "bodies": {"a": {"mass": "3 kg"}, "b": {"mass": "2 kg"}},
-        "links": {
-            "low": {"between": ["a", "ground"], "stiffness": {"from": "1 kN/m", "to": "9 kN/m"}},
-            "high": {"between": ["b", "a"], "stiffness": {"from": "1 kN/m", "to": "9 kN/m"}, "damping": "5 N s/m"},
-        },
-        "excitations": {"shaker": {"kind": "force", "on": "b", "amplitude": "1 N", "speed": "1..90 rad/s"}},
-        "limits": {"motion": {"response": "displacement", "of": "a", "at_most": "1 mm"}},
-        "goal": {"maximise": "stiffness", "of": "low"},
-    }
-    part = pose(from_dict(document)).limits[0]
+    part = pose(from_dict(TWO | {"excitations": {"shaker": SHAKEN | {"kind": "force", "amplitude": "1 N"}}})).limits[0]
     speeds = [30.0, 10.0, 30.0 * (1.0 + 1e-14), 20.0, 10.0, float("inf"), 70.0]
     together, single = (FormBounds(part.model, part.form, np.array([3e3, 3e3])) for _ in range(2))
     assert together.add({"shaker": speeds, "another": [5.0]})
@@ -96,3 +99,18 @@ def test_speeds_taken_up_together_are_those_taken_up_one_by_one() -> None:
     for low, high in (([1e3, 1e3], [9e3, 9e3]), ([2e3, 4e3], [2.1e3, 4.1e3])):
         corners = np.array([low]), np.array([high])
         np.testing.assert_allclose(together.on(*corners), single.on(*corners), rtol=1e-12)
+
+
+def test_lines_of_an_excitation_are_sampled_together_as_each_alone() -> None:
+    """Those in phase and those that are not, at each speed in the order of the lines."""
+    orders = (("1", "0 deg"), ("2", "70 deg"), ("3", "0 deg"), ("5", "70 deg"), ("8", "0 deg"))
+    rows = [{"order": int(one), "amplitude": f"{one} N", "phase": phase} for one, phase in orders]
+    shaker = SHAKEN | {"kind": "harmonics", "harmonics": rows}
+    part = pose(from_dict(TWO | {"excitations": {"shaker": shaker}})).limits[0]
+    lines, output = part.form.harmonic.drives[0].lines, part.form.harmonic.output
+    speeds, x, designs = np.array([4.0, 31.0, 77.0]), np.array([3e3, 3e3]), np.array([[2e3, 5e3], [8e3, 1e3]])
+    found = sampled_lines(part.model, output, lines, speeds, x).square(designs).reshape(2, len(speeds), len(lines))
+    assert len({line.vector.tobytes() for line in lines}) == 2
+    for index, line in enumerate(lines):
+        alone = sampled(part.model, output, line, speeds, x).square(designs)
+        np.testing.assert_allclose(found[:, :, index], alone, rtol=1e-13)

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibopt.forms.form import WITHOUT_END, Form, Local, Worst, kept
 from vibopt.forms.monomials import mounts
-from vibopt.forms.rational import TELLING, Groups, Sampled, box_coefficients, ratio_bounds, sampled
+from vibopt.forms.rational import TELLING, Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_lines
 from vibopt.records import dataclass
 from vibopt.signals import Band, Combine, Drive, Line, Output
 
@@ -184,16 +184,15 @@ class Modulus(Form):
     def lines_at(
         self, model: Model, name: str, speeds: FloatArray, reference: FloatArray
     ) -> dict[tuple[str, int], Sampled]:
-        """N and D of each line of a drive at speeds (n,); with the link rigid as well, under ~index."""
-        found = {}
-        for index, line in enumerate(next(drive for drive in self.drives if drive.name == name).lines):
-            found[name, index] = sampled(model, self.output, line, speeds, reference)
-            if self.rigid_link:
-                from vibopt.forms.drive_response import rigid_form
+        """N and D of all lines of a drive at each of the speeds (n,), under 0; with the link rigid, too, under ~0."""
+        lines = next(drive for drive in self.drives if drive.name == name).lines
+        found = {(name, 0): sampled_lines(model, self.output, lines, speeds, reference)}
+        if self.rigid_link:
+            from vibopt.forms.drive_response import rigid_form
 
-                rigid, output = rigid_form(model, self)
-                bolted = replace(line, vector=line.vector @ rigid.basis)
-                found[name, ~index] = sampled(rigid, output, bolted, speeds, reference)
+            rigid, output = rigid_form(model, self)
+            bolted = [replace(line, vector=line.vector @ rigid.basis) for line in lines]
+            found[name, ~0] = sampled_lines(rigid, output, bolted, speeds, reference)
         return found
 
     def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
@@ -203,14 +202,13 @@ class Modulus(Form):
             if not known.speeds.get(drive.name):
                 return np.zeros(count), np.full(count, np.inf)
             rows = self._telling(known, drive, low, high)
-            squares = [self._line_on(known, drive.name, i, low, high, rows) for i in range(len(drive.lines))]
-            small, large = (np.array([square[side] for square in squares]) for side in (0, 1))
+            small, large = self._lines_on(known, drive, low, high, rows)
             if self.combine == "rss":
-                lower += small.sum(axis=0).max(axis=-1)
-                upper += large.sum(axis=0).min(axis=-1)
+                lower += small.sum(axis=-1).max(axis=-1)
+                upper += large.sum(axis=-1).min(axis=-1)
             else:
-                lower += np.sqrt(small).sum(axis=0).max(axis=-1)
-                upper += np.sqrt(large).sum(axis=0).min(axis=-1)
+                lower += np.sqrt(small).sum(axis=-1).max(axis=-1)
+                upper += np.sqrt(large).sum(axis=-1).min(axis=-1)
         if self.combine == "rss":
             lower, upper = np.sqrt(lower), np.sqrt(upper)
         if known.resonant:
@@ -227,25 +225,27 @@ class Modulus(Form):
         if len(known.speeds[drive.name]) <= 2 * TELLING:
             return None
         middle = np.sqrt(np.maximum(low, high * 1e-6) * high)
-        total = np.sum([self._line_at(known, drive.name, i, middle) for i in range(len(drive.lines))], axis=0)
+        total = self._lines_at(known, drive, middle).sum(axis=-1)
         order = np.argsort(np.nan_to_num(total, nan=np.inf), axis=1, kind="stable")
         return np.concatenate([order[:, :TELLING], order[:, -TELLING:]], axis=1)
 
-    def _line_on(
-        self, known: FormBounds, name: str, index: int, low: FloatArray, high: FloatArray, rows: IntArray | None
+    def _lines_on(
+        self, known: FormBounds, drive: Drive, low: FloatArray, high: FloatArray, rows: IntArray | None
     ) -> Bounds:
-        """Bounds of the squared modulus of one line, each (n_boxes, n_samples), or at `rows` of them."""
-        model = known.model
-        lower, upper = ratio_bounds(*box_coefficients(known.samples[name, index], low, high, rows))
+        """Bounds of the squared modulus of each line, (n_boxes, n_speeds, n_lines), or at `rows` of the speeds."""
+        count = len(drive.lines)
+        if rows is not None:
+            rows = (rows[..., None] * count + np.arange(count)).reshape(len(rows), -1)
+        lower, upper = ratio_bounds(*box_coefficients(known.samples[drive.name, 0], low, high, rows))
         if self.rigid_link:
-            rigid = ratio_bounds(*box_coefficients(known.samples[name, ~index], low, high, rows))
+            rigid = ratio_bounds(*box_coefficients(known.samples[drive.name, ~0], low, high, rows))
             with np.errstate(divide="ignore", invalid="ignore"):
                 lower, upper = rigid[0] / upper, rigid[1] / lower
-            return np.nan_to_num(lower, nan=0.0), np.nan_to_num(upper, nan=np.inf, posinf=np.inf)
-        if self.output.shared_by:
-            few, many = mounts(model, self.output).extent(low, high)
+            lower, upper = np.nan_to_num(lower, nan=0.0), np.nan_to_num(upper, nan=np.inf, posinf=np.inf)
+        elif self.output.shared_by:
+            few, many = mounts(known.model, self.output).extent(low, high)
             lower, upper = lower / many[:, None] ** 2, upper / few[:, None] ** 2
-        return lower, upper
+        return lower.reshape(len(low), -1, count), upper.reshape(len(low), -1, count)
 
     def known(self, at: FormBounds) -> bool:
         return not (self.rigid_link and at.direct) and not self._at_one_time
@@ -258,10 +258,11 @@ class Modulus(Form):
             if at.direct:
                 from vibopt.forms.drive_response import solved
 
-                squares = [solved(at.model, self.output, line, at.speeds[drive.name], x) ** 2 for line in drive.lines]
+                speeds = at.speeds[drive.name]
+                squares = np.stack([solved(at.model, self.output, one, speeds, x) ** 2 for one in drive.lines], axis=-1)
             else:
-                squares = [self._line_at(at, drive.name, i, x) for i in range(len(drive.lines))]
-            total = np.sum(squares if self.combine == "rss" else np.sqrt(squares), axis=0)
+                squares = self._lines_at(at, drive, x)
+            total = np.sum(squares if self.combine == "rss" else np.sqrt(squares), axis=-1)
             most += np.where(np.isnan(total), 0.0, total).max(axis=-1)  # what is not known says nothing
             least += np.where(np.isnan(total), np.inf, total).min(axis=-1)
         if self.combine == "rss":
@@ -271,13 +272,13 @@ class Modulus(Form):
             most, least = most / single, least / single
         return most, least
 
-    def _line_at(self, at: FormBounds, name: str, index: int, x: FloatArray) -> FloatArray:
-        """Squared modulus of one line at its speeds, (n, n_speeds); nan where it is not known."""
-        value = at.samples[name, index].square(x)
+    def _lines_at(self, at: FormBounds, drive: Drive, x: FloatArray) -> FloatArray:
+        """Squared modulus of each line at the speeds, (n, n_speeds, n_lines); nan where it is not known."""
+        value = at.samples[drive.name, 0].square(x)
         if self.rigid_link:
             with np.errstate(divide="ignore", invalid="ignore"):
-                value = at.samples[name, ~index].square(x) / value
-        return value
+                value = at.samples[drive.name, ~0].square(x) / value
+        return value.reshape(len(x), -1, len(drive.lines))
 
     def around(self, proof: Proof) -> bool:
         return proof.of_response(self)

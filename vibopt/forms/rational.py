@@ -8,8 +8,9 @@ Written in y with x = y**root, they are polynomials, and Bernstein coefficients 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, reduce
 from itertools import pairwise
 from math import comb, prod
 
@@ -170,6 +171,26 @@ def sampled(model: Model, output: Output, line: Line, speeds: FloatArray, refere
     made = expanded(model, output, line.vector, omega, reference)
     push = (1j * omega) ** output.power * line.amplitude.at(speeds)
     return replace(made, top=made.top * push[:, None])
+
+
+def sampled_lines(
+    model: Model, output: Output, lines: Sequence[Line], speeds: FloatArray, reference: FloatArray
+) -> Sampled:
+    """Those of several lines, (n_speeds n_lines,) samples: all lines at the first speed, then at the next."""
+    alike: dict[bytes, list[int]] = {}
+    for index, line in enumerate(lines):
+        alike.setdefault(line.vector.tobytes(), []).append(index)
+    if len(lines) == 1:
+        return sampled(model, output, lines[0], speeds, reference)
+    made, place = list[Sampled](), np.empty((len(speeds), len(lines)), dtype=int)
+    for own in alike.values():  # lines that push alike are one line at the speeds of all of them
+        omega = np.concatenate([lines[index].order * speeds for index in own])
+        sizes = np.concatenate([lines[index].amplitude.at(speeds) for index in own])
+        one = expanded(model, output, lines[own[0]].vector, omega, reference)
+        begin = sum(other.count for other in made)
+        place[:, own] = begin + np.arange(len(omega)).reshape(len(own), -1).T
+        made.append(replace(one, top=one.top * ((1j * omega) ** output.power * sizes)[:, None]))
+    return reduce(Sampled.joined, made).chosen(place.ravel())
 
 
 def expanded(

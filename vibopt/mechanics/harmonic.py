@@ -115,7 +115,7 @@ def _through_modes(
 
 def _of(model: Model, terms: IntArray, p: FloatArray, omega: FloatArray) -> ComplexArray:
     """Dynamic stiffness of some terms [N/m], shape (..., n_chosen)."""
-    return np.asarray(p[terms] * factors(model.kinds[terms], omega))
+    return np.asarray(p[..., terms] * factors(model.kinds[terms], omega))
 
 
 def _solve(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
@@ -155,7 +155,8 @@ def transfer(
             value = _through_modes(model, p, output, vector, omega, modal)
         else:
             u = motion(model, p, vector, omega)
-            row = output.row + (output.signs * impedances(model, p, omega)) @ model.vectors
+            taken = np.flatnonzero(output.signs)
+            row = output.row + (output.signs[taken] * _of(model, taken, p, omega)) @ model.vectors[taken]
             value = np.asarray(np.einsum("...i,...i->...", row, u), dtype=complex)
         if output.power:
             value = value * (1j * omega) ** output.power

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -390,11 +390,15 @@ def kept(
 def factors(kinds: IntArray, omega: FloatArray | ComplexArray) -> ComplexArray:
     """Frequency factor of each term, shape (..., n_terms): -w^2, 1, i w, i."""
     omega = np.asarray(omega, dtype=complex)[..., None]
-    table = [-(omega**2), np.ones_like(omega), 1j * omega, np.full_like(omega, 1j)]
     result = np.empty((*omega.shape[:-1], len(kinds)), dtype=complex)
-    for kind, column in enumerate(table):
-        result[..., kinds == kind] = column
+    for kind in set(kinds.tolist()):
+        result[..., kinds == kind] = _FACTOR[kind](omega)
     return result
+
+
+_FACTOR: tuple[Callable[[ComplexArray], Any], ...] = (
+    lambda omega: -(omega**2), lambda omega: 1.0, lambda omega: 1j * omega, lambda omega: 1j,
+)  # fmt: skip
 
 
 def stressed(link: str) -> str:
