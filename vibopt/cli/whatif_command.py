@@ -182,7 +182,7 @@ def _old(job: Job, path: str) -> str:
     """What stood at a path, also where it is a part of a text."""
     from vibopt.document.toml_reading import inside
     from vibopt.jobs import part_at
-    from vibopt.study.points import shown_value
+    from vibopt.study.seen import shown_value
 
     here = inside(job.document, path)
     part = part_at(job, path) if here is None else None

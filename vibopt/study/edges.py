@@ -15,7 +15,8 @@ from vibopt.errors import InputError
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
 from vibopt.study.many import answered
-from vibopt.study.points import Point, Points, shown_value
+from vibopt.study.points import Point, Points
+from vibopt.study.seen import shown_value
 from vibopt.study.varied import Varied
 from vibopt.units import show
 

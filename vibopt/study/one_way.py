@@ -12,7 +12,7 @@ from vibopt.answer.entry import Entry, Way
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.study.holding import Road, SpentError, State, difference, no_more
-from vibopt.study.points import shown_value
+from vibopt.study.seen import shown_value
 from vibopt.units import read_quantity, to_unit
 from vibopt.values.fact_at import FactAt
 

@@ -13,7 +13,7 @@ from vibopt.answer.jsonable import number
 from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
-from vibopt.study.seen import GOOD, NOTHING, chosen, entries_of, goal_of, results
+from vibopt.study.seen import GOOD, NOTHING, chosen, entries_of, goal_of, results, shown_value
 from vibopt.study.varied import DECIBEL
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
@@ -160,11 +160,6 @@ class Points(Sequence[Point]):
 def varied_at(facts: Sequence[FactAt], values: FloatArray) -> dict[str, Entry]:
     """Values (n_facts,) of the varied facts [SI], by path."""
     return {fact.path: shown_value(fact, float(value)) for fact, value in zip(facts, values, strict=True)}
-
-
-def shown_value(fact: FactAt, value: float) -> Entry:
-    """A value of the varied fact."""
-    return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
 
 
 def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:

@@ -31,9 +31,8 @@ from vibopt.study.holding import (
     state_of,
 )
 from vibopt.study.one_way import NO_STEP, Along, Axis, axis_of, is_shelf
-from vibopt.study.points import shown_value
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, first_words, words_of
-from vibopt.study.seen import goal_of, reason
+from vibopt.study.seen import goal_of, reason, shown_value
 from vibopt.values.fact_at import FactAt
 
 if TYPE_CHECKING:

@@ -21,10 +21,9 @@ from vibopt.scene.open_places import open_positions
 from vibopt.solve.method import Progress
 from vibopt.study.holding import LEAST_WORK, Road, SpentError
 from vibopt.study.one_way import NO_STEP, Axis, axis_of
-from vibopt.study.points import shown_value
 from vibopt.study.price_words import CAPS, LIMITS
 from vibopt.study.prices import ALLOWANCE, asked_of, length_of
-from vibopt.study.seen import GOOD
+from vibopt.study.seen import GOOD, shown_value
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
 from vibopt.values.soft import softness

@@ -14,12 +14,18 @@ from vibopt.study.freeze import frozen
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
+    from vibopt.values.fact_at import FactAt
 
 GOOD = ("optimal", "feasible", "met")
 """Answers with a design, or with limits that hold."""
 _CHOOSING = ("shelf", "most_weights", "split", "forbidden")
 NOTHING = ("infeasible", "unbounded", "check_failed")
 """Answers to balancing jobs that fit nothing."""
+
+
+def shown_value(fact: FactAt, value: float) -> Entry:
+    """Another value of a fact, as the file has it."""
+    return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
 
 
 def goal_of(job: Job, found: Answer[Any]) -> Entry | None:

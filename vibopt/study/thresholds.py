@@ -14,7 +14,7 @@ from vibopt.records import dataclass
 from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import Scene
 from vibopt.study.margins import LARGE, Margins
-from vibopt.study.points import shown_value
+from vibopt.study.seen import shown_value
 from vibopt.units import show
 
 REACH = 10.0
