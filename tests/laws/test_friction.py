@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
@@ -79,6 +79,14 @@ def test_in_a_cycle_the_force_does_what_friction_and_the_damper_take(r: float, r
         if one.side == 0:
             held = np.cos(one.begin + np.linspace(0.0, one.length, 50)) - one.z
             assert (np.abs(held) <= f * (1.0 + 1e-9)).all()
+
+
+@few
+@given(r=st.floats(0.1, 4.0), ratio=ratios, below=st.integers(1, 60))
+@example(r=0.7527324252800529, ratio=0.04330127018922193, below=3)
+def test_friction_that_only_rounding_tells_from_the_force_holds(r: float, ratio: float, below: int) -> None:
+    """What is left of the force is e = 1 - f, over 2 sqrt(2 e) of the cycle: it slips by less than 8 e^2 / r^2."""
+    assert Rub(r, ratio, 1.0 - below * 2.0**-53).greatest(0, 1.0, 0j) <= 1e-15
 
 
 @few

@@ -104,6 +104,45 @@ def test_a_branched_line_is_the_one_that_is_referred_to_its_engine(
         assert value == pytest.approx(known[name], rel=1e-8), name
 
 
+@given(
+    ratio=st.floats(-4.0, 4.0).filter(lambda one: abs(one) > 0.1),
+    damping=st.floats(1.0, 1e4),
+    inertance=st.floats(0.1, 30.0),
+    spring=st.floats(1e4, 1e6),
+)
+def test_a_spring_on_one_gear_holds_the_other_at_rest_where_only_a_damper_or_an_inerter_does(
+    ratio: float, damping: float, inertance: float, spring: float
+) -> None:
+    """Referred to the pinion: one oscillator of J + n^2 J', k n^2 and c; at rest the damper and the inerter are not."""
+    document: dict[str, Any] = {
+        "title": "held by its gear",
+        "bodies": {
+            "pinion": {"inertia": "10 kg m2"},
+            "wheel": {"inertia": "5 kg m2", "geared_to": "pinion", "speed_ratio": ratio},
+        },
+        "links": {"spring": {"between": ["wheel", "ground"], "torsional_stiffness": f"{spring!r} N m/rad"}},
+        "excitations": {
+            "push": {"kind": "moment", "on": "pinion", "amplitude": "100 N m", "speed": "1 Hz", "varies": "constant"}
+        },
+        "measures": {
+            "turned": {"response": "rotation", "of": "wheel", "over": "start-up"},
+            "twisted": {"response": "twist", "across": "brake", "over": "start-up"},
+        },
+    }
+    referred_spring, inertia = spring * ratio**2, 10.0 + 5.0 * ratio**2
+    top = float(min(0.4 * np.sqrt(referred_spring / (inertia + inertance)), 100.0))
+    document["excitations"]["push"]["speed"] = f"{top!r} rad/s"
+    speeds = np.linspace(0.0, top, 2001)
+    braked = copy.deepcopy(document)
+    braked["links"]["brake"] = {"between": ["pinion", "ground"], "torsional_damping": f"{damping!r} N m s/rad"}
+    document["inerters"] = {"brake": {"between": ["pinion", "ground"], "torsional_inertance": f"{inertance!r} kg m2"}}
+    for one, damper, whole in ((braked, damping, inertia), (document, 0.0, inertia + inertance)):
+        turned = np.abs(100.0 / (referred_spring - whole * speeds**2 + 1j * damper * speeds)).max()
+        found = measured(one)
+        assert found["twisted"] == pytest.approx(turned, rel=1e-5)
+        assert found["turned"] == pytest.approx(abs(ratio) * turned, rel=1e-5)
+
+
 def test_two_shafts_with_light_gears_are_springs_in_a_row() -> None:
     """w^2 = k (1 / J1 + 1 / n^2 J2) with 1 / k = 1 / k1 + 1 / n^2 k2: gears have no inertia (Rao, Den Hartog)."""
     document = {

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from refusals import refused
-from texts import best, choice, moves, one_mass
+from texts import best, choice, floor, moves, one_mass
 from vibopt.answer.entry import Entry, Way
 from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
@@ -325,3 +325,20 @@ def test_of_a_fact_without_designs_behind_its_end_it_is_said_how_many_values_wer
         value = way.ends.value * (way.far.value / way.ends.value) ** (k / 24)
         assert again(found.job, row.path, value).measure is None
     assert "no design at 24 values up to 2000 N" in str(list(range_rows(found)))
+
+
+@pytest.mark.parametrize(("stiffness", "damping"), [("60 kN/m", True), ("30 kN/m", True), ("90 kN/m", False)])
+def test_the_number_of_mounts_that_stand_beside_a_choice_ends_at_a_whole_one(stiffness: str, damping: bool) -> None:
+    mount = {"stiffness": stiffness, "damping": choice("100 N s/m", "1 kN s/m"), "count": 4}
+    if not damping:
+        mount |= {"stiffness": choice("5 kN/m", "2 MN/m"), "damping": "300 N s/m"}
+    unbalance = {"name": "turning", "kind": "unbalance", "unbalance": "6 kg mm", "speed": "1450 rpm"}
+    asked = floor("40 N"), best(minimise="displacement", of="fan", over="start-up")
+    text = one_mass("fan", "120 kg", mount, unbalance, *asked)
+    (row,) = prices(vo.from_text(text), only=["links.mount.count"]).rows
+    up = row.ways[1]
+    assert up.ends is not None
+    assert up.ends.value.is_integer()
+    job = vo.from_text(text)
+    states = [again(job, row.path, up.ends.value + more) for more in (0.0, 1.0)]
+    assert [state.good for state in states] == [True, False]

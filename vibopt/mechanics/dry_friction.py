@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import cmath
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
 from math import acos, cos, floor, isfinite, pi, sqrt
@@ -251,6 +252,9 @@ class Rub:
             whole = Piece(theta, pi - theta, z, v, side)
             rests = self._rests(whole)
             length = pi - theta if rests is None else min(rests, pi - theta)
+            if length <= _ROUND and pieces and pieces[-1].side == 0:  # pushed by rounding alone: held until that turns
+                pieces[-1] = replace(pieces[-1], length=pi - pieces[-1].begin)
+                break
             z, v, before = self.now(whole, length)
             pieces.append(Piece(theta, length, whole.z, whole.v, side))
             blow, rate, _ = self._answer_at(length)

@@ -31,7 +31,8 @@ class GearedMachine(Machine):
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`; unknown are the rotations, the torque of every joint and that of every pair of gears.
 
-        Each body balances its own; a joint twists by its torque over its stiffness; geared bodies keep their ratio.
+        Each body balances its own; a joint hands on its stiffness times its twist, a damper at rest nothing; geared
+        bodies keep their ratio.
         """
         flat, names = np.ravel(omega), list(self.masses)
         n, many = len(names), len(names) + len(self.joints)
@@ -46,10 +47,10 @@ class GearedMachine(Machine):
         for j, joint in enumerate(self.joints, start=n):
             for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
                 if end in at:
-                    whole[:, at[end], j], whole[:, j, at[end]] = sign, sign
+                    whole[:, at[end], j], whole[:, j, at[end]] = sign, sign * stiff[j - n] / unit
                 elif end in bases:
-                    right[:, j] -= sign * np.ravel(bases[end])
-            whole[:, j, j] = -unit / stiff[j - n]
+                    right[:, j] -= sign * stiff[j - n] / unit * np.ravel(bases[end])
+            whole[:, j, j] = -1.0
         for g, (name, (to, ratio)) in enumerate(self.gears.items(), start=many):
             for end, part in ((name, 1.0), (to, -ratio)):
                 whole[:, at[end], g], whole[:, g, at[end]] = -part, part
@@ -57,10 +58,11 @@ class GearedMachine(Machine):
         points = {name: found[:, i].reshape(omega.shape) for name, i in at.items()}
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
-        torques = found[:, n:many].T
-        apart = {
-            one.name: (t * unit / z).reshape(omega.shape) for one, t, z in zip(self.joints, torques, stiff, strict=True)
-        }
+        apart = {}
+        for joint, torque, z in zip(self.joints, found[:, n:many].T, stiff, strict=True):
+            first, second = (np.ravel(points.get(end, np.zeros(omega.shape))) for end in joint.ends)
+            twist = np.divide(unit * torque, z, out=second - first.astype(complex), where=z != 0.0)
+            apart[joint.name] = twist.reshape(omega.shape)
         return Motion(points, forces, omega, apart, unit * found[:, many:])
 
     def tooth_torque(self, body: str, motion: Motion) -> ComplexArray:

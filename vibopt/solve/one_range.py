@@ -25,7 +25,7 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found, Progress
-from vibopt.work import Budget
+from vibopt.work import Budget, late
 
 _DEGREE = 8
 _NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
@@ -271,7 +271,7 @@ class _Run:
             steps = np.abs(np.diff([self.row(place)[row] for place in places]))
             k = int(steps.argmax())
             (low, high), most = places[k : k + 2], _LEAP * float(steps.sum())
-            while high - low > _NARROW and abs(self.row(high)[row] - self.row(low)[row]) > most:
+            while not late() and high - low > _NARROW and abs(self.row(high)[row] - self.row(low)[row]) > most:
                 middle = 0.5 * (low + high)
                 before, behind = (abs(self.row(middle)[row] - self.row(end)[row]) for end in (low, high))
                 low, high = (low, middle) if before > behind else (middle, high)
@@ -286,6 +286,9 @@ class _Run:
         return [self._piece(*two) for two in pairwise(ends)]
 
     def _piece(self, low: float, high: float) -> _Piece:
+        rows = len(self.program.limits) + 1
+        if self.best is not None and late(str(self.budget)):  # nothing is known of what is not measured any more
+            return _Piece(low, high, np.zeros((rows, 1)), np.full(rows, np.inf))
         self.budget.spend()
         places = _nodes(low, high)
         values = np.array([self.row(float(place)) for place in places])

@@ -391,12 +391,11 @@ class Along:
         )
         good = max((one for one in known if one.good), key=lambda one: way * self._t(one))
         bad = next(one for one in (known if way > 0.0 else known[::-1]) if way * self._t(one) > way * self._t(good))
-        for _ in range(_BRINKS):
+        for _ in range(0 if self.axis.counted else _BRINKS):  # whole numbers have nothing between
             low, high = abs(self._t(good)), abs(self._t(bad))
             if high - low <= 2.5 * _BESIDE:
                 return good, bad
-            begin = (low, good) if not self.axis.counted else (math.nan, good)
-            t = self.road.brink(lambda t: self.axis.value(direction * t), begin, high)
+            t = self.road.brink(lambda t: self.axis.value(direction * t), (low, good), high)
             if not low < t < high:
                 break
             inner, outer = (self.road(self.axis.value(direction * (t + side * _BESIDE))) for side in (-1, 1))
