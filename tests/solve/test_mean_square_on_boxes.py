@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import differential_evolution
 
 from vibopt.forms.bounds import FormBounds
+from vibopt.forms.mean_square_on_boxes import at_designs
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
@@ -90,6 +91,24 @@ def test_no_mean_square_on_a_box_passes_its_bounds(count: int, given_mass: bool,
             value = by_states(count, *(x if len(x) == 3 else (4.0, *x)))
             assert (1.0 - 1e-9) * least[box] <= value <= (1.0 + 1e-9) * most[box]
             assert wide > 1e-3 or most[box] < value * (1.0 + 2e-4)
+
+
+@few
+@given(st.integers(1, 3), st.sampled_from([1.0, 1e-6, 1e-12]), st.integers(0, 999))
+def test_many_designs_at_once_are_each_by_itself(count: int, damped: float, seed: int) -> None:
+    """Where damping is next to nothing rounding would decide, and they are measured one by one."""
+    free = {"damping_ratio": {"from": 0.01 * damped, "to": 0.9 * damped}}
+    document, rng = scene(count, **free), np.random.default_rng(seed)
+    for link in document["links"].values():
+        link["damping"] = f"{DAMPER * damped} N s/m"
+    program = posed(document)
+    assert program.aim is not None
+    form, model = program.aim.form, program.aim.model
+    x = program.low * (program.high / program.low) ** rng.random((40, 3))
+    assert form.values(model, x) == pytest.approx([form.value(model, one) for one in x], rel=1e-9)
+    together = at_designs(form, model, x)  # type: ignore[arg-type]
+    assert np.isfinite(together).all() or damped < 1.0
+    assert not np.isfinite(together).all() or damped > 1e-9
 
 
 @pytest.mark.parametrize("count", [1, 2])

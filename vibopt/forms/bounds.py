@@ -48,6 +48,7 @@ class FormBounds:
     samples: dict[tuple[str, int], Sampled] = field(default_factory=dict)
     speeds: dict[str, list[float]] = field(default_factory=dict)
     ranked: dict[str, list[float]] = field(default_factory=dict)
+    kept: dict[str, bool] = field(default_factory=dict)
 
     @cached_property
     def bounded(self) -> bool:

@@ -18,10 +18,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.monomials import mounts
-from vibopt.forms.rational import expanded, ratio_bounds, to_bernstein
-from vibopt.mechanics.model import HYSTERETIC, INERTIA, STIFFNESS, Model
+from vibopt.forms.rational import determinants, expanded, ratio_bounds, to_bernstein
+from vibopt.mechanics.harmonic import bordered
+from vibopt.mechanics.model import HYSTERETIC, INERTIA, STIFFNESS, Model, factors
 from vibopt.signals import Noise
 
 if TYPE_CHECKING:
@@ -33,6 +34,9 @@ _BODIES = 4
 """Free coordinates: determinants of twice as many rows take ever longer and lose digits."""
 _NOTHING, _AGREE = 1e-9, 1e-6
 """Part of the greatest number of N that is rounding, and of a value by which both routes to it may differ."""
+_RATES, _SURE, _BOUND = (1.0, 1.3), 1e-10, 1e-4
+"""Rates that numbers are counted in, by parts of a typical one, the part of a value by which what they make of it may
+differ, and the part that a bound of all rounding, which counts the worst of it, may be of a mean square."""
 _EPS = 50.0 * float(np.finfo(float).eps)
 """Part of a sum of products that rounding may take."""
 
@@ -50,11 +54,40 @@ def on_boxes(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: Flo
     Nothing is known where another road to its value at the reference does not agree.
     """
     here = known.reference[None]
-    least, most = _single(form, known, here, here)
-    value = form.value(known.model, known.reference)
-    if not (1.0 - _AGREE) * most[0] <= value <= (1.0 + _AGREE) * least[0]:
+    if "agrees" not in known.kept:
+        least, most = _single(form, known, here, here)
+        value = form.value(known.model, known.reference)
+        known.kept["agrees"] = bool((1.0 - _AGREE) * most[0] <= value <= (1.0 + _AGREE) * least[0])
+    if not known.kept["agrees"]:
         return np.zeros(len(low)), np.full(len(low), np.inf)
     return _single(form, known, low, high)
+
+
+def at_designs(form: RootMeanSquare, model: Model, x: FloatArray) -> FloatArray:
+    """Root mean squares at designs x (n, n_vars) all at once, (n,); not a number where rounding may decide.
+
+    Numbers are counted in two rates: what rounding makes of them differs.
+    """
+    with np.errstate(all="ignore"):
+        first, other = (_at(form, model, x, part * _rate(model, x[0])) for part in _RATES)
+        told = np.isfinite(first) & (np.abs(first - other) <= _SURE * first)
+    return np.where(told, first, np.nan) / mounts(model, form.output).at(x)
+
+
+def _at(form: RootMeanSquare, model: Model, x: FloatArray, rate: float) -> FloatArray:
+    """By numbers counted in one rate [rad/s]."""
+    omega = _circle(model, rate)
+    numbers = model.values(x)[:, None] * factors(model.kinds, omega)
+    size = np.sqrt(np.abs(numbers[:1, 0]) @ model.vectors[:, : model.n_free] ** 2)
+    squares = np.zeros(len(x))
+    for noise in form.noises:
+        both = bordered(model, numbers, form.output, noise.vector.astype(complex))
+        bottom, top = (determinants(one.reshape(-1, *one.shape[2:]), size).reshape(len(x), -1) for one in both)
+        made = _quotient(*(np.moveaxis(one, -1, 0) for one in _coefficients(form, model, noise, top, bottom, rate)))
+        above, off, below, shift = (one[:, 0] for one in made)
+        sure = (off <= _BOUND * above) & (shift <= _BOUND * below)
+        squares += np.where(sure, np.pi * noise.density * rate * above / below, np.nan)
+    return np.sqrt(squares)
 
 
 def _single(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
@@ -97,27 +130,41 @@ def _polynomials(
     a number where white noise is left of the response at high speeds or at rest.
     """
     model, groups = known.model, form.groups(known.model)
-    order, count, shape = 2 * model.n_free, 2 * model.n_free + 4, [degree + 1 for degree in groups.degrees]
+    shape = [degree + 1 for degree in groups.degrees]
     if (noise.name, 0) not in known.samples:
-        omega = -1j * rate * np.exp(2j * np.pi * np.arange(count) / count)
-        made = expanded(model, form.output, noise.vector.astype(complex), omega, known.reference)
+        vector = noise.vector.astype(complex)
+        made = expanded(model, form.output, vector, _circle(model, rate), known.reference)
         known.samples[noise.name, 0] = made
     nodes = np.array(list(product(*[np.linspace(0.0, 1.0, size) if size > 1 else [0.0] for size in shape])))
     ends = low ** (1.0 / groups.roots), high ** (1.0 / groups.roots)
     x = (ends[0][:, None] + (ends[1] - ends[0])[:, None] * nodes) ** groups.roots
-    top, bottom = (np.fft.fft(one).real / count for one in known.samples[noise.name, 0].at(x))
-    moved = form.output.power - 2 * (bool(noise.vector[model.n_free :].any()) and not noise.displaced)
-    kept = np.roll(top, moved, axis=-1) * rate**moved
-    left = np.abs(kept[..., order:]).max(axis=-1)
-    kept[left > _NOTHING * np.abs(kept).max(axis=-1)] = np.nan
     each = []
-    for values in (kept[..., :order], bottom[..., : order + 1]):
+    for values in _coefficients(form, model, noise, *known.samples[noise.name, 0].at(x), rate):
         table = np.moveaxis(values, -1, 0).reshape(-1, len(low), *shape)
         for axis, size in enumerate(shape, 2):
             change = to_bernstein(size - 1) * np.array([comb(size - 1, k) for k in range(size)])[:, None]
             table = np.moveaxis(np.tensordot(table, change, axes=(axis, 1)), -1, axis)
         each.append(table)
     return each[0], each[1]
+
+
+def _circle(model: Model, rate: float) -> ComplexArray:
+    """Frequencies [rad/s] with s on a circle of a radius of one rate, enough for N and D of a machine."""
+    count = 2 * model.n_free + 4
+    return np.asarray(-1j * rate * np.exp(2j * np.pi * np.arange(count) / count))
+
+
+def _coefficients(
+    form: RootMeanSquare, model: Model, noise: Noise, top: ComplexArray, bottom: ComplexArray, rate: float
+) -> tuple[FloatArray, FloatArray]:
+    """N (..., order) and D (..., order + 1) by ascending powers of s / rate, from values (..., n) on the circle."""
+    order, count = 2 * model.n_free, top.shape[-1]
+    above, below = (np.asarray(np.fft.fft(one).real / count, dtype=float) for one in (top, bottom))
+    moved = form.output.power - 2 * (bool(noise.vector[model.n_free :].any()) and not noise.displaced)
+    kept = np.roll(above, moved, axis=-1) * rate**moved
+    left = np.abs(kept[..., order:]).max(axis=-1)
+    kept[left > _NOTHING * np.abs(kept).max(axis=-1)] = np.nan
+    return kept[..., :order], below[..., : order + 1]
 
 
 def _quotient(top: FloatArray, bottom: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
@@ -196,4 +243,4 @@ def _size(one: FloatArray) -> FloatArray:
     return np.asarray(np.abs(_plain(one)).max(axis=1))
 
 
-__all__ = ["bounded", "on_boxes"]
+__all__ = ["at_designs", "bounded", "on_boxes"]

@@ -211,8 +211,8 @@ def expanded(
         on = np.array([(subset >> (count - 1 - g)) & 1 for g in range(count)], dtype=float)
         z = fixed * phi + _spread(groups, on * scale, len(model.terms))
         stiff, border = bordered(model, z, output, vector)
-        tops.append(_det(border, size))
-        bottoms.append(_det(stiff, size))
+        tops.append(determinants(border, size))
+        bottoms.append(determinants(stiff, size))
     return Sampled(groups, phi, _mobius(np.array(tops).T), _mobius(np.array(bottoms).T), scale)
 
 
@@ -251,7 +251,7 @@ def _spread(groups: Groups, kappa: FloatArray, n_terms: int) -> ComplexArray:
     return z
 
 
-def _det(matrix: ComplexArray, size: FloatArray) -> ComplexArray:
+def determinants(matrix: ComplexArray, size: FloatArray) -> ComplexArray:
     """Determinants, rows and columns of free coordinates scaled alike at every subset: nothing over- or underflows."""
     n = matrix.shape[-1]
     if size.shape[1] == 1:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vibopt.forms.form import Form
 from vibopt.forms.rational import Groups
 from vibopt.records import dataclass
@@ -15,6 +17,9 @@ if TYPE_CHECKING:
     from vibopt.forms.form import Bounds
     from vibopt.forms.reduce import Reach
     from vibopt.mechanics.model import Model
+
+_MANY = 8
+"""Designs from which on all together take less."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +40,17 @@ class RootMeanSquare(Form):
         from vibopt.forms.mean_square import root_mean_square
 
         return root_mean_square(model, self, x)
+
+    def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
+        """Of many designs at once; those that this leaves in doubt, and few of them, one by one."""
+        from vibopt.forms.mean_square_on_boxes import at_designs
+
+        if len(x) < _MANY or not self.bounded(model):
+            return Form.values(self, model, x, least_wanted=least_wanted)
+        found = at_designs(self, model, x)
+        for i in np.flatnonzero(np.isnan(found)):
+            found[i] = self.value(model, x[i])
+        return found
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         from vibopt.forms.mean_square import root_mean_square_slope
