@@ -171,7 +171,7 @@ def test_explain_says_what_is_asked_and_who_answered() -> None:
     assert said.answer.tolerances is not None
     low = said.answer.tolerances.odds["floor"].low
     assert low >= 0.95
-    assert f"asked of 95 % of all machines; {100.0 * low:.4g} % at least keep it" in text
+    assert f"asked of 95 % of all machines; {np.floor(1e4 * low) / 1e2:.10g} % at least keep it" in text
     assert "machines_drawn" in text
     assert "does not hold the design back" not in text
     assert "No price was computed" not in str(said.answer.notes)
@@ -231,3 +231,34 @@ def test_parts_of_a_catalogue_are_refused(tmp_path: Path) -> None:
         read(file)
     said = "limits.floor has with_probability, but links.mount.part is chosen from a catalogue"
     assert list(refused.value.messages) == [f"press.toml line 16: {said}, {WAYS}"]
+
+
+@settings(max_examples=8)
+@given(
+    st.lists(st.integers(-150, 150), min_size=2, max_size=9).filter(any),
+    st.lists(st.integers(-150, 150), min_size=2, max_size=9).filter(any),
+    st.sampled_from([50.0, 75.0, 90.0, 99.0]),
+)
+def test_machines_of_measured_numbers_are_counted_and_none_more_is_kept_than_asked(
+    masses: list[int], springs: list[int], wanted: float
+) -> None:
+    """Each machine bears QUARTER (1 + m) / (1 + s): the best spring is that of the machine at the share asked for."""
+    masses, springs = [*masses, -1, 1], [*springs, -1, 1]
+    text = press_of(1.0, 1.0, wanted)
+    first, mount = text.split("[links.mount]")
+    parts = []
+    for part, many in ((first, masses), (mount, springs)):
+        data = ", ".join(f'"{one / 10.0} %"' for one in many)
+        parts.append(part.replace('normal = "1.0 %"', f"data = [{data}]"))
+    text = "[links.mount]".join(parts)
+    design = answer(from_text(text, "press.toml"))
+    bears = sorted((QUARTER * (1 + m / 1e3) / (1 + s / 1e3) for m in masses for s in springs), reverse=True)
+    count = int(np.ceil(wanted / 100.0 * len(bears) - 1e-9))
+    assert design.x[0] == pytest.approx(bears[count - 1], rel=1e-6)
+    if design.status != "optimal":  # as good for all machines
+        assert design.tolerances is not None
+        odds = design.tolerances.odds["floor"]
+        kept = sum(one >= design.x[0] * (1.0 - 1e-9) for one in bears)
+        assert (odds.counted, odds.kept, odds.drawn) == (True, kept, len(bears))
+        assert odds.low == odds.high == kept / len(bears) >= wanted / 100.0
+        assert f"{kept} of all {len(bears)} machines keep it, counted one by one: " in design.claim

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from math import comb, erf, pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -330,3 +331,67 @@ def test_the_way_out_of_a_choice_leads_to_the_greatest_spring_that_enough_machin
     assert [status for _, status in sorted(said.items())] == ["met", "met", "violated"]
     assert max(off for off, status in said.items() if status == "met") > -0.004
     assert min(off for off, status in said.items() if status == "violated") > 0.0
+
+
+def of_data(masses: list[str], springs: list[str], bound: float, wanted: float) -> str:
+    """The mass on its spring, both off by deviations that were measured."""
+    text = hanging(name="a", sigma=1.0, width=1.0, bound=bound, wanted=wanted)
+    return text.replace('normal = "1.0 %"', f"data = {masses}").replace('uniform = "1.0 %"', f"data = {springs}")
+
+
+@settings(max_examples=12)
+@given(
+    st.lists(st.integers(-99, 99), min_size=2, max_size=40).filter(any),
+    st.lists(st.integers(-99, 99), min_size=2, max_size=40).filter(any),
+    st.floats(0.95, 1.1),
+    st.sampled_from([60.0, 95.0, 99.95]),
+)
+def test_machines_of_measured_numbers_are_counted(
+    masses: list[int], springs: list[int], part: float, wanted: float
+) -> None:
+    """Each deviation of one number with each of the other, and the value of the row is one of these machines."""
+    sag = 300.0 * 9.80665 / 2e5
+    said = [[f"{one / 10.0} %" for one in [*many, -1, 1]] for many in (masses, springs)]
+    text = of_data(said[0], said[1], part * sag, wanted)
+    design = answer(from_text(text, "hanging.toml"))
+    every = sorted(sag * (1 + m / 1e3) / (1 + s / 1e3) for m in [*masses, -1, 1] for s in [*springs, -1, 1])
+    kept = sum(one <= part * sag for one in every)
+    assert design.tolerances is not None
+    odds = design.tolerances.odds["sag"]
+    assert (odds.counted, odds.kept, odds.drawn, odds.confidence) == (True, kept, len(every), 1.0)
+    assert odds.low == odds.high == kept / len(every)
+    assert odds.verdict == (MET if kept / len(every) >= wanted / 100.0 else NOT_MET)
+    row = design.limits["sag"]
+    assert row.place.endswith(f"{wanted:g} % of all machines")
+    assert "at least" not in row.place
+    assert row.value.value == pytest.approx(every[int(np.ceil(wanted / 100.0 * len(every) - 1e-9)) - 1], rel=1e-9)
+
+
+def test_more_machines_than_can_be_counted_are_drawn() -> None:
+    """317 deviations twice are 100 489 machines; and one number of another kind leaves nothing to count."""
+    data = [f"{k / 50.0} %" for k in range(-150, 167)]
+    text = of_data(data, data, 0.0150, 60.0)
+    other = text.replace(f"data = {data}", 'normal = "2 %"', 1)
+    for one in (text, other):
+        design = answer(from_text(one, "hanging.toml"))
+        assert design.tolerances is not None
+        assert not design.tolerances.odds["sag"].counted
+        assert design.limits["sag"].place.endswith("at least 60 % of all machines")
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "said"),
+    [
+        (0.98416, 0.98417, "98.41 to 98.42 %"),
+        (0.9999949, 0.9999999, "99.99949 to 99.99999 %"),
+        (0.999999999, 1.0, "99.9999999 to 100 %"),
+        (0.9999999999999, 1.0, "99.9999999 to 100 %"),
+        (0.0, 0.07, "0 to 7 %"),
+    ],
+)
+def test_a_share_is_never_told_greater_than_it_is(low: float, high: float, said: str) -> None:
+    design = answer(from_text(PRESS, "press.toml"))
+    assert design.tolerances is not None
+    odds = replace(design.tolerances.odds["floor"], low=low, high=high)
+    assert f" machines drawn keep it, of all {said} at a confidence of " in odds.words
+    assert odds.least == said.split(" to ")[0] + " %"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import field, replace
+from math import ceil, floor
 from typing import Any, Generic, Protocol, TypeVar
 
 from vibopt.answer.entry import Checked, Chosen, Entry, Price, Value, Word
@@ -64,6 +65,8 @@ class Odds:
         Whether that one keeps the limit.
     within
         Share of all machines that are proven to keep it; the drawn ones are from the others.
+    counted
+        Whether `drawn` are all machines that there are, each as likely as the others, and `low` and `high` the share.
     """
 
     wanted: float
@@ -76,22 +79,39 @@ class Odds:
     worst: Entry
     worst_met: bool
     within: float = 0.0
+    counted: bool = False
 
     @property
     def words(self) -> str:
         """All of it in words."""
-        ends = f"{_share(self.low)} to {_share(self.high)}"
-        at = f"{100.0 * self.wanted:.8g} %"
+        asked = f"{100.0 * self.wanted:.8g} % asked: {self.verdict}; worst within the tolerances {self.worst.shown}"
+        if self.counted:
+            return f"{self.kept} of all {self.drawn} machines keep it, counted one by one: {self.least}; {asked}"
+        ends = f"{_share(self.low)} to {_share(self.high, up=True)}"
         proven = f"{_share(self.within)} % of all machines keep it (proven), and of the others " if self.within else ""
         return (
             f"{proven}{self.kept} of {self.drawn} machines drawn keep it, of all {ends} % at a confidence of "
-            f"{100.0 * self.confidence:g} %; {at} asked: {self.verdict}; worst within the tolerances {self.worst.shown}"
+            f"{100.0 * self.confidence:g} %; {asked}"
         )
 
+    @property
+    def least(self) -> str:
+        """Which share at least keeps it: "98.41 %"."""
+        return f"{_share(self.low)} %"
 
-def _share(part: float) -> str:
-    """A share of all machines in percent, with as many digits as it differs from all of them."""
-    return f"{100.0 * part:.{4 if part < 0.999 else 6 if part < 0.99999 else 9}g}"
+
+_EVEN = 1e-6
+"""Part of the last digit by which rounding may miss a whole one."""
+
+
+def _share(part: float, *, up: bool = False) -> str:
+    """A share of all machines in percent, with as many digits as it differs from all of them.
+
+    It is rounded down, or up: "100" is all of them.
+    """
+    steps = 10 ** (2 if part < 0.999 else 4 if part < 0.99999 else 7)
+    count = 100.0 * part * steps
+    return f"{(ceil(count - _EVEN) if up else floor(count + _EVEN)) / steps:.10g}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
+from math import prod
 
 import numpy as np
 
@@ -14,11 +15,13 @@ from vibopt.errors import InputError
 from vibopt.program.program import Limit
 from vibopt.records import dataclass
 from vibopt.scene.uncertain import Uncertain
-from vibopt.values.tolerance import Scatter
+from vibopt.values.tolerance import DATA, Scatter
 from vibopt.work import late
 
 SIZES = (256, 1024, 4096, 16384)
 """Machines that are drawn, until a verdict is reached: each draw begins with all machines of the one before."""
+COUNTED = 100_000
+"""Machines that are counted one by one at most, where numbers come from data alone."""
 COMPARED = 4096
 """Machines that are drawn at most, and always where the work allows, for each of several answers that are compared."""
 CONFIDENCE = 0.99
@@ -65,16 +68,21 @@ class Sampled:
         Of the interval of this one look.
     part
         Share of all machines of which these are drawn; the others are proven to keep the limit.
+    counted
+        Whether these are all machines that there are, each as likely as the others.
     """
 
     values: FloatArray
     kept: BoolArray
     confidence: float
     part: float = 1.0
+    counted: bool = False
 
     @property
     def share(self) -> tuple[float, float]:
-        """Ends of the interval of Clopper and Pearson for the share of all machines that keep the limit."""
+        """The interval of Clopper and Pearson for the share that keeps the limit; where counted, twice that share."""
+        if self.counted:
+            return (float(self.kept.mean()),) * 2
         low, high = clopper_pearson(int(self.kept.sum()), len(self.kept), self.confidence)
         return 1.0 - self.part * (1.0 - low), 1.0 - self.part * (1.0 - high)
 
@@ -89,7 +97,10 @@ class Sampled:
         It is within a bound just where the verdict on that bound is MET.
         """
         ordered = np.sort(-self.values if least else self.values)
-        fewest = fewest_kept(1.0 - (1.0 - wanted) / self.part, len(ordered), self.confidence)
+        if self.counted:
+            fewest = max(int(np.ceil(wanted * len(ordered) - _ROUNDING)), 1)
+        else:
+            fewest = fewest_kept(1.0 - (1.0 - wanted) / self.part, len(ordered), self.confidence)
         if fewest > len(ordered):
             return float("nan")
         return float(-ordered[fewest - 1] if least else ordered[fewest - 1])
@@ -140,6 +151,18 @@ def drawn(doubts: Sequence[Uncertain], count: int, stream: str = "", *, evenly: 
     return np.stack(columns, axis=1)
 
 
+def every_one(doubts: Sequence[Uncertain], cost: float, most: float) -> FloatArray | None:
+    """Factors of all machines that there are, each as likely as the others, shape (count, n_doubts).
+
+    None where not all numbers come from data, or machines are too many; `cost` and `most` are those of `looks`.
+    """
+    lists = [one.tolerance.data for one in doubts if isinstance(one.tolerance, Scatter) and one.tolerance.kind == DATA]
+    count = prod(len(one) for one in lists)
+    if not lists or len(lists) < len(doubts) or count > COUNTED or count * cost > most:
+        return None
+    return 1.0 + np.stack([one.ravel() for one in np.meshgrid(*lists, indexing="ij")], axis=1)
+
+
 def shares_of(paths: Sequence[str], count: int, stream: str = "", *, evenly: bool = False) -> FloatArray:
     """Of each number the share of all machines that have less of it, shape (count, n_paths)."""
     columns = []
@@ -180,6 +203,7 @@ def sampled(parts: Sequence[Limit], factors: FloatArray, confidence: float) -> S
 __all__ = [
     "COMPARED",
     "CONFIDENCE",
+    "COUNTED",
     "MET",
     "NOT_MET",
     "OPEN",
@@ -188,6 +212,7 @@ __all__ = [
     "clopper_pearson",
     "drawn",
     "drawn_alike",
+    "every_one",
     "fewest_kept",
     "in_batches",
     "looks",

@@ -17,7 +17,7 @@ import numpy as np
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.program.drawn import MET, drawn, in_batches, looks, sure_share
+from vibopt.program.drawn import MET, drawn, every_one, in_batches, looks, sure_share
 from vibopt.program.far_off import Beyond
 from vibopt.program.program import Limit, Program
 from vibopt.program.worst_case import around, hit, missed
@@ -46,6 +46,10 @@ _NEAR = 0.1
 """Log of a factor within which designs are near each other."""
 _FAR = 100.0
 """By how many times more machines are far off than may break a limit, before a design is known."""
+_KEPT = 1e-9
+"""Part of a bound by which rounding may miss it, as in the verdict."""
+_HALF = 0.5
+"""Of all machines that there are, the one that just counts is counted by half: rounding decides nothing."""
 _EDGE = 3
 """Machines at the edge that are averaged at least, to either side."""
 
@@ -188,13 +192,25 @@ def missed_on(parts: list[Limit], machines: FloatArray) -> FloatArray:
 class _Asked:
     """What is asked of the machines drawn for one limit: of all, or of those `far` off where hardly any may break it.
 
+    Where there are few enough, `whole` (n, n_doubts) are all machines that there are, and nothing is drawn.
+
     wanted, aim
         Share of those that are drawn: as asked, and so that the verdict hardly ever fails.
     """
 
     def __init__(
-        self, doubts: Sequence[Uncertain], wanted: float, far: Beyond | None, count: int, confidence: float
+        self,
+        doubts: Sequence[Uncertain],
+        wanted: float,
+        far: Beyond | None,
+        count: int,
+        confidence: float,
+        whole: FloatArray | None,
     ) -> None:
+        if whole is not None:
+            self.wanted = self.aim = (np.ceil(wanted * len(whole) - _SETTLED) - _HALF) / len(whole)
+            self.learned = self.rehearsal = _Machines(whole)
+            return
         few = count if far is not None else min(_LEARNED_FROM, count)
         self.wanted = 1.0 - (1.0 - wanted) / (far.part if far is not None else 1.0)
         self.aim = sure_share(self.wanted, count, confidence)
@@ -207,15 +223,18 @@ class _Search:
         self.scene, self.names = scene, names
         self.doubts = uncertain(scene)
         parts = self._parts(self._around(np.array([max(variable.low, 1e-300) for variable in scene.variables])))
-        sizes, self.confidence = looks(max(sum(one.cost for one in many) for many in parts.values()), MOST_WORK)
-        self.count = sizes[-1]
+        cost = max(sum(one.cost for one in many) for many in parts.values())
+        sizes, self.confidence = looks(cost, MOST_WORK)
+        self.whole = every_one(self.doubts, cost, MOST_WORK)
+        self.count = sizes[-1] if self.whole is None else len(self.whole)
         self.asked = {
             key: self._asked(key, beyond(many, self.doubts, names[key[0]], _FAR)) for key, many in parts.items()
         }
 
     def _asked(self, key: Key, far: Beyond | None) -> _Asked:
         wanted = self.names[key[0]]
-        return _Asked(self.doubts, wanted, far if wanted > RARE else None, self.count, self.confidence)
+        far = far if wanted > RARE else None
+        return _Asked(self.doubts, wanted, far, self.count, self.confidence, self.whole)
 
     def _around(self, x: FloatArray) -> Program:
         return around(self.scene, x)
@@ -302,7 +321,7 @@ class _Search:
         worst = values.max(axis=0)
         order = np.argsort(worst, kind="stable")
         at = min(int(np.ceil(target * len(order))), len(order)) - 1
-        width = max(_EDGE, (len(order) - at) // 2)
+        width = max(_EDGE, (len(order) - at) // 2) if self.whole is None else 0
         edge = order[max(at - width, 0) : at + width + 1]
         by = values[:, edge].argmax(axis=0)
         found = [
@@ -335,7 +354,8 @@ class _Search:
         found = {}
         for key, many in self._parts(self._around(x)).items():
             asked = self.asked[key]
-            share = float((asked.rehearsal.missed(x, key, many, asked.wanted).max(axis=0) <= 0.0).mean())
+            kept = asked.rehearsal.missed(x, key, many, asked.wanted).max(axis=0) <= _KEPT
+            share = float(kept.sum() - (_HALF if self.whole is not None else 0.0)) / len(kept)
             most = 1.0 - 0.5 / self.count
             found[key] = float(ndtri(min(share, most)) - ndtri(asked.aim)) if share > 0.0 else -np.inf
         return found

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -11,12 +11,12 @@ import numpy as np
 from vibopt.answer.answer import Odds
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
-from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, Sampled, drawn, looks, sampled
+from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, Sampled, drawn, every_one, looks, sampled
 from vibopt.program.program import Limit
 from vibopt.program.worst_case import around, doubts_at
 from vibopt.scene.scene import Design, Scene
+from vibopt.scene.uncertain import Uncertain
 from vibopt.solve.rare import RARE, proven_beyond
-from vibopt.units import show
 from vibopt.verify.checked import checked_limits
 from vibopt.work import worked
 
@@ -62,6 +62,11 @@ def _looked(scene: Scene, x: FloatArray, row: Checked, parts: list[Limit], wante
     assert row.limit is not None
     doubts = doubts_at(scene, x)
     cost = sum(one.cost for one in parts)
+    whole = every_one(doubts, cost, MOST_WORK)
+    if whole is not None:
+        worked(len(whole) * cost)
+        seen = replace(sampled(parts, whole, 1.0), counted=True)
+        return seen, _contradicted(scene, x, row, seen, _machines(doubts, whole))
     sizes, confidence = looks(cost, MOST_WORK)
     far = proven_beyond(parts, doubts, wanted) if wanted > RARE else None
     every = far.machines(sizes[-1]) if far is not None else drawn(doubts, sizes[-1])
@@ -74,9 +79,13 @@ def _looked(scene: Scene, x: FloatArray, row: Checked, parts: list[Limit], wante
         more = sampled(parts, every[before:size], confidence)
         seen = Sampled(np.append(seen.values, more.values), np.append(seen.kept, more.kept), confidence, part)
     worked(len(seen.values) * cost)
+    return seen, _contradicted(scene, x, row, seen, _machines(doubts, every[: len(seen.values)]))
+
+
+def _machines(doubts: Sequence[Uncertain], factors: FloatArray) -> list[dict[str, float]]:
+    """Factors (n, n_doubts) of each machine, by path."""
     names = [one.path for one in doubts]
-    machines = [dict(zip(names, row, strict=True)) for row in every[: len(seen.values)].tolist()]
-    return seen, _contradicted(scene, x, row, seen, machines)
+    return [dict(zip(names, row, strict=True)) for row in factors.tolist()]
 
 
 def _contradicted(scene: Scene, x: FloatArray, row: Checked, seen: Sampled, machines: list[dict[str, float]]) -> str:
@@ -102,7 +111,8 @@ def _row(row: Checked, seen: Sampled, wanted: float, doubt: str) -> Checked:
     shown = replace(row.value, value=value, text="")
     if np.isnan(value):
         shown, margin = replace(row.value, value=-np.inf if least else np.inf, text="not known"), -np.inf
-    place = f"{row.place}, {percent(wanted)} of all machines".removeprefix(", ")
+    least_said = "" if seen.counted else "at least "  # what is drawn tells a value that is on the safe side
+    place = f"{row.place}, {least_said}{percent(wanted)} of all machines".removeprefix(", ")
     unsure = seen.verdict(wanted) == OPEN
     return replace(
         row, value=shown, margin=float(margin), worst_at={}, off={}, place=place, doubt=row.doubt or doubt, open=unsure
@@ -117,17 +127,18 @@ def _odds(row: Checked, seen: Sampled, wanted: float) -> Odds:
         len(seen.kept),
         low,
         high,
-        CONFIDENCE,
+        1.0 if seen.counted else CONFIDENCE,
         seen.verdict(wanted),
         row.value,
         row.met,
         1.0 - seen.part,
+        seen.counted,
     )
 
 
 def percent(share: float) -> str:
     """A share as "99 %"."""
-    return show(share, "%", "ratio")
+    return f"{100.0 * share:.8g} %"
 
 
 def _judged(design: Design, odds: Mapping[str, Odds]) -> Design:

@@ -216,7 +216,8 @@ def _limit(design: Design, name: str) -> str:
         return "BROKEN"
     odds = design.tolerances.odds.get(name) if design.tolerances is not None else None
     if odds is not None:
-        return f"asked of {percent(odds.wanted)} of all machines; {100.0 * odds.low:.4g} % at least keep it"
+        least = odds.least if odds.counted else f"{odds.least} at least"
+        return f"asked of {percent(odds.wanted)} of all machines; {least} keep it"
     if one.active:
         return f"ACTIVE, {one.price.words}" if one.price is not None else "ACTIVE"
     spare = f"{one.margin_shown or 'room'} to spare"
