@@ -182,7 +182,7 @@ def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tupl
     read, notes = dict(changes), []
     for path, value in changes.items():
         said = re.fullmatch(_PERCENT, value) if isinstance(value, str) and "%" in value else None
-        fact = next((one for one in facts(job) if one.path == path), None) if said else None
+        fact = next((one for one in facts(job) if one.path in (path, f"{path}.value")), None) if said else None
         if said is None or fact is None or fact.dimension in ("ratio", "level"):
             continue
         share = float(said[2]) / 100.0

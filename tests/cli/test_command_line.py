@@ -115,6 +115,15 @@ def test_check_calls_a_part_to_be_bought_one_choice(run: Run, file: Callable[...
             'excitations.fan.amplitude = "1 kg mm" is for kind = "force"; an unbalance gives its mass times its '
             'distance from the axis. Write unbalance = "20 kg mm", or kind = "force".',
         ),
+        (
+            FAN,
+            FAN.replace("response = ", 'combine = "sum"\nresponse = ')
+            + '[excitations.belt]\nkind = "force"\non = "fan"\namplitude = "1 N"\nspeed = "600 rpm"\n'
+            'varies = "constant"\n[limits.up]\nresponse = "displacement"\nof = "fan"\nover = "start-up"\n'
+            'combine = "sum"\nat_most = "90 mm"\n',
+            "limits.up.over speaks of one start-up, but 2 excitations act here: whose? Write over = { "
+            'fan = "start-up", belt = "start-up" }, or name one in due_to.',
+        ),
     ],
 )
 def test_a_key_or_unit_of_another_quantity_is_refused_with_the_way_out(

@@ -10,6 +10,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from vibopt.document.toml_reading import changed
 from vibopt.jobs import open_job, scenarios_of
 from vibopt.study.scenarios import one_for_all, stepped, variants_of
 
@@ -22,6 +23,18 @@ MORE = """
 [scenarios.light]
 bodies.press.mass = "270 kg"
 limits.start_up.at_most = "22 mm"
+"""
+PUMP = """
+title = "Pump"
+[bodies.pump]
+mass = {mass}
+[links.spring]
+between = ["pump", "ground"]
+stiffness = "1 MN/m"
+[limits.sag]
+response = "static_deflection"
+of = "spring"
+at_most = "9 mm"
 """
 
 
@@ -183,3 +196,36 @@ def test_jobs_of_every_kind_have_scenarios(tmp_path: Path, file: str) -> None:
     variants = variants_of(open_job(target))
     assert list(variants) == ["as it is", "more"]
     assert vo.compare(variants).names == ("as it is", "more")
+
+
+@pytest.mark.parametrize(
+    ("given", "changes", "mass", "tolerance"),
+    [
+        ('{ value = "300 kg", tolerance = "5 %" }', "270 kg", 270.0, 0.05),
+        ('{ value = "300 kg", tolerance = "5 %" }', "-10 %", 270.0, 0.05),
+        ('{ value = "300 kg", tolerance = { normal = "1 %" } }', "270 kg", 270.0, 0.03),
+        ('{ value = "300 kg", tolerance = "5 %" }', {"value": "270 kg", "tolerance": "2 %"}, 270.0, 0.02),
+        ('{ value = "300 kg", tolerance = "5 %" }', {"value": "270 kg", "tolerance": "0 %"}, 270.0, 0.0),
+        ('"300 kg"', "270 kg", 270.0, 0.0),
+    ],
+)
+def test_a_number_that_is_changed_keeps_its_tolerance(given: str, changes: Any, mass: float, tolerance: float) -> None:
+    """Unless the change says another: the worst machine is no lighter than its tolerance makes it."""
+    text = PUMP.format(mass=given)
+    for how in (vo.with_changes(vo.from_text(text), {"bodies.pump.mass": changes}), None):
+        if how is None and isinstance(changes, str):
+            scenario = f'{text}[scenarios.light]\nbodies.pump.mass = "{changes}"\n'
+            job = vo.from_text(scenario)
+            how = vo.with_changes(job, scenarios_of(job)["light"])
+        if how is not None:
+            found = vo.solve(how)
+            assert found.limits["sag"].value.value == pytest.approx(mass * (1.0 + tolerance) * 9.80665 / 1e6, rel=1e-9)
+            assert (found.tolerances is not None) == (tolerance > 0.0)
+
+
+def test_a_variable_that_is_fixed_keeps_its_tolerance() -> None:
+    spring = {"from": "0.5 MN/m", "to": "5 MN/m", "tolerance": "10 %"}
+    fixed = changed({"links": {"spring": {"stiffness": spring}}}, {"links.spring.stiffness": "1 MN/m"})
+    assert fixed["links"]["spring"]["stiffness"] == {"value": "1 MN/m", "tolerance": "10 %"}
+    again = changed(fixed, {"links.spring.stiffness": {"from": "1 MN/m", "to": "2 MN/m"}})
+    assert again["links"]["spring"]["stiffness"] == {"from": "1 MN/m", "to": "2 MN/m"}

@@ -1,8 +1,11 @@
-"""What a mount is given and nothing asks for is said."""
+"""What a mount is given and nothing asks for is said, and which damping ratios a table shows."""
 
 from __future__ import annotations
 
 from typing import Any
+
+import numpy as np
+import pytest
 
 import vibopt as vo
 from vibopt.scene.read import from_dict
@@ -28,3 +31,33 @@ def test_a_rating_that_no_limit_asks_for_is_said_to_bind_nothing() -> None:
     asked = vo.solve(from_dict(skid(load={"response": "static_load", "of": "feet"})))
     assert said not in asked.notes
     assert asked.status == "met"
+
+
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_ratios_of_poles_that_are_not_those_of_the_table_are_told(share: float) -> None:
+    """Damping that goes with the stiffness leaves modes as they are; all of it in one link does not."""
+    m, k = np.diag([50.0, 5.0]), np.array([[216e3, -16e3], [-16e3, 16e3]])
+    apart = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    c = 173.0 * apart if share else 1e-3 * k
+    document = {
+        "bodies": {"a": {"mass": "50 kg"}, "b": {"mass": "5 kg"}},
+        "links": {
+            "low": {"between": ["a", "ground"], "stiffness": "200 kN/m"} | ({} if share else {"damping": "200 N s/m"}),
+            "up": {
+                "between": ["b", "a"], "stiffness": "16 kN/m", "damping": "173 N s/m" if share else "16 N s/m"
+            },
+        },
+        "limits": {"z": {"response": "damping_ratio", "at_least": 0.001}},
+    }  # fmt: skip
+    still = np.zeros((2, 2))
+    poles = np.linalg.eigvals(np.block([[still, np.eye(2)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]]))
+    ratios = sorted(-one.real / abs(one) for one in poles if one.imag > 0.0)
+    said = (
+        "Tables show the damping ratio of each undamped mode. damping_ratio is asked of the poles, which damping makes "
+        f"others here: {', '.join(f'{one:.3g}' for one in ratios)}."
+    )
+    answer = vo.solve(from_dict(document))
+    assert (said in answer.notes) == bool(share)
+    assert answer.limits["z"].value.value == pytest.approx(ratios[0], rel=1e-9)
+    document["limits"] = {"d": {"response": "decay_rate", "at_least": "0.001 1/s"}}
+    assert not any("undamped mode" in note for note in vo.solve(from_dict(document)).notes)

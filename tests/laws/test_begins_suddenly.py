@@ -194,6 +194,23 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "excitations.bump is a rectangle, which would displace its base at once. Write another shape, or its "
         "acceleration.",
     ),
+    "in m/s2": (
+        {
+            "excitations": {
+                "bump": {"kind": "pulse", "on": "floor", "shape": "sine", "amplitude": "1 m/s2", "duration": "1 s"}
+            }
+        },
+        'excitations.bump.amplitude = "1 m/s2" is an acceleration, which only a base has. Write '
+        'acceleration = "1 m/s2".',
+    ),
+    "in mm": (
+        {
+            "excitations": {
+                "bump": {"kind": "pulse", "on": "floor", "shape": "sine", "amplitude": "5 mm", "duration": "1 s"}
+            }
+        },
+        'excitations.bump.amplitude = "5 mm" is a length, which only a base has. Write displacement = "5 mm".',
+    ),
     "none": (
         {"excitations": {"bump": {"kind": "pulse", "on": "floor", "shape": "sine", "duration": "1 s"}}},
         "excitations.bump needs one of amplitude, a force on a body, and acceleration or displacement of a base. Write "

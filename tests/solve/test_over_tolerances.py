@@ -67,7 +67,7 @@ def test_a_scene_without_tolerances_says_nothing_of_them() -> None:
     scene = with_changes(
         read(PRESS),
         {
-            "bodies.press.mass": "300 kg",
+            "bodies.press.mass": {"value": "300 kg", "tolerance": "0 %"},
             "links.mount.stiffness": {"from": "10 kN/m", "to": "1 GN/m"},
             "links.mount.damping": {"from": "10 N s/m", "to": "1 MN s/m"},
         },

@@ -151,7 +151,8 @@ def _tell(result: WhatIf, console: Console) -> None:
     from vibopt.study.whatif import unfollowed
 
     console.print(result.job.title, style="bold")
-    rows = [(path, f"{_old(result.job, path)} -> {new}") for path, new in result.changes.items()]
+    job = result.job
+    rows = [(path, f"{_old(job, path)} -> {_new(job, path, new)}") for path, new in result.changes.items()]
     console.print(grid(rows))
     section(console, "Before and after", grid(_beside(result), ("", "Before", "After")))
     for name, one in (("before", result.before), ("after", result.after)):
@@ -187,6 +188,13 @@ def _old(job: Job, path: str) -> str:
     here = inside(job.document, path)
     part = part_at(job, path) if here is None else None
     return _written(here) if here is not None else "not given" if part is None else shown_value(part, part.value).shown
+
+
+def _new(job: Job, path: str, new: object) -> str:
+    """What stands there after, with the tolerance that stays."""
+    from vibopt.document.toml_reading import as_wide, inside
+
+    return _written(as_wide(inside(job.document, path), new))
 
 
 def _beside(result: WhatIf) -> list[tuple[str, ...]]:

@@ -15,7 +15,7 @@ from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
-from vibopt.units import read_quantity
+from vibopt.units import read_quantity, reads
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.directions import AXES, Place, Reach, is_tensor
 from vibopt.values.fields import Choice, Later, complaint
@@ -34,13 +34,6 @@ else:
 FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}
 """Coordinates of a body by the word for its motion; of any other it is the one along its line."""
 _SPATIAL = ("centre", "centre_tolerance", "shape", "made_of")
-
-
-def _reads(given: str, dimension: str) -> bool:
-    try:
-        return bool(read_quantity(given, dimension))
-    except QuantityError:
-        return False
 
 
 def _is_nothing(given: str, dimension: str) -> bool:
@@ -116,7 +109,7 @@ class BodyTable(Device):
     @field_validator("mass", mode="before")
     @classmethod
     def _weighed(cls, given: Any) -> Any:
-        if isinstance(given, str) and not _reads(given, "mass") and _reads(given, "force"):
+        if not reads(given, "mass") and reads(given, "force"):
             raise complaint(f'is a force, but a mass is needed here. Write weight = "{given}".')
         return given
 

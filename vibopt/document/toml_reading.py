@@ -187,7 +187,8 @@ def _key_of(line: str) -> str:
 def changed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
     """The document with some values replaced, by path: {"limits.start_up.at_most": "8 mm"}; the given one stays.
 
-    In a list the step is the number of the entry, from 1: "runs.2.speed".
+    In a list the step is the number of the entry, from 1: "runs.2.speed".  A number keeps its tolerance, a part of it,
+    unless the value is a table that says otherwise.
     """
     new = dict(document)
     for path, value in changes.items():
@@ -209,6 +210,12 @@ def inside(document: Any, path: str) -> Any:
     return here
 
 
+def as_wide(old: Any, value: Any) -> Any:
+    """A value in the place of an old one, with its tolerance where that has one and the value is no table."""
+    keeps = isinstance(old, Mapping) and "tolerance" in old and isinstance(value, (str, int, float))
+    return {"value": value, "tolerance": old["tolerance"]} if keeps else value
+
+
 def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     steps = path.split(".")
     here: Any = document
@@ -221,7 +228,7 @@ def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     elif isinstance(here, list):
         here[_key(here, steps[-1], path)] = value
     elif isinstance(here, dict):
-        here[steps[-1]] = value
+        here[steps[-1]] = as_wide(here.get(steps[-1]), value)
     else:
         raise InputError(f"--set {path}: this is not a table of the file.")
 

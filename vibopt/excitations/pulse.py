@@ -1,7 +1,6 @@
 """Pulses: a force on a body or the acceleration of a base that comes, once or a few times, and is over."""
 
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -9,11 +8,10 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import QuantityError
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line, moved, sine
 from vibopt.signals import Segment
-from vibopt.units import read_quantity
+from vibopt.units import reads
 from vibopt.values import Fact, number, word
 from vibopt.values.fields import complaint
 
@@ -52,6 +50,9 @@ _MOVED: dict[str, tuple[Callable[[FloatArray], FloatArray], dict[float, float]]]
 }
 """Of a base by its displacement: acceleration against that part, and jumps of its velocity, both for a second."""
 
+_OF_BASES = (("an acceleration", "acceleration", "acceleration"), ("a length", "length", "displacement"))
+"""What is no force but the motion of a base: noun, dimension, key."""
+
 
 class Pulse(Transient):
     """`kind = "pulse"`: a force on a body, or an acceleration of a base, that comes once or a few times and is over.
@@ -89,12 +90,11 @@ class Pulse(Transient):
 
     @field_validator("amplitude", mode="before")
     @classmethod
-    def _no_acceleration(cls, given: Any) -> Any:
-        """What a test says of its table, "15 g", is no force."""
-        if isinstance(given, str):
-            with suppress(QuantityError):
-                read_quantity(given, "acceleration")
-                raise complaint(f'is an acceleration, which only a base has. Write acceleration = "{given}".')
+    def _no_motion(cls, given: Any) -> Any:
+        """What a test says of its table, "15 g" or "5 mm", is no force."""
+        for noun, dimension, key in _OF_BASES:
+            if reads(given, dimension):
+                raise complaint(f'is {noun}, which only a base has. Write {key} = "{given}".')
         return given
 
     @model_validator(mode="after")

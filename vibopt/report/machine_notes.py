@@ -12,10 +12,10 @@ from vibopt.mechanics.machine import Machine
 from vibopt.responses import RandomResponse, TransientResponse
 from vibopt.scene.check_bearings import bearings
 from vibopt.scene.drives import durations_of, names_for
-from vibopt.scene.places import rubbing
+from vibopt.scene.places import rubbing, turning
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
-from vibopt.units import best_unit, show
+from vibopt.units import best_unit, plain, show
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.beyond import heavier, heavy
 
@@ -26,6 +26,8 @@ _NOTHING = 1e-9
 """Part of the weight that rounding may lift."""
 _LATER = 1e-3
 """Part by which a peak must be able to grow for that to be said."""
+_SEVERAL, _FEW = 2, 6
+"""Modes from which on damping may mix them, and ratios that are told."""
 _SMALL = 0.4
 """Part of its clearance up to which the orbit in a film is small."""
 _HORIZON, _FADED = 4e5, 1e-12
@@ -50,6 +52,7 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
         notes += duration_notes(scene, chosen)
         notes += left_out(scene)
     notes += static_shapes(scene, chosen)
+    notes += damping_of_poles(scene, chosen)
     if rubbing(scene):
         from vibopt.report.friction_views import friction_notes
 
@@ -59,6 +62,29 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
 
         notes += run_up_notes(scene, chosen)
     return tuple(notes)
+
+
+def damping_of_poles(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
+    """Which damping ratios are those of poles, as asked for, and which of undamped modes, where they differ."""
+    from vibopt.report.mode_shapes import shapes_of
+    from vibopt.responses.damping import DampingOfModes, ratios_of
+
+    goal = [scene.goal.response] if scene.goal is not None else []
+    every = (*scene.limits.values(), *scene.measures.values(), *goal)
+    asked = [one for one in every if isinstance(one, DampingOfModes) and one.of is None and not one.spins]
+    machine = machine_of(scene, chosen) if asked else None
+    if machine is None or machine.on_structures:
+        return []
+    shapes = shapes_of(machine, sorted(turning(scene)))
+    modes = [plain(one, 3) for one in sorted(one.damping for one in shapes if one.damping is not None)]
+    poles = machine.poles()
+    told = [plain(float(one), 3) for one in np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))]
+    if told == modes or len(modes) < _SEVERAL:
+        return []
+    return [
+        "Tables show the damping ratio of each undamped mode. damping_ratio is asked of the poles, which damping makes "
+        f"others here: {', '.join(told[:_FEW])}{' and so on' if len(told) > _FEW else ''}."
+    ]
 
 
 def wide_orbits(scene: Scene, chosen: Mapping[str, float]) -> list[str]:

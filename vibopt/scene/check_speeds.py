@@ -5,6 +5,7 @@ from __future__ import annotations
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import HarmonicResponse, RandomResponse, TransientResponse
+from vibopt.responses.response import START_UP
 from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
 from vibopt.scene.scene import Scene
@@ -47,6 +48,14 @@ def _ranges(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[s
         for one in given:
             if one not in names:
                 mistakes.unknown_name((*path, key), one, "excitation of this response", list(names))
+    elif given == START_UP and len(names) > 1:
+        each = ", ".join(f'{name} = "{START_UP}"' for name in names)
+        mistakes.add(
+            (*path, key),
+            f"{where}.{key} speaks of one start-up, but {len(names)} excitations act here: whose? Write "
+            f"{key} = {{ {each} }}, or name one in due_to.",
+        )
+        return
     elif given is not None and len(names) > 1:
         mistakes.add(
             (*path, key),

@@ -4,7 +4,7 @@ Inside vibopt every number is SI, every frequency in rad/s and every amplitude p
 """
 
 from vibopt.units.dimensions import DIMENSIONS, Detector, Dimension, Quantity, si_unit
-from vibopt.units.parsing import is_range, read_quantity, read_range
+from vibopt.units.parsing import is_range, read_quantity, read_range, reads
 from vibopt.units.showing import best_unit, outward, plain, show, to_unit
 
 __all__ = [
@@ -18,6 +18,7 @@ __all__ = [
     "plain",
     "read_quantity",
     "read_range",
+    "reads",
     "show",
     "si_unit",
     "to_unit",

@@ -26,6 +26,14 @@ _VALUE = re.compile(rf"({complaints.NUMBER})(?=\s+1/[A-Za-z]|(?!\s*(?:[\d,.'_]|[
 _WORD_NOT_FINITE = re.compile(r"[+-]?(?:nan|inf|infinity|infinite)\b", re.IGNORECASE)
 
 
+def reads(given: object, dimension: str) -> bool:
+    """Whether a text is a quantity of a dimension."""
+    try:
+        return isinstance(given, str) and bool(read_quantity(given, dimension))
+    except QuantityError:
+        return False
+
+
 def read_quantity(given: object, dimension: str, *, amplitude: bool = False, place: str | None = None) -> Quantity:
     """A value at the door, in SI.
 
