@@ -66,6 +66,6 @@ def polar(z: complex, unit: str, factor: float = 1.0) -> str:
 
 
 def correction(plan: Answer[RotorJob], name: str) -> complex:
-    """Mass [kg] and written angle of a plane as one number."""
+    """Mass [kg] and written angle of a plane as one number; of several weights what they do together."""
     plane = next(one for one in plan.plan.planes if one.name == name)
-    return cmath.rect(float(plane.mass.value), float(plane.angle.value))
+    return cmath.rect(float((plane.acts_as or plane.mass).value), float(plane.angle.value))

@@ -316,7 +316,12 @@ def fan_16_blades() -> Answers:
     first = abs(u) * sin(high - arg(u)) / sin(high - low)
     second = abs(u) * sin(arg(u) - low) / sin(high - low)
     zero(first * exp(mpc(0, low)) + second * exp(mpc(0, high)) - u, u)
-    return {"planes.fan.mass": abs(u), "planes.fan.angle": turned(arg(u)), "halves": (first, second)}
+    return {
+        "planes.fan.acts_as": abs(u),
+        "planes.fan.mass": first + second,
+        "planes.fan.angle": turned(arg(u)),
+        "halves": (first, second),
+    }
 
 
 # --- two measured planes ---------------------------------------------------------------------
@@ -661,7 +666,7 @@ def rao_9_7_holes() -> Answers:
     best = least(left)
     return {
         "goal": left[best] * 1e-3,
-        "planes.flywheel.mass": abs(options[best]),
+        "planes.flywheel.acts_as": abs(options[best]),
         "planes.flywheel.angle": float(np.angle(options[best]) % (2.0 * np.pi)),
     }
 

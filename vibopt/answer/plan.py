@@ -97,12 +97,16 @@ class PlaneAnswer:
         "add", "remove", "nothing" (no weight is best) or "keep" (as asked).
     u
         Internal unbalance added [kg m].
-    mass, angle
-        Of one weight that does the same at the greatest radius [kg; kg m for planes in unbalance; rad as counted].
+    mass
+        Of all its weights together [kg]; of a plane in unbalance what they do together [kg m].
+    angle
+        Where they act together [rad as counted].
     weights
         What is really fitted.
     say
         The same in plain words, made when they are looked at.
+    acts_as
+        Of several weights the one at the greatest radius that does the same [kg]; else None.
     """
 
     name: str
@@ -113,6 +117,7 @@ class PlaneAnswer:
     radius: Entry | None
     weights: tuple[Weight, ...]
     say: Callable[[], str]
+    acts_as: Entry | None = None
 
     @property
     def words(self) -> str:
@@ -123,6 +128,7 @@ class PlaneAnswer:
         return {
             "action": self.action,
             "mass" if self.mass.dimension == "mass" else "unbalance": self.mass.to_json(),
+            **({} if self.acts_as is None else {"acts_as": self.acts_as.to_json()}),
             "angle": self.angle.to_json(),
             "radius": None if self.radius is None else self.radius.to_json(),
             "weights": [_weight_json(weight, self.mass) for weight in self.weights],
@@ -240,6 +246,8 @@ class Fitting:
         for plane in self.planes:
             path = f"{before}planes.{plane.name}"
             found[f"{path}.mass" if plane.mass.dimension == "mass" else f"{path}.unbalance"] = plane.mass
+            if plane.acts_as is not None:
+                found[f"{path}.acts_as"] = plane.acts_as
             found[f"{path}.angle"] = plane.angle
             if plane.radius is not None:
                 found[f"{path}.radius"] = plane.radius

@@ -212,7 +212,9 @@ def _list(question: Question, column: ComplexArray) -> List:
         near = np.arange(len(x)) if p == listed[0] else _nearest_option(option, own)
         fits &= np.abs(option[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
         given = question.option_masses[p] if question.option_masses else None
-        masses += np.abs(option[near]) * question.densities[p] if given is None else given[near]
+        weighs = np.abs(option[near]) * question.densities[p] if given is None else given[near]
+        fits &= _capped(question, int(p), weighs)
+        masses += weighs
     uses = question.option_uses[listed[0]] if len(question.stock) else None
     if uses is not None:
         fits &= np.all(uses <= question.stock, axis=1)
@@ -226,6 +228,11 @@ def _allowed(question: Question, plane: int, values: ComplexArray) -> BoolArray:
     for low, high in question.sectors[plane] if question.sectors else ():
         fine &= ~inside_arc(values, low, high, slack)
     return np.asarray(fine)
+
+
+def _capped(question: Question, plane: int, masses: FloatArray) -> BoolArray:
+    """Which masses a cap allows: weights that act against each other weigh more than what they do together."""
+    return np.asarray(masses <= question.caps[plane] * question.densities[plane] * (1.0 + SAME))
 
 
 def _nearest_option(options: ComplexArray, wanted: ComplexArray) -> IntArray:

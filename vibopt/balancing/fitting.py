@@ -53,16 +53,16 @@ def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | Non
     weights = _weights(spoken, plane, u, options) if abs(u) > tiny else ()
     angle = spoken.weight_angle(-u if plane.remove else u) if weights else 0.0
     action = "keep" if plane.keep else "nothing" if not weights else "remove" if plane.remove else "add"
-    amount = plane.amount(u) if weights else 0.0
+    amount = sum((weight.mass for weight in weights), 0.0) if plane.kind == MASS else plane.amount(u) * bool(weights)
     radius = plane.radius if plane.kind == MASS and plane.radii else None
     if len(weights) == 1:
-        amount, angle = weights[0].mass, weights[0].angle % tau
-        radius = weights[0].radius
+        amount, angle, radius = weights[0].mass, weights[0].angle % tau, weights[0].radius
     return PlaneAnswer(
         plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit),
         direction(angle),
         None if radius is None else Entry(radius, "length", plane.length_unit), weights,
         partial(_words, spoken, plane, action, weights),
+        Entry(plane.amount(u), "mass", plane.unit) if len(weights) > 1 and plane.kind == MASS else None,
     )  # fmt: skip
 
 

@@ -15,6 +15,7 @@ from vibopt.balancing.grades import earned, permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.planes import MASS
 from vibopt.balancing.rotor_job import RotorJob, Run
+from vibopt.balancing.rotor_question import caps
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.units import to_unit
 from vibopt.units.showing import plain
@@ -162,5 +163,18 @@ def _trim(job: RotorJob, run: Run, index: int, answer: PlaneAnswer) -> str:
     if change == 0j or plane.keep:
         return f"{plane.name}: leave as it is."
     if not (plane.holes or plane.shelf or len(plane.radii) > 1):
-        return sentence(job, index, change).replace(": fit ", ": add ", 1)
+        added = sentence(job, index, change).replace(": fit ", ": add ", 1)
+        return f"{added}{_beyond(job, run, index, change)}"
     return f"{plane.name}: take off what is fitted; {answer.words.partition(': ')[2]}"
+
+
+def _beyond(job: RotorJob, run: Run, index: int, change: complex) -> str:
+    """That a trim beside what is on weighs more than the cap, which the whole alone keeps; "" where it does not."""
+    plane, on = job.planes[index], complex(run.weights[index])
+    cap = caps(job)[index] / plane.radius
+    if not plane.amount(on) + plane.amount(change) > cap * (1.0 + NOTHING) or plane.remove:
+        return ""
+    return (
+        f" With the {plane.show(plane.amount(on))} that are on these are more than the cap of {plane.show(cap)}, which "
+        "holds for the whole as one weight: fit it anew where the sum counts."
+    )

@@ -33,7 +33,7 @@ _WEIGHT = table(
 _PLANE = table(
     {"action": {"enum": ["add", "remove", "nothing", "keep"]}, "angle": ref("number"), "radius": maybe(ref("number")),
      "weights": listed(_WEIGHT), "words": TEXT},
-    _AMOUNT,
+    _AMOUNT | {"acts_as": ref("number")},
 )  # fmt: skip
 _READING = table(
     {

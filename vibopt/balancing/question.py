@@ -36,7 +36,8 @@ class Question:
     limits
         Greatest amplitude left, shape (n_readings,), inf where there is none.
     caps
-        Greatest |u| per plane [kg m], shape (n_planes,); 0 for a plane that is kept, inf where there is none.
+        Greatest |u| per plane [kg m], shape (n_planes,); 0 for a plane that is kept, inf where there is none.  Of a
+        list it caps the mass of an option over `mass_per_unbalance`: the sum of its weights, not what they do together.
     total_cap
         Greatest sum of correction masses [kg] (of |u| where `mass_per_unbalance` is 1).
     sectors
@@ -268,11 +269,12 @@ def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence
     """The limits, caps, sectors, pairs and lists that the correction u does not keep, by name; empty: all kept."""
     left = np.abs(question.residual(u))
     found = [f"limit {k}" for k in np.flatnonzero(left > question.limits * (1 + slack))]
-    found += [f"cap {p}" for p in np.flatnonzero(question.sizes(u) > question.caps * (1 + slack))]
+    masses = question.masses(u)
+    found += [f"cap {p}" for p in np.flatnonzero(masses > question.caps * question.densities * (1 + slack))]
     for plane, fan in enumerate(question.fans):
         if fan is not None and u[plane] != 0.0 and not fan.bears(complex(u[plane]), slack):
             found.append(f"holes of {plane}")
-    if question.masses(u).sum() > question.total_cap * (1 + slack):
+    if masses.sum() > question.total_cap * (1 + slack):
         found.append("total")
     size = float(np.abs(u).max(initial=0.0))
     for plane, sectors in enumerate(question.sectors):

@@ -62,7 +62,7 @@ def rates_of(job: RotorJob, question: Question, solved: Solved) -> dict[str, flo
 def measured(
     job: RotorJob, posed: Posed, limit: Limit, u: ComplexArray, greatest: Mapping[str, float] = NONE
 ) -> Checked:
-    """A limit at the correction u."""
+    """A limit at the correction u; on what is left in the worst rotor of a robust question."""
     if isinstance(limit, ResidualLimit):
         return _residual(job, posed, limit, u, greatest)
     place = "all planes" if limit.plane is None else job.planes[limit.plane].name
@@ -75,12 +75,14 @@ def measured(
 def _residual(
     job: RotorJob, posed: Posed, limit: ResidualLimit, u: ComplexArray, greatest: Mapping[str, float]
 ) -> Checked:
-    left = np.abs(posed.question.residual(u))
+    times = posed.question.n_readings // posed.n_rows if job.goal.robust == "worst" else 1
+    left = np.abs(posed.question.residual(u))[: times * posed.n_rows].reshape(times, -1).max(axis=0)
     rows = rows_of(job, limit.sensor, limit.speed)
     worst = rows[first_greatest(left[rows])]
     dimension = job.sensors[job.readings[worst][1]].dimension
     value, bound = (Entry(one, dimension, limit.unit) for one in (float(left[worst]), limit.at_most))
-    return at_most(limit.name, "residual", job.row_name(worst), value, bound, greatest.get(dimension))
+    place = job.row_name(worst) + (f" in the worst of {times} rotors within the scatter" if times > 1 else "")
+    return at_most(limit.name, "residual", place, value, bound, greatest.get(dimension))
 
 
 def with_limits(job: RotorJob, posed: Posed) -> Question:

@@ -61,7 +61,7 @@ class PlaneTable(Table):
     split: The weight is cut in two for the neighbouring holes, instead of a shelf: `split = true`. Never across a
         gap of 180 deg or more.
     forbidden: Sectors without weights; "350..10 deg" goes through zero: `forbidden = ["80..110 deg"]`.
-    remove: Material is taken away, on the other side: `remove = true`. Not beside a shelf.
+    remove: Material is taken away, on the other side: `remove = true`. Beside a shelf only in its masses.
     drill: Says the depth of what is removed: `drill = { diameter = "10 mm", density = "7850 kg/m³", deepest = "20
         mm" }`.
     keep: The plane stays untouched: `keep = true`.
@@ -244,8 +244,7 @@ class QualityTable(Table):
     centre_of_mass: Its place along the shaft: `centre_of_mass = "450 mm"`.
     bearings: Places of the two: `bearings = { A = "0 mm", B = "900 mm" }`.
     planes: Places of the planes: `planes = { left = "150 mm", right = "750 mm" }`.
-    measurement_error: Of the residual unbalance in each plane: `measurement_error = { left = "20 g mm", right = "20
-        g mm" }`.
+    measurement_error: Of the residual unbalance in each plane, one for all: `measurement_error = "20 g mm"`.
     residual: Unbalances that were measured on a balancing machine: `residual = { left = "300 g mm @ 20 deg", right
         = "200 g mm @ 100 deg" }`.
     least_share: Least part of the permissible unbalance that a bearing gets: `least_share = "30 %"`.

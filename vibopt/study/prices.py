@@ -48,6 +48,8 @@ _A_RANGE = 30
 """Answers that both ranges of a number take, one by one."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
 """What was measured of a rotor: data, and nothing to argue about."""
+_OF_THE_GOAL = ("importance", "huber_at")
+"""What the goal of a rotor counts by: another one is another goal, whose values do not compare."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -257,6 +259,8 @@ def asked_of(
     for fact in facts(job):
         if fact.path.split(".")[0] in _READ:
             read += 1
+            continue
+        if not is_scene(job) and fact.path.rpartition(".")[2] in _OF_THE_GOAL:
             continue
         limit = fact.path.startswith("limits.")
         known.append((fact, LIMITS if limit else CAPS if _is_cap(fact.path) else FACTS))

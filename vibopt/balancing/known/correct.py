@@ -12,7 +12,7 @@ import numpy as np
 from vibopt.answer.plan import PlaneAnswer
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import WITH, Conventions
-from vibopt.balancing.fitting import fitted_planes
+from vibopt.balancing.fitting import NOTHING, fitted_planes
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
     Aim,
@@ -31,6 +31,8 @@ from vibopt.records import dataclass
 AS_WRITTEN = Conventions("", "", WITH, "pk", "")
 """Angles of known masses have one sense throughout, so none has to be turned round."""
 _ROUNDING = 1e-12
+_TRACE = 1e-7
+"""Part of the greatest unbalance below which a search may mean none: gaps are closed to about so much."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +58,13 @@ class Correction:
 def correct(job: KnownJob, solver: Solver | None = None) -> Correction:
     """The best correction as weights, under the goal and the limits of the job; `solver` answers its question."""
     found, options = _corrected(job, solver)
-    return replace(found, planes=fitted_planes(job.planes, AS_WRITTEN, found.u, options))
+    tiny = NOTHING * _greatest(job, found.u)
+    return replace(found, planes=fitted_planes(job.planes, AS_WRITTEN, found.u, options, tiny))
+
+
+def _greatest(job: KnownJob, u: ComplexArray) -> float:
+    """The greatest unbalance there is, known or fitted [kg m]."""
+    return float(np.abs(np.concatenate([unbalances(job), u])).max(initial=0.0))
 
 
 def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequence[Options | None]]:
@@ -78,7 +86,7 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
             return exact, options
     if solver is None and job.goal.minimise == "correction" and not np.isfinite(question.limits).any():
         return _no_balance(job, question), options
-    solved = solve_question(question) if solver is None else solver(complete(job, question))
+    solved = _without_traces(job, question) if solver is None else solver(complete(job, question))
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
     if solved.u is not None and question.is_discrete:
         options = tuple(
@@ -86,6 +94,22 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
         )
     found = Correction(np.asarray(u), solved.status, solved.claim, "program", _rates(job, question, solved))
     return found, options if solved.u is not None else (None,) * n
+
+
+def _without_traces(job: KnownJob, question: Question) -> Solved:
+    """The answer of a search; planes in which it leaves a trace are left untouched where that is as good."""
+    solved = solve_question(question)
+    size = np.zeros(0) if solved.u is None else np.abs(solved.u) / max(_greatest(job, solved.u), 1e-300)
+    traces = np.flatnonzero((size > 0.0) & (size < _TRACE))
+    if solved.u is None or not len(traces):
+        return solved
+    caps = question.caps.copy()
+    caps[traces] = 0.0
+    fewer = solve_question(replace(question, caps=caps))
+    same = NOTHING * (question.densities.max() if question.goal == "correction" else 1.0) * _greatest(job, solved.u)
+    if fewer.u is None or fewer.value > solved.value * (1.0 + NOTHING) + same:
+        return solved
+    return replace(solved, u=fewer.u, value=fewer.value, chosen=fewer.chosen)
 
 
 def _given(options: Sequence[Options | None]) -> Correction:
