@@ -107,6 +107,39 @@ def test_a_step_of_its_own_for_one_value(run: Run, press: str) -> None:
     assert list(data["details"]["rounded"]["values"]) == ["links.mount.stiffness"]
 
 
+ENGINE = """title = "One cylinder, two counterweights"
+[engine]
+stroke = "86 mm"
+rod = "140 mm"
+speed = "1500 rpm"
+reciprocating = "0.78 kg"
+[[cylinders]]
+crank = "300 deg"
+[counterweights.front]
+at = "-40 mm"
+unbalance = { from = "0 g mm", to = "8000 g mm" }
+[counterweights.rear]
+at = "100 mm"
+unbalance = { from = "0 g mm", to = "8000 g mm" }
+[goal]
+minimise = "force"
+order = %d
+"""
+
+
+@pytest.mark.parametrize("order", [1, 4])
+def test_rounded_weights_of_an_engine_are_saved_also_where_none_is_best(run: Run, tmp_path: Path, order: int) -> None:
+    """Against the fourth order no counterweight helps: both are 0 g mm, and that can be written."""
+    file, target = tmp_path / "engine.toml", tmp_path / "drawn.toml"
+    file.write_text(ENGINE % order, encoding="utf-8")
+    done = run("solve", str(file), "--round", "2", "--save", str(target))
+    assert (done.code, done.out.splitlines()[-1]) == (0, f"Written: {target}")
+    assert ('unbalance = "0 g mm"' in target.read_text(encoding="utf-8")) == (order == 4)
+    left = run("solve", str(file), "--round", "2", "--json").data["goal"]["value"]
+    again = run("solve", str(target), "--json").data
+    assert (again["status"], again["measures"]["minimised"]["value"]) == ("met", left)
+
+
 def test_jobs_of_two_kinds_are_not_compared(run: Run, press: str) -> None:
     done = run("compare", press, ROTOR)
     name = Path(press).stem

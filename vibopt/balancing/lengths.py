@@ -20,7 +20,7 @@ from vibopt.work import worked
 
 PROVEN = 1e-7
 _TIGHT = 0.01
-_PULLS, _INSIDE = 5, 1e-9
+_PULLS, _INSIDE, _ALIKE = 12, 1e-9, 1e-3
 _NOISE = 1e-6
 """Part of the goal that all of a bound would have to be worth for it to count."""
 REACH = 1e3
@@ -220,28 +220,31 @@ def _kept(x: FloatArray, limits: Sequence[Lengths], box: Box, scale: FloatArray)
 
     As it is where pulling one limit in breaks another.
     """
-    best, least_excess = x, _excess(x, limits)
+    best, least_excess = x, excess(x, limits)
     for _ in range(_PULLS):
         broken = [limit for limit in limits if limit.limit < limit.value(x) * (1.0 - _INSIDE)]
         if least_excess <= _INSIDE or not broken:
             break
         rows, moves = [], []
         for one in broken:
-            now = one.constant + one.slope @ x
-            far = np.abs(now) > one.limit * (1.0 - _INSIDE) if one.by == "worst" else np.full(len(now), True)
-            size = np.abs(now[far]).max() if one.by == "worst" else np.abs(now).sum()
-            rows.append(one.slope[far] * scale)
-            moves.append(now[far] * (one.limit * (1.0 - 2.0 * _INSIDE) / size - 1.0))
+            now, bound = one.constant + one.slope @ x, one.limit * (1.0 - 2.0 * _INSIDE)
+            if one.by == "worst":  # each that is too long or nearly so, along itself
+                far = np.abs(now) > one.limit * (1.0 - _INSIDE)
+                rows.append((one.slope[far] * scale * (now[far].conj() / np.abs(now[far]))[:, None]).real)
+                moves.append(bound - np.abs(now[far]))
+                continue
+            step = now * (bound / np.abs(now).sum() - 1.0)
+            rows += [(one.slope * scale).real, (one.slope * scale).imag]
+            moves += [step.real, step.imag]
         A, b = np.concatenate(rows), np.concatenate(moves)
-        A, b = np.concatenate([A.real, A.imag]), np.concatenate([b.real, b.imag])
-        x = into_box(x + scale * np.linalg.lstsq(A, b, rcond=1e-12)[0], box)
-        excess = _excess(x, limits)
-        if excess < least_excess:
-            best, least_excess = x, excess
+        x = into_box(x + scale * np.linalg.lstsq(A, b, rcond=_ALIKE)[0], box)
+        left = excess(x, limits)
+        if left < least_excess:
+            best, least_excess = x, left
     return best
 
 
-def _excess(x: FloatArray, limits: Sequence[Lengths]) -> float:
+def excess(x: FloatArray, limits: Sequence[Lengths]) -> float:
     """Greatest part by which a limit is broken; limits of nothing are told by their rows alone."""
     return max((limit.value(x) / limit.limit - 1.0 for limit in limits if limit.limit > 0.0), default=0.0)
 

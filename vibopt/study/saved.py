@@ -44,7 +44,7 @@ def saved_text(
     """
     if is_scene(job) and job.find_all is not None:
         raise InputError(f"{job.name}: find_all answers with {job.finds}, so there is no design to save.")
-    if found.status in EMPTY or (is_open(job) and not chosen(job, found)):
+    if found.status in EMPTY or (fixed is None and is_open(job) and not chosen(job, found)):
         raise InputError(f"{job.name}: there is no design to save: {found.status}. {target.name} is not written.")
     if is_open(job) and found.status == "violated":
         broken = ", ".join(name for name, limit in found.limits.items() if not limit.met) or "what may be chosen"

@@ -10,16 +10,18 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob
-from vibopt.balancing.engine.engine_tables import EngineLimitTable
+from vibopt.balancing.engine.engine_tables import EngineGoalTable, EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
-from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn
-from vibopt.balancing.lengths import Box, Least, Lengths, least
+from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn, peaks
+from vibopt.balancing.lengths import Box, Least, Lengths, excess, least
 from vibopt.errors import counted
 from vibopt.records import dataclass
 
 Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
 ALIKE = 1e-9
-_SAMPLES = 360
+_DEGREES = np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False)
+_ROUNDS, _EXACT = 12, 1e-9
+"""Times that crank angles are added, and the part by which all orders together may be greater between them."""
 
 
 @dataclass(frozen=True)
@@ -113,8 +115,9 @@ def _rank(job: EngineJob, found: Arms, answer: Least) -> tuple[float, ...]:
     now = found.at(answer.x if answer.x is not None else np.zeros(box_of(job).size))
     sizes = [size_of(job, False), size_of(job, True)]
     then = [EngineLimitTable(response=one) for one in (job.goal.then if job.goal is not None else ())]
-    size = sizes[goal_table(job).is_couple]
-    return (answer.value / size, *(of_order(now, t.is_couple, t.of_order) / sizes[t.is_couple] for t in then))
+    goal = goal_table(job)
+    size, here = sizes[goal.is_couple], of_order(now, goal.is_couple, goal.of_order)
+    return (here / size, *(of_order(now, t.is_couple, t.of_order) / sizes[t.is_couple] for t in then))
 
 
 def _compare(rank: tuple[float, ...], best: tuple[float, ...]) -> int:
@@ -149,21 +152,38 @@ def box_of(job: EngineJob) -> Box:
     return Box(shares, tuple(job.weights[k].cap for k in free_weights(job)))
 
 
-def least_response(job: EngineJob, found: Arms, asked: Lengths) -> float | None:
-    """The least a response can be under the limits of the job, for given cranks; None: unknown."""
-    box = box_of(job)
-    limits = [lengths(limit, found, limit.bound) for limit in job.limits.values()]
-    if box.size:
-        answer = least(asked, limits, box)
-        return None if answer.x is None else answer.value
-    none = np.zeros(0)
-    return asked.value(none) if all(limit.value(none) <= limit.limit * (1.0 + 1e-9) for limit in limits) else None
-
-
 def weigh(job: EngineJob, found: Arms, solver: Solver = least) -> Least:
-    """The best share and weights for given cranks; what is only looked at is "met" or "violated"."""
-    box, goal = box_of(job), lengths(goal_table(job), found)
-    limits = [lengths(limit, found, limit.bound) for limit in job.limits.values()]
+    """The best share and weights for given cranks; what is only looked at is "met" or "violated".
+
+    All orders together are held at ever more crank angles, until they are no greater between them.
+    """
+    turn = _DEGREES
+    for _ in range(_ROUNDS):
+        answer = _weigh_at(job, found, turn, solver)
+        beyond = _beyond(job, found, answer, turn)
+        if not beyond.size:
+            break
+        turn = np.union1d(turn, beyond)
+    return answer
+
+
+def _beyond(job: EngineJob, found: Arms, answer: Least, turn: FloatArray) -> FloatArray:
+    """Crank angles [rad] at which all orders together are greater than at those of `turn`, and matter; (n,)."""
+    whole = [table for table in (goal_table(job), *job.limits.values()) if not table.of_order]
+    if answer.x is None or not whole:
+        return np.zeros(0)
+    now, most = found.at(answer.x), []
+    for table in whole:
+        angles, sizes = peaks(now, table.is_couple)
+        looked = float(np.abs(over_turn(now, table.is_couple, turn)).max())
+        most.append(angles[sizes > max(looked, table.bound if table.at_most is not None else 0.0) * (1.0 + _EXACT)])
+    return np.concatenate(most)
+
+
+def _weigh_at(job: EngineJob, found: Arms, turn: FloatArray, solver: Solver) -> Least:
+    """The same with all orders together at the crank angles `turn` [rad] alone."""
+    box, goal = box_of(job), lengths(goal_table(job), found, turn=turn)
+    limits = [lengths(limit, found, limit.bound, turn=turn) for limit in job.limits.values()]
     if not box.size or job.goal is None:
         x = np.zeros(box.size)
         broken = [
@@ -208,25 +228,27 @@ def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, fi
     second = solver(weights, [*limits, kept], box)
     if second.x is None or first.x is None or weights.value(second.x) > weights.value(first.x) * (1.0 - 1e-6):
         return first
+    if excess(second.x, limits) > max(excess(first.x, limits), _EXACT):
+        return first
     return replace(first, x=second.x, value=goal.value(second.x))
 
 
-def lengths(table: EngineLimitTable, found: Arms, limit: float = inf) -> Lengths:
-    """A response as lengths of affine rows: both arms of one order added, or samples over a turn, the greatest."""
+def lengths(table: EngineLimitTable, found: Arms, limit: float = inf, turn: FloatArray = _DEGREES) -> Lengths:
+    """A response as lengths of affine rows: both arms of one order added, or the greatest at crank angles [rad]."""
     row, order = int(table.is_couple), table.of_order
     if order:
         if order >= found.constant.shape[2]:
             return Lengths(np.zeros(1, dtype=complex), np.zeros((1, found.slope.shape[3]), dtype=complex), "sum", limit)
         return Lengths(found.constant[row, :, order], found.slope[row, :, order], "sum", limit)
-    turn = np.linspace(0.0, 2.0 * np.pi, _SAMPLES, endpoint=False)
     constant = over_turn(found.constant, table.is_couple, turn)
     slope = np.array([over_turn(found.slope[..., k], table.is_couple, turn) for k in range(found.slope.shape[3])])
-    return Lengths(constant, slope.T.reshape(_SAMPLES, -1), "worst", limit)
+    return Lengths(constant, slope.T.reshape(len(turn), -1), "worst", limit)
 
 
 def least_bound(job: EngineJob, name: str) -> float | None:
     """The least bound of one limit that lets the others hold; None where that is not known."""
-    free = replace(job, limits={key: one for key, one in job.limits.items() if key != name})
-    every = (arms(job, cranks) for cranks in settings(job))
-    found = [least_response(free, here, lengths(job.limits[name], here)) for here in every]
-    return min((one for one in found if one is not None), default=None)
+    others = {key: one for key, one in job.limits.items() if key != name}
+    goal = EngineGoalTable(minimise=job.limits[name].response, order=job.limits[name].order)
+    free = replace(job, limits=others, goal=goal)
+    every = [weigh(free, arms(job, cranks)) for cranks in settings(job)]
+    return min((one.value for one in every if one.x is not None and one.status != "violated"), default=None)

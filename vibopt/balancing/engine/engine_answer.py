@@ -11,6 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, least_bound
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
@@ -235,7 +236,10 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
             f"{middle}."
         )
     if any(u.sense < 0 or u.order == 2 for u in job.weights):
-        notes.append("The angle of a balance shaft is that of its weight when the first crank angle is zero.")
+        stands = show_angle(found.cranks[job.cylinders[0].throw])
+        notes.append(
+            f"The angle of a balance shaft is that of its weight when the crank of cylinder 1 stands at {stands}."
+        )
     if job.is_search:
         listed = ", ".join(f"{degrees(crank):.6g}" for crank in found.cranks)
         notes.append(f"Cranks, in the order of the throws: {listed} deg.")

@@ -31,6 +31,8 @@ from vibopt.records import dataclass
 from vibopt.values import Choice, Fact
 
 _HAIR = 1e-9
+_TEXTBOOK = 2
+"""Orders of truncated kinematics."""
 RECIPROCATING, ROTATING = "counterweight_share", "rotating_share"
 KEYS = (
     "title", "statement", "source", "engine", "cylinders", "counterweights", "balance_shafts", "limits", "measures",
@@ -214,7 +216,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     goal = optional_table(EngineGoalTable, document, "goal", mistakes)
     mistakes.raise_any()
     assert engine is not None
-    _check(engine, cylinders, counterweights, shafts, limits, goal, mistakes)
+    _check(engine, cylinders, counterweights, shafts, (limits, measures, goal), mistakes)
     mistakes.raise_any()
     return _job(document, mistakes.name, engine, cylinders, (counterweights, shafts), (limits, measures, goal))
 
@@ -236,7 +238,7 @@ def _job(
         title=str(document.get("title", name)),
         speed=engine.speed.value,
         ratio=engine.radius / engine.rod.value,
-        orders=engine.orders,
+        orders=max(engine.orders, *_orders_asked(*asked).values(), 0),
         truncated=engine.kinematics == "truncated",
         cylinders=tuple(
             Cylinder(
@@ -264,6 +266,16 @@ def _job(
         spaced=len(cylinders) > 1 and all(cylinder.at is None for cylinder in cylinders),
         document=document,
     )
+
+
+def _orders_asked(
+    limits: Mapping[str, EngineLimitTable], measures: Mapping[str, EngineLimitTable], goal: EngineGoalTable | None
+) -> dict[tuple[str, ...], int]:
+    """Orders that are asked for, by where."""
+    every = {("limits", name): one for name, one in limits.items()}
+    every |= {("measures", name): one for name, one in measures.items() if one.kinematics is None}
+    found: dict[tuple[str, ...], int] = {path: one.of_order for path, one in every.items()}
+    return found if goal is None else {**found, ("goal",): goal.order or 0}
 
 
 def _mass(own: Fact | None, common: Fact | None) -> float:
@@ -322,11 +334,11 @@ def _check(
     cylinders: list[CylinderTable],
     counterweights: Mapping[str, CounterweightTable],
     shafts: Mapping[str, BalanceShaftTable],
-    limits: Mapping[str, EngineLimitTable],
-    goal: EngineGoalTable | None,
+    asked: tuple[Mapping[str, EngineLimitTable], Mapping[str, EngineLimitTable], EngineGoalTable | None],
     mistakes: Mistakes,
 ) -> None:
     """What the tables say of each other."""
+    limits, measures, goal = asked
     if not cylinders:
         mistakes.add(("cylinders",), "there is no cylinder. Write [[cylinders]] once for each.")
         return
@@ -344,6 +356,13 @@ def _check(
     if wanted and wanted != len(engine.cranks):
         mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
     unbounded(limits, mistakes)
+    if engine.kinematics == "truncated":
+        for path, order in _orders_asked(limits, measures, goal).items():
+            if order > _TEXTBOOK:
+                way = 'Write kinematics = "exact" in [engine].'
+                mistakes.add(
+                    (*path, "order"), f"{'.'.join(path)}.order = {order}, but truncated kinematics ends at 2. {way}"
+                )
     sizes = [counterweight.unbalance for counterweight in counterweights.values()] + [
         shaft.unbalance for shaft in shafts.values()
     ]

@@ -19,6 +19,12 @@ _LONGEST_CRANK = 0.9999
 """Part of the rod; the series of its orders have some 21 / (1 - ratio) terms."""
 
 
+def _known_order(order: int | None) -> None:
+    """Refuse an order that no series goes up to."""
+    if order is not None and not 1 <= order <= HIGHEST_ORDER:
+        raise word(f"has order = {order}. Write a number from 1 to {HIGHEST_ORDER}.")
+
+
 class EngineTable(Table):
     """[engine]: one slider-crank for all cylinders; a cylinder may have masses of its own.
 
@@ -36,7 +42,7 @@ class EngineTable(Table):
         from = 0, to = 1 }`. 0 without it.
     rotating_share: Part of the rotating mass that the counterweights carry: `rotating_share = "100 %"`.
     kinematics: "exact": all orders up to `orders`; "truncated": the first two.
-    orders: How many orders are shown.
+    orders: How many orders are shown; more where a limit, a measure or the goal asks for a higher one.
     cranks: Angles to be shared out among the throws that choose, each taken once: `cranks = ["0 deg", "90 deg",
         "180 deg", "270 deg"]`.
     firing_order: Gives the cranks that are not written: `firing_order = [1, 3, 4, 2]`.
@@ -127,7 +133,7 @@ class CounterweightTable(Table):
     """
 
     at: Fact = number("length", choice=False, sign="any", required=True)
-    unbalance: Fact | Choice = number("unbalance", required=True)
+    unbalance: Fact | Choice = number("unbalance", required=True, sign="not negative")
     angle: Fact | None = number("angle", choice=False, sign="any")
 
     @model_validator(mode="after")
@@ -148,8 +154,8 @@ class CounterweightTable(Table):
 class BalanceShaftTable(CounterweightTable):
     """[balance_shafts.NAME]: turns `order` times as fast as the crank; without angle both size and angle are chosen.
 
-    The angle is that of its weight when the first crank angle is zero, from the axis of bank zero in the sense in
-    which the crankshaft turns.
+    The angle is that of its weight when the cranks stand at the angles of the file, from the axis of bank zero in the
+    sense in which the crankshaft turns.
 
     Keys
     ----
@@ -158,8 +164,8 @@ class BalanceShaftTable(CounterweightTable):
     at: Place along the crankshaft: `at = "135 mm"`.
     unbalance: Mass times radius; chosen with its angle, `unbalance = { from = "0 g mm", to = "50 kg mm" }`, or a
         fact.
-    angle: Of the weight when the first crank angle is zero; a fact needs one, a choice has none: `angle = "180
-        deg"`.
+    angle: Of the weight when the cranks stand at the angles of the file; a fact needs one, a choice has none:
+        `angle = "180 deg"`.
     """
 
     order: Literal[1, 2]
@@ -176,8 +182,8 @@ class EngineLimitTable(Bounded):
     Keys
     ----
     response: What is limited or measured.
-    order: Of the force or couple; all together without it: `order = 2`. Refused of primary and secondary ones,
-        which say their own.
+    order: Of the force or couple, up to 20; all together without it: `order = 2`. Refused of primary and secondary
+        ones, which say their own.
     when: At this crank angle, of a measure: `when = "30 deg"`. Refused in a limit.
     kinematics: Exact or truncated, of a measure. Refused in a limit.
     at_most: The greatest over a turn: `at_most = "600 N"`.
@@ -196,6 +202,7 @@ class EngineLimitTable(Bounded):
         if self.order is not None and self.response not in ("force", "couple"):
             plain = "couple" if self.is_couple else "force"
             raise word(f'has an order, but {self.response} says its own. Write response = "{plain}".')
+        _known_order(self.order)
         if self.at_most is not None:
             if self.when is not None or self.kinematics is not None:
                 raise word("has a bound, but when and kinematics are for [measures.NAME] only. Leave them out.")
@@ -230,3 +237,11 @@ class EngineGoalTable(Table):
     minimise: Response
     order: int | None = None
     then: list[Response] = Field(default_factory=list)
+
+    @model_validator(mode="after")
+    def _knows(self) -> EngineGoalTable:
+        if self.order is not None and self.minimise not in ("force", "couple"):
+            plain = "couple" if self.minimise.endswith("couple") else "force"
+            raise word(f'has an order, but {self.minimise} says its own. Write minimise = "{plain}".')
+        _known_order(self.order)
+        return self

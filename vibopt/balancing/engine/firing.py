@@ -89,13 +89,13 @@ def classes(job: EngineJob) -> Iterator[tuple[float, ...]]:
     """Crank angles per throw, one member of each class, the first in numbers."""
     free = [k for k, crank in enumerate(job.cranks) if crank is None]
     turns_free = len(free) == len(job.cranks) and all(weight.fixed is None for weight in job.weights)
-    if factorial(max(len(free) - int(turns_free), 0)) > MOST:
-        raise InputError(f"{job.name}: {len(free)} throws can be set in more than {MOST} ways. Fix some of the cranks.")
     offered = tuple(sorted(one % tau for one in job.offered))
+    firsts = _unlike(offered) if turns_free else []
+    if factorial(len(free) - 1) * len(firsts) > MOST if turns_free else factorial(len(free)) > MOST:
+        raise InputError(f"{job.name}: {len(free)} throws can be set in more than {MOST} ways. Fix some of the cranks.")
     seen: set[tuple[float, ...]] = set()
-    heads = permutations(offered[1:]) if turns_free else permutations(offered)
-    for rest in heads:
-        chosen = (offered[0], *rest) if turns_free else rest
+    turned = ((offered[k], *rest) for k in firsts for rest in permutations(offered[:k] + offered[k + 1 :]))
+    for chosen in turned if turns_free else permutations(offered):
         cranks = [0.0 if crank is None else crank for crank in job.cranks]
         for k, angle in zip(free, chosen, strict=True):
             cranks[k] = angle
@@ -103,6 +103,14 @@ def classes(job: EngineJob) -> Iterator[tuple[float, ...]]:
         if key not in seen:
             seen.add(key)
             yield tuple(cranks)
+
+
+def _unlike(offered: tuple[float, ...]) -> list[int]:
+    """Angles, by number, that throw 1 may take: one of those that turning the whole list takes into each other."""
+    seen: dict[tuple[float, ...], int] = {}
+    for k, angle in enumerate(offered):
+        seen.setdefault(tuple(sorted(_rounded(np.array(offered) - angle))), k)
+    return list(seen.values())
 
 
 def _key(job: EngineJob, cranks: list[float], turns_free: bool) -> tuple[float, ...]:

@@ -52,8 +52,8 @@ def _cosine_of_root(ratio: float, half: int) -> float:
     return float((-1) ** half) * first * sum_of_terms / ratio
 
 
-_GRID = 1440
-"""Crank angles at which the greatest size is looked for."""
+_GRID, _NEAR = 1440, 0.99
+"""Crank angles at which the greatest size is looked for, and the part of it above which others are refined."""
 
 
 @dataclass(frozen=True)
@@ -158,14 +158,25 @@ def over_turn(found: ComplexArray, couple: bool, crank: FloatArray) -> ComplexAr
 
 
 def peak(found: ComplexArray, couple: bool) -> float:
-    """Greatest size over a turn of all orders together: a grid, then the best grid points refined by halving."""
+    """Greatest size over a turn of all orders together."""
     if np.abs(found[int(couple)]).max() == 0.0:
         return 0.0
+    return float(peaks(found, couple)[1].max())
+
+
+def peaks(found: ComplexArray, couple: bool) -> tuple[FloatArray, FloatArray]:
+    """Crank angles [rad] and sizes of all orders together where those are greatest in their surroundings, each (n,).
+
+    Of a grid, those within 1 % of the greatest, refined by ever smaller steps.
+    """
     step = 2.0 * np.pi / _GRID
     turns, (with_, against) = _turns(found.shape[2], _GRID), found[int(couple)]
-    best, low = step * int(np.argmax(np.abs(turns @ with_ + turns.conj() @ against))), step
+    sizes = np.abs(turns @ with_ + turns.conj() @ against)
+    tops = (sizes >= np.roll(sizes, 1)) & (sizes >= np.roll(sizes, -1)) & (sizes >= _NEAR * sizes.max())
+    best: FloatArray = np.asarray(step * np.flatnonzero(tops), dtype=np.float64)
+    low = step
     while low > 1e-9:
-        near: FloatArray = np.asarray(best + low * np.linspace(-1.0, 1.0, 9), dtype=np.float64)
-        best = float(near[int(np.argmax(np.abs(over_turn(found, couple, near))))])
-        low *= 0.25
-    return float(abs(over_turn(found, couple, np.array([best]))[0]))
+        near = best[:, None] + low * np.linspace(-1.0, 1.0, 9)
+        most = np.abs(over_turn(found, couple, near.ravel())).reshape(near.shape).argmax(axis=1)
+        best, low = near[np.arange(len(best)), most], 0.25 * low
+    return best, np.asarray(np.abs(over_turn(found, couple, best)), dtype=np.float64)
