@@ -182,6 +182,58 @@ def test_what_is_no_scenario_is_said(run: Run, press: Path, words: tuple[str, ..
     assert (done.code, done.err) == (2, said)
 
 
+SHELF = """\
+part;rated load max [N];stiffness [N/mm];loss factor;tolerance [%];price [EUR]
+A;1800;470;0.1;10;18
+B;1800;255;0.1;;26
+"""
+BOUGHT = """
+[bodies.pump]
+mass = {}
+[links.feet]
+between = ["pump", "ground"]
+part = {{ catalogue = "shelf.csv" }}
+count = {{ from = 4, to = 8, whole = true }}{}
+[excitations.shaft]
+kind = "unbalance"
+on = "pump"
+unbalance = "0.09 kg m"
+speed = "970 rpm"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "2 kN"
+[goal]
+minimise = "price"
+[scenarios.more]
+"excitations.shaft.unbalance" = "0.1 kg m"
+"""
+NONE = '\ntolerance = "0 %"'
+
+
+@pytest.mark.parametrize(
+    ("mass", "feet", "way"),
+    [
+        ('"620 kg"', "", 'Write tolerance = "0 %" into links.feet, in place of the catalogue\'s'),
+        ('{ value = "620 kg", tolerance = "5 %" }', NONE, "Leave the tolerances out"),
+        ('{ value = "620 kg", tolerance = "5 %" }', "",
+         'Leave the tolerances out and write tolerance = "0 %" into links.feet, in place of the catalogue\'s'),
+        ('"620 kg"', NONE, ""),
+    ],
+)  # fmt: skip
+def test_one_design_for_all_says_where_tolerances_are_left_out(tmp_path: Path, mass: str, feet: str, way: str) -> None:
+    (tmp_path / "shelf.csv").write_text(SHELF, encoding="utf-8")
+    file = tmp_path / "pump.toml"
+    file.write_text(BOUGHT.format(mass, feet), encoding="utf-8")
+    if not way:
+        assert one_for_all(open_job(file)).status == "optimal"
+        return
+    assert str(refused(one_for_all, open_job(file))) == (
+        "pump.toml: one design for all scenarios does not go with tolerances: each scenario has a worst machine of its "
+        f"own. {way}, or vibopt compare FILE --scenarios."
+    )
+
+
 @pytest.mark.parametrize("file", ["fan_verification_run.toml", "rao_9_3.toml", "engine_share_capped.toml"])
 def test_jobs_of_every_kind_have_scenarios(tmp_path: Path, file: str) -> None:
     text = (ROOT / "balancing" / file).read_text(encoding="utf-8").partition("[[expected]]")[0]

@@ -10,8 +10,10 @@ from typing import Any
 import pytest
 
 import vibopt as vo
+from texts import best, choice, floor, shaken_fan
 from vibopt.study import absorbers, prices
 from vibopt.study.prices import priced
+from vibopt.work import each_answer_within
 
 Run = Callable[..., Any]
 PROBLEMS = Path(__file__).parents[2] / "problems"
@@ -28,6 +30,17 @@ def test_the_claim_says_which_search_a_time_limit_ended(run: Run, words: tuple[s
 def test_a_search_that_was_ended_is_not_proven(run: Run) -> None:
     assert run("solve", GIRDER).code == 0
     assert run("solve", GIRDER, "--time-limit", "1e-9", "--require-proof").code == 5
+
+
+def test_a_time_limit_is_seen_between_the_first_pieces_of_a_range_once_there_is_a_design() -> None:
+    turning = {"kind": "unbalance", "unbalance": "6 kg mm", "speed": "1450 rpm"}
+    mount = {"stiffness": "60 kN/m", "damping": choice("100 N s/m", "1 kN s/m")}
+    goal = best(minimise="displacement", of="fan", over="start-up")
+    with each_answer_within(1e-9):
+        answer = vo.solve(vo.from_text(shaken_fan(mount, floor("40 N"), goal, **turning)))
+    assert (answer.status, answer.method) == ("feasible", "one_range")
+    assert "but 1 piece did not settle it" in answer.claim
+    assert answer.limits["floor"].met
 
 
 @pytest.mark.parametrize("given", ["0", "-3", "soon"])

@@ -50,6 +50,15 @@ def test_between_whole_numbers_only_the_points_themselves_are_shaded() -> None:
     assert [(round(one.low), round(one.high)) for one in stretches(found)] == [(min(bad), max(bad))]
 
 
+def test_what_changes_between_whole_numbers_is_said_to_lie_between_them() -> None:
+    found = sweep(from_text(COUNTED), "links.mount.count", "1..12", 3)
+    for one in found.boundaries:
+        below, above = round(one.below.value), round(one.above.value)
+        assert above == below + 1
+        assert one.precise == f"between {below} and {above}"
+    assert found.boundaries
+
+
 def test_points_are_told_as_they_come() -> None:
     came: list[str] = []
     found = sweep(

@@ -10,6 +10,7 @@ from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
 from vibopt.scene.scene import Scene
 from vibopt.units import show
+from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange
 
 
@@ -126,21 +127,28 @@ def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
             "peak",
             'needs phases, but machines that run independently have no fixed phase. Write "sum" or "rss".',
         )
-    for bound in (response.at_most, response.at_least):
-        detector = getattr(bound, "detector", None)
-        if lines > 1 and detector == "rms" and response.combine not in (None, "rss"):
+    if lines > 1 and response.combine is not None:
+        _detected(path, response, response.combine, mistakes)
+
+
+def _detected(path: Path, response: HarmonicResponse, combine: str, mistakes: Mistakes) -> None:
+    """What is bounded or shown in rms or pp must be that of several harmonics as they add up."""
+    bounds = (getattr(bound, "detector", None) for bound in (response.at_most, response.at_least))
+    said = {("bound", one) for one in bounds} | {("unit", split_detector(response.unit or "")[1])}
+    for what, detector in sorted(said, key=str):
+        if detector == "rms" and combine != "rss":
             mistakes.value(
                 (*path, "combine"),
-                response.combine,
-                "does not fit a bound in rms: the rms of several harmonics is their root of sum of squares. Write "
+                combine,
+                f"does not fit a {what} in rms: the rms of several harmonics is their root of sum of squares. Write "
                 'combine = "rss".',
             )
-        if lines > 1 and detector == "pp" and response.combine not in (None, "sum"):
+        if detector == "pp" and combine != "sum":
             mistakes.value(
                 (*path, "combine"),
-                response.combine,
-                "does not fit a bound in pp: with several harmonics the swing is not twice the peak. Write the "
-                "bound in pk.",
+                combine,
+                f"does not fit a {what} in pp: with several harmonics the swing is not twice the peak. Write the "
+                f"{what} in pk.",
             )
 
 

@@ -63,6 +63,11 @@ def _printed(base: str, tolerance: Fact | Choice | None) -> list[Uncertain]:
     return [Uncertain(path, tolerance.value)] if tolerance is not None and tolerance.value > 0.0 else []
 
 
+def as_printed(scene: Scene) -> tuple[str, ...]:
+    """Devices whose tolerance stands in their catalogue alone: "links.feet"."""
+    return tuple(f"{family}.{name}" for family, name, table in devices(scene) if _printed("", table.printed))
+
+
 def uncertain_at(scene: Scene, chosen: Mapping[str, float]) -> tuple[Uncertain, ...]:
     """The same numbers with the tolerances of the parts that are chosen; `chosen` is the value of variables by path."""
     return tuple(replace(one, tolerance=chosen[one.printed]) if one.printed else one for one in uncertain(scene))
@@ -73,4 +78,4 @@ def likely(scene: Scene) -> bool:
     return any(limit.with_probability is not None for limit in scene.limits.values())
 
 
-__all__ = ["Uncertain", "likely", "uncertain", "uncertain_at"]
+__all__ = ["Uncertain", "as_printed", "likely", "uncertain", "uncertain_at"]

@@ -16,7 +16,7 @@ from vibopt.program.program import Aim, Program
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Scene
-from vibopt.scene.uncertain import uncertain
+from vibopt.scene.uncertain import as_printed, uncertain
 from vibopt.solve.dispatch import best_of
 from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
@@ -146,8 +146,18 @@ def _check(scene: Scene, scenes: Mapping[str, Scene]) -> None:
         if uncertain(one):
             raise InputError(
                 f"{scene.name}: one design for all scenarios does not go with tolerances: each scenario has a worst "
-                "machine of its own. Leave the tolerances out, or vibopt compare FILE --scenarios."
+                f"machine of its own. {_without_tolerances(one)}, or vibopt compare FILE --scenarios."
             )
+
+
+def _without_tolerances(scene: Scene) -> str:
+    """What to change in the file, where tolerances may stand in a catalogue."""
+    bought = as_printed(scene)
+    own = [one for one in uncertain(scene) if not one.path.startswith(tuple(f"{name}." for name in bought))]
+    said = ["leave the tolerances out"] if own else []
+    said += [f'write tolerance = "0 %" into {" and ".join(bought)}, in place of the catalogue\'s'] if bought else []
+    words = " and ".join(said)
+    return words[:1].upper() + words[1:]
 
 
 def _merged(scenes: Mapping[str, Scene]) -> Program:
