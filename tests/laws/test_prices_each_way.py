@@ -335,10 +335,13 @@ def test_the_number_of_mounts_that_stand_beside_a_choice_ends_at_a_whole_one(sti
     unbalance = {"name": "turning", "kind": "unbalance", "unbalance": "6 kg mm", "speed": "1450 rpm"}
     asked = floor("40 N"), best(minimise="displacement", of="fan", over="start-up")
     text = one_mass("fan", "120 kg", mount, unbalance, *asked)
-    (row,) = prices(vo.from_text(text), only=["links.mount.count"]).rows
+    found = prices(vo.from_text(text), only=["links.mount.count"])
+    (row,) = found.rows
     up = row.ways[1]
     assert up.ends is not None
     assert up.ends.value.is_integer()
     job = vo.from_text(text)
     states = [again(job, row.path, up.ends.value + more) for more in (0.0, 1.0)]
     assert [state.good for state in states] == [True, False]
+    last, words = up.ends.shown, str(list(range_rows(found)))  # the last number of mounts has a design itself
+    assert (f"to {last} (no design at" if up.until == up.ends else f"beyond {last} no design at") in words

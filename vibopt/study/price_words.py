@@ -57,7 +57,7 @@ def _end(now: Entry, way: Way, *, gain: bool) -> str:
     if way.ends is not None and way.beyond and way.then != way.beyond and (gain or way.beyond != GAIN):
         said = f"{way.beyond} beyond {way.ends.shown}"
         if way.beyond == NONE and way.looked:
-            said = f"from {way.ends.shown} on {_none_beyond(way)}"
+            said = f"beyond {way.ends.shown} {_none_beyond(way)}"
         then.append(way.beyond if way.ends == way.until else said)
     at_once = abs(way.until.value - now.value) <= 1e-6 * abs(now.value)
     return f"{now.shown if at_once else way.until.shown} ({'; '.join(then)})"
