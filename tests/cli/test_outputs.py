@@ -18,7 +18,7 @@ from texts import STIFFEST, choice, floor, shaken_fan
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.sweep_table import journal_of
 from vibopt.errors import InputError
-from vibopt.files import marks
+from vibopt.files import marks, reading
 from vibopt.files.marks import is_ours, with_check
 from vibopt.files.reading import forget
 from vibopt.files.writing import checked_target, format_of, write_file
@@ -105,6 +105,18 @@ def test_an_input_is_never_written_over(run: Run, fan: Path, words: tuple[str, .
         done = run(*command(words, named, out), *more)
         assert (done.code, named.read_text(encoding="utf-8")) == (2, FAN)
         assert done.err == f"{out} cannot be written: it is read in this run. Name another file.\n"
+
+
+def test_a_file_with_the_number_of_one_that_was_read_and_is_gone_is_another(tmp_path: Path) -> None:
+    """A file system gives the number of a deleted file to the next one."""
+    read, target = tmp_path / "gone.toml", tmp_path / "new.svg"
+    target.write_text("a picture")
+    found = target.stat()
+    for there in (True, False):
+        (os.link(target, read) if there else read.unlink())
+        reading._read[found.st_dev, found.st_ino] = str(read)
+        assert reading.was_read(target) == there
+    forget()
 
 
 def test_a_catalogue_and_readings_are_inputs_too(run: Run, tmp_path: Path) -> None:

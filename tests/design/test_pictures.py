@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from matplotlib.axes import Axes
-from matplotlib.patches import Circle
+from matplotlib.patches import Polygon
 from pictures import covered, struck
 
 from vibopt.arrays import FloatArray
@@ -268,5 +268,8 @@ def test_gears_stand_between_the_bodies_that_they_join() -> None:
     assert covered(figure) == []
     words = [one.get_text() for one in figure.axes[-1].texts]
     assert "gears\nwheel turns -0.5 x" in words
-    first, second = (one for one in figure.axes[-1].patches if isinstance(one, Circle))
-    assert abs(second.center[1] - first.center[1]) == pytest.approx(first.radius + second.radius)
+    first, second = (
+        one.get_xy() for one in figure.axes[-1].patches if isinstance(one, Polygon) and len(one.get_xy()) > 9
+    )
+    assert np.ptp(first, axis=0) == pytest.approx(np.ptp(second, axis=0))
+    assert min(abs(first[:, 1].min() - second[:, 1].max()), abs(second[:, 1].min() - first[:, 1].max())) < 1e-9

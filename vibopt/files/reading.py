@@ -20,8 +20,8 @@ _LONGEST = 200
 """Most letters of a file name in a message."""
 _BLOCK = 1 << 16
 """Bytes asked for at once, or the whole file: room for the largest of its kind takes longer to make than to fill."""
-_read: set[tuple[int, int]] = set()
-"""Device and number of every file that this run has looked into."""
+_read: dict[tuple[int, int], str] = {}
+"""Device and number of every file that this run has looked into, and its name: numbers are given to others later."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ def stamp_of(file: str | Path, kind: Kind, *, counts: bool = True) -> Stamp:
         raise _fault(error, kind) from None
     _check(found, kind)
     if counts:
-        _read.add((found.st_dev, found.st_ino))
+        _read[found.st_dev, found.st_ino] = os.path.abspath(file)
     return Stamp(found.st_mtime_ns, found.st_size)
 
 
@@ -100,9 +100,10 @@ def was_read(file: str | Path) -> bool:
     """Whether this run has looked into the file, by whatever name."""
     try:
         found = os.stat(file)
+        name = _read.get((found.st_dev, found.st_ino))
+        return name is not None and os.path.samestat(found, os.stat(name))
     except (OSError, ValueError):
         return False
-    return (found.st_dev, found.st_ino) in _read
 
 
 def forget() -> None:

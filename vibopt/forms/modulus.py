@@ -245,7 +245,8 @@ class Modulus(Form):
         elif self.output.shared_by:
             few, many = mounts(known.model, self.output).extent(low, high)
             lower, upper = lower / many[:, None] ** 2, upper / few[:, None] ** 2
-        return lower.reshape(len(low), -1, count), upper.reshape(len(low), -1, count)
+        shape = len(low), lower.shape[1] // count, count
+        return lower.reshape(shape), upper.reshape(shape)
 
     def known(self, at: FormBounds) -> bool:
         return not (self.rigid_link and at.direct) and not self._at_one_time
@@ -278,7 +279,7 @@ class Modulus(Form):
         if self.rigid_link:
             with np.errstate(divide="ignore", invalid="ignore"):
                 value = at.samples[drive.name, ~0].square(x) / value
-        return value.reshape(len(x), -1, len(drive.lines))
+        return value.reshape(len(x), value.shape[1] // len(drive.lines), len(drive.lines))
 
     def around(self, proof: Proof) -> bool:
         return proof.of_response(self)

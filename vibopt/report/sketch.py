@@ -27,6 +27,7 @@ BODY, SPRING = 0.36, 0.62
 """Inches: height of a box, and of a spring without words."""
 GEAR = 0.09
 """Inches: radius of each of the two gears that stand for teeth."""
+_TURN = np.linspace(0.0, 2.0 * np.pi, 49)
 LINE = 0.145
 MOST_SHAKES = 2
 MOST = 40
@@ -288,12 +289,11 @@ def _symbols(axes: Any, link: Link, start: tuple[float, float], stop: tuple[floa
     a, b = np.array(start), np.array(stop)
     across = np.array([-(b - a)[1], (b - a)[0]]) / (np.hypot(*(b - a)) or 1.0)
     if link.gear:
-        from matplotlib.patches import Circle
-
         middle, way = 0.5 * (a + b), (b - a) / (np.hypot(*(b - a)) or 1.0)
         axes.plot(*zip(start, stop, strict=True), color=INK, lw=1.0, zorder=1.5)
         for off in (-GEAR, GEAR):  # they touch in the middle
-            axes.add_patch(Circle(middle + off * way, GEAR, fc="white", ec=INK, lw=1.0, zorder=2))
+            around = middle + off * way + GEAR * np.column_stack([np.cos(_TURN), np.sin(_TURN)])
+            axes.fill(around[:, 0], around[:, 1], fc="white", ec=INK, lw=1.0, zorder=2)
         return
     for k, kind in enumerate(kinds):
         shift = 0.11 * (k - 0.5 * (len(kinds) - 1)) * across
