@@ -151,6 +151,8 @@ class Pulse(Transient):
         return self.duration_from.value if self.duration_from is not None else 0.0, self.duration_up_to.value
 
     def lasting(self, duration: float) -> "Pulse":
+        if self.duration_up_to is None:  # known, whatever another lasts
+            return self
         given = Fact(duration, "s")
         return self.model_copy(update={"duration": given, "duration_up_to": None, "duration_from": None})
 

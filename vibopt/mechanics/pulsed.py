@@ -31,6 +31,8 @@ looked into at most, and steps of Newton in each."""
 _APART, _NOTHING, _ROUNDED = 1e-4, 1e-12, 4e3
 """Ratio of squares of natural frequencies, slowest to fastest, from which on both keep their digits; part of the
 sizes in a sum that is rounding; how far the waves in a sum may exceed its greatest value."""
+_PLAIN = 1e6
+"""Condition of the vectors of signals, above which they are none."""
 _ALIKE, _RISE = 1e-13, 1e-15
 """Part of the greatest value by which an earlier one may be less and is as great; and that no step to it brings."""
 _DOUBLINGS = 6
@@ -244,6 +246,8 @@ def _turning(segment: Segment, turned: FloatArray, start: FloatArray) -> tuple[C
     """Rates of the waves of signals, their states, and the share of each in what a segment begins with."""
     alone = np.ndim(segment.length) == 0
     both: tuple[Any, Any] = _eigen(turned[0].tobytes(), turned.shape[1]) if alone else np.linalg.eig(turned)
+    if not (np.linalg.cond(both[1]) < _PLAIN).all():  # a line beside waves has no vectors of its own
+        raise _NoWayError
     return *both, np.linalg.solve(both[1], start[..., None].astype(complex))[..., 0]
 
 

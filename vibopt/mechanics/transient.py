@@ -459,7 +459,7 @@ class Transient:
         last = self.segments[-1]
         if not last.endless:
             return self.own, state
-        struck = state + (self._pushed @ last.blows) * self.rate[..., None]
+        struck = state + (self._pushed @ last.blows[..., None])[..., 0] * self.rate[..., None]
         start = np.broadcast_to(last.start, (*state.shape[:-1], last.start.shape[-1]))
         return self.whole(last) / wide(self.rate * last.length), np.concatenate([struck, start], axis=-1)
 

@@ -138,7 +138,7 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         scene, path, names, mistakes, together=together
     ):
         return
-    for fault in (_from_standstill, _two_unknown, _blow_handed_on, _moves_on):
+    for fault in (_from_standstill, _two_unknown, _unknown_beside, _blow_handed_on, _moves_on):
         said = fault(scene, response, names)
         if said:
             mistakes.add(path, f"{dotted(path)} {said}")
@@ -183,6 +183,19 @@ def _two_unknown(scene: Scene, response: TransientResponse, names: Sequence[str]
     return (
         f"counts {len(unknown)} pulses of unknown duration, excitations.{unknown[0]} and excitations.{unknown[1]}. "
         f'Name one: due_to = ["{unknown[0]}"], or add up the greatest of each: combine = "sum".'
+    )
+
+
+def _unknown_beside(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
+    """Counts a pulse of unknown duration beside what goes on for ever."""
+    once = _once(scene, names)
+    unknown = next((name for name, one in once.items() if one.durations is not None), "")
+    endless = next((name for name, one in once.items() if one.endless), "")
+    if not unknown or not endless or response.combine is not None:
+        return ""
+    return (
+        f"counts a pulse of unknown duration, excitations.{unknown}, beside excitations.{endless}, which goes on for "
+        f'ever. Write its duration, name one: due_to = ["{unknown}"], or add up the greatest of each: combine = "sum".'
     )
 
 

@@ -126,12 +126,17 @@ class Modelled:
         return (self if seen is self.full else replace(self, full=seen))._at(response, found)
 
     def _at(self, response: Response, found: Measured) -> tuple[float, float]:
+        if response.complement:
+            value, room = self._of_form(response, replace(found, value=1.0 - found.value))
+            return 1.0 - value, room
+        return self._of_form(response, found)
+
+    def _of_form(self, response: Response, found: Measured) -> tuple[float, float]:
+        """The same of the number that the form tells, and so of `found`: of an isolation, what comes through."""
         form = form_of(self.scene, self.full, response)
         if form.harmonic is not None:
-            other = 1.0 - found.value if response.complement else found.value
             with np.errstate(all="ignore"):
-                value, room = self._harmonic(form.harmonic, response, found, other)
-            return (1.0 - value if response.complement else value), room
+                return self._harmonic(form.harmonic, response, found, found.value)
         if response.outside_bands and form.frequency is None:
             value = nearest(form.every(self.full, self.x), response.outside_bands)
         elif response.outside_bands:
