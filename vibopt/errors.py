@@ -153,6 +153,12 @@ class UnknownName(VibOptError):  # noqa: N818 - reads better in "except UnknownN
         return cls(f'unknown {what} "{name}".{way_out(name, known)}')
 
 
+class RoutesDiffer(VibOptError):  # noqa: N818 - a finding rather than an error
+    """The model and the machine as built do not agree, so that nothing is told; as the status "check_failed"."""
+
+    exit_code = 6
+
+
 class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than an error
     """Raised by `Design.require_proof()`: the answer may be good, but nothing proves it."""
 

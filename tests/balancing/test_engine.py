@@ -226,11 +226,13 @@ def test_a_limit_on_all_orders_together_is_kept_between_the_degrees_of_a_turn(bo
             assert of_order(here.at(one), True, 1) >= best * (1.0 - 1e-6)
 
 
-@pytest.mark.parametrize("table", ["limits", "measures"])
-def test_an_order_beyond_those_shown_is_told_as_it_is(table: str) -> None:
+@pytest.mark.parametrize(("table", "more"), [
+    ("limits", {"at_most": "1 MN"}), ("measures", {}), ("measures", {"kinematics": "exact"}),
+])  # fmt: skip
+def test_an_order_beyond_those_shown_is_told_as_it_is(table: str, more: dict[str, str]) -> None:
     document = engine(["0 deg"])
     tenth = solved({**document, "engine": {**document["engine"], "orders": 10}}).find("orders.10.force").value
-    asked = {"x": {"response": "force", "order": 10, **({"at_most": "1 MN"} if table == "limits" else {})}}
+    asked = {"x": {"response": "force", "order": 10, **more}}
     answer = solved({**document, "engine": {**document["engine"], "orders": 8}, table: asked})
     assert answer.find(f"{table}.x.value").value == tenth > 0.0
 
@@ -365,6 +367,12 @@ crank = "180 deg"
             'kinematics = "truncated"\n[limits.a]\nresponse = "force"\norder = 4\nat_most = "5 N"\n[[cylinders]]',
             "engine.toml line 12: limits.a.order = 4, but truncated kinematics ends at 2. Write kinematics = "
             '"exact" in [engine].',
+        ),
+        (
+            "[[cylinders]]",
+            '[measures.a]\nresponse = "force"\norder = 4\nkinematics = "truncated"\n[[cylinders]]',
+            "engine.toml line 11: measures.a.order = 4, but truncated kinematics ends at 2. Write kinematics = "
+            '"exact" in [measures.a].',
         ),
         (
             "[[cylinders]]",

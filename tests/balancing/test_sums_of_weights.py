@@ -11,6 +11,7 @@ import pytest
 
 from rotor_jobs import FAN, solve_text
 from vibopt.answer.answer import Answer
+from vibopt.arrays import FloatArray
 from vibopt.balancing.known import KnownJob, read_known, solve_known
 from vibopt.document.mistakes import Mistakes
 from vibopt.study.prices import asked_of
@@ -55,18 +56,25 @@ def shaft(planes: str, most: float, of: str, combine: str = "rms", masses: Seque
     return solve_known(read_known(tomllib.loads(text), Mistakes("shaft.toml")))
 
 
+def turned(degrees: float) -> complex:
+    return complex(np.exp(1j * np.radians(degrees)))
+
+
+def levers(z: float) -> FloatArray:
+    """What a unit at z [mm] is at both bearings, (2,)."""
+    return np.array([(600 - z) / 600, z / 600])
+
+
 def least(most: float) -> float:
     """Of every filling of the holes that weighs so much at most [g], beside the best free weight: rms [g mm]."""
-    turn = lambda degrees: np.exp(1j * np.radians(degrees))  # noqa: E731
-    known = [(u * turn(angle), at) for u, angle, at in MASSES]
-    levers = lambda z: np.array([(600 - z) / 600, z / 600])  # noqa: E731
+    known = [(u * turned(angle), at) for u, angle, at in MASSES]
     found = sum(u * levers(z) for u, z in known)
     single = list(product(range(8), (20, 50, 120)))
     pairs = [(one, two) for one, two in combinations(single, 2) if one[0] != two[0]]
     best = np.inf
     for filling in [(), *((one,) for one in single), *pairs]:
         if sum(mass for _, mass in filling) <= most:
-            left = found + levers(250) * sum(80 * mass * turn(45 * hole) for hole, mass in filling)
+            left = found + levers(250) * sum(80 * mass * turned(45 * hole) for hole, mass in filling)
             h = levers(400)
             best = min(best, float(np.linalg.norm(left - h * (h @ left) / (h @ h)) / np.sqrt(2)))
     return best

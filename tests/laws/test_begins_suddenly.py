@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from refusals import refused
 from vibopt.excitations.segments import together
 from vibopt.mechanics.beating import highest
 from vibopt.mechanics.transient import Reading, Transient
+from vibopt.report.curves import panels
 from vibopt.verify.certify import measure
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12)
@@ -307,3 +309,14 @@ def test_no_sample_of_beating_waves_is_higher(seed: int, count: int, length: flo
     assert not left
     assert values.max() * (1.0 - 1e-9) <= value <= values.max() * (1.0 + 1e-4)
     assert abs((waves @ np.exp(rates * at)).real) == pytest.approx(value, rel=1e-12)
+
+
+def test_a_sum_over_several_times_is_drawn_part_by_part() -> None:
+    """The greatest of the parts, each by itself, add up to what the answer tells."""
+    design = vo.solve(vo.read(Path(__file__).parents[2] / "problems/shock/rao_9_72.toml"), explain=False)
+    drawn = panels(design)
+    assert [one.title for one in drawn] == [
+        f"Peak displacement of head, {name} by itself" for name in ("crane", "press", "compressor")
+    ]
+    total = sum(abs(mark.y) for one in drawn for mark in one.marks)
+    assert total == pytest.approx(1e6 * float(design.limits["cutter"].value.value), rel=1e-9)

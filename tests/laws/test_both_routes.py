@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from vibopt.cli.main import main
 from vibopt.devices.link import LinkTable
 from vibopt.devices.symbols import Symbols
+from vibopt.document.toml_writing import document_toml
+from vibopt.errors import RoutesDiffer
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
+from vibopt.study.nearest import with_nearest
+from vibopt.study.window import window
 
 
 def pump(**asked: Any) -> dict[str, Any]:
@@ -86,6 +92,43 @@ def test_a_goal_of_two_values_is_no_goal(monkeypatch: pytest.MonkeyPatch) -> Non
     design = solve(from_dict(document))
     assert design.status == "check_failed"
     assert design.claim.startswith("the two routes to an answer do not agree: displacement (displacement of pump) is ")
+
+
+def held(most: str) -> dict[str, Any]:
+    """Some stiffness keeps what is asked with its damper, none without."""
+    limits = {"still": {"response": "displacement", "of": "pump", "at_most": most}}
+    document = pump(limits=limits, goal={"minimise": "stiffness", "of": "mount"})
+    document["links"]["mount"]["stiffness"] = {"from": "100 kN/m", "to": "300 kN/m"}
+    return document
+
+
+def test_no_window_is_told_of_a_model_from_which_the_machine_as_built_differs(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Neither ends nor, where the model has no permitted design, that there is none."""
+    file = tmp_path / "pump.toml"
+    file.write_text(document_toml(held("9 mm")), encoding="utf-8")
+    assert main(["window", str(file)]) == 0
+    without_damper(monkeypatch)
+    for most in ("9 mm", "1 m"):
+        with pytest.raises(RoutesDiffer) as caught:
+            window(from_dict(held(most)))
+        assert str(caught.value).startswith(
+            "scene: no window is told: the two routes to an answer do not agree: still (displacement of pump) is "
+        )
+    capsys.readouterr()
+    assert main(["window", str(file), "--json"]) == 6
+    assert json.loads(capsys.readouterr().out)["status"] == "check_failed"
+
+
+def test_that_there_is_no_design_is_not_told_of_a_model_that_differs(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The nearest design is measured on the machine as built, and breaks the limit there, too."""
+    document = held("5 mm")
+    assert with_nearest(solve(from_dict(document), explain=False)).status == "infeasible"
+    without_damper(monkeypatch)
+    design = with_nearest(solve(from_dict(document), explain=False))
+    assert design.status == "check_failed"
+    assert design.claim.startswith("the two routes to an answer do not agree: still (displacement of pump) is ")
 
 
 def test_the_worst_machine_within_tolerances_is_compared_too(monkeypatch: pytest.MonkeyPatch) -> None:

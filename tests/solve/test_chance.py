@@ -196,7 +196,8 @@ def test_the_fewest_that_must_keep_a_bound_are_the_fewest(wanted: float, count: 
 def test_machines_spread_evenly_have_one_in_every_part(kind: str, size: float, count: int) -> None:
     one = Uncertain("a.b.c", Scatter(kind, size))
     factors = np.sort(drawn([one], count, "some", evenly=True)[:, 0])
-    ends = one.tolerance.factors(np.arange(count + 1) / count)  # type: ignore[attr-defined]
+    assert isinstance(one.tolerance, Scatter)
+    ends = one.tolerance.factors(np.arange(count + 1) / count)
     assert (factors >= ends[:-1]).all()
     assert (factors <= ends[1:]).all()
 

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import differential_evolution
 
+from vibopt.forms import RootMeanSquare
 from vibopt.forms.bounds import FormBounds
 from vibopt.forms.mean_square_on_boxes import at_designs
 from vibopt.program.pose import pose
@@ -106,7 +107,8 @@ def test_many_designs_at_once_are_each_by_itself(count: int, damped: float, seed
     form, model = program.aim.form, program.aim.model
     x = program.low * (program.high / program.low) ** rng.random((40, 3))
     assert form.values(model, x) == pytest.approx([form.value(model, one) for one in x], rel=1e-9)
-    together = at_designs(form, model, x)  # type: ignore[arg-type]
+    assert isinstance(form, RootMeanSquare)
+    together = at_designs(form, model, x)
     assert np.isfinite(together).all() or damped < 1.0
     assert not np.isfinite(together).all() or damped > 1e-9
 

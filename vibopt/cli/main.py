@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 INTERNAL, INPUT, INTERRUPTED = 1, 2, 130
 _UNWRITABLE = (errno.ENOSPC, errno.EIO, errno.EBADF)
-STATUS = {2: "input_error", 5: "unproven"}
+STATUS = {2: "input_error", 5: "unproven", 6: "check_failed"}
 
 VERBS = {
     "check": ("check", "Say whether problem files have mistakes; nothing is solved."),

@@ -111,22 +111,13 @@ def solve(
     asked = Asked(file, job, changes, method, fidelity == "full")
     found = answered(asked, fresh=True)
     drawn = _rounded(found, job, rounding) if rounding else None
-    if drawn is not None:
-        found = drawn.design
-    elif not no_prices:
-        found = answered(asked, fresh=True, prices=found)
-    elif found.status in EMPTY and found.nearest is None:
-        words = "The nearest design was not looked for, nor what each limit could be alone: leave --no-prices out."
-        found = replace(found, notes=(*found.notes, words))
+    found = drawn.design if drawn is not None else _priced(asked, found, no_prices=no_prices)
     if few is not None:
         found = replace(found, notes=(few.words, *found.notes))
     refused = "" if target is None else _save(found, job, drawn, target, changes)
     if modelled is not None:
         learnt = _modelled(found, modelled, force=force)
-    for place, text in learnt.items():
-        from vibopt.files.writing import write_file
-
-        write_file(place, text.encode())
+    _write(learnt)
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
     if as_json:
         more: dict[str, Any] = {"written": written} if written or refused else {}
@@ -139,6 +130,23 @@ def solve(
             complain(f"{found.status} is not proven, and --require-proof was asked for.")
         return UNPROVEN
     return found.exit_code
+
+
+def _priced(asked: Asked, found: Answer[Any], *, no_prices: bool) -> Answer[Any]:
+    """The answer with what loosening a limit buys, or with the words that nothing was looked for."""
+    if not no_prices:
+        return answered(asked, fresh=True, prices=found)
+    if found.status not in EMPTY or found.nearest is not None:
+        return found
+    words = "The nearest design was not looked for, nor what each limit could be alone: leave --no-prices out."
+    return replace(found, notes=(*found.notes, words))
+
+
+def _write(texts: dict[Path, str]) -> None:
+    for place, text in texts.items():
+        from vibopt.files.writing import write_file
+
+        write_file(place, text.encode())
 
 
 def _whole_where_asked(file: str, job: Job, fidelity: str) -> None:

@@ -22,7 +22,7 @@ from vibopt.report.series import Curve, Mark, Panel, Zone
 from vibopt.responses import TransientResponse
 from vibopt.responses.response import place_of
 from vibopt.scene.drives import durations_of, names_for
-from vibopt.scene.scene import Design
+from vibopt.scene.scene import Design, Scene
 from vibopt.units import best_unit, show, to_unit
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.by_torque import ByTorque
@@ -36,12 +36,13 @@ _SEEN = 4.0
 
 @dataclass(frozen=True, slots=True)
 class _Asked:
-    """A limit or measure in time, or the goal, which has no row in the answer."""
+    """A limit or measure in time, or the goal, which has no row in the answer; of a sum one part of it, by itself."""
 
     name: str
     response: TransientResponse
     row: Checked | None
     bound: float | None
+    part: str = ""
 
 
 def histories(design: Design, model: Model) -> list[Panel]:
@@ -55,7 +56,7 @@ def histories(design: Design, model: Model) -> list[Panel]:
     ]
     if scene.goal is not None and isinstance(scene.goal.response, TransientResponse):
         asked.append(_Asked("goal", scene.goal.response, None, None))
-    asked = [one for one in asked if one.response.combine is None]  # a sum over several times has no history
+    asked = [part for one in asked for part in _parts(scene, one)]
     first: dict[tuple[str, str, tuple[str, ...]], _Asked] = {}
     for one in asked:
         first.setdefault((one.response.response, place_of(one.response), names_for(scene, one.response)), one)
@@ -63,15 +64,30 @@ def histories(design: Design, model: Model) -> list[Panel]:
     return [*{(one.title, one.excitation): one for one in drawn if one is not None}.values()]
 
 
+def _parts(scene: Scene, asked: _Asked) -> list[_Asked]:
+    """What has a history: of a sum over several times each that it adds up and that comes once."""
+    if asked.response.combine is None:
+        return [asked]
+    alone = {
+        name: asked.response.alone(name, scene.excitations[name].sorts) for name in names_for(scene, asked.response)
+    }
+    return [
+        _Asked(asked.name, one, None, None, f", {name} by itself")
+        for name, one in alone.items()
+        if isinstance(one, TransientResponse)
+    ]
+
+
 def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     x, form = np.array(design.x), form_of(design.scene, model, asked.response)
     if design.scene.excitations[names_for(design.scene, asked.response)[0]].ramp is not None:
         return _against_speed(design, model, asked, cast("PeakInRunUp", form))
-    lasts = ""
+    lasts = asked.part
     if durations_of(design.scene, asked.response) is not None:
         of_any = cast("PeakOverDurations", form)
         duration = of_any.worst_of(model, x)[1]
-        form, lasts = of_any.lasting(duration), f", pulse of {show(duration, best_unit(duration, 'time'), 'time')}"
+        form = of_any.lasting(duration)
+        lasts += f", pulse of {show(duration, best_unit(duration, 'time'), 'time')}"
     assert isinstance(form, PeakInTime)
     peak = form.peak(model, x)
     if not isfinite(peak.value):

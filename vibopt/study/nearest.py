@@ -26,7 +26,7 @@ from vibopt.solve.robust import judged
 from vibopt.solve.several import Several, keys_of
 from vibopt.solve.sqp import Sqp
 from vibopt.values.soft import bent, counted, softness
-from vibopt.verify.checked import checked_limits, chosen_of
+from vibopt.verify.checked import checked_limits, chosen_of, disagreement
 from vibopt.verify.rated import parts_of
 from vibopt.work import Budget, late, metered
 
@@ -77,6 +77,8 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
     if design.status == "infeasible" and all(one.margin > _CLEAR for one in rows.values()) and not uncertain(scene):
         claim = f"{design.method} claims that there is no design, but one meets every limit on the built machine"
         return replace(design, status="check_failed", claim=claim, conflict=None)
+    if not uncertain(scene) and any(one.doubt for one in rows.values()):  # what is claimed is of another machine
+        return replace(design, status="check_failed", claim=disagreement(rows), conflict=None)
     chosen = _chosen(scene, x)
     found = Nearest(
         variables={variable.path: chosen_of(variable, chosen[variable.path]) for variable in scene.variables},

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import isfinite
@@ -15,7 +15,7 @@ from vibopt.answer.tabular import Tabular
 from vibopt.arrays import FloatArray
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import changed
-from vibopt.errors import InputError
+from vibopt.errors import InputError, RoutesDiffer
 from vibopt.jobs import answer, of_document, scene_only
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -26,6 +26,7 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
 from vibopt.solve.ranges import closed
 from vibopt.study.spans import BETWEEN, Span, Violations, between, spans_of
+from vibopt.verify.checked import checked_limits, disagreement
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -136,6 +137,8 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     scene = scene_only(job, "window", instead)
     _check(scene)
     program = replace(closed(pose(scene)), aim=None)
+    middle = np.where(program.low > 0.0, np.sqrt(program.low * program.high), 0.5 * (program.low + program.high))
+    _confirmed(scene, program, [middle])
     begin: list[FloatArray] = []
     spans = spans_of(scene, program, progress, begin)
     box = _Box(program, spans)
@@ -143,9 +146,10 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
         centre, part = _widest(spans[0])
         part, proven, claim = part * (1.0 - _ROOM), spans[0].proven, "every limit was followed all over it"
     else:
-        middle = [np.exp(np.mean(np.log(begin), axis=0))] if begin and np.min(begin) > 0.0 else []
-        centre, part = box.largest(np.array(middle).reshape(-1, len(spans)), progress)
+        mean = [np.exp(np.mean(np.log(begin), axis=0))] if begin and np.min(begin) > 0.0 else []
+        centre, part = box.largest(np.array(mean).reshape(-1, len(spans)), progress)
         part, proven, claim = _tested(scene, centre, part)
+    _confirmed(scene, program, [centre, centre * (1.0 - part), centre * (1.0 + part)])
     own = _own(scene)
     around = 0.0 if own is None else box.half(own)
     shown = {
@@ -153,6 +157,15 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
         for variable, x in zip(scene.variables, centre, strict=True)
     }
     return Window(job, spans, shown, part, proven, claim, around)
+
+
+def _confirmed(scene: Scene, program: Program, designs: Sequence[FloatArray]) -> None:
+    """Refuse to tell a window of a model from which the machine as built differs at one of the designs (n_vars,)."""
+    for x in designs:
+        chosen = {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)}
+        rows = checked_limits(scene, chosen, model=program.model)
+        if any(row.doubt for row in rows.values()):
+            raise RoutesDiffer(f"{scene.name}: no window is told: {disagreement(rows)}")
 
 
 def _check(scene: Scene) -> None:

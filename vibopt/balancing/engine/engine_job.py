@@ -238,7 +238,7 @@ def _job(
         title=str(document.get("title", name)),
         speed=engine.speed.value,
         ratio=engine.radius / engine.rod.value,
-        orders=max(engine.orders, *_orders_asked(*asked).values(), 0),
+        orders=max([engine.orders, *(one.of_order for one in _asked_of(*asked).values())]),
         truncated=engine.kinematics == "truncated",
         cylinders=tuple(
             Cylinder(
@@ -268,14 +268,13 @@ def _job(
     )
 
 
-def _orders_asked(
+def _asked_of(
     limits: Mapping[str, EngineLimitTable], measures: Mapping[str, EngineLimitTable], goal: EngineGoalTable | None
-) -> dict[tuple[str, ...], int]:
-    """Orders that are asked for, by where."""
-    every = {("limits", name): one for name, one in limits.items()}
-    every |= {("measures", name): one for name, one in measures.items() if one.kinematics is None}
-    found: dict[tuple[str, ...], int] = {path: one.of_order for path, one in every.items()}
-    return found if goal is None else {**found, ("goal",): goal.order or 0}
+) -> dict[tuple[str, ...], EngineLimitTable]:
+    """Every response that is asked for, by where."""
+    found: dict[tuple[str, ...], EngineLimitTable] = {("limits", name): one for name, one in limits.items()}
+    found |= {("measures", name): one for name, one in measures.items()}
+    return found if goal is None else {**found, ("goal",): EngineLimitTable(response=goal.minimise, order=goal.order)}
 
 
 def _mass(own: Fact | None, common: Fact | None) -> float:
@@ -356,13 +355,14 @@ def _check(
     if wanted and wanted != len(engine.cranks):
         mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
     unbounded(limits, mistakes)
-    if engine.kinematics == "truncated":
-        for path, order in _orders_asked(limits, measures, goal).items():
-            if order > _TEXTBOOK:
-                way = 'Write kinematics = "exact" in [engine].'
-                mistakes.add(
-                    (*path, "order"), f"{'.'.join(path)}.order = {order}, but truncated kinematics ends at 2. {way}"
-                )
+    for path, one in _asked_of(limits, measures, goal).items():
+        if one.of_order > _TEXTBOOK and (one.kinematics or engine.kinematics) == "truncated":
+            where = "engine" if one.kinematics is None else ".".join(path)
+            mistakes.add(
+                (*path, "order"),
+                f"{'.'.join(path)}.order = {one.of_order}, but truncated kinematics ends at {_TEXTBOOK}. Write "
+                f'kinematics = "exact" in [{where}].',
+            )
     sizes = [counterweight.unbalance for counterweight in counterweights.values()] + [
         shaft.unbalance for shaft in shafts.values()
     ]
