@@ -10,7 +10,10 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
-from texts import best, floor, shaken_fan
+from rotor_jobs import FAN
+from texts import best, floor, shaken_fan, table
+from vibopt.balancing import is_rotor
+from vibopt.balancing.solve_rotor import asked_of
 from vibopt.document.mistakes import Mistakes
 from vibopt.jobs import from_text, of_document
 from vibopt.report.figures import tradeoff_figure
@@ -33,7 +36,7 @@ def front(text: str, against: str, points: int) -> Tradeoff:
 def costs(found: Tradeoff) -> tuple[np.ndarray, np.ndarray]:
     goal = np.array([point.goal.value for point in found.points if point.goal is not None])
     reached = np.array([one.value for one in found.reached])
-    sense = -1.0 if found.job.goal is not None and found.job.goal.sense == "maximise" else 1.0
+    sense = -1.0 if getattr(found.job.goal, "sense", "") == "maximise" else 1.0
     return reached * (-1.0 if found.fact.path.endswith("at_least") else 1.0), sense * goal
 
 
@@ -141,6 +144,48 @@ def test_rotors_and_shafts_weigh_what_is_left_against_the_weights(kind: str) -> 
         answer = vo.solve(tighter, explain=False)
         assert answer.goal is not None
         assert answer.goal[1].value > point.goal.value
+
+
+TOTAL_OF_HOLES = table("limits.total", response="correction", total=True, at_most="6 oz")
+
+
+@pytest.mark.parametrize("worst", ["", table("limits.b", response="residual", at="B", at_most="3.5 mil pp")])
+def test_of_holes_and_shelves_every_choice_that_is_worth_having_is_found_in_few_answers(worst: str) -> None:
+    """Against every filling of both planes, one after the other."""
+    text = (ROOT / "balancing" / "rao_9_13_holes.toml").read_text().partition("[[expected]]")[0]
+    job = from_text(text + TOTAL_OF_HOLES + worst)
+    assert is_rotor(job)
+    asked = asked_of(job)[3].question
+    (left, right), (light, heavy) = asked.options, asked.option_masses
+    assert left is not None
+    assert right is not None
+    both = np.array(
+        [(a, b, m + n) for a, m in zip(left, light, strict=True) for b, n in zip(right, heavy, strict=True)]
+    )
+    amplitudes = np.abs(both[:, :2] @ asked.H.T + asked.y0)
+    keeps = np.all(amplitudes <= asked.limits, axis=1)
+    every = sorted(zip(both[keeps, 2].real, amplitudes[keeps].max(axis=1), strict=True))
+    worth: list[tuple[float, float]] = []
+    for mass, left_over in every:
+        if not worth or left_over < worth[-1][1] * (1.0 - 1e-9):
+            worth.append((mass, left_over))
+    found = vo.tradeoff(job, "limits.total", 20)
+    reached, goal = costs(found)
+    begun = 1 if worth[0][0] == 0.0 else 0  # no weights at all: a bound is more than zero
+    assert np.stack([reached, goal], axis=1)[begun:] == pytest.approx(np.array(worth)[begun:], rel=1e-9)
+    assert found.asked <= 4 * len(worth)
+
+
+def test_a_bound_that_may_fade_to_nothing_is_counted_as_it_is_and_not_by_ratios() -> None:
+    """Without weights the readings stay as they are, so that no total is the tightest; the knee is where one bends."""
+    text = FAN + table("limits.total", response="correction", total=True, at_most="16 g")
+    found = front(text + best(minimise="residual", combine="rms"), "limits.total", 9)
+    reached, goal = costs(found)
+    assert reached[0] <= 2e-6 * reached[-1]
+    assert np.max(np.diff(reached)) <= 2.0 / 8 * reached[-1]
+    x, y = reached / reached[-1], (goal - goal[-1]) / (goal[0] - goal[-1])
+    assert found.knee == int((x + y).argmin())
+    assert 0.2 < x[found.knee] < 0.8
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ import numpy as np
 from vibopt.answer.entry import ACTIVE, Entry
 from vibopt.answer.tabular import Tabular
 from vibopt.arrays import FloatArray
+from vibopt.balancing import is_rotor
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError, way_out
@@ -208,8 +209,14 @@ class _Front:
         self.least = fact.path.endswith(".at_least")
         self.sense = -1.0 if is_scene(job) and job.goal is not None and job.goal.sense == "maximise" else 1.0
         self.known: dict[float, Point | None] = {}
+        self.steps: set[float] = set()
+        """Bounds that designs which were found at looser ones reach: tighter by a hair the answer is another one."""
+        self.asked, self.impossible, self.fades = 0, 0.0, False
         ends = np.array([[fact.value], [1.5 * fact.value]])
-        self.batch = is_scene(job) and batch(job, (fact,), ends) is not None
+        self.many = batch(job, (fact,), ends) is not None
+        self.batch = is_scene(job) and self.many
+        robust = bool(getattr(job.goal, "robust", "")) if is_rotor(job) else False
+        self.tells = not (self.batch or robust)
         if not fact.value > 0.0:
             raise InputError(f"{job.name}: {fact.path} is {fact.now(1.0)}: a bound that is moved is more than zero.")
 
@@ -220,22 +227,54 @@ class _Front:
     def all(self, bounds: Sequence[float]) -> None:
         """Answer some bounds; what is close to an end may stay open where many are answered together."""
         new = [b for b in dict.fromkeys(bounds) if b not in self.known]
-        if new:
-            values = np.array([[self.value(b)] for b in new])
-            try:
-                points = answered(
-                    self.job, (self.fact,), values, sparing=self.batch, sure=self.batch and bool(self.known)
-                )
-                found = zip(new, points, strict=True)
-                self.known |= {b: one if one.good else None for b, one in found if one.status}
-            except InputError:
-                if len(new) == 1:
-                    self.known[new[0]] = None
-                else:
-                    for b in new:
-                        self.all([b])
+        if self.batch or (self.many and len(new) >= FEWEST_TOGETHER):
+            self._answer(new)
+        else:
+            for b in sorted(new, reverse=True):
+                if not self._told(b):
+                    self._answer([b])
         if self.progress is not None:
-            self.progress("trade-off", min(0.99, len(self.known) / (len(self.known) + 50.0)))
+            self.progress("trade-off", min(0.99, self.asked / (self.asked + 50.0)))
+
+    def _answer(self, new: Sequence[float]) -> None:
+        values = np.array([[self.value(b)] for b in new]).reshape(-1, 1)
+        self.asked += len(new)
+        try:
+            points = answered(self.job, (self.fact,), values, sparing=self.batch, sure=self.batch and bool(self.known))
+            for b, one in zip(new, points, strict=True):
+                if one.status:
+                    self._keep(b, one)
+        except InputError:
+            if len(new) == 1:
+                self.known[new[0]] = None
+            else:
+                self.all(new)
+
+    def _keep(self, b: float, one: Point) -> None:
+        """Remember an answer, and that the best design at a bound is the best down to what it reaches."""
+        self.known[b] = one if one.good else None
+        if self.tells and one.status == "infeasible":
+            self.impossible = max(self.impossible, b)
+        if self.tells and one.status == "optimal" and 0.0 < self.bound(one) < b * (1.0 - CLOSE):
+            self.steps.add(self.bound(one))
+            self.known.setdefault(self.bound(one), one)
+
+    def _told(self, b: float) -> bool:
+        """Whether the answer at a bound follows from others."""
+        if b <= self.impossible:
+            self.known[b] = None
+            return True
+        looser = min((c for c in self.known if c > b), default=None)
+        point = None if looser is None else self.known[looser]
+        if point is None or not self.tells or point.status != "optimal" or not self.bound(point) <= b:
+            return False
+        self.known[b] = point
+        return True
+
+    def bound(self, point: Point) -> float:
+        """What a design reaches, as a bound that it just keeps."""
+        reached = self.reached(point)
+        return (1.0 / reached if reached > 0.0 else np.inf) if self.least else reached
 
     def cost(self, point: Point) -> float:
         """The goal, to be small."""
@@ -271,7 +310,7 @@ class _Front:
         entries = tuple(replace(one.value, value=self.reached(one)) for one in found)
         return Tradeoff(
             self.job, self.fact, tuple(found), entries, goal_word(self.job), knee, float(max(rest, default=0.0)), free,
-            tuple(jumps), len(self.known),
+            tuple(jumps), self.asked,
         )  # fmt: skip
 
     def _ends(self) -> tuple[float, float, bool]:
@@ -295,8 +334,8 @@ class _Front:
             return point is not None and self.cost(point) <= own + _SAME * abs(own)
 
         if free and not self.batch and open_end is not None:
-            held = self.reached(open_end)  # the tightest bound, if no other design is as good
-            high = (1.0 / held if self.least else held) * (1.0 + 1e-12) if held > 0.0 else begin
+            high = self.bound(open_end) * (1.0 + 1e-12)  # the tightest bound, if no other design is as good
+            high = high if 0.0 < high < np.inf else begin
             self.all([high, high * (1.0 - 0.5 * CLOSE)])
         gaps: list[Gap] = [self._falling(lambda one: one is not None)]
         if free:
@@ -306,6 +345,7 @@ class _Front:
 
     def _falling(self, holds: Holds) -> Gap:
         """The loosest known bound that fails below those that hold, and the next; further down where none fails."""
+        most = max((self.bound(one) for one in self.known.values() if one is not None), default=0.0)
         for _ in range(_REACH):
             bounds = sorted(self.known)
             fails = [
@@ -313,6 +353,10 @@ class _Front:
             ]
             if fails:
                 return bounds[fails[-1]], bounds[fails[-1] + 1], holds
+            tightest = self.known[bounds[0]]
+            if min(bounds[0], self.bound(tightest) if tightest is not None else np.inf) <= CLOSE * most:
+                self.fades = True
+                return bounds[0], bounds[0], holds
             self.all([0.5 * bounds[0]])
         return 0.5 * bounds[0], bounds[0], holds
 
@@ -324,11 +368,15 @@ class _Front:
                 break
             count = _TOGETHER if self.batch else 1
             inner = [[a * (c / a) ** (k / (count + 1)) for k in range(1, count + 1)] for a, c, _ in wide]
-            self.all([b for one in inner for b in one])
+            self.all([b for one in inner for b in one] + self._beside(c for _, c, _ in wide))
             last, gaps = gaps, [self._closer(gap) for gap in gaps]
             if gaps == last:  # what is left between is open
                 break
         return [gap[1] for gap in gaps]
+
+    def _beside(self, bounds: Iterable[float]) -> list[float]:
+        """Just tighter than what designs reach at some bounds: there the next design is, if there is one."""
+        return [b * (1.0 - 0.5 * CLOSE) for b in bounds if b in self.steps]
 
     def _closer(self, gap: Gap) -> Gap:
         """The loosest known bound of a gap that fails, and the next."""
@@ -346,7 +394,9 @@ class _Front:
         self.all([tight, *map(float, spaced(tight, loose, count)[1:-1]), loose])
         left = 4 * count * (FEWEST_TOGETHER if self.batch else 1) + 100
         for _ in range(_ROUNDS):
-            new = [float(b) for a, c, parts in self._wide(tight, loose, count) for b in spaced(a, c, parts + 1)[1:-1]]
+            wide = list(self._wide(tight, loose, count))
+            new = [float(b) for a, c, parts in wide for b in spaced(a, c, parts + 1)[1:-1]]
+            new += self._beside(c for _, c, _ in wide)
             left -= len(new)
             if not new or left < 0:
                 return not new
@@ -372,13 +422,13 @@ class _Front:
 
     def _parts(self, points: Sequence[Point]) -> FloatArray:
         """Both quantities from their best (0) to their worst (1), (n, 2); by ratios where they span a factor 100."""
-        columns = []
+        columns: list[FloatArray] = []
         for values in (
             np.array([self.loss(point) for point in points]),
             np.array([self.cost(point) for point in points]),
         ):
             size, way = np.abs(values), np.sign(values.sum())
-            if size.min() > 0.0 and size.max() > RATIO * size.min():
+            if not (self.fades and not columns) and size.min() > 0.0 and size.max() > RATIO * size.min():
                 values = way * np.log(size)
             columns.append((values - values.min()) / (np.ptp(values) or 1.0))
         return np.stack(columns, axis=-1)
