@@ -82,7 +82,7 @@ def test_the_truth_follows_beats_behind_the_run_up() -> None:
 def test_a_short_hold_at_the_top_of_a_slip_is_seen() -> None:
     """Friction holds for a fiftieth of a radian; without that the mass is told to swing 7e-5 too far."""
     one = Slip(0.6233381101745086, 0.01077098378593427, 0.571669752383947)
-    assert Rub(one.r, one.ratio, one.friction).greatest(0, 1.0, 0j) == pytest.approx(
+    assert Rub(one.r, one.ratio, one.friction).greatest((1.0, 0.0, 0.0), 0j) == pytest.approx(
         friction_cases.truth(one), rel=1e-12
     )
     assert friction_cases.by_dop853(one, 1e-11).answer == pytest.approx(friction_cases.truth(one), rel=1e-9)

@@ -70,7 +70,8 @@ def _model(kind: type[Form] | None = None) -> Model:
         terms = tuple(
             Term(one, np.ones(1), scale, powers, "mount", scale, one != INERTIA) for one, scale, powers in rows
         )
-        return Model({}, 1, terms, properties={("mount", "friction_force"): Monomial(1e-3, {1: 1.0})})
+        friction = {("mount", "friction_force"): Monomial(1e-3, {1: 1.0})}
+        return Model({}, 1, terms, {"mount": np.ones(1)}, properties=friction)
     lower, upper, none = np.array([1.0, 0.0]), np.array([-1.0, 1.0]), np.zeros(3)
     first, second, third = np.eye(3)
     rows = [

@@ -17,8 +17,11 @@ from refusals import refused
 from vibopt.mechanics.dry_friction import Piece, Rub
 from vibopt.mechanics.slipping import Slipping, edges
 from vibopt.report.curves import panels
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.stick_slip import Rubbed
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=40)
+PLACE = (1.0, 0.0, 0.0)
 ratios = st.one_of(st.just(0.0), st.floats(1e-3, 3.0))
 
 
@@ -39,13 +42,13 @@ def test_without_stops_it_is_den_hartogs_formula(r: float, ratio: float, f: floa
     half = rub.half_cycle
     assert half is not None
     if len(half) == 1:
-        assert rub.greatest(0, 1.0, 0j) == pytest.approx(den_hartog(r, ratio, f), rel=1e-9)
+        assert rub.greatest(PLACE, 0j) == pytest.approx(den_hartog(r, ratio, f), rel=1e-9)
 
 
 @pytest.mark.parametrize(("r", "f", "printed"), [(0.5, 0.0, 4 / 3), (2.0, 0.5, 0.2205), (1.0, 0.8, 0.2994)])
 def test_undamped_examples(r: float, f: float, printed: float) -> None:
     """Den Hartog's V and U: sqrt(V^2 - (f U)^2) with V = 1 / (1 - r^2), U = tan(pi / 2 r) / r; at 1 it stops."""
-    found = Rub(r, 0.0, max(f, 1e-12)).greatest(0, 1.0, 0j)
+    found = Rub(r, 0.0, max(f, 1e-12)).greatest(PLACE, 0j)
     assert found == pytest.approx(printed, rel=1e-3)
     if r > 1.0:
         assert found == pytest.approx(sqrt((1 - r * r) ** -2 - (f / r * np.tan(pi / 2 / r)) ** 2), rel=1e-12)
@@ -86,25 +89,25 @@ def test_in_a_cycle_the_force_does_what_friction_and_the_damper_take(r: float, r
 @example(r=0.7527324252800529, ratio=0.04330127018922193, below=3)
 def test_friction_that_only_rounding_tells_from_the_force_holds(r: float, ratio: float, below: int) -> None:
     """What is left of the force is e = 1 - f, over 2 sqrt(2 e) of the cycle: it slips by less than 8 e^2 / r^2."""
-    assert Rub(r, ratio, 1.0 - below * 2.0**-53).greatest(0, 1.0, 0j) <= 1e-15
+    assert Rub(r, ratio, 1.0 - below * 2.0**-53).greatest(PLACE, 0j) <= 1e-15
 
 
 @few
 @given(r=st.floats(0.1, 4.0), ratio=st.floats(0.01, 2.0))
 def test_without_friction_it_is_linear_and_from_the_force_on_it_holds(r: float, ratio: float) -> None:
     linear = 1.0 / abs(1.0 - r**2 + 2j * ratio * r)
-    assert Rub(r, ratio, 1e-9).greatest(0, 1.0, 0j) == pytest.approx(linear, rel=1e-6)
-    assert Rub(r, ratio, 1e-9).equivalent(0, 1.0, 0j) == pytest.approx(linear, rel=1e-6)
-    assert Rub(r, ratio, 1.0).greatest(0, 1.0, 0j) == 0.0
-    assert Rub(r, ratio, 1.0).greatest(2, -(r**2), 1.0) == pytest.approx(1.0)
-    assert Rub(r, ratio, 1.0 - 1e-6).greatest(0, 1.0, 0j) < 1e-5
+    assert Rub(r, ratio, 1e-9).greatest(PLACE, 0j) == pytest.approx(linear, rel=1e-6)
+    assert Rub(r, ratio, 1e-9).equivalent(PLACE, 0j) == pytest.approx(linear, rel=1e-6)
+    assert Rub(r, ratio, 1.0).greatest(PLACE, 0j) == 0.0
+    assert Rub(r, ratio, 1.0).greatest((0.0, 0.0, -(r**2)), 1.0) == pytest.approx(1.0)
+    assert Rub(r, ratio, 1.0 - 1e-6).greatest(PLACE, 0j) < 1e-5
 
 
 def test_an_undamped_resonance_has_an_end_above_a_quarter_of_pi_alone() -> None:
-    assert Rub(1.0, 0.0, 0.25 * pi).greatest(0, 1.0, 0j) == np.inf
-    assert Rub(1.0, 0.0, 0.25 * pi + 1e-3).greatest(0, 1.0, 0j) < 1.0
-    assert Rub(1.0, 1e-3, 0.25 * pi).greatest(0, 1.0, 0j) < 40.0
-    near = [Rub(1.0 + gap, 0.0, 0.7).greatest(0, 1.0, 0j) for gap in (1e-3, 1e-5, 1e-7)]
+    assert Rub(1.0, 0.0, 0.25 * pi).greatest(PLACE, 0j) == np.inf
+    assert Rub(1.0, 0.0, 0.25 * pi + 1e-3).greatest(PLACE, 0j) < 1.0
+    assert Rub(1.0, 1e-3, 0.25 * pi).greatest(PLACE, 0j) < 40.0
+    near = [Rub(1.0 + gap, 0.0, 0.7).greatest(PLACE, 0j) for gap in (1e-3, 1e-5, 1e-7)]
     assert near[0] < near[1] / 50.0 < near[2] / 2500.0
 
 
@@ -115,7 +118,7 @@ def test_many_motions_together_are_greatest_where_dense_instants_are(
 ) -> None:
     """Where the closed form says that a motion never stops; instants of a half cycle from its first one."""
     many, phasor = Slipping(*(np.array([one, 2.0]) for one in (r, ratio, f))), np.exp(1j * np.array([turn, 0.0]))
-    found = float(many.greatest(order, np.array([-1.3, 1.0]), phasor)[0])
+    found = float(many.greatest(np.eye(3)[:, [order]] * [-1.3, 1.0], phasor)[0])
     assume(not np.isnan(found))
     begin, top = (float(one[0]) for one in many.tops)
     tau = np.linspace(0.0, pi, 20_001)
@@ -197,6 +200,80 @@ def test_no_integration_finds_another_motion(r: float, ratio: float, f: float) -
     told({**document, "bodies": {"press": {"mass": "1 kg"}}})
 
 
+SIDES = st.sampled_from(("ground", "floor", "wall"))
+LINKS = st.tuples(SIDES, st.floats(10.0, 500.0), st.one_of(st.just(0.0), st.floats(0.01, 3.0)), st.booleans())
+
+
+def beside(
+    links: list[tuple[str, float, float, bool]], rubs: int, friction: float, shaken: str, hertz: float
+) -> dict[str, Any]:
+    """The press on several links, each to one side; number `rubs` rubs, and a force or a side that moves shakes it."""
+    document = {**PRESS, "bases": {"floor": {}, "wall": {}}, "links": {}, "measures": {}}
+    for i, (side, stiffness, damping, turned) in enumerate(links):
+        ends = [side, "press"] if turned else ["press", side]
+        link = {"between": ends, "stiffness": f"{stiffness!r} kN/m", "damping": f"{damping!r} kN s/m"}
+        document["links"][f"l{i}"] = link | ({"friction_force": f"{friction!r} N"} if i == rubs else {})
+        document["measures"][f"through{i}"] = {"response": "transmitted_force", "through": f"l{i}"}
+        document["measures"][f"across{i}"] = {"response": "relative_displacement", "across": f"l{i}"}
+    asked = {f"into {one}": {"response": "transmitted_force", "into": one} for one in ("press", links[rubs][0])}
+    document["measures"] |= asked | {
+        one: PRESS["measures"][one] for one in ("displacement", "velocity", "acceleration")
+    }
+    if shaken != "press":
+        moved = {"kind": "base_motion", "on": shaken, "displacement": "2 mm", "varies": "constant"}
+        document["excitations"] = {"load": {**moved, "speed": f"{hertz!r} Hz"}}
+    else:
+        document["excitations"] = {"load": {**PRESS["excitations"]["load"], "speed": f"{hertz!r} Hz"}}
+    return document
+
+
+@settings(few, max_examples=16)
+@given(
+    links=st.lists(LINKS, min_size=2, max_size=3), rubs=st.integers(0, 1), friction=st.floats(50.0, 1500.0),
+    shaken=st.sampled_from(("press", "floor")), hertz=st.floats(2.0, 12.0),
+)  # fmt: skip
+@example(links=[("ground", 60.0, 0.2, False), ("floor", 200.0, 0.0, True)], rubs=0, friction=150.0, shaken="floor",
+         hertz=5.0)  # fmt: skip
+def test_links_beside_the_one_that_rubs_are_right_by_both_routes_and_energy_is_kept(
+    links: list[tuple[str, float, float, bool]], rubs: int, friction: float, shaken: str, hertz: float
+) -> None:
+    """To the ground, to what moves, to what does not; per turn what shakes it does what friction and dampers take."""
+    assume(shaken == "press" or any(side == shaken for side, *_ in links))
+    scene = vo.from_dict(beside(links, rubs, friction, shaken, hertz))
+    assert vo.solve(scene).status == "met"
+    force, base = (2000.0, 0.0) if shaken == "press" else (0.0, 2e-3)
+    rubbed = Rubbed(machine_of(scene, {}), force, base, 2.0 * pi * hertz, shaken)
+    half, work, lost = rubbed.steady(), 0.0, 0.0
+    assert half is not None
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    for one in half:
+        for low, high in pairwise(np.linspace(one.begin, one.end, 12)):
+            at = low + 0.5 * (high - low) * (nodes + 1.0)
+            course, part = rubbed.course(one, at), 0.5 * (high - low) * weights
+            rate = {name: points[1] for name, points in course.points.items()} | {"ground": 0.0 * at}
+            work += float(part @ (course.forces["press"] * rate["press"]))
+            work -= float(part @ (rubbed.machine.force_course(shaken, course) * rate[shaken])) if base else 0.0
+            for joint in rubbed.machine.joints:
+                slip = rate[joint.ends[1]] - rate[joint.ends[0]]
+                lost += float(part @ (joint.damping * slip**2 + joint.friction * np.abs(slip)))
+    assert work == pytest.approx(lost, rel=1e-8, abs=1e-9)
+
+
+@pytest.mark.parametrize("base", [False, True])
+def test_three_links_side_by_side_are_one(base: bool) -> None:
+    """A pad that only rubs, a spring and a damper: as a mount of all three, but for what each of them carries."""
+    one = told(changed(base=base))
+    document = changed(base=base)
+    ends = document["links"]["mount"]["between"]
+    document["links"] = {
+        "mount": {"between": ends, "friction_force": "800 N"},
+        "spring": {"between": ends, "stiffness": "300 kN/m"}, "damper": {"between": ends, "damping": "500 N s/m"},
+    }  # fmt: skip
+    three = told(document)
+    assert three.pop("through") <= 800.0 < one.pop("through")
+    assert three == pytest.approx(one, rel=1e-12)
+
+
 @pytest.mark.parametrize("base", [False, True])
 def test_at_rest_the_spring_carries_what_friction_leaves(base: bool) -> None:
     found = told(changed(base=base, load={"speed": "0 Hz"}))
@@ -254,7 +331,7 @@ def test_a_range_is_no_less_than_any_speed_in_it_and_notes_say_what_equivalent_d
     for speed in np.linspace(1.0, 12.0, 60):
         push = 2000.0 / 3e5
         rub = Rub(speed * 2.0 * pi / sqrt(1000.0), 500.0 / (2.0 * sqrt(300.0 * 3e5)), 0.4)
-        assert rub.greatest(0, push, 0j) <= worst * (1.0 + 1e-9)
+        assert rub.greatest((push, 0.0, 0.0), 0j) <= worst * (1.0 + 1e-9)
     assert any(one.startswith("measures.worst: equivalent viscous damping would say ") for one in answer.notes)
 
 
@@ -313,7 +390,13 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "two links": (
         {"links": {"mount": LINK, "other": {**LINK, "friction_force": "1 N"}}},
         "links.mount.friction_force rubs beside links.other: where friction holds, what it joins moves as one, and "
-        "which links hold changes in every cycle. Dry friction is answered for one body on one link, along a line.",
+        "which links hold changes in every cycle. Dry friction is answered for one body along a line, on one of its "
+        "links.",
+    ),
+    "loss factor beside it": (
+        {"links": {"mount": LINK, "other": {"between": ["press", "ground"], "stiffness": "1 N/m", "loss_factor": 1}}},
+        "links.mount.friction_force rubs beside links.other.loss_factor, which knows harmonic motion only, and a "
+        "motion that rubs is not harmonic. Write damping or damping_ratio there.",
     ),
     "two loads": (
         {"excitations": {"load": LOAD, "second": LOAD}},

@@ -71,7 +71,8 @@ class LinkTable(OneLink):
     rotating_damping_ratio: The same of the whole group on the mass of one body, c = 2 ζ √(k m):
         `rotating_damping_ratio = 0.005`.
     friction_force: Dry friction of ONE single mount while it slips, and the most that it holds, coefficient times
-        normal force; beside a stiffness and viscous damping: `friction_force = "120 N"`. Of one body on one link.
+        normal force; beside a stiffness and viscous damping, its own or those of other links: `friction_force =
+        "120 N"`. Of one body, on one link.
     count: How many identical mounts stand side by side; forces and stiffnesses of the group are so many times those
         of one.
     dynamic_to_static: Dynamic over static stiffness; sag is counted with the static one: `dynamic_to_static = 1.4`.
@@ -127,12 +128,7 @@ class LinkTable(OneLink):
     @model_validator(mode="after")
     def _consistent(self) -> "LinkTable":
         springs, dampers = self._given(_SPRINGS), self._given(_DAMPERS)
-        if not springs and self.friction_force is not None:
-            raise word(
-                "has a friction_force but no stiffness that brings it back: it slips away, and where it stays nobody "
-                'knows. Add stiffness = "200 kN/m".'
-            )
-        if not springs and self.damping is None and self.torsional_damping is None:
+        if not springs and self.damping is None and self.torsional_damping is None and self.friction_force is None:
             raise word('has neither stiffness nor damping. Write stiffness = "200 kN/m".')
         if len(springs) > 1:
             raise word(f"gives {' and '.join(springs)}. Keep one: they are ways to say the stiffness of one link.")
@@ -277,6 +273,8 @@ class LinkTable(OneLink):
             builder.add_rotating(name, many * symbol("rotating_damping"))
         if self.friction_force is not None:
             builder.properties[name, _RUBS] = many * symbol(_RUBS)
+            if not self.has_spring and self.damping is None:  # what it carries is read like a damper
+                builder.add_damping(name, Monomial(0.0))
         if getattr(self, self.damper) is not None:
             damping = many * symbol(self.damper)
             builder.add_damping(name, damping)

@@ -104,7 +104,8 @@ class Rubbing(Form):
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """A ten-millionth, which an integration from stop to stop keeps, and less still of what a free spring gives."""
         ends = [end for band in self.shaken[0].bands for end in (band.low, band.high) if np.isfinite(end)]
-        sizes = [abs(part) + abs(phasor) for _, _, (_, part, phasor) in (self.motion(model, x, end) for end in ends)]
+        reads = [self.motion(model, x, end)[2] for end in ends]
+        sizes = [float(np.abs(parts).sum()) + abs(phasor) for parts, phasor in reads]
         at = np.array(max(ends, default=0.0))
         free = max((size for size in sizes if np.isfinite(size)), default=0.0) / float(self.per(model, x, at))
         return 1e-7 * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]) + _ROUNDED * free
@@ -180,29 +181,29 @@ class Rubbing(Form):
         from vibopt.mechanics.dry_friction import rub_of
         from vibopt.mechanics.slipping import Slipping
 
-        (r, ratio, friction), _, (order, part, phasor) = self._motions(model, x, speeds)
+        (r, ratio, friction), _, (parts, phasor) = self._motions(model, x, speeds)
         amplitude, count = self._amplitude(speeds), self.per(model, x, speeds)
         found = np.where(self.normalised, 1.0, amplitude)
         moves = (amplitude > 0.0) & (amplitude < np.inf)
         slow = moves & (r < _QUASI)  # so slow that springs follow; certified nowhere but at rest
         with np.errstate(divide="ignore", invalid="ignore"):
-            quick = part * np.maximum(1.0 - friction, 0.0) * (1.0, 2.0, np.where(r > 0.0, 2.0 / r, 0.0))[order]
-        held = np.abs(phasor) if self.output.signs.any() else np.abs(quick) + np.abs(phasor)
-        found = np.where(slow, held / count, found)
+            quick = np.maximum(1.0 - friction, 0.0) * np.array([r**0, 2.0 * r**0, np.where(r > 0.0, 2.0 / r, 0.0)])
+        pulled = np.abs(parts[0] * quick[0] + phasor) + (np.abs(parts[1:]) * quick[1:]).sum(axis=0)
+        found = np.where(slow, pulled / count, found)
         quick_enough = moves & ~slow
         slips = quick_enough & (friction < 1.0)
         sizes = np.full(speeds.shape, np.nan)
-        sizes[slips] = Slipping(r[slips], ratio[slips], friction[slips]).greatest(order, part[slips], phasor[slips])
+        sizes[slips] = Slipping(r[slips], ratio[slips], friction[slips]).greatest(parts[:, slips], phasor[slips])
         left = np.flatnonzero(quick_enough & np.isnan(sizes)).tolist()
         rubs = {k: rub_of(float(r[k]), float(ratio[k]), float(friction[k])) for k in left}
         if hope:
             for k, rub in rubs.items():
-                sizes[k] = rub.equivalent(order, float(part[k]), complex(phasor[k]))
+                sizes[k] = rub.equivalent(parts[:, k], complex(phasor[k]))
             known = hope * np.where(quick_enough, sizes / count, found)
             left = [k for k in left if known[k] >= (1.0 - _HOPE * hope) * known.max() or k in (0, len(r) - 1)]
             sizes[list(rubs.keys() - set(left))] = -hope * np.inf
         for k in left:
-            sizes[k] = rubs[k].greatest(order, float(part[k]), complex(phasor[k]))
+            sizes[k] = rubs[k].greatest(parts[:, k], complex(phasor[k]))
         return np.where(quick_enough, sizes / count, found)
 
     def _amplitude(self, speed: FloatArray) -> FloatArray:
@@ -216,33 +217,47 @@ class Rubbing(Form):
 
         return np.asarray(mount_count(model, self.output, x) * (self._amplitude(speed) if self.normalised else 1.0))
 
-    def motion(self, model: Model, x: FloatArray, speed: float) -> tuple[Rub, float, tuple[int, float, complex]]:
-        """The motion at a speed [rad/s], the force [N] that drives it, and what is read: order, part and phasor."""
+    def motion(self, model: Model, x: FloatArray, speed: float) -> tuple[Rub, float, tuple[FloatArray, complex]]:
+        """The motion at a speed [rad/s], the force [N] that drives it, and what is read: parts and phasor."""
         from vibopt.mechanics.dry_friction import Rub
 
-        own, push, (order, part, phasor) = self._motions(model, x, np.array([speed]))
-        return Rub(*(float(one[0]) for one in own)), float(push[0]), (order, float(part[0]), complex(phasor[0]))
+        own, push, (parts, phasor) = self._motions(model, x, np.array([speed]))
+        return Rub(*(float(one[0]) for one in own)), float(push[0]), (parts[:, 0], complex(phasor[0]))
 
     def _motions(
         self, model: Model, x: FloatArray, speeds: FloatArray
-    ) -> tuple[tuple[FloatArray, ...], FloatArray, tuple[int, FloatArray, ComplexArray]]:
-        """As `motion` at speeds (n,); a motion by its frequency, damping and friction."""
+    ) -> tuple[tuple[FloatArray, ...], FloatArray, tuple[FloatArray, ComplexArray]]:
+        """As `motion` at speeds (n,), parts (3, n); a motion by its frequency, damping and friction.
+
+        What slips is told beside a motion `along` with which nothing slips; friction is what all else leaves to it.
+        """
+        from vibopt.mechanics.harmonic import impedances
         from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 
-        line, p = self.shaken[0].lines[0], model.values(x)
-        omega, amplitude = line.order * speeds, np.abs(line.amplitude.at(speeds))
-        mass, damping, stiffness = (float(model.matrix(kind, p)[0, 0]) for kind in (INERTIA, DAMPING, STIFFNESS))
-        base = np.abs(line.vector[1]) * amplitude if model.n_coords > 1 else np.zeros(speeds.shape)
-        push = np.where(base != 0.0, mass * omega**2 * base, np.abs(line.vector[0]) * amplitude)
+        assert model.rubbing is not None
+        line, p, name = self.shaken[0].lines[0], model.values(x), model.rubbing[0]
+        omega, size = line.order * speeds, np.abs(line.amplitude.at(speeds))
+        amplitude = np.where(np.isfinite(size), size, 0.0)
+        own, across, signs = model.vectors[:, 0], model.links[name], self.output.signs
+        along = np.append(-across[0] * (across[1:] @ line.vector[1:]), line.vector[1:])
+        pulls = impedances(model, p, omega) * (model.vectors @ along)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            push = amplitude * (line.vector[0] - pulls @ own)
+            friction = friction_of(model, x) / np.abs(push)
+        turn = np.exp(1j * np.angle(push))
+        kinds = [model.kinds == kind for kind in (STIFFNESS, DAMPING, INERTIA)]
+        stiffness, damping, mass = (float((p * own**2)[some].sum()) for some in kinds)
         natural = float(np.sqrt(stiffness / mass))
-        with np.errstate(divide="ignore"):
-            friction = friction_of(model, x) / push
+        owned = [term.owner == name and term.across for term in model.terms]
+        grip = float(across[0] * signs[owned][0])
+        left = p * own * (signs - grip * own)
+        parts = np.array([np.full(speeds.shape, left[some].sum()) for some in kinds])
+        parts[self.output.power] += float(self.output.row[0])
+        parts *= np.abs(push) / stiffness * np.array([omega**0, omega, omega**2])
+        swung = (self.output.row @ along) * (1j * omega) ** self.output.power + pulls @ signs
         r = omega / natural
-        own = r, np.full(r.shape, damping / (2.0 * mass * natural)), friction
-        if self.output.signs.any():
-            return own, push, (2, -push * r**2, push.astype(complex))
-        row, whole, order = float(self.output.row[0]), float(self.output.row.sum()), self.output.power
-        return own, push, (order, row * push / stiffness * omega**order, whole * base * (1j * omega) ** order)
+        rub = r, np.full(r.shape, damping / (2.0 * mass * natural)), friction
+        return rub, np.abs(push), (parts, (amplitude * swung + grip * push) / turn)
 
 
 def _top(value: Callable[[FloatArray], FloatArray], low: float, high: float) -> tuple[float, float]:

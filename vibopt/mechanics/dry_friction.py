@@ -21,6 +21,7 @@ from math import acos, cos, floor, isfinite, pi, sqrt
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import ArrayLike
 
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.slipping import COEFFICIENTS, NODES, Slipping, edges, moved, summits
@@ -169,7 +170,7 @@ class Rub:
         if not isfinite(top):
             return None
         piece = Piece(begin, pi, top, 0.0, -1)
-        if not np.isnan(self._slipping.greatest(0, np.ones(1), np.zeros(1, dtype=complex))[0]):
+        if not np.isnan(self._slipping.greatest(np.eye(3, 1), np.zeros(1, dtype=complex))[0]):
             return (piece,)
         if self._pushed(begin, top) != -1:  # friction holds it at the top for a while
             return None
@@ -283,14 +284,14 @@ class Rub:
                 found.append((theta + (at - theta - 1e-14) % (2.0 * pi), side))
         return min(found, default=(float("inf"), 0))
 
-    def greatest(self, order: int, part: float, phasor: complex) -> float:
-        """Greatest size of part z^(order) + Re(phasor e^(i theta)) in a cycle; infinite where it grows without end."""
+    def greatest(self, parts: ArrayLike, phasor: complex) -> float:
+        """Greatest size of parts . (z, z', z'') + Re(phasor e^(i theta)) in a cycle; infinite where it has no end."""
         pieces = self.half_cycle
         if pieces is None:
             return float("inf")
-        return max(self._most(piece, order, part, phasor) for piece in pieces)
+        return max(self._most(piece, np.asarray(parts, dtype=float), phasor) for piece in pieces)
 
-    def equivalent(self, order: int, part: float, phasor: complex) -> float:
+    def equivalent(self, parts: ArrayLike, phasor: complex) -> float:
         """What is greatest by equivalent viscous damping, which takes as much in a cycle: a figure to compare with."""
         steady, push = 1.0 - self.r**2 + 2j * self.ratio * self.r, 4.0 / pi * self.friction
         if self.friction >= 1.0:
@@ -302,16 +303,16 @@ class Rub:
         if size <= 0.0:  # it says that nothing moves, where some does
             return abs(phasor)
         moved = 1.0 / (steady + 1j * push / size)
-        return float(abs(part * moved * 1j**order + phasor))
+        return float(abs(moved * np.dot(parts, (1.0, 1j, -1.0)) + phasor))
 
-    def _most(self, piece: Piece, order: int, part: float, phasor: complex) -> float:
+    def _most(self, piece: Piece, parts: FloatArray, phasor: complex) -> float:
         """Greatest size on one piece."""
 
         def reading(tau: FloatArray) -> FloatArray:
-            return np.asarray(part * self.at(piece, tau)[order] + (phasor * np.exp(1j * (piece.begin + tau))).real)
+            return np.asarray(parts @ self.at(piece, tau) + (phasor * np.exp(1j * (piece.begin + tau))).real)
 
         ends = np.abs(reading(np.array([0.0, piece.length])))
-        if order == 0 and not phasor:
+        if not (parts[1:].any() or phasor):
             return float(ends.max())
         if piece.side == 0:
             tops = (-cmath.phase(phasor) - piece.begin + np.array([0.0, pi])) % (2.0 * pi)

@@ -76,8 +76,8 @@ class Slipping:
         slow, fast = self.poles
         return moved((slow[:, None], fast[:, None]), r, ratio, push, (begin[:, None], top[:, None], 0.0), tau)
 
-    def greatest(self, order: int, part: FloatArray, phasor: ComplexArray) -> FloatArray:
-        """Greatest size of part z^(order) + Re(phasor e^(i theta)) in a cycle, (n,).
+    def greatest(self, parts: FloatArray, phasor: ComplexArray) -> FloatArray:
+        """Greatest size of parts . (z, z', z'') + Re(phasor e^(i theta)) in a cycle, (n,), parts (3, n).
 
         Not a number where a motion does not slip all the time, or is next to stopping.
         """
@@ -86,23 +86,23 @@ class Slipping:
         panels = 1 << np.ceil(np.log2(pi * np.maximum(1.0, 1.0 / self.r) / PANEL + 1.0)).astype(int)
         for count in np.unique(panels[closed & (self.ratio < 1.0)]):
             some = closed & (self.ratio < 1.0) & (panels == count)
-            found[some] = self.of(some)._on(np.linspace(0.0, pi, count + 1), order, part[some], phasor[some])
+            found[some] = self.of(some)._on(np.linspace(0.0, pi, count + 1), parts[:, some], phasor[some])
         for k in np.flatnonzero(closed & (self.ratio >= 1.0)):
             some = np.arange(len(found)) == k
             own = self.of(some)
-            found[k] = own._on(edges((own.poles[0][0], own.poles[1][0]), pi), order, part[some], phasor[some])[0]
+            found[k] = own._on(edges((own.poles[0][0], own.poles[1][0]), pi), parts[:, some], phasor[some])[0]
         return found
 
-    def _on(self, joints: FloatArray, order: int, part: FloatArray, phasor: ComplexArray) -> FloatArray:
+    def _on(self, joints: FloatArray, parts: FloatArray, phasor: ComplexArray) -> FloatArray:
         """As `greatest`, on panels between joints."""
         low, width = joints[:-1, None], np.diff(joints)[:, None]
-        found = np.where(self._never_rests(np.ravel(low + width * _INSIDE)), np.abs(part) * self.tops[1], np.nan)
-        some = ~np.isnan(found) & ((order > 0) | (phasor != 0.0))
+        found = np.where(self._never_rests(np.ravel(low + width * _INSIDE)), np.abs(parts[0]) * self.tops[1], np.nan)
+        some = ~np.isnan(found) & (parts[1:].any(axis=0) | (phasor != 0.0))
         if not some.any():
             return found
         own, tau = self.of(some), np.ravel(low + width * NODES)[None, :]
         turn = np.exp(1j * (own.tops[0][:, None] + tau))
-        values = part[some, None] * own.at(tau)[order] + (phasor[some, None] * turn).real
+        values = (parts[:, some, None] * own.at(tau)).sum(axis=0) + (phasor[some, None] * turn).real
         found[some] = summits(values.reshape(len(own.r), -1, len(NODES)))
         return found
 

@@ -147,7 +147,7 @@ def _against_speed(design: Design, model: Model, x: FloatArray, one: _Asked) -> 
 def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Panel:
     """Two cycles, with the times at which friction holds."""
     value, speed = one.form.tops(model, x)[0]
-    rub, _, (order, part, phasor) = one.form.motion(model, x, speed)
+    rub, _, (parts, phasor) = one.form.motion(model, x, speed)
     count = float(one.form.per(model, x, np.array(speed)))
     theta, read, held = list[float](), list[float](), list[bool]()
     for half in range(4):
@@ -156,7 +156,7 @@ def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Pan
             sign = (-1.0) ** half
             theta += (half * pi + piece.begin + tau).tolist()
             turned = (phasor * np.exp(1j * (piece.begin + tau))).real
-            read += (sign * (part * rub.at(piece, tau)[order] + turned) / count).tolist()
+            read += (sign * (parts @ rub.at(piece, tau) + turned) / count).tolist()
             held += [piece.side == 0] * len(tau)
     times = (np.array(theta) - theta[0]) / (speed * _order(one.form))
     unit, factor = _unit(one, value)

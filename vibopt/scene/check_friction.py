@@ -1,9 +1,10 @@
-"""Whether dry friction is asked of what can be answered: one body on one link, under one harmonic."""
+"""Whether dry friction is asked of what can be answered: one body, on one of its links, under one harmonic."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from vibopt.devices.link import LinkTable
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import Response
 from vibopt.scene import places
@@ -12,7 +13,7 @@ from vibopt.scene.uncertain import uncertain
 
 _BESIDE = (
     "where friction holds, what it joins moves as one, and which links hold changes in every cycle. Dry friction is "
-    "answered for one body on one link, along a line."
+    "answered for one body along a line, on one of its links."
 )
 
 
@@ -22,11 +23,28 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
         return
     name, path = places.rubbing(scene)[0], ("links", places.rubbing(scene)[0], "friction_force")
     where, supports = ".".join(path), places.supports(scene)
-    others = [f"{family}.{one}" for family, one, _ in places.devices(scene) if one != name and one not in supports]
+    others = [
+        f"{family}.{one}"
+        for family, one, table in places.devices(scene)
+        if one not in supports and not (isinstance(table, LinkTable) and (one == name or _linear(table)))
+    ]
     bodies = [other for other in others if other.startswith("bodies.")]
     others = [other for other in others if other not in bodies[:1]]
     if others:
         mistakes.add(path, f"{where} rubs beside {others[0]}: {_BESIDE}")
+    lossy = [one for one, link in scene.links.items() if one != name and link.loss_factor is not None]
+    if lossy:
+        mistakes.add(
+            path,
+            f"{where} rubs beside links.{lossy[0]}.loss_factor, which knows harmonic motion only, and a motion that "
+            "rubs is not harmonic. Write damping or damping_ratio there.",
+        )
+    if not places.springs(scene):
+        mistakes.add(
+            path,
+            f"links.{name} has a friction_force but no stiffness that brings it back: it slips away, and where it "
+            'stays nobody knows. Add stiffness = "200 kN/m".',
+        )
     shaking = [f"excitations.{excitation}" for excitation in scene.excitations]
     if len(shaking) > 1:
         mistakes.add(
@@ -61,6 +79,10 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
             f"goal.find_all finds every speed at which a linear machine crosses a limit, but {where} rubs. Limit the "
             "response over ranges of speeds, and look at their margins.",
         )
+
+
+def _linear(link: LinkTable) -> bool:
+    return not link.rubs and not link.spreads_mass
 
 
 def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:

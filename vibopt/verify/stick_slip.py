@@ -6,9 +6,9 @@ half cycles from rest until one ends where the next begins.  No closed form is a
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from functools import partial
-from math import cos, sin, sqrt
+from math import cos, sin
 from typing import Any
 
 import numpy as np
@@ -44,10 +44,12 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class Rubbed:
-    """A body on one joint that rubs, under a force on it or on a moving base.
+    """A body on joints to bases or the ground, of which one rubs, under a force on it or a moving base.
 
     force, base, omega
         Amplitude of the force [N] and of the base [m]; frequency [rad/s].
+    moving
+        Name of the base that moves.
     part
         Part of the motion by which an integration may be off.
     begin
@@ -58,46 +60,73 @@ class Rubbed:
     force: float
     base: float
     omega: float
+    moving: str = ""
     part: float = 1e-11
     begin: tuple[float, float] = (0.0, 0.0)
 
     @property
     def joint(self) -> Joint:
-        return self.machine.joints[0]
+        """The one that rubs."""
+        return next(one for one in self.machine.joints if one.friction)
 
     @property
     def mass(self) -> float:
         return next(iter(self.machine.masses.values()))
 
     @property
+    def own(self) -> tuple[float, float]:
+        """Stiffness [N/m] and damping [N s/m] of all joints."""
+        return sum(one.stiffness for one in self.machine.joints), sum(one.damping for one in self.machine.joints)
+
+    @property
+    def led(self) -> tuple[float, float]:
+        """The same of those that end on what moves."""
+        some = [one for one in self.machine.joints if self.moving in one.ends]
+        return sum(one.stiffness for one in some), sum(one.damping for one in some)
+
+    @property
+    def carrier(self) -> float:
+        """Amplitude of that on which the body rubs [m]."""
+        return self.base if self.moving in self.joint.ends else 0.0
+
+    @property
+    def push(self) -> float:
+        """Amplitude of what friction alone would have to hold [N]."""
+        (stiff, damped), (pull, drag) = self.own, self.led
+        spring = (stiff - self.mass * self.omega**2) * self.carrier - pull * self.base
+        return abs(self.force - spring - 1j * self.omega * (damped * self.carrier - drag * self.base))
+
+    @property
     def _scale(self) -> FloatArray:
         """Sizes of place and speed that are certainly not too great."""
-        push = self.force + self.mass * self.omega**2 * self.base
-        return np.array([1.0, self.omega]) * (push / (self.joint.stiffness + self.mass * self.omega**2))
+        return np.array([1.0, self.omega]) * (self.push / (self.own[0] + self.mass * self.omega**2))
 
-    def _ground(self, time: Any) -> Any:
-        """Place, speed and acceleration of the base."""
+    def _ground(self, time: Any, size: float) -> Any:
+        """Place, speed and acceleration of what moves by so much [m]."""
         turn = self.omega * np.asarray(time)
-        moved = self.base * np.array([np.cos(turn), -np.sin(turn), -np.cos(turn)])
+        moved = size * np.array([np.cos(turn), -np.sin(turn), -np.cos(turn)])
         return (moved.T * np.array([1.0, self.omega, self.omega**2])).T
 
     def _slip(self, time: float, state: FloatArray) -> float:
-        return float(state[1]) + self.base * self.omega * sin(self.omega * time)
+        return float(state[1]) + self.carrier * self.omega * sin(self.omega * time)
 
-    def _carried(self, time: float, apart: float) -> float:
+    def _carried(self, time: Any, apart: float) -> Any:
         """Force that friction must carry so that nothing slips [N], against a slip forward."""
-        held: float = self.force * np.cos(self.omega * time) - self.joint.stiffness * apart
-        return float(held - self.mass * self._ground(time)[2])
+        there, base = self._ground(time, self.carrier), self._ground(time, self.base)
+        (stiff, damped), (pull, drag) = self.own, self.led
+        pushed = self.force * np.cos(self.omega * np.asarray(time)) - stiff * apart
+        pushed = pushed - (stiff * there[0] - pull * base[0]) - (damped * there[1] - drag * base[1])
+        return pushed - self.mass * there[2]
 
     def _rates(self, side: float) -> Callable[[float, FloatArray], tuple[float, float]]:
         """Speed and acceleration of the body while it slips."""
-        joint, mass, omega = self.joint, self.mass, self.omega
-        stiffness, damping, friction = joint.stiffness, joint.damping, side * joint.friction
+        omega, friction = self.omega, side * self.joint.friction
+        (stiff, damped), (pull, drag) = self.own, self.led
 
         def rates(time: float, now: FloatArray) -> tuple[float, float]:
-            turn = omega * time
-            ahead, slip = now[0] - self.base * cos(turn), now[1] + self.base * omega * sin(turn)
-            return now[1], (self.force * cos(turn) - stiffness * ahead - damping * slip - friction) / mass
+            there, fast = self.base * cos(omega * time), -self.base * omega * sin(omega * time)
+            pulled = pull * there + drag * fast - stiff * now[0] - damped * now[1]
+            return now[1], (self.force * cos(omega * time) + pulled - friction) / self.mass
 
         return rates
 
@@ -111,7 +140,7 @@ class Rubbed:
         side = float(np.sign(slip)) if abs(slip) > 1e-13 * self._scale[1] else self._side(0.0, now)
         while time < end * (1.0 - 1e-13):
             if side == 0.0:
-                until, moved = self._held(time, end, float(now[0] - self._ground(time)[0]))
+                until, moved = self._held(time, end, float(now[0] - self._ground(time, self.carrier)[0]))
                 found.append(_Stretch(time, until, moved, 0.0))
                 time, now = until, moved(np.array([until]))[:, 0]
                 side = self._side(time, now, leaving=True)
@@ -122,19 +151,19 @@ class Rubbed:
             run: Any = solve_ivp(
                 self._rates(side), (time, end), now, method="DOP853", rtol=max(self.part, 3e-14),
                 atol=0.01 * self.part * self._scale, dense_output=True, events=watch,
-                max_step=0.5 / max(self.omega, sqrt(self.joint.stiffness / self.mass)),
+                max_step=0.5 / max(self.omega, _natural(self.machine)),
             )  # fmt: skip
             found.append(_Stretch(time, float(run.t[-1]), run.sol, side))
             time, now = float(run.t[-1]), run.y[:, -1].copy()
             if run.status == 1:
-                now[1] = self._ground(time)[1]
+                now[1] = self._ground(time, self.carrier)[1]
                 after = self._side(time, now)
                 side = 0.0 if after == side else after
         return found
 
     def _side(self, time: float, now: FloatArray, *, leaving: bool = False) -> float:
         """The sense in which what is at rest begins to slip; 0 where friction holds it."""
-        carried = self._carried(time, float(now[0] - self._ground(time)[0]))
+        carried = float(self._carried(time, float(now[0] - self._ground(time, self.carrier)[0])))
         holds = abs(carried) <= self.joint.friction * (1.0 - (1e-12 if leaving else 0.0))
         return 0.0 if holds else float(np.sign(carried))
 
@@ -143,14 +172,14 @@ class Rubbed:
         from scipy.optimize import brentq
 
         def moved(at: FloatArray) -> FloatArray:
-            here, speed, _ = self._ground(at)
+            here, speed, _ = self._ground(at, self.carrier)
             return np.array([here + apart, speed])
 
         def beyond(at: float) -> float:
-            return abs(self._carried(at, apart)) - self.joint.friction
+            return float(abs(self._carried(at, apart)) - self.joint.friction)
 
         at = np.linspace(time, end, 400)
-        over = np.array([beyond(one) for one in at]) > 0.0
+        over = np.abs(self._carried(at, apart)) > self.joint.friction
         rising = np.flatnonzero(over[1:] & ~over[:-1])
         if not len(rising):
             return end, moved
@@ -161,10 +190,8 @@ class Rubbed:
         """A half cycle whose end is the negative of its beginning; None where none was found."""
         from scipy.optimize import root
 
-        if (
-            self.force + self.mass * self.omega**2 * self.base <= self.joint.friction
-        ):  # with its base, to the last digit
-            return self.half(np.array([self.base, 0.0]))
+        if self.push <= self.joint.friction:  # with what it rubs on, to the last digit
+            return self.half(np.array([self.carrier, 0.0]))
         scale, state = self._scale, np.array(self.begin)
 
         def after(start: FloatArray) -> FloatArray:
@@ -199,10 +226,12 @@ class Rubbed:
     def at_rest(self, response: HarmonicResponse) -> float:
         """Size of a response to a force or a place that never changes."""
         joint, body = self.joint, next(iter(self.machine.masses))
-        apart = max(self.force - joint.friction, 0.0) / joint.stiffness
-        carried = np.array([self.force - joint.stiffness * apart])
-        points = {body: np.array([[apart + self.base], [0.0], [0.0]])}
-        points |= dict.fromkeys(self.machine.bases, np.array([[self.base], [0.0], [0.0]]))
+        pushed, still = float(self._carried(0.0, 0.0)), np.zeros((3, 1))
+        apart = float(np.sign(pushed)) * max(abs(pushed) - joint.friction, 0.0) / self.own[0]
+        carried = np.array([pushed - self.own[0] * apart])
+        points = {body: np.array([[apart + self.carrier], [0.0], [0.0]])}
+        points |= dict.fromkeys(self.machine.bases, still)
+        points |= {self.moving: np.array([[self.base], [0.0], [0.0]])} if self.moving else {}
         held = {joint.name: carried if joint.ends[1] == body else -carried}
         course = Course(points, {body: np.array([self.force])}, held)
         return float(np.abs(response.trace(self.machine, course)).max())
@@ -222,7 +251,7 @@ class Rubbed:
 
     def _most(self, one: _Stretch, response: HarmonicResponse) -> float:
         def value(times: FloatArray) -> FloatArray:
-            return np.abs(response.trace(self.machine, self._course(one, times))) * np.ones(len(times))
+            return np.abs(response.trace(self.machine, self.course(one, times))) * np.ones(len(times))
 
         count = max(_SAMPLES, int(_DENSE * _natural(self.machine) * (one.end - one.begin)))
         times = np.linspace(one.begin, one.end, count)
@@ -239,18 +268,19 @@ class Rubbed:
                 best, low, high = max(best, float(sizes[k])), some[max(k - 1, 0)], some[min(k + 1, _BETWEEN - 1)]
         return best
 
-    def _course(self, one: _Stretch, at: FloatArray) -> Course:
+    def course(self, one: _Stretch, at: FloatArray) -> Course:
         """Body and base in time, the force from outside, and what friction carries."""
-        state, ground, joint = one.moved(at), self._ground(at), self.joint
+        state, joint = one.moved(at), self.joint
+        there, base = self._ground(at, self.carrier), self._ground(at, self.base)
         body, push = next(iter(self.machine.masses)), self.force * np.cos(self.omega * at)
         if one.side:
-            ahead, slip = state - ground[:2]
             carried = one.side * joint.friction * np.ones(len(at))
-            faster = (push - joint.stiffness * ahead - joint.damping * slip - carried) / self.mass
+            pulled = np.dot(self.led, base[:2]) - np.dot(self.own, state)
+            faster = (push + pulled - carried) / self.mass
         else:
-            faster = ground[2]
-            carried = push - joint.stiffness * (state[0] - ground[0]) - self.mass * ground[2]
-        points = {body: np.array([*state, faster])} | dict.fromkeys(self.machine.bases, ground)
+            faster, carried = there[2], self._carried(at, state[0] - there[0])
+        points = {name: np.zeros((3, len(at))) for name in self.machine.bases} | {body: np.array([*state, faster])}
+        points |= {self.moving: base} if self.moving else {}
         return Course(points, {body: push}, {joint.name: carried if joint.ends[1] == body else -carried})
 
 
@@ -261,14 +291,18 @@ def rubbing(
     [line] = excitation.lines(np.ones(1))
     last = [(0.0, 0.0)]
 
-    def at(speed: float, part: float = 1e-11) -> float:
+    def made(speed: float, part: float = 1e-11) -> Rubbed:
         amplitude = float(abs(line.vector[0] * line.amplitude.at(np.array([speed]))[0]))
+        on_body = excitation.family == "bodies"
+        force, base, moving = (amplitude, 0.0, "") if on_body else (0.0, amplitude, excitation.on)
+        return Rubbed(machine, force, base, line.order * speed, moving, part, last[0])
+
+    def at(speed: float, part: float = 1e-11) -> float:
+        rubbed = made(speed, part)
+        amplitude = rubbed.force + rubbed.base
         ratio = amplitude if response.normalised else 1.0
         if not 0.0 < amplitude < np.inf:
             return 1.0 if response.normalised else amplitude
-        on_body = excitation.family == "bodies"
-        sizes: Mapping[str, float] = {"force": amplitude * on_body, "base": amplitude * (not on_body)}
-        rubbed = Rubbed(machine, **sizes, omega=line.order * speed, part=part, begin=last[0])
         if not speed:
             return rubbed.at_rest(response) / ratio
         if _endless(rubbed):
@@ -282,10 +316,7 @@ def rubbing(
     for band in bands:
         if not band.is_point:
             grid = np.geomspace(max(band.low, 1e-3 * band.high), band.high, _SPEEDS)
-            push = np.abs(line.vector[0] * line.amplitude.at(grid))
-            if excitation.family != "bodies":
-                push = next(iter(machine.masses.values())) * (line.order * grid) ** 2 * push
-            slips = push > machine.joints[0].friction
+            slips = np.array([one.push > one.joint.friction for one in map(made, grid.tolist())])
             freed = grid[1:][slips[1:] & ~slips[:-1]]
             found += _over(at, band, _natural(machine) / line.order, freed, sign)
     return max(found, key=lambda one: sign * one.value if one.value == one.value else np.inf)
@@ -293,14 +324,13 @@ def rubbing(
 
 def _natural(machine: Machine) -> float:
     [mass] = machine.masses.values()
-    return float(np.sqrt(machine.joints[0].stiffness / mass))
+    return float(np.sqrt(sum(one.stiffness for one in machine.joints) / mass))
 
 
 def _endless(rubbed: Rubbed) -> bool:
     """Whether the force gives more in a cycle than friction takes, at an undamped resonance."""
-    push = rubbed.force + rubbed.mass * rubbed.omega**2 * rubbed.base
     tuned = abs(rubbed.omega - _natural(rubbed.machine)) <= 1e-14 * rubbed.omega
-    return rubbed.joint.damping == 0.0 and tuned and 4.0 * rubbed.joint.friction <= np.pi * push
+    return rubbed.own[1] == 0.0 and tuned and 4.0 * rubbed.joint.friction <= np.pi * rubbed.push
 
 
 def _over(at: Callable[..., float], band: Band, natural: float, freed: FloatArray, sign: float) -> list[Reached]:
