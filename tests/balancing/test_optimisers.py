@@ -15,7 +15,6 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.conventions import WITH, Conventions
 from vibopt.balancing.discrete import solve_discrete
-from vibopt.balancing.fitting import split
 from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plane_options import Options, options_of
 from vibopt.balancing.planes import Plane
@@ -539,7 +538,7 @@ def test_one_weight_per_hole() -> None:
 def test_a_split_between_two_holes_makes_the_same_unbalance(angle: float, size: float, holes: int) -> None:
     """The two neighbours of the wanted angle carry it together."""
     plane = Plane("", radii=(0.2,), holes=tuple(TURN * k / holes for k in range(holes)), split=True)
-    found = split(plane, size / 0.2, angle)
+    found = plane.cut(size / 0.2, angle)
     made = sum(0.2 * one.mass * np.exp(1j * one.angle) for one in found)
     assert made == pytest.approx(size * np.exp(1j * angle), rel=1e-8)
     assert all(one.mass >= 0 for one in found)

@@ -41,3 +41,14 @@ def test_a_rounding_that_keeps_the_limit_is_found_where_the_nearest_one_breaks_i
         assert abs(found + by_left * left + by_right * right) <= bound * (1 + 1e-9)
     for one in chosen.values():
         assert len(one.shown.split()[0].replace(".", "").lstrip("0")) <= 3  # two digits, of an angle above 99 deg three
+
+
+@pytest.mark.parametrize("cut", ["", "holes = 8\nsplit = true\n"])
+def test_a_rounding_drills_no_deeper_than_may_be_drilled(cut: str) -> None:
+    """The best hole is 9 mm deep, 5.55 g of steel: the next gram, 6 g, takes 9.7 mm."""
+    drill = 'drill = { diameter = "10 mm", density = "7850 kg/m³", deepest = "9 mm" }'
+    job = read_text(FAN.replace('"150 mm"\n', f'"150 mm"\nremove = true\n{drill}\n{cut}', 1))
+    done = drawn(job, vo.solve(job), ("1 g", "10 deg"))
+    assert (done.design.status, done.broken) == ("feasible", "")
+    left = {path: one.rounded.value for path, one in done.values.items() if path.startswith("planes.left")}
+    assert max(one for path, one in left.items() if path.endswith("mass")) == pytest.approx(0.005)

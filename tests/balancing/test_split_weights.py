@@ -15,7 +15,7 @@ from rotor_jobs import read_text
 from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.fan import Fan
-from vibopt.balancing.fitting import overweight
+from vibopt.balancing.fitting import not_permitted
 from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.question import Goal, Question, breaks
 from vibopt.balancing.solve_rotor import solve_job
@@ -248,7 +248,7 @@ def test_caps_and_drills_of_cut_weights_are_kept_beside_a_shelf(held: str, limit
     assert answer.status == "optimal"
     assert answer.goal is not None
     assert answer.goal[1].value == pytest.approx(left, rel=3e-3)
-    assert not overweight(answer.job.planes, answer.plan.fittings[0].planes)
+    assert not not_permitted(answer.job.planes, answer.plan.fittings[0].planes)
 
 
 def test_a_plan_that_is_heavier_than_its_cap_is_no_answer() -> None:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry
-from vibopt.balancing.planes import Fitted, Plane, read_fitted, unit_of
+from vibopt.answer.plan import Weight
+from vibopt.balancing.planes import Plane, read_fitted, unit_of
 from vibopt.balancing.rotor_tables import read_each
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.units import best_unit, to_unit
@@ -48,18 +49,20 @@ def with_fitted(path: Path, plane: Plane, table: Mapping[str, Any], mistakes: Mi
     return replace(plane, fitted=tuple(fitted), unit=unit)
 
 
-def _decided_table(table: Mapping[str, Any], plane: Plane, weights: Iterable[Fitted]) -> dict[str, Any]:
+def _decided_table(table: Mapping[str, Any], plane: Plane, weights: Iterable[Weight]) -> dict[str, Any]:
     """The table of a plane with its weights as facts, and without what was there to choose them."""
     kept = {key: one for key, one in table.items() if key not in (*_CHOOSING, "weight", "unbalance", "most_weights")}
+    if "drill" in kept:
+        kept["drill"] = {key: one for key, one in kept["drill"].items() if key != "deepest"}
     texts = [text_of(weight, plane) for weight in weights]
     return {**kept, plane.kind_word: texts[0] if len(texts) == 1 else texts}
 
 
-def text_of(one: Fitted, plane: Plane) -> str:
+def text_of(one: Weight, plane: Plane) -> str:
     """A decided weight as it stands in a file, exact to the last digit."""
     unit = plane.unit or best_unit(one.mass, plane.dimension)
     amount = f"{to_unit(one.mass, unit, plane.dimension):.15g} {unit}"
-    at = f" at {to_unit(one.radius, plane.length_unit, 'length'):.15g} {plane.length_unit}"
+    at = f" at {to_unit(one.radius or 1.0, plane.length_unit, 'length'):.15g} {plane.length_unit}"
     where = f"in hole {one.hole + 1}" if one.hole is not None else f"@ {to_unit(one.angle, 'deg', 'angle'):.15g} deg"
     return f"{amount}{at if len(plane.radii) > 1 else ''} {where}"
 
@@ -70,21 +73,11 @@ MINIMISED = "minimised"
 
 def of_planes(job: RotorJob | KnownJob, plan: Answer[Any]) -> dict[str, Any]:
     """The file of a measured rotor, or of known masses, with the weights of the first answer."""
-    weights = [
-        [Fitted(weight.mass, weight.radius or plane.radius, weight.angle, weight.hole) for weight in answer.weights]
-        for plane, answer in zip(job.planes, plan.plan.fittings[0].planes, strict=True)
-    ]
-    return _with_weights(job.document, job.planes, weights)
-
-
-def _with_weights(
-    given: Mapping[str, Any], planes: Sequence[Plane], weights: Sequence[Iterable[Fitted]]
-) -> dict[str, Any]:
-    document = _bare(given)
+    document = _bare(job.document)
     document.pop("pairs", None)
-    for plane, own in zip(planes, weights, strict=True):
+    for plane, answer in zip(job.planes, plan.plan.fittings[0].planes, strict=True):
         if plane.is_open:
-            document["planes"][plane.name] = _decided_table(document["planes"][plane.name], plane, own)
+            document["planes"][plane.name] = _decided_table(document["planes"][plane.name], plane, answer.weights)
     return document
 
 

@@ -58,7 +58,8 @@ def _plane(plane: Any) -> str:
     if plane.radii:
         parts.append("at " + " or ".join(show(one, plane.length_unit, "length") for one in plane.radii))
     if plane.cap < float("inf"):
-        parts.append(f"up to {plane.show(plane.cap)}")
+        most = show(plane.cap * plane.radius, "g mm", "unbalance") if plane.moment else plane.show(plane.cap)
+        parts.append(f"up to {most}")
     if plane.holes:
         parts.append(counted(len(plane.holes), "holes"))
     if plane.shelf:

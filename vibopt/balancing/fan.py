@@ -17,7 +17,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import cached_property, dataclass
 
-HAIR = 1e-9
+HAIR, _ROUNDING = 1e-9, 1e-14
 OVER = 1e-9
 """A hole holds more than its cap where it is exceeded by more than this share."""
 
@@ -41,7 +41,8 @@ class Fan:
     @staticmethod
     def of(angles: Sequence[float], each: float = float("inf")) -> Fan:
         """From the internal angles of the holes [rad] in any order."""
-        around = np.sort(np.unique(np.round(np.mod(angles, 2.0 * np.pi) / HAIR)) * HAIR % (2.0 * np.pi))
+        around = np.sort(np.mod(angles, 2.0 * np.pi))
+        around = around[np.diff(around, append=around[:1] + 2.0 * np.pi) > HAIR]
         return Fan(np.exp(1j * around), _near(around), each)
 
     @cached_property
@@ -91,7 +92,7 @@ class Fan:
         """Whether parts at the holes around u, none above the cap of a hole, do together what u does."""
         parts = self.parts(u)
         off = abs(sum(part * complex(self.holes[hole]) for hole, part in parts) - u)
-        return off <= slack * abs(u) and max(part for _, part in parts) <= self.each * (1.0 + slack)
+        return off <= max(slack, _ROUNDING) * abs(u) and max(part for _, part in parts) <= self.each * (1.0 + slack)
 
     def excess(self, u: complex) -> float:
         """How much more than its cap a hole would have to take."""

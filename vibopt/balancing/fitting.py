@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from math import pi, tau
+from math import tau
 
 import numpy as np
 
@@ -13,8 +13,8 @@ from vibopt.answer.plan import DeferredRows, Fitting, PlaneAnswer, RowAnswer, We
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.plane_options import Options, neighbours
-from vibopt.balancing.planes import MASS, Fitted, Plane, hole_name
+from vibopt.balancing.plane_options import Options, missing
+from vibopt.balancing.planes import MASS, Plane, hole_name
 from vibopt.balancing.question import felt
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
@@ -66,15 +66,12 @@ def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | Non
     )  # fmt: skip
 
 
-def overweight(planes: Sequence[Plane], fitted: Sequence[PlaneAnswer]) -> list[str]:
-    """What is more than a plane or its drill takes, of the weights as they are told."""
-    over = []
-    for plane, answer in zip(planes, fitted, strict=True):
-        if sum(one.mass for one in answer.weights) > plane.cap * (1.0 + _OVER):
-            over.append(f"the cap of {plane.name}")
-        if plane.drill is not None and any(one.mass > plane.drill.most * (1.0 + _OVER) for one in answer.weights):
-            over.append(f"the drill of {plane.name}")
-    return over
+def not_permitted(planes: Sequence[Plane], fitted: Sequence[PlaneAnswer]) -> list[str]:
+    """The rules of planes, and the stock, that weights break as they are told."""
+    size = max((one.mass for answer in fitted for one in answer.weights), default=0.0)
+    told = [(plane, plane.breaks(own.weights, _OVER, size)) for plane, own in zip(planes, fitted, strict=True)]
+    short = missing(planes, [one.mass for answer in fitted for one in answer.weights])
+    return [*(f"{rule} of {plane.name}" for plane, rule in told if rule), *(f"the stock of {one}" for one in short)]
 
 
 def weight_text(job: RotorJob, plane: int, u: complex) -> str:
@@ -88,47 +85,11 @@ def weight_text(job: RotorJob, plane: int, u: complex) -> str:
 
 def _weights(spoken: Conventions, plane: Plane, u: complex, options: Options | None) -> tuple[Weight, ...]:
     if plane.fitted is not None:
-        return tuple(_decided(plane, one) for one in plane.fitted)
+        return plane.fitted
     if options is not None:
-        return tuple(_in_hole(plane, *weight) for weight in options.weights(int(np.argmin(np.abs(options.u - u)))))
+        return tuple(plane.in_hole(*weight) for weight in options.weights(int(np.argmin(np.abs(options.u - u)))))
     size, angle = plane.amount(u), spoken.weight_angle(-u if plane.remove else u)
-    if plane.split:
-        return split(plane, size, angle)
-    radius = plane.radius if plane.radii else None
-    return (Weight(size, radius, angle, None, plane.drill.depth(size) if plane.drill else None),)
-
-
-def _decided(plane: Plane, one: Fitted) -> Weight:
-    radius = one.radius if plane.radii and plane.kind == MASS else None
-    return Weight(one.mass, radius, one.angle, one.hole, plane.drill.depth(one.mass) if plane.drill else None)
-
-
-def _in_hole(plane: Plane, hole: int, mass: float, radius: float) -> Weight:
-    return Weight(
-        mass,
-        radius if plane.radii else None,
-        plane.holes[hole] % tau,
-        hole,
-        plane.drill.depth(mass) if plane.drill else None,
-    )
-
-
-def split(plane: Plane, size: float, angle: float) -> tuple[Weight, ...]:
-    """A weight cut in two for the neighbouring holes, the same vector together; one where it hits a hole."""
-    first, second = neighbours(plane, angle)
-    if first == second:
-        return (_in_hole(plane, first, size, plane.radius),)
-    low, high = plane.holes[first], plane.holes[second]
-    width = (high - low) % tau
-    if width >= pi - 1e-9:
-        near = min((first, second), key=lambda index: abs((plane.holes[index] - angle + pi) % tau - pi))
-        return (_in_hole(plane, near, size, plane.radius),)
-    before = (angle - low) % tau
-    shares = (np.sin(width - before) / np.sin(width), np.sin(before) / np.sin(width))
-    return tuple(
-        _in_hole(plane, hole, float(size * part), plane.radius)
-        for hole, part in zip((first, second), shares, strict=True)
-    )
+    return plane.cut(size, angle) if plane.split else (plane.weight(size, angle),)
 
 
 def sentence(job: RotorJob, index: int, u: complex) -> str:

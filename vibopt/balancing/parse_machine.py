@@ -126,10 +126,10 @@ def _plane(name: str, given: object, of: type[PlaneTable], mistakes: Mistakes) -
     forbidden = _forbidden((*path, "forbidden"), table.forbidden, mistakes)
     most = _most_weights((*path, "most_weights"), table.most_weights, mistakes)
     plane = Plane(
-        name=name, kind=kind, radii=radii, unit=unit or shelf_unit,
-        length_unit=length_unit, cap=cap, holes=holes, shelf=shelf, stock=stock, most_weights=most, split=table.split,
-        forbidden=forbidden, remove=table.remove, keep=table.keep, drill=_drill((*path, "drill"), table, mistakes),
-        at=None if place is None else place.value,
+        name=name, kind=kind, radii=radii, unit=unit or shelf_unit, length_unit=length_unit, cap=cap,
+        moment=len(radii) > 1 and table.unbalance is not None, holes=holes, shelf=shelf, stock=stock, most_weights=most,
+        split=table.split, forbidden=forbidden, remove=table.remove, keep=table.keep,
+        drill=_drill((*path, "drill"), table, mistakes), at=None if place is None else place.value,
     )  # fmt: skip
     plane = with_fitted(path, plane, cast(Mapping[str, Any], given), mistakes)
     if len(mistakes.found) == before:
@@ -347,7 +347,7 @@ def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes
             f"{'are only holes' if len(plane.gaps) > 1 else 'is only a hole'} at {sitting}. List more holes, or write "
             f"shelf with the weights there are instead of split.",
         )
-    if plane.shelf and plane.cap < plane.shelf[0]:
+    if plane.shelf and plane.most < plane.shelf[0]:
         mistakes.add(
             (*path, "weight"),
             f"{where}: the cap is less than the lightest weight of the shelf. Widen the cap, or write keep = true.",

@@ -24,6 +24,7 @@ from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plan_values import OFF
+from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Solved
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import Posed, pose
@@ -191,9 +192,13 @@ def telling_weight(job: RotorJob, answers: Answers) -> tuple[int, complex, Float
 
 
 def _candidates(job: RotorJob, plane: int, size: float) -> ComplexArray:
-    """Weights of one size in the holes there are, else every 5 degrees."""
-    angles = job.planes[plane].holes or tuple(np.deg2rad(np.arange(0.0, 360.0, 5.0)))
-    return np.array([job.conventions.weight(size, angle) for angle in angles])
+    """Weights of one size in the holes there are, else every 5 degrees, where one may sit."""
+    own = job.planes[plane]
+    angles = own.holes or (
+        *np.deg2rad(np.arange(0.0, 360.0, 5.0)),
+        *(0.5 * sum(arc) for arc in open_arcs(own.forbidden)),
+    )
+    return np.array([job.conventions.weight(size, angle) for angle in angles if own.may_sit_at(angle)])
 
 
 METHOD = "amplitudes only: circles of weights"

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import pairwise
 from math import inf, isclose, pi, tau
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
+from vibopt.answer.plan import Weight
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.fan import Fan
-from vibopt.balancing.planes import Corrected, Fitted, Plane
+from vibopt.balancing.planes import Plane
 from vibopt.records import dataclass
 
 MOST_OPTIONS = 200_000
@@ -111,18 +111,26 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
     u, masses = padded_u[items].sum(axis=1), padded_mass[items].sum(axis=1)
     same = np.isclose(mass[:, None], np.array(kinds, dtype=float)[None, :], rtol=1e-9, atol=0.0)
     takes = np.append(same.astype(float), np.zeros((1, len(kinds))), axis=0)
-    kept = masses <= plane.cap * (1.0 + 1e-12)
+    filled = np.append([m * r / plane.radius for _, m, r in offers], 0.0)[items].sum(axis=1) if plane.moment else masses
+    kept = filled <= plane.cap * (1.0 + 1e-12)
     return _without_doubles(Options(u, masses, items, offers, takes[items].sum(axis=1)), kept)
 
 
-def _decided(fitted: Sequence[Fitted], plane: Plane, conventions: Conventions, kinds: Sequence[float]) -> Options:
+def missing(planes: Sequence[Plane], masses: Sequence[float]) -> list[str]:
+    """Counted weights of which more are taken, by all planes together, than there are."""
+    shown = next((plane for plane in planes if plane.stock), None)
+    taken = {kind: sum(isclose(one, kind) for one in masses) for kind in counted(planes)}
+    return [] if shown is None else [shown.show(kind) for kind, many in counted(planes).items() if taken[kind] > many]
+
+
+def _decided(fitted: Sequence[Weight], plane: Plane, conventions: Conventions, kinds: Sequence[float]) -> Options:
     """The one option of a plane whose weights are decided; a weight away from holes has hole -1."""
     sign = -1.0 if plane.remove else 1.0
-    u = sum((sign * conventions.weight(one.mass * one.radius, one.angle) for one in fitted), 0j)
+    u = sum((sign * conventions.weight(one.mass * (one.radius or 1.0), one.angle) for one in fitted), 0j)
     uses = [[sum(isclose(one.mass, kind) for one in fitted) for kind in kinds]]
     return Options(
         np.array([u]), np.array([sum(one.mass for one in fitted)]), np.arange(len(fitted), dtype=np.int64)[None, :],
-        tuple((-1 if one.hole is None else one.hole, one.mass, one.radius) for one in fitted),
+        tuple((-1 if one.hole is None else one.hole, one.mass, one.radius or 1.0) for one in fitted),
         np.array(uses, dtype=float).reshape(1, len(kinds)),
     )  # fmt: skip
 
@@ -176,19 +184,3 @@ def listed_twice(holes: Sequence[float]) -> str:
                 same = f"{show_angle(hole)} twice" if hole == other else f"{show_angle(other)} again, a full turn on"
                 return f"lists {same}. List each hole once."
     return ""
-
-
-def neighbours(plane: Plane, angle: float) -> tuple[int, int]:
-    """Indices of the two holes that lie around the written `angle` [rad]; twice the same one where it hits a hole."""
-    allowed = sorted((hole % tau, index) for index, hole in enumerate(plane.holes) if plane.may_sit_at(hole))
-    turned = angle % tau
-    for at, index in allowed:
-        if min(abs(at - turned), tau - abs(at - turned)) < 1e-9:
-            return index, index
-    for (low, first), (high, second) in pairwise(allowed):
-        if low < turned < high:
-            return first, second
-    return allowed[-1][1], allowed[0][1]
-
-
-J = TypeVar("J", bound=Corrected)

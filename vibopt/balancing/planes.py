@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from cmath import rect
 from collections.abc import Mapping, Sequence
 from math import inf, isclose, pi, tau
 from typing import Any
 
+from vibopt.answer.plan import Weight
 from vibopt.balancing.conventions import Conventions, read_angle, show_angle
+from vibopt.balancing.fan import Fan
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import read_quantity, show
@@ -16,6 +19,8 @@ from vibopt.units.dimensions import DIMENSIONS
 MASS, UNBALANCE = "mass", "unbalance"
 _AT = re.compile(r"\s+at\s+", re.IGNORECASE)
 _HAIR = 1e-9
+_TRACE = 1e-8
+"""Part of a cut weight below which a part of it is rounding."""
 _HOLE = re.compile(r"\s+in\s+hole\s+(\d+)$", re.IGNORECASE)
 
 
@@ -38,21 +43,8 @@ class Drill:
 
 
 @dataclass(frozen=True, slots=True)
-class Fitted:
-    """A weight that is decided: mass [kg] (unbalance [kg m] in a plane without a radius) and radius [m].
-
-    `angle` is as written [rad]; `hole` its index, None away from holes.
-    """
-
-    mass: float
-    radius: float
-    angle: float
-    hole: int | None = None
-
-
-@dataclass(frozen=True, slots=True)
 class Plane:
-    """A correction plane as the file gives it.
+    """A correction plane as the file gives it: one set of permitted weights, of which `breaks` knows every rule.
 
     name
         As in the file.
@@ -64,6 +56,8 @@ class Plane:
         How the user writes weights and radii.
     cap
         Greatest correction mass [kg] (unbalance [kg m]); inf without one.
+    moment
+        The cap counts mass times radius, over the greatest radius.
     holes
         Angles of the holes as written [rad]; empty: anywhere.
     shelf
@@ -92,6 +86,7 @@ class Plane:
     unit: str = "g"
     length_unit: str = "mm"
     cap: float = inf
+    moment: bool = False
     holes: tuple[float, ...] = ()
     shelf: tuple[float, ...] = ()
     stock: tuple[float, ...] = ()
@@ -101,7 +96,7 @@ class Plane:
     remove: bool = False
     keep: bool = False
     drill: Drill | None = None
-    fitted: tuple[Fitted, ...] | None = None
+    fitted: tuple[Weight, ...] | None = None
     at: float | None = None
 
     @property
@@ -116,9 +111,10 @@ class Plane:
 
     @property
     def most(self) -> float:
-        """Greatest correction [kg] (unbalance [kg m]): the cap, and of one drilled hole what it holds."""
-        drilled = self.drill is not None and not self.is_discrete and not self.split
-        return min(self.cap, self.drill.most) if drilled and self.drill is not None else self.cap
+        """Greatest mass [kg] (unbalance [kg m]): the cap, at the least radius, and what one drilled hole holds."""
+        if self.drill is not None and not self.is_discrete and not self.split:
+            return min(self.cap, self.drill.most)
+        return self.cap * self.radius / self.radii[0] if self.moment and self.shelf else self.cap
 
     @property
     def is_discrete(self) -> bool:
@@ -143,10 +139,64 @@ class Plane:
         """Last steps of the paths of what is chosen in this plane."""
         return (self.dimension, "angle", *(("radius",) if len(self.radii) > 1 else ()))
 
-    def allows(self, fitted: tuple[Fitted, ...]) -> bool:
-        """Whether decided weights lie within the cap, and away from forbidden sectors."""
-        whole = sum(one.mass for one in fitted)
-        return whole <= self.cap * (1.0 + _HAIR) and all(self.may_sit_at(one.angle) for one in fitted if one.mass)
+    def weight(self, mass: float, angle: float, hole: int | None = None, radius: float = 0.0) -> Weight:
+        """One weight as it is told, at the greatest radius where none is said, with the depth of what is drilled."""
+        arm = (radius or self.radius) if self.radii else None
+        return Weight(mass, arm, angle, hole, self.drill.depth(mass) if self.drill is not None else None)
+
+    def in_hole(self, hole: int, mass: float, radius: float = 0.0) -> Weight:
+        """One weight in a hole."""
+        return self.weight(mass, self.holes[hole] % tau, hole, radius)
+
+    def cut(self, mass: float, angle: float) -> tuple[Weight, ...]:
+        """A weight at the written `angle` [rad] cut in two for the holes around it; one where it hits a hole."""
+        used = [hole for hole, own in enumerate(self.holes) if self.may_sit_at(own)]
+        fan = Fan.of([self.holes[hole] for hole in used])
+        parts = [(fan.angles[place], part) for place, part in fan.parts(rect(mass, angle)) if part > _TRACE * mass]
+        return tuple(
+            self.in_hole(min(used, key=lambda hole: abs(_turned(self.holes[hole] - own))), part) for own, part in parts
+        )
+
+    def breaks(self, weights: Sequence[Weight], tol: float = _HAIR, size: float = 0.0) -> str:
+        """The rule of this plane that weights break: "the cap"; "" where all of them are kept.
+
+        Parameters
+        ----------
+        tol
+            Part by which rounding may pass a cap, a depth, or (over `size`) the edge of a sector.
+        size
+            The greatest mass that matters [kg]; 0: the greatest of these.
+        """
+        there, room = [one for one in weights if one.mass], 1.0 + tol
+        size = max([size, *(one.mass for one in there)])
+        greatest = inf if self.drill is None else self.drill.most * room
+        rules = {
+            "the cap": self.filled(there) <= self.cap * room,
+            "the drill": all(one.mass <= greatest for one in there),
+            "the sectors": all(one.mass * self.inside(one.angle) <= tol * size for one in there),
+        }
+        if self.is_open:
+            rules |= {
+                "the radius": all(one.radius is None or _among(one.radius, self.radii) for one in there),
+                "the holes": self._seated([one.hole for one in there]),
+                "the shelf": not self.shelf or all(_among(one.mass, self.shelf) for one in there),
+            }
+        rules["keep"] = not (self.keep and there)
+        return next((rule for rule, kept in rules.items() if not kept), "")
+
+    def filled(self, weights: Sequence[Weight]) -> float:
+        """What of the cap weights take [kg; kg m without a radius]."""
+        whole = ((one.radius or 1.0) / self.radius if self.moment else 1.0 for one in weights)
+        return sum((one.mass * part for one, part in zip(weights, whole, strict=True)), 0.0)
+
+    def _seated(self, holes: Sequence[int | None]) -> bool:
+        """Whether weights sit one a hole, no more than there may be, and parts of a split one in neighbours."""
+        used = {self.holes[hole] % tau for hole in holes if hole is not None}
+        if not self.holes or not self.split or len(holes) < 2:
+            return len(holes) <= self.most_weights and len(used) == (len(holes) if self.holes else 0)
+        around = [low for low, _ in self.gaps]
+        behind = zip(self.gaps, [*around[1:], *around[:1]], strict=True)
+        return len(holes) == 2 and used in [{low, one} for (low, high), one in behind if high - low < pi - _HAIR]
 
     def amount(self, u: complex | float) -> float:
         """Mass [kg] at the greatest radius (unbalance [kg m]) of an internal unbalance."""
@@ -180,9 +230,13 @@ class Plane:
             arcs.append((ends[0] + turn, ends[1] + turn))
         return tuple(arcs)
 
+    def inside(self, angle: float) -> float:
+        """How far the written `angle` is inside a forbidden arc [rad], zero outside of all."""
+        return max((_depth(angle, low, high) for low, high in self.forbidden), default=0.0)
+
     def may_sit_at(self, angle: float) -> bool:
         """Whether the written `angle` [rad] is outside the forbidden arcs."""
-        return not any(_within(angle, low, high) for low, high in self.forbidden)
+        return self.inside(angle) <= _HAIR
 
 
 class Corrected:
@@ -201,7 +255,7 @@ class Corrected:
     def beyond(self, decided: Corrected) -> list[str]:
         """Planes whose decided weights are not among those that this job may choose, by path."""
         pairs = zip(self.planes, decided.planes, strict=True)
-        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and not mine.allows(its.fitted or ())]
+        return [f"planes.{mine.name}" for mine, its in pairs if mine.is_open and mine.breaks(its.fitted or ())]
 
 
 def read_weight(text: object, plane: Plane, conventions: Conventions) -> complex:
@@ -215,11 +269,11 @@ def read_weight(text: object, plane: Plane, conventions: Conventions) -> complex
     return conventions.weight(size, angle)
 
 
-def read_fitted(text: object, plane: Plane) -> Fitted:
+def read_fitted(text: object, plane: Plane) -> Weight:
     """A weight that is decided, written as those of runs are."""
     front, radius, angle, hole = _parts(text, plane)
     arm = _arm(radius, plane) if plane.kind == MASS else 1.0
-    fitted = Fitted(_size(front, radius, plane) / arm, arm, angle % tau, hole)
+    fitted = plane.weight(_size(front, radius, plane) / arm, angle % tau, hole, arm)
     if plane.drill is not None and plane.drill.depth(fitted.mass) > plane.drill.deepest * (1.0 + _HAIR):
         deep, most = (show(one, "mm", "length") for one in (plane.drill.depth(fitted.mass), plane.drill.deepest))
         raise QuantityError(f"takes a hole {deep} deep, but the deepest that may be drilled is {most}.")
@@ -345,7 +399,16 @@ def hole_name(plane: Plane, index: int) -> str:
     return f"hole {index + 1} at {show_angle(plane.holes[index])}"
 
 
-def _within(angle: float, low: float, high: float) -> bool:
-    """Whether an angle lies inside an open arc, a hair's breadth allowed for."""
-    width = high - low
-    return 1e-9 < (angle - low) % tau < width - 1e-9
+def _depth(angle: float, low: float, high: float) -> float:
+    """How far an angle is inside an arc [rad], zero outside."""
+    behind = (angle - low) % tau
+    return max(min(behind, high - low - behind), 0.0)
+
+
+def _turned(angle: float) -> float:
+    """The same angle between minus and plus half a turn."""
+    return (angle + pi) % tau - pi
+
+
+def _among(size: float, listed: Sequence[float]) -> bool:
+    return any(isclose(size, one) for one in listed)

@@ -35,6 +35,8 @@ PROGRAM = 10.0  # of nominal work [ms]
 MOST = 400
 """Fillings of lists, times arcs between sectors, up to which each is a set of the search."""
 _SURE = 1e-6
+_HAIR = 1e-9
+"""Part by which a limit may be passed as it is told."""
 _WIDE = 0.35 * pi
 """Half width of an arc from which on it is cut: its edges would cancel each other."""
 
@@ -82,7 +84,7 @@ def _borne(question: Question, uncut: Solved) -> bool:
     """Whether the holes bear an answer that is proven without them."""
     if uncut.u is None or uncut.status != "optimal":
         return False
-    return not breaks(question.chosen_only(uncut.chosen), uncut.u)
+    return not breaks(question.chosen_only(uncut.chosen), uncut.u, _HAIR)
 
 
 @dataclass(frozen=True, eq=False)

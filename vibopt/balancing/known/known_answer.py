@@ -10,7 +10,7 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.fitting import overweight
+from vibopt.balancing.fitting import not_permitted
 from vibopt.balancing.impasses import Asking, Unmet
 from vibopt.balancing.known.correct import Correction, correct
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
@@ -79,7 +79,7 @@ def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tup
     if max(misfit, equilibrium(job, found.u)) > _TINY:
         return "check_failed", f"the turned shaft differs from the vector sums by {misfit:.1e} of all forces"
     broken = [name for name, held in limits.items() if not held.met]
-    broken += [] if found.way == "none" else overweight(job.planes, found.planes)
+    broken += [] if found.way == "none" else not_permitted(job.planes, found.planes)
     if found.way == "none":
         return ("violated", "limits that do not hold: " + ", ".join(broken)) if broken else ("met", found.claim)
     if broken:

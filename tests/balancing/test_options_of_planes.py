@@ -1,0 +1,332 @@
+"""Options of planes drawn at random and all at once: what a plan tells is permitted, and nothing permitted is better.
+
+What is permitted is written here again from the manual's words, on the weights as they are told.
+"""
+
+from __future__ import annotations
+
+import cmath
+import re
+import tomllib
+from dataclasses import replace
+from itertools import combinations, product
+from math import degrees, inf, pi, radians, tau
+from typing import Any, TypeAlias
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rotor_jobs import FAN, messages, polar, read_text, solve_text
+from vibopt.balancing.optimisers import solve_question
+from vibopt.balancing.plane_options import missing
+from vibopt.balancing.planes import Plane
+from vibopt.balancing.solve_rotor import solve_job
+
+STEEL = 7850.0
+Weights: TypeAlias = tuple[tuple[float, float, float, int | None], ...]
+"""Of one plane: mass [kg], radius [m], angle as written [rad] and hole of each weight."""
+
+
+def number(text: str) -> float:
+    """SI value of the amounts below."""
+    value, unit = text.split(" ", 1)
+    return float(value) * {"g": 1e-3, "g mm": 1e-6, "mm": 1e-3, "deg": pi / 180.0}[unit]
+
+
+def holes_of(plane: dict[str, Any]) -> list[float]:
+    given_ = plane.get("holes", [])
+    return [tau * k / given_ for k in range(given_)] if isinstance(given_, int) else [number(one) for one in given_]
+
+
+def radii_of(plane: dict[str, Any]) -> list[float]:
+    given_ = plane["radius"]
+    return [number(one) for one in given_] if isinstance(given_, list) else [number(given_)]
+
+
+def may_sit(plane: dict[str, Any], angle: float) -> bool:
+    """Outside of every forbidden sector."""
+    for arc in plane.get("forbidden", []):
+        low, high = (radians(float(end)) for end in arc.removesuffix(" deg").split(".."))
+        if 1e-7 < (angle - low) % tau < (high - low) % tau - 1e-7:
+            return False
+    return True
+
+
+def shelf_of(plane: dict[str, Any]) -> dict[float, float]:
+    """Masses with how many there are."""
+    both = ((one["mass"], one["stock"]) if isinstance(one, dict) else (one, inf) for one in plane.get("shelf", []))
+    return {number(mass): float(many) for mass, many in both}
+
+
+def permits(plane: dict[str, Any], weights: Weights, tol: float = 1e-6) -> bool:
+    """Whether a plane takes these weights, by the manual."""
+    room, holes, shelf = 1.0 + tol, holes_of(plane), shelf_of(plane)
+    if "weight" in plane and sum(one[0] for one in weights) > number(plane["weight"]["to"]) * room:
+        return False
+    if "unbalance" in plane and sum(one[0] * one[1] for one in weights) > number(plane["unbalance"]["to"]) * room:
+        return False
+    for mass, radius, angle, hole in weights:
+        if not may_sit(plane, angle) or not any(abs(radius - one) < 1e-9 for one in radii_of(plane)):
+            return False
+        if holes and (hole is None or abs((angle - holes[hole] + pi) % tau - pi) > 1e-9):
+            return False
+        if shelf and not any(abs(mass - one) < 1e-9 for one in shelf):
+            return False
+        if "deepest" in plane.get("drill", {}):
+            wide, deep = number(plane["drill"]["diameter"]), number(plane["drill"]["deepest"])
+            if mass > STEEL * pi / 4.0 * wide**2 * deep * room:
+                return False
+    used = [one[3] for one in weights]
+    if plane.get("split") and len(used) == 2:
+        around = sorted(one % tau for one in holes if may_sit(plane, one))
+        first, second = sorted(holes[hole] % tau for hole in used if hole is not None)
+        steps = {(around[k], around[(k + 1) % len(around)]) for k in range(len(around))}
+        return ((first, second) in steps and second - first < pi - 1e-9) or (
+            (second, first) in steps and first + tau - second < pi - 1e-9
+        )
+    most = plane.get("most_weights", 1) if not plane.get("split") else 2
+    return len(used) <= most and (not holes or len(set(used)) == len(used))
+
+
+def in_stock(planes: list[dict[str, Any]], plan: tuple[Weights, ...]) -> bool:
+    """One box for all planes."""
+    box = {mass: many for plane in planes for mass, many in shelf_of(plane).items()}
+    taken = [one[0] for weights in plan for one in weights]
+    return all(sum(abs(one - mass) < 1e-9 for one in taken) <= many for mass, many in box.items())
+
+
+def some_of(plane: dict[str, Any], dice: np.random.Generator, most: int) -> list[Weights]:
+    """Weights that a plane takes: every filling of its holes, else random ones among which are the greatest."""
+    holes, radii = holes_of(plane), radii_of(plane)
+    found: list[Weights] = [()]
+    if shelf_of(plane):
+        single = [(mass, r, holes[k], k) for k in range(len(holes)) for mass in shelf_of(plane) for r in radii]
+        for many in range(1, plane.get("most_weights", 1) + 1):
+            found += list(combinations(single, many))
+    else:
+        ends = [number(plane[key]["to"]) / r for key, r in (("weight", 1.0), ("unbalance", radii[-1])) if key in plane]
+        end = min([*ends, 0.03])
+        for _ in range(most):
+            size = end * float(dice.choice([1.0, 0.999, dice.uniform()]))
+            if plane.get("split"):
+                part, (first, second) = float(dice.choice([0.0, 0.5, dice.uniform()])), dice.permutation(len(holes))[:2]
+                cut = ((size * part, int(first)), (size * (1.0 - part), int(second)))
+                found.append(tuple((mass, radii[-1], holes[hole], hole) for mass, hole in cut))
+            else:
+                found.append(((size, radii[-1], dice.uniform(0.0, tau), None),))
+    return [one for one in found if permits(plane, one, 0.0)]
+
+
+def plane_text(dice: np.random.Generator, name: str) -> str:
+    """Options of a plane, each drawn for itself."""
+    kind, lines = dice.choice(["free", "shelf", "split"]), [f"[planes.{name}]"]
+    lines.append('radius = ["80 mm", "100 mm"]' if dice.random() < 0.3 and kind != "split" else 'radius = "100 mm"')
+    if (end := dice.uniform(4.0, 25.0)) < 15.0:
+        lines.append(f'weight = {{ from = "0 g", to = "{end:.1f} g" }}')
+    elif end < 20.0:
+        lines.append(f'unbalance = {{ from = "0 g mm", to = "{60.0 * end:.0f} g mm" }}')
+    if kind != "free":
+        angles = np.sort(dice.choice(np.arange(0, 360, 15), 5, replace=False)).tolist()
+        listed = ", ".join(f'"{one} deg"' for one in angles)
+        lines.append(f"holes = [{listed}]" if dice.random() < 0.5 else f"holes = {dice.integers(3, 8)}")
+    if kind == "shelf":
+        box = (
+            ['{ mass = "3 g", stock = 1 }', '{ mass = "5 g", stock = 2 }']
+            if dice.random() < 0.5
+            else ['"4 g"', '"7 g"']
+        )
+        lines += [f"shelf = [{', '.join(box)}]", f"most_weights = {dice.integers(1, 3)}"]
+    if kind == "split":
+        lines.append("split = true")
+    if dice.random() < 0.5:
+        low, wide = 15 * int(dice.integers(24)) + 5, 10 * int(dice.integers(2, 16))
+        lines.append(f'forbidden = ["{low}..{(low + wide) % 360} deg"]')
+    if dice.random() < 0.4:
+        deep = f', deepest = "{dice.integers(6, 20)} mm"' if dice.random() < 0.7 else ""
+        lines += ["remove = true", f'drill = {{ diameter = "10 mm", density = "7850 kg/m³"{deep} }}']
+    return "\n".join(lines)
+
+
+def rotor(seed: int) -> tuple[str, np.ndarray, np.ndarray]:
+    """A job as text, readings as found [m pk] and responses [m per kg m], angles of weights as they are written."""
+    dice = np.random.default_rng(seed)
+
+    def phasors(low: float, high: float, *shape: int) -> np.ndarray:
+        return np.asarray(dice.uniform(low, high, shape) * np.exp(1j * dice.uniform(0.0, tau, shape)))
+
+    names, sensors = ("p", "q")[: dice.integers(1, 3)], ("a", "b", "c")[: dice.integers(1, 4)]
+    y0, H = phasors(3e-5, 2e-4, len(sensors)), phasors(1e-2, 1.2e-1, len(sensors), len(names))
+    lines = ['title = "options"\nspeed = "1500 rpm"\n[conventions]\nphase = "lead"\nreadings = "phase"']
+    lines += ['angles = "with rotation"\ndetector = "pk"\nzero = "mark"', *(plane_text(dice, one) for one in names)]
+    for trial in (None, *names):
+        u = np.array([0.001 * (one == trial) for one in names])
+        shown = ", ".join(f'{s} = "{polar(complex(z), "mm", 1e3)}"' for s, z in zip(sensors, y0 + H @ u, strict=True))
+        lines.append(f"[[runs]]\nreadings = {{ {shown} }}")
+        lines += [f'weights = {{ {trial} = "1000 g mm @ 0 deg" }}'] * (trial is not None)
+    goal = str(dice.choice(["rms", "worst", "sum", "correction"]))
+    if goal == "correction" or dice.random() < 0.3:
+        low = float(1e3 * np.abs(y0).max() * dice.uniform(0.3, 0.95))
+        lines.append(f'[limits.low]\nresponse = "residual"\nat_most = "{low!r} mm"')
+    if dice.random() < 0.3:
+        lines.append(f'[limits.all]\nresponse = "correction"\ntotal = true\nat_most = "{dice.uniform(5.0, 25.0)!r} g"')
+    if dice.random() < 0.3:
+        lines.append(f'[limits.one]\nresponse = "correction"\nof = "p"\nat_most = "{dice.uniform(3.0, 15.0)!r} g"')
+    combine = "" if goal == "correction" else f'\ncombine = "{goal}"'
+    lines.append(f'[goal]\nminimise = "{"correction" if not combine else "residual"}"{combine}')
+    return "\n".join(lines) + "\n", y0, H
+
+
+def judged(document: dict[str, Any], y0: np.ndarray, H: np.ndarray, plan: tuple[Weights, ...]) -> tuple[float, bool]:
+    """The goal of a plan, and whether it keeps the limits and the box of weights."""
+    planes = list(document["planes"].values())
+    u = [
+        sum(cmath.rect(m * r, angle) for m, r, angle, _ in weights) * (-1.0 if plane.get("remove") else 1.0)
+        for plane, weights in zip(planes, plan, strict=True)
+    ]
+    left, masses = np.abs(y0 + H @ np.array(u)), [sum(one[0] for one in weights) for weights in plan]
+    bounds = {name: float(one["at_most"].split()[0]) * 1e-3 for name, one in document.get("limits", {}).items()}
+    amounts = {"low": float(left.max()), "all": sum(masses), "one": masses[0]}
+    kept = in_stock(planes, plan) and all(amounts[name] <= bound * (1.0 + 1e-7) for name, bound in bounds.items())
+    combine = document["goal"].get("combine", "")
+    value = {"rms": np.sqrt((left**2).mean()), "worst": left.max(), "sum": left.sum(), "": sum(masses)}[combine]
+    return float(value), kept
+
+
+@settings(max_examples=120)
+@given(seed=st.integers(0, 10**6))
+def test_what_is_told_is_permitted_and_nothing_permitted_is_better(seed: int) -> None:
+    text, y0, H = rotor(seed)
+    if messages(text):
+        return
+    document, answer = tomllib.loads(text), solve_text(text)
+    planes = list(document["planes"].values())
+    best = inf
+    if answer.plan.fittings:
+        told = tuple(
+            tuple((one.mass, one.radius or 0.0, one.angle, one.hole) for one in plane.weights)
+            for plane in answer.plan.fittings[0].planes
+        )
+        assert all(permits(plane, weights) for plane, weights in zip(planes, told, strict=True)), told
+        best, kept = judged(document, y0, H, told)
+        assert kept
+        assert answer.goal is not None
+        assert abs(best - float(answer.goal[1].value)) <= 1e-6 * best + 1e-10
+    assert answer.status in ("optimal", "infeasible")
+    dice = np.random.default_rng(seed)
+    offered = [some_of(plane, dice, 60 if len(planes) > 1 else 2000) for plane in planes]
+    size = 1e-6 * (0.01 if document["goal"].get("combine", "") == "" else float(np.abs(y0).max()))
+    for plan in product(*offered):
+        value, kept = judged(document, y0, H, plan)
+        assert not kept or value >= best - 1e-6 * best - size, (plan, value, best)
+
+
+def fan_with(left: str, right: str = "", more: str = FAN) -> str:
+    """The published fan with options of its planes; readings and weights of both are of order one."""
+    for name, lines in {"left": left, "right": right}.items():
+        own = f'[planes.{name}]\nradius = "150 mm"\n'
+        more = more.replace(own, f"[planes.{name}]\n{lines}\n" if "radius" in lines else f"{own}{lines}\n")
+    return more
+
+
+def test_a_cap_in_unbalance_lets_a_heavier_weight_sit_further_in() -> None:
+    """1800 g mm: 12 g fit at 150 mm and 18 g at 100 mm; what is best of both lists alone is the best."""
+    goals = {}
+    for radius, shelf in (('"150 mm"', '"12 g"'), ('"100 mm"', '"18 g"'), ('["100 mm", "150 mm"]', '"12 g", "18 g"')):
+        left = f'radius = {radius}\nholes = 24\nshelf = [{shelf}]\nunbalance = {{ from = "0 g mm", to = "1810 g mm" }}'
+        text = fan_with(left).replace('"10 g @ 270 deg"', '"1500 g mm @ 270 deg"')
+        answer = solve_text(text)
+        assert answer.status == "optimal"
+        assert answer.goal is not None
+        goals[radius] = float(answer.goal[1].value)
+    both = goals.pop('["100 mm", "150 mm"]')
+    assert both <= min(goals.values()) * (1.0 + 1e-9)
+    assert abs(both - min(goals.values())) <= 1e-9 * both
+
+
+VERIFIED = """[[runs]]
+name = "verification"
+speed = "1200 rpm"
+verification = true
+weights = { left = "8 g @ 300 deg", right = "6 g @ 60 deg" }
+readings = { a = "2 mil @ 100 deg", b = "2 mil @ 200 deg" }
+"""
+
+
+def test_a_trim_that_may_not_sit_where_it_falls_is_fitted_anew() -> None:
+    free = solve_text(FAN + VERIFIED)
+    turned = degrees(float(free.find("trim.left.angle").value))
+    first = next(k for k, one in enumerate(free.plan.words) if one.startswith("left: add "))
+    held = solve_text(fan_with(f'forbidden = ["{turned - 5.0}..{turned + 5.0} deg"]') + VERIFIED)
+    assert held.plan.planes[0].mass.value == free.plan.planes[0].mass.value  # the whole weight may stay
+    assert held.plan.words[first].startswith("left: take off what is fitted; fit ")
+    assert held.plan.words[first + 1] == free.plan.words[first + 1]
+
+
+def test_the_run_that_decides_is_asked_for_where_a_weight_may_sit() -> None:
+    """Amplitudes alone and two trial positions leave two answers."""
+    y0, H = 8.0, cmath.rect(0.5, 1.0)
+    runs = "".join(
+        f'[[runs]]\nspeed = "1200 rpm"\n{weights}readings = {{ a = "{abs(y0 + H * w)!r} mil" }}\n'
+        for weights, w in (
+            ("", 0.0), ('weights = { left = "10 g @ 0 deg" }\n', 10.0),
+            ('weights = { left = "10 g @ 120 deg" }\n', cmath.rect(10.0, -2.0 * pi / 3.0)),
+        )
+    )  # fmt: skip
+    head = FAN.split("[[runs]]")[0].split("[planes.left]")[0].replace('phase = "lag"\nreadings = "phase"\n', "")
+    asked = []
+    for sector in ("", 'forbidden = ["0..90 deg", "100..200 deg", "205..340 deg"]\n', "holes = 12\nsplit = true\n"):
+        answer = solve_text(f'{head}[planes.left]\nradius = "150 mm"\n{sector}{runs}')
+        asked.append(next(note for note in answer.notes if note.startswith("Make one more run")))
+    angles = [float(re.findall(r"at ([\d.]+) deg", note)[0]) for note in asked]
+    assert 0.0 < angles[0] < 90.0 or 100.0 < angles[0] < 200.0 or 205.0 < angles[0] < 340.0
+    assert 90.0 <= angles[1] <= 100.0 or 200.0 <= angles[1] <= 205.0 or angles[1] >= 340.0
+    assert angles[2] % 30.0 == 0.0
+
+
+@pytest.mark.parametrize(
+    ("left", "loose", "said"),
+    [
+        ('forbidden = ["320..335 deg"]', {"sectors": ()}, "the sectors of left"),
+        ('weight = { from = "0 g", to = "5 g" }', {"caps": np.full(2, inf)}, "the cap of left"),
+        ('remove = true\ndrill = { diameter = "5 mm", density = "7850 kg/m³", deepest = "5 mm" }',
+         {"caps": np.full(2, inf)}, "the drill of left"),
+        ('holes = ["0 deg", "90 deg"]\nsplit = true', {"sectors": (), "fans": ()}, "the simulated rotor shows"),
+    ],
+)  # fmt: skip
+def test_a_plan_that_is_not_permitted_is_no_answer(left: str, loose: dict[str, Any], said: str) -> None:
+    """Whatever an optimiser says: here one that does not know the options."""
+    job = read_text(fan_with(left))
+    answer = solve_job(job, solver=lambda one: solve_question(replace(one, **loose)))
+    assert answer.status == "check_failed"
+    assert said in answer.claim
+
+
+PLANE = Plane("p", radii=(0.1,), holes=(0.0, 1.0, 2.0, 4.0), shelf=(0.005,), stock=(1.0,), most_weights=2, unit="g")
+CUT = Plane("p", radii=(0.1,), holes=(0.0, 1.0, 2.0, 4.0), split=True, cap=0.01, unit="g")
+
+
+@pytest.mark.parametrize(
+    ("plane", "weights", "rule"),
+    [
+        (PLANE, [(0.005, 0), (0.005, 2)], ""),
+        (PLANE, [(0.006, 0)], "the shelf"),
+        (PLANE, [(0.005, 0), (0.005, 0)], "the holes"),
+        (PLANE, [(0.005, 0), (0.005, 1), (0.005, 2)], "the holes"),
+        (CUT, [(0.004, 0), (0.004, 1)], ""),
+        (CUT, [(0.004, 3), (0.004, 0)], ""),
+        (CUT, [(0.004, 0), (0.004, 2)], "the holes"),
+        (CUT, [(0.004, 0), (0.007, 1)], "the cap"),
+        (replace(CUT, forbidden=((0.5, 1.5),)), [(0.004, 0), (0.004, 2)], ""),
+        (replace(CUT, forbidden=((0.5, 1.5),)), [(0.004, 0), (0.004, 1)], "the sectors"),
+        (replace(CUT, keep=True), [(0.004, 0)], "keep"),
+    ],
+)
+def test_a_plane_knows_which_rule_is_broken(plane: Plane, weights: list[tuple[float, int]], rule: str) -> None:
+    assert plane.breaks([plane.in_hole(hole, mass) for mass, hole in weights]) == rule
+
+
+def test_all_planes_together_take_no_more_than_the_stock() -> None:
+    assert missing((PLANE, PLANE), [0.005]) == []
+    assert missing((PLANE, PLANE), [0.005, 0.005]) == ["5 g"]
