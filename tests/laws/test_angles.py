@@ -1,4 +1,4 @@
-"""Unbalances at angles to each other: complex sums put together here, the parallelogram of two runs, and the words."""
+"""Unbalances at angles to each other, known or not: sums put together here, the parallelogram of two runs, words."""
 
 from __future__ import annotations
 
@@ -125,4 +125,156 @@ def test_a_ratio_to_several_forces_is_refused() -> None:
     assert refused(vo.from_dict, document, name="wheels.toml").messages == (
         "wheels.toml: measures.ratio is a ratio to one force, but excitations.wheels has further unbalances (also). "
         "Limit the force or the motion itself.",
+    )
+
+
+SWEPT: dict[str, Any] = {**SHAFT, "excitations": {"both": {**SHAFT["excitations"]["both"], "speed": "600..2400 rpm"}}}
+WHEEL = {"on": "wheel", "unbalance": "200 g mm"}
+
+
+def test_at_any_angles_the_worst_turn_is_told_at_its_speed() -> None:
+    """No turn of the second is worse at any speed, and one is as bad."""
+    document = copy.deepcopy(SWEPT)
+    document["excitations"]["both"].update(also=[WHEEL], angles="any")
+    row = vo.solve(vo.from_dict(document)).measures["fan"]
+    most, spin = row.value.value, f"{row.worst_at['both'].value!r} rad/s"
+    turns = np.arange(-180.0, 180.0, 7.5)
+    there = [measured(SHAFT, also=[{**WHEEL, "angle": f"{turn} deg"}], speed=spin)["fan"] for turn in turns]
+    assert (1.0 - np.cos(np.radians(3.75))) * most > most - max(there) >= -1e-9 * most
+    swept = [measured(SWEPT, also=[{**WHEEL, "angle": f"{turn} deg"}])["fan"] for turn in turns[::6]]
+    assert max(swept) <= most * (1.0 + 1e-9)
+    alone = measured(SWEPT)["fan"] + measured(SWEPT, **WHEEL)["fan"]
+    assert most < alone * (1.0 + 1e-9)
+
+
+@given(st.floats(0.0, 1.0), st.integers(-180, 180))
+def test_no_split_over_the_places_is_worse_than_all_of_it_at_one(part: float, turn: int) -> None:
+    worst = measured(SWEPT, or_on=["wheel"])["fan"]
+    one = {"on": "wheel", "unbalance": f"{300.0 * part + 1e-9!r} g mm", "angle": f"{turn} deg"}
+    split = measured(SWEPT, unbalance=f"{300.0 * (1.0 - part) + 1e-9!r} g mm", also=[one])["fan"]
+    assert split <= worst * (1.0 + 1e-9)
+    assert worst == max(measured(SWEPT)["fan"], measured(SWEPT, on="wheel")["fan"])
+
+
+def test_a_grade_is_the_mass_of_the_rotor_times_it_over_the_speed() -> None:
+    heavy = np.pi / 4.0 * 0.06**2 * 1.2 * 7850.0 + 42.0
+    size = f"{2.5e-3 * heavy / (314.0 * np.pi):.17g} kg m"
+    document = copy.deepcopy(SWEPT)
+    both = document["excitations"]["both"]
+    del both["unbalance"]
+    both.update(grade="G 2,5", service_speed="9420 rpm")
+    scene = vo.from_dict(document)
+    found = vo.solve(scene).measures["fan"].value.value
+    assert found == pytest.approx(measured(SWEPT, unbalance=size)["fan"], rel=1e-12)
+    assert scene.notes == ("excitations.both.grade: 173.9 g mm, of a rotor of 68.63 kg",)
+    both["rotor_mass"] = f"{2.0 * heavy!r} kg"
+    assert vo.solve(vo.from_dict(document)).measures["fan"].value.value == pytest.approx(2.0 * found, rel=1e-12)
+
+
+def test_where_it_may_be_is_said_with_the_worst() -> None:
+    document = copy.deepcopy(SWEPT)
+    document["excitations"]["both"]["or_on"] = ["wheel"]
+    design = vo.solve(vo.from_dict(document))
+    assert "all of it on fan" in str(design)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        (
+            {"or_on": ["weel"]},
+            'excitations.both.or_on = "weel" names no body of this scene. Did you mean "wheel"?',
+        ),
+        (
+            {"or_on": ["fan"]},
+            "excitations.both names fan twice among the places where it may be. Name each once.",
+        ),
+        (
+            {"or_on": ["wheel"], "also": [WHEEL]},
+            "excitations.both says where all of it may be (or_on) and what else there is (also). Keep one, or write "
+            "two excitations.",
+        ),
+        (
+            {"angles": "any"},
+            'excitations.both says angles = "any", and has no further unbalances (also). Leave one of the two out.',
+        ),
+        (
+            {"angles": "any", "also": [{**WHEEL, "angle": "20 deg"}]},
+            'excitations.both says angles = "any", and gives angles of some of them. Leave one of the two out.',
+        ),
+        (
+            {"rotor_mass": "20 kg"},
+            "excitations.both gives rotor_mass, which only a grade counts. Leave it out, or write grade for the "
+            "unbalance.",
+        ),
+        (
+            {"unbalance": None, "grade": "G2.5", "speed": "600..2400 rpm"},
+            "excitations.both gives a grade, and its speed is not one value: which speed does the grade count? Add "
+            'service_speed = "12000 rpm", the highest in service.',
+        ),
+    ],
+)
+def test_places_angles_and_grades_that_cannot_be_are_refused(changes: dict[str, Any], words: str) -> None:
+    document = copy.deepcopy(SHAFT)
+    both = document["excitations"]["both"]
+    both.update(changes)
+    document["excitations"]["both"] = {key: one for key, one in both.items() if one is not None}
+    assert f"fan.toml: {words}" in refused(vo.from_dict, document, name="fan.toml").messages
+
+
+def test_what_is_no_rotor_has_neither_places_nor_grades() -> None:
+    document = copy.deepcopy(LINE)
+    document["excitations"]["wheels"]["or_on"] = ["lower"]
+    assert refused(vo.from_dict, document, name="wheels.toml").messages == (
+        "wheels.toml: excitations.wheels.or_on is of an unbalance on a rotor, and upper is no station and no disc of "
+        "one. Name one, or leave it out.",
+    )
+    document["excitations"] = {"wheels": {"kind": "unbalance", "on": "upper", "grade": "G2.5", "speed": "20 Hz"}}
+    assert refused(vo.from_dict, document, name="wheels.toml").messages == (
+        "wheels.toml: excitations.wheels.grade counts the mass of a rotor, and upper is on no rotor. Add rotor_mass, "
+        "or write the unbalance itself.",
+    )
+    document = copy.deepcopy(SHAFT)
+    document["rotors"]["rotor"]["sections"][0]["diameter"] = {"from": "50 mm", "to": "70 mm"}
+    document["excitations"]["both"] = {"kind": "unbalance", "on": "fan", "grade": "G2.5", "speed": "20 Hz"}
+    document["goal"] = {"minimise": "total_mass"}
+    assert refused(vo.from_dict, document, name="fan.toml").messages == (
+        "fan.toml: excitations.both.grade counts the mass of a rotor, and sizes of rotors.rotor are to be chosen. Add "
+        "rotor_mass, or write the unbalance itself.",
+    )
+
+
+def test_the_least_of_what_may_cancel_is_refused() -> None:
+    document = copy.deepcopy(SWEPT)
+    document["excitations"]["both"]["or_on"] = ["wheel"]
+    least = {"fan": {**SHAFT["measures"]["fan"], "worst": "least"}}
+    assert refused(vo.from_dict, {**document, "measures": least}, name="fan.toml").messages == (
+        "fan.toml: measures.fan asks for the least that excitations.both does, whose parts may cancel: at worst "
+        "nothing. Ask for the greatest.",
+    )
+
+
+def test_roots_of_squares_sharpness_and_balancing_want_one_rotor() -> None:
+    document = copy.deepcopy(SWEPT)
+    document["excitations"]["both"].update(also=[WHEEL], angles="any")
+    asked = {**document, "measures": {"fan": {"response": "displacement", "of": "fan", "combine": "rss"}}}
+    assert refused(vo.from_dict, asked, name="fan.toml").messages == (
+        'fan.toml: measures.fan.combine = "rss" does not fit excitations.both, whose unbalances stand at any angles: '
+        'the worst is their sum. Write combine = "sum".',
+    )
+    sharp = {"response": "amplification_factor", "of": "fan", "over": "600..2400 rpm"}
+    assert refused(vo.from_dict, {**document, "measures": {"sharp": sharp}}, name="fan.toml").messages == (
+        "fan.toml: measures.sharp asks for the amplification_factor, and excitations.both has unbalances at any "
+        "angles, which no one rotor has at all speeds. Give their angles, or ask for the displacement.",
+    )
+    refusal = refused(balancing_document, vo.solve(vo.from_dict(document, name="fan.toml")))
+    assert str(refusal) == (
+        "fan.toml: excitations.both is an unbalance at places or angles that nobody knows, so nothing says what to "
+        "take back. Leave or_on and angles out."
+    )
+    ratio = {"ratio": {"response": "transmissibility", "into": "ground"}}
+    placed = {**SHAFT, "excitations": {"both": {**SHAFT["excitations"]["both"], "or_on": ["wheel"]}}, "measures": ratio}
+    assert refused(vo.from_dict, placed, name="fan.toml").messages == (
+        "fan.toml: measures.ratio is a ratio to one force, but excitations.both has further places (or_on). Limit the "
+        "force or the motion itself.",
     )

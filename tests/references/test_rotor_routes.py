@@ -271,6 +271,34 @@ def test_the_turbine_whirls_most_on_its_way_up(name: str) -> None:
     assert read_quantity(right, "force" if bearing else "length").value == pytest.approx(most, rel=2e-7)
 
 
+def test_the_turbine_of_a_grade_whirls_most_with_all_of_it_on_one_wheel() -> None:
+    """On another below and above the first critical speed."""
+    stem, top = "turbine_by_its_grade", 6000.0 * RPM
+    one = rotor(stem, 1, 0.0)
+    along = np.tile([1.0, 0.0], len(one.m) // 2)
+    size = 2.5e-3 * float(along @ one.m @ along) / top
+    right = expected(stem)
+
+    def most(name: str, on: str, low: float) -> float:
+        def ask(one: Rotor, spin: float) -> float:
+            bearing = name == "rear"
+            return (one.force if bearing else one.orbit)(on, size, f"{name}_bearing" if bearing else name, spin)
+
+        at_top = limit(lambda one: ask(one, top), stem)
+        return max(at_top, greatest(ask, stem, low, top)[1])
+
+    for path, low in (
+        ("limits.first", 1.0),
+        ("limits.second", 1.0),
+        ("measures.third", 3e3 * RPM),
+        ("measures.rear", 3e3 * RPM),
+    ):
+        name = path.partition(".")[2]
+        kind = "force" if name == "rear" else "length"
+        found = [most(name, on, low) for on in ("first", "second", "third")]
+        assert read_quantity(right[f"{path}.value"], kind).value == pytest.approx(max(found), rel=2e-7)
+
+
 @pytest.mark.parametrize(("name", "sense"), [("forward", 1.0), ("backward", -1.0)])
 def test_critical_speeds_of_the_turbine(name: str, sense: float) -> None:
     right = read_quantity(expected("three_disc_turbine")[f"measures.{name}.value"], "angular_rate").value

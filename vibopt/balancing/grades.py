@@ -16,6 +16,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.records import dataclass
+from vibopt.values.grade import permissible_unbalance
 
 
 @dataclass(frozen=True)
@@ -95,15 +96,14 @@ class Earned:
 
 def permitted(quality: Quality) -> Permitted:
     """What the rotor may keep."""
-    eccentricity = quality.grade / quality.speed
-    whole = quality.mass * eccentricity
+    whole = permissible_unbalance(quality.grade, quality.mass, quality.speed)
     names, ends = [name for name, _ in quality.bearings], [place for _, place in quality.bearings]
     allowed = whole * shares(quality)
     places = dict(quality.planes) or dict(quality.bearings)
     carried = _carried(quality, allowed, places)
     return Permitted(
         whole,
-        eccentricity,
+        whole / quality.mass,
         dict(zip(names, allowed.tolist(), strict=True)),
         carried,
         {name: value - quality.measurement_error for name, value in carried.items()},
@@ -134,7 +134,7 @@ def earned(quality: Quality, left: Mapping[str, complex]) -> Earned:
     phasors: ComplexArray = np.array([left[name] for name in names], dtype=complex)
     error = quality.measurement_error * np.abs(K).sum(axis=1)
     found = np.abs(K @ phasors) + error
-    part = found / (quality.mass * quality.grade / quality.speed * shares(quality))
+    part = found / (permissible_unbalance(quality.grade, quality.mass, quality.speed) * shares(quality))
     worst = int(np.argmax(part))
     bearings = [name for name, _ in quality.bearings]
     grade = float(part[worst]) * quality.grade

@@ -20,7 +20,6 @@ from vibopt.balancing.rotor_tables import (
     PairTable,
     QualityTable,
     RotorTable,
-    grade_velocity,
     known_keys,
     named_tables,
     optional_table,
@@ -29,6 +28,7 @@ from vibopt.balancing.rotor_tables import (
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import InputError
 from vibopt.units import show
+from vibopt.values.grade import grade_velocity
 
 
 def read_pairs(

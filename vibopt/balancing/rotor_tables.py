@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
@@ -15,6 +14,7 @@ from vibopt.errors import QuantityError, way_out
 from vibopt.units import read_quantity, si_unit
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint
+from vibopt.values.grade import grade_velocity
 from vibopt.values.soft import Soft
 
 if TYPE_CHECKING:
@@ -266,12 +266,6 @@ class QualityTable(Table):
     @classmethod
     def _grade_by_its_name(cls, given: Any) -> Any:
         return {**given, "grade": grade_velocity(given["grade"])} if "grade" in given else given
-
-
-def grade_velocity(given: object) -> object:
-    """A grade by its name, "G6.3" or "G 2,5", as the velocity that it stands for; anything else as it is."""
-    named = re.fullmatch(r"\s*[Gg]\s*-?\s*(\d+(?:[.,]\d+)?)(?:\s*mm/s)?\s*", given) if isinstance(given, str) else None
-    return given if named is None else f"{named[1].replace(',', '.')} mm/s"
 
 
 def read_table(kind: type[Kind], table: object, path: Path, mistakes: Mistakes) -> Kind | None:

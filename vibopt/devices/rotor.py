@@ -23,7 +23,7 @@ from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.shaft_polynomials import Beam, Span, shapes, shares
 from vibopt.values import Fact, Table, Value, number, word
-from vibopt.values.fields import Choice, Later
+from vibopt.values.fields import Choice, Later, numbers_in
 from vibopt.values.tolerance import span
 
 if TYPE_CHECKING:
@@ -240,6 +240,15 @@ class RotorTable(Device):
         between = list(pairwise(self.nodes))
         last = len(self.sections) - 1
         return [(min(int(np.searchsorted(ends, 0.5 * (a + b))), last), b - a) for a, b in between]
+
+    @property
+    def mass(self) -> float | None:
+        """Of shaft and discs [kg]; None where a size is to be chosen."""
+        if any(isinstance(one, Choice) for _, one, _ in numbers_in("", self)):
+            return None
+        assembly = Assembly()
+        self.built(assembly, "", Numbers({}))
+        return assembly.shafts[""].weighs
 
     def _given(self, key: str) -> float:
         """What sections are made of, which is there beside them."""

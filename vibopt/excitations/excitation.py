@@ -200,6 +200,20 @@ class Excitation(Table):
         return (self.on,)
 
     @property
+    def anywhere(self) -> tuple[str, ...]:
+        """Of what may be at any of several points, or in parts at several of them, these; of all else none."""
+        return ()
+
+    def moved(self, place: str) -> "Excitation":
+        """All of it at one of `anywhere`."""
+        raise NotImplementedError
+
+    @property
+    def loose(self) -> tuple["Excitation", ...]:
+        """Its parts that stand at any angles to each other; itself where none do."""
+        return (self,)
+
+    @property
     def direction_known(self) -> bool:
         """Whether it acts in space, in a direction of its own."""
         return list(self.acts) != [self.on]

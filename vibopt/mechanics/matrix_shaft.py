@@ -34,9 +34,9 @@ class MatrixShaft:
 
     @property
     def weighs(self) -> float:
-        """Its mass without discs [kg]."""
+        """Its mass and that of its discs [kg]."""
         along = np.concatenate([np.tile([1.0, 0.0], self.size // 2), np.zeros(self.size)])
-        return float(along @ self.both[0] @ along)
+        return float(along @ self.both[0] @ along) + sum(disc.mass for disc in self.discs)
 
     def cut(self, omega: float) -> MatrixShaft:
         """Itself: it is as good at every frequency as its matrices are."""

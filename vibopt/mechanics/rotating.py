@@ -52,8 +52,7 @@ class RotatingMachine(Machine):
 
     @property
     def spinning(self) -> float:
-        shafts = self.shafts.values()
-        return float(sum(one.weighs + sum(disc.mass for disc in one.discs) for one in shafts))
+        return float(sum(one.weighs for one in self.shafts.values()))
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""

@@ -206,8 +206,8 @@ class WhirlingShaft:
 
     @property
     def weighs(self) -> float:
-        """Its mass without discs [kg]."""
-        return sum(one.mass * one.length for one in self.sections)
+        """Its mass and that of its discs [kg]."""
+        return sum(one.mass * one.length for one in self.sections) + sum(disc.mass for disc in self.discs)
 
     def on_nodes(self, moved: ComplexArray, omega: float) -> ComplexArray:
         """A slow motion (n,) over the nodes of `cut`, (size,), where both have one."""

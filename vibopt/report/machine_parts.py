@@ -170,5 +170,5 @@ def shake_words(scene: Scene, name: str) -> str:
     return "\n".join((drawn(name, LONGEST), ", ".join(filter(None, (drawn(size, 28), drawn(speed, 24))))))
 
 
-_SIZES = ("amplitude", "unbalance", "displacement", "velocity", "acceleration", "height", "density")
+_SIZES = ("amplitude", "unbalance", "grade", "displacement", "velocity", "acceleration", "height", "density")
 __all__ = ["Link", "Piece", "Shake", "Sketch", "notes_of", "shake_words", "sketch_of"]

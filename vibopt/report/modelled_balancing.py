@@ -63,6 +63,12 @@ def balancing_document(design: Design) -> dict[str, Any]:
     there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
     for lacks in (words for words, one in there.items() if not one):
         raise InputError(f"{scene.name}: {lacks}")
+    (name, one), *_ = scene.excitations.items()
+    if one.anywhere or len(one.loose) > 1:
+        raise InputError(
+            f"{scene.name}: excitations.{name} is an unbalance at places or angles that nobody knows, so nothing says "
+            "what to take back. Leave or_on and angles out."
+        )
     if len(scene.excitations) > 1:
         raise InputError(f"{scene.name}: {_ONE}")
     speeds = _speeds(scene, machine, sensors)

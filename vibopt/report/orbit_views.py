@@ -42,8 +42,9 @@ def orbit_panels(design: Design, model: Model) -> list[Panel]:
         for drive in form.shaken:
             panels.append(_against_speed(design, model, x, where, response, replace(form, shaken=(drive,))))
             worst = form.worst(model, x)
-            if response.response == "displacement" and isfinite(worst.value) and worst.speeds[drive.name] > 0.0:
-                panels.append(_orbit(design, model, x, response, form, worst.speeds[drive.name]))
+            speed, turns = worst.speeds[drive.name], response.response == "displacement" and len(drive.lines) == 1
+            if turns and isfinite(worst.value) and speed > 0.0:
+                panels.append(_orbit(design, model, x, response, form, speed))
     return panels
 
 

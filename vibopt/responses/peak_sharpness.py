@@ -39,7 +39,8 @@ class AmplificationFactor(Response):
     @property
     def reading(self) -> Displacement:
         said = {"of": self.of, "over": self.over, "due_to": self.due_to}  # read and checked already
-        return Displacement.model_construct(response="displacement", **said)
+        read = Displacement.model_construct(response="displacement", **said)
+        return read.model_copy(update={"placed": self.placed}) if self.placed else read
 
     @property
     def reaches(self) -> tuple[float, ...]:

@@ -101,6 +101,8 @@ class Response(Table):
         Whether only rotors have it.
     whirls
         Whether it asks for modes of what spins, at the speed of the spin.
+    placed
+        Of one of the questions that it stands for, where excitations are that may be at several places, by name.
     in_planes
         Whether it is told of a whirl that is no circle, as the greater half axis of its ellipse.
 
@@ -149,6 +151,7 @@ class Response(Table):
     refers_to: ClassVar[str] = ""
     of_rotors: ClassVar[bool] = False
     whirls: ClassVar[bool] = False
+    placed: ClassVar[Mapping[str, str]] = {}
     in_planes: ClassVar[bool] = False
 
     @model_validator(mode="before")

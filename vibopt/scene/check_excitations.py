@@ -67,8 +67,19 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
 
 def _further(scene: Scene, name: str, mistakes: Mistakes) -> None:
     """Further places on which it acts: of one kind with the first, and followed in steady linear vibration."""
-    excitation, path = scene.excitations[name], ("excitations", name, "also")
+    excitation = scene.excitations[name]
     others, known = excitation.everywhere[1:], places.moving(scene)
+    path, said = ("excitations", name, "or_on" if excitation.anywhere else "also"), vars(excitation)
+    spun = {point for table in scene.rotors.values() for point in table.names}
+    only = next((key for key in ("or_on", "angles") if said.get(key)), "")
+    off = next((on for on in excitation.everywhere if on in known and on not in spun), "")
+    if only and off:
+        mistakes.add(
+            ("excitations", name, only),
+            f"excitations.{name}.{only} is of an unbalance on a rotor, and {off} is no station and no disc of one. "
+            "Name one, or leave it out.",
+        )
+        return
     odd = {*places.turning(scene), *bodies_in_space(scene), *scene.points}
     for on in others:
         if on not in known:

@@ -22,6 +22,7 @@ from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_spin import check_spin, check_stable, spins_in
 from vibopt.scene.check_whole import check_price, check_tolerances
+from vibopt.scene.drives import loose_in
 from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Scene, Variable
 from vibopt.scene.uncertain import uncertain
@@ -67,6 +68,13 @@ def check_response(scene: Scene, path: Path, response: Response, mistakes: Mista
         return
     one = scene, path, response.reading or response, mistakes
     if rubs_in(*one) or spins_in(*one) or whirl_fault(*one) or gear_fault(*one):
+        return
+    if response.reading is not None and (loose := loose_in(scene, response.reading)):
+        mistakes.add(
+            path,
+            f"{dotted(path)} asks for the {response.response}, and excitations.{loose} has unbalances at any angles, "
+            "which no one rotor has at all speeds. Give their angles, or ask for the displacement.",
+        )
         return
     if response.signed and not _free(scene, path, response, mistakes):
         return

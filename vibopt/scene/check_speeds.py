@@ -7,8 +7,8 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import HarmonicResponse, RandomResponse, TransientResponse
 from vibopt.responses.response import START_UP
 from vibopt.scene import places
-from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
-from vibopt.scene.scene import Scene
+from vibopt.scene.drives import bands_for, line_count, loose_in, names_for, speeds_for
+from vibopt.scene.scene import MAXIMISE, Scene
 from vibopt.units import show
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange
@@ -106,10 +106,27 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
 
 
 def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
-    lines = line_count(scene, names)
+    lines, where = line_count(scene, names), dotted(path)
+    loose = loose_in(scene, response)
+    somewhere = loose or next((name for name in names if scene.excitations[name].anywhere), "")
+    most = path == ("goal",) and scene.goal is not None and scene.goal.sense == MAXIMISE
+    if somewhere and (most or response.at_least is not None or response.worst == "least"):
+        mistakes.add(
+            path,
+            f"{where} asks for the least that excitations.{somewhere} does, whose parts may cancel: at worst nothing. "
+            "Ask for the greatest.",
+        )
+        return
+    if loose and response.combine not in (None, "sum"):
+        mistakes.value(
+            (*path, "combine"),
+            response.combine,
+            f"does not fit excitations.{loose}, whose unbalances stand at any angles: the worst is their sum. Write "
+            'combine = "sum".',
+        )
+        return
     if lines == len(names) == 1:
         return
-    where = dotted(path)
     if lines > 1 and response.combine is None and not response.normalised:
         what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
         mistakes.add(
@@ -155,10 +172,11 @@ def _detected(path: Path, response: HarmonicResponse, combine: str, mistakes: Mi
 def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
     many = next((name for name in names if len(scene.excitations[name].everywhere) > 1), "")
     if many and (response.normalised or response.rigid_link):
+        more = "places (or_on)" if scene.excitations[many].anywhere else "unbalances (also)"
         mistakes.add(
             path,
-            f"{dotted(path)} is a ratio to one force, but excitations.{many} has further unbalances (also). Limit the "
-            "force or the motion itself.",
+            f"{dotted(path)} is a ratio to one force, but excitations.{many} has further {more}. Limit the force or "
+            "the motion itself.",
         )
         return
     if not response.normalised:

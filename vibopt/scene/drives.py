@@ -28,9 +28,6 @@ if TYPE_CHECKING:
 UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
 
 
-_ALONE = np.ones(1)
-
-
 def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | TransientResponse) -> tuple[str, ...]:
     """Excitations that the response counts: those in `due_to`, else all of its sort: steady, random or transient."""
     if response.due_to is not None:
@@ -119,13 +116,27 @@ def drives_for(scene: Scene, response: HarmonicResponse, points: Mapping[str, Fl
         known = dict[str, tuple[Line, ...]]()
         scene.__dict__["drives"] = points, known
     for name in names_for(scene, response):
-        if name not in known:
-            known[name] = scene.excitations[name].lines(row_of(scene.excitations[name], points))
-        lines = known[name]
+        key = f"{name} on {response.placed.get(name, '')}"
+        if key not in known:
+            parts = shaker_for(scene, response, name).loose
+            known[key] = tuple(line for part in parts for line in part.lines(row_of(part, points)))
+        lines = known[key]
         if response.normalised and not rubbing(scene):  # friction makes a ratio hang on the amplitude
             lines = tuple(replace(line, amplitude=UNIT) for line in lines)
         drives.append(Drive(name, lines, bands_for(scene, response, name)))
     return tuple(drives)
+
+
+def loose_in(scene: Scene, response: HarmonicResponse) -> str:
+    """The excitation that it counts of which parts stand at any angles; "" of none."""
+    known = (name for name in names_for(scene, response) if name in scene.excitations)
+    return next((name for name in known if len(scene.excitations[name].loose) > 1), "")
+
+
+def shaker_for(scene: Scene, response: Response, name: str) -> Excitation:
+    """An excitation as the response sees it: what may be at several places at the one that is asked about."""
+    place = response.placed.get(name)
+    return scene.excitations[name] if place is None else scene.excitations[name].moved(place)
 
 
 def row_of(excitation: Excitation, points: Mapping[str, FloatArray]) -> FloatArray:
@@ -147,13 +158,14 @@ def combine_for(scene: Scene, response: HarmonicResponse) -> Combine:
 
 @once
 def unit_lines(scene: Scene, name: str) -> tuple[Line, ...]:
-    """Harmonics of an excitation along a direction of its own."""
-    return scene.excitations[name].lines(_ALONE)
+    """Harmonics of an excitation, those of each of its loose parts along a direction of its own."""
+    parts = scene.excitations[name].loose
+    return tuple(line for way, part in zip(np.eye(len(parts)), parts, strict=True) for line in part.lines(way))
 
 
 def line_count(scene: Scene, names: Iterable[str]) -> int:
-    """Number of harmonics of some excitations."""
-    return sum(len(unit_lines(scene, name)) for name in names)
+    """Number of harmonics of some excitations; what is loose counts once, for it adds up in one way alone."""
+    return sum(len(unit_lines(scene, name)) // len(scene.excitations[name].loose) for name in names)
 
 
 _LEAST = 1.0

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path as FilePath
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from vibopt.devices import FAMILIES
 from vibopt.document.locate import Locator, located
@@ -22,8 +22,12 @@ from vibopt.scene.check_scene import check
 from vibopt.scene.drives import with_own_bounds
 from vibopt.scene.open_places import MOST, combinations, open_places, open_positions, positioned, settled
 from vibopt.scene.scene import MAXIMISE, MINIMISE, OWN_FIELDS, Goal, Scene, Variable
-from vibopt.values import Table, rule_of
+from vibopt.units import show
+from vibopt.values import Fact, Table, rule_of
 from vibopt.values.fields import Choice, numbers_in
+
+if TYPE_CHECKING:
+    from vibopt.devices.rotor import RotorTable
 
 _HEAD, _TAIL = (
     ["title", "statement", "source"],
@@ -134,6 +138,7 @@ class _Parts:
         devices: dict[str, Any] = {family: self._family(family) for family in FAMILIES}
         own = {family: devices.pop(family) for family in OWN_FIELDS}
         excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
+        excitations = {name: self._weighed(name, one, own["rotors"]) for name, one in excitations.items()}
         limits: dict[str, Response] = self._kinds("limits", "response", RESPONSES)
         measures: dict[str, Response] = self._kinds("measures", "response", RESPONSES)
         goal, find_all = self._goal()
@@ -154,6 +159,24 @@ class _Parts:
             notes=tuple(dict.fromkeys(self.notes)),
             locator=locator,
         )
+
+    def _weighed(self, name: str, one: Excitation, rotors: Mapping[str, RotorTable]) -> Excitation:
+        """An unbalance with the mass that its grade counts, that of its rotor where the file says none."""
+        if getattr(one, "grade", None) is None or getattr(one, "rotor_mass", None) is not None:
+            return one
+        shaft = next((key for key, table in rotors.items() if one.on in table.names), "")
+        heavy = rotors[shaft].mass if shaft else None
+        if heavy is None:
+            lacks = f"sizes of rotors.{shaft} are to be chosen" if shaft else f"{one.on} is on no rotor"
+            self.mistakes.add(
+                ("excitations", name, "grade"),
+                f"excitations.{name}.grade counts the mass of a rotor, and {lacks}. Add rotor_mass, or write the "
+                "unbalance itself.",
+            )
+        known = one.model_copy(update={"rotor_mass": Fact(heavy or 1.0, "kg")})
+        size, mass = show(known.swung, "", "unbalance"), show(heavy or 1.0, "", "mass")
+        self.notes.append(f"excitations.{name}.grade: {size}, of a rotor of {mass}")
+        return known
 
     def _text(self, key: str, default: str) -> str:
         value = self.document.get(key, default)

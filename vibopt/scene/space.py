@@ -1,8 +1,9 @@
-"""What of a scene moves in space, and which single mounts a question about a group means."""
+"""What of a scene moves in space, and for which single questions one of a scene stands."""
 
 from __future__ import annotations
 
-from vibopt.responses import Response
+from vibopt.responses import HarmonicResponse, Response
+from vibopt.scene.drives import names_for
 from vibopt.scene.places import devices, once
 from vibopt.scene.scene import Scene
 from vibopt.values.directions import AXES, Vector
@@ -48,7 +49,18 @@ def place_in_space(scene: Scene, name: str) -> bool:
 
 
 def members(scene: Scene, response: Response) -> tuple[Response, ...]:
-    """The questions that one about mounts or a rotor stands for: one a mount, an axis, a place; else itself."""
+    """The questions that one stands for: one a mount, an axis, a place of a rotor or of an unbalance; else itself."""
+    asked, driven = _places_of(scene, response), response.reading or response
+    for name in names_for(scene, driven) if isinstance(driven, HarmonicResponse) else ():
+        if every := scene.excitations[name].anywhere:
+            asked = tuple(
+                one.model_copy(update={"placed": {**one.placed, name: place}}) for one in asked for place in every
+            )
+    return asked
+
+
+def _places_of(scene: Scene, response: Response) -> tuple[Response, ...]:
+    """The same, whatever shakes."""
     if response.of_rotor and (rotor := scene.rotors.get(vars(response)["of"])) is not None:
         every = rotor.bent(vars(response)["of"])
         return tuple(response.model_copy(update={"of": one}) for one in every)

@@ -19,7 +19,7 @@ from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.modal import WORTH
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
-from vibopt.scene.drives import UNIT, bands_for, combine_for, durations_of, names_for, unit_lines
+from vibopt.scene.drives import UNIT, bands_for, combine_for, durations_of, names_for, shaker_for, unit_lines
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.signals import Band, Combine, Line
@@ -83,8 +83,7 @@ def _foremost(scene: Scene, machine: Machine, asked: tuple[HarmonicResponse, ...
         tried = [np.linspace(band.low, band.high, 1 if band.is_point else _TRIED) for band in bands]
         near = [at for at in machine.known_poles.real.tolist() if any(band.holds(at) for band in bands)]
         speeds, count = np.concatenate([*tried, near]), len(near)
-        shaker, lines = scene.excitations[name], unit_lines(scene, name)
-        each = [Shaken(machine, one, shaker, lines, combine_for(scene, one))(speeds) for one in asked]
+        each = [_shaken(scene, machine, one, name)(speeds) for one in asked]
         sizes = np.array(each)
         kept |= sizes.max(axis=1) >= _NEAR * sizes.max()
         at_poles = sizes[:, len(speeds) - count :]
@@ -125,7 +124,7 @@ def _sharpest(scene: Scene, machine: Machine, response: Response, reading: Harmo
 
     found = {}
     for name in names_for(scene, reading):
-        shaken = Shaken(machine, reading, scene.excitations[name], unit_lines(scene, name), "sum")
+        shaken = _shaken(scene, machine, reading, name)
         found[name] = sharpest(shaken, bands_for(scene, reading, name), machine.known_poles, machine.known_spins)
     name = max(found, key=lambda one: found[one][0])
     factor, speed = found[name]
@@ -164,8 +163,7 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
         from vibopt.verify.stick_slip import rubbing
 
         return rubbing(machine, response, scene.excitations[name], bands, least=want_least)
-    lines = unit_lines(scene, name)
-    shaken = Shaken(machine, response, scene.excitations[name], lines, combine_for(scene, response))
+    shaken = _shaken(scene, machine, response, name)
     between = any(not band.is_point for band in bands)
     singular, breaks = shaken.singularities() if between else (np.zeros(0, dtype=complex), np.zeros(0))
     turning = shaken.turning if between and not (want_least and len(machine.masses) > 1) else None
@@ -174,6 +172,12 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
     if whole or not np.isfinite(found.value):
         return found
     return _in_full(shaken, found, bands, want_least)
+
+
+def _shaken(scene: Scene, machine: Machine, response: HarmonicResponse, name: str) -> Shaken:
+    """A response to one excitation, at the place that is asked about where it may be at several."""
+    shaker, lines = shaker_for(scene, response, name), unit_lines(scene, name)
+    return Shaken(machine, response, shaker, lines, combine_for(scene, response))
 
 
 def _in_full(shaken: Shaken, found: Reached, bands: tuple[Band, ...], want_least: bool) -> Reached:
@@ -224,14 +228,15 @@ class Shaken:
         return value
 
     def _steady(self, machine: Machine, line: Line, omega: FloatArray, size: FloatArray) -> ComplexArray:
-        drive = line.vector[0] * size.astype(complex)
-        acts = self._acts if machine is self.machine else self._acts_on(machine)
-        shaken = {key: weight * drive for key, weight in acts.items()}
+        every = self._acts if machine is self.machine else self._acts_on(machine)
+        part = int(np.abs(line.vector).argmax())
+        drive = line.vector[part] * size.astype(complex)
+        shaken = {key: weight * drive for key, weight in every[part].items()}
         forces, bases = (shaken, {}) if self.excitation.family == "bodies" else ({}, shaken)
         return machine.size(self.response.measure(self.machine, machine.shake(omega, forces, bases)))
 
     def _orders(self, machine: Machine, line: Line) -> Orders:
-        key = machine is self.machine, line.order, complex(line.vector[0])
+        key = machine is self.machine, line.order, tuple(line.vector.tolist())
         if key not in self._known:
             from vibopt.verify.near_rest import orders_of
 
@@ -266,7 +271,7 @@ class Shaken:
         return None if found is None else found / line.order
 
     @cached_property
-    def _known(self) -> dict[tuple[bool, float, complex], Orders]:
+    def _known(self) -> dict[tuple[bool, float, tuple[complex, ...]], Orders]:
         return {}
 
     @cached_property
@@ -282,15 +287,15 @@ class Shaken:
         return min((self._orders(one, line).reach / line.order for one in loose for line in lines), default=0.0)
 
     @cached_property
-    def _acts(self) -> dict[str, complex]:
+    def _acts(self) -> list[dict[str, complex]]:
         return self._acts_on(self.machine)
 
-    def _acts_on(self, machine: Machine) -> dict[str, complex]:
-        """Where the excitation acts; on the receiver, where its body has been joined with it."""
-        on, acts = self.excitation.on, self.excitation.acts
-        if list(acts) != [on] or on in machine.places or on in machine.bases:
+    def _acts_on(self, machine: Machine) -> list[dict[str, complex]]:
+        """Where each loose part of the excitation acts; on the receiver, where its body has been joined with it."""
+        on, acts = self.excitation.on, [one.acts for one in self.excitation.loose]
+        if list(acts[0]) != [on] or on in machine.places or on in machine.bases:
             return acts
-        return {next(joint.ends[1] for joint in self.machine.joints if joint.name == self.response.rigid_link): 1.0}
+        return [{next(joint.ends[1] for joint in self.machine.joints if joint.name == self.response.rigid_link): 1.0}]
 
 
 def joined(machine: Machine, link: str) -> Machine:

@@ -252,7 +252,7 @@ def _checked(scene: Scene, found: Measured, name: str, response: Response, side:
         value=shown_value(response, found.value, unit),
         limit=limit,
         margin=float(margin) if np.isfinite(margin) else float("-inf") if margin < 0 else float("inf"),
-        worst_at={key: _speed(scene, key, speed, response) for key, speed in found.speeds.items()},
+        worst_at={key: _speed(scene, key, speed, found.response) for key, speed in found.speeds.items()},
     )
 
 
@@ -261,7 +261,9 @@ def _speed(scene: Scene, name: str, omega: float, response: Response) -> Entry:
     if excitation.once is not None and response.sort == "transient":
         return Entry(omega, "time", "")
     dimension = excitation.speed.dimension
-    return Entry(excitation.from_rotation(omega), dimension, excitation.speed.unit)
+    at = Entry(excitation.from_rotation(omega), dimension, excitation.speed.unit)
+    place = response.placed.get(name)
+    return at if place is None else replace(at, text=f"{at.shown}, all of it on {place}")
 
 
 def goal_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, Entry] | None:
