@@ -36,7 +36,12 @@ PRESS = ROOT / "isolation" / "rao_9_34.toml"
 def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder of its own for what is kept."""
     monkeypatch.setenv(answer_cache.OFF, str(tmp_path / "kept"))
+    monkeypatch.setattr(answer_cache, "LEAST_WORK", 0.0)
     return tmp_path / "kept"
+
+
+def keep_now(asked: Asked, answer: Any) -> None:
+    keep(asked, "answer", answer, asked.stamps(), answer.work)
 
 
 @pytest.fixture
@@ -60,10 +65,9 @@ def test_an_answer_made_again_says_the_same_to_the_last_bit(name: str, home: Pat
     answer: Any = jobs.answer(job)
     answer = priced(answer) if jobs.is_scene(job) else answer
     asked = Asked(file, job)
-    key = asked.key("answer")
-    assert kept(asked, key) is None
-    keep(asked, "answer", answer, key)
-    again = kept(Asked(file, jobs.open_job(file)), key)
+    assert kept(asked, "answer") is None
+    keep_now(asked, answer)
+    again = kept(Asked(file, jobs.open_job(file)), "answer")
     assert again is not None
     assert again.report() == answer.report()
     assert json.dumps(again.to_json()) == json.dumps(answer.to_json())
@@ -118,10 +122,10 @@ def test_another_catalogue_is_another_question(run: Run, home: Path, tmp_path: P
     file.write_bytes(source.read_bytes())
     parts.write_bytes((source.parent / "mounts.csv").read_bytes())
     asked = Asked(str(file), jobs.open_job(file))
-    key = asked.key("answer")
+    key, before = asked.key("answer"), asked.stamps()
     parts.write_bytes(parts.read_bytes() + b"\n")
     assert asked.key("answer") not in ("", key)
-    keep(asked, "answer", jobs.answer(asked.job), key)
+    keep(asked, "answer", jobs.answer(asked.job), before, 1e9)
     assert not home.exists()  # what was read is no longer what lies there
 
 
@@ -129,14 +133,13 @@ def test_another_catalogue_is_another_question(run: Run, home: Path, tmp_path: P
 def test_a_damaged_entry_is_as_good_as_none(damage: str, home: Path) -> None:
     job = jobs.open_job(PRESS)
     asked = Asked(str(PRESS), job)
-    key = asked.key("answer")
-    keep(asked, "answer", jobs.answer(job), key)
-    entry = home / f"{key}.json"
+    keep_now(asked, jobs.answer(job))
+    entry = home / f"{asked.key('answer')}.json"
     text = entry.read_text(encoding="utf-8")
     wrong = {"cut": text[:-9], "digit": text.replace("6956917", "6956918"), "empty": "", "other": f"[]\n{text}"}
-    assert kept(asked, key) is not None
+    assert kept(asked, "answer") is not None
     entry.write_text(wrong[damage], encoding="utf-8")
-    assert kept(asked, key) is None
+    assert kept(asked, "answer") is None
 
 
 def test_no_more_is_kept_than_is_said_and_the_oldest_goes_first(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -146,11 +149,11 @@ def test_no_more_is_kept_than_is_said_and_the_oldest_goes_first(home: Path, monk
     for count in range(5):
         asked = Asked(str(PRESS), job, (f"title=no {count}",))
         keys.append(asked.key("answer"))
-        keep(asked, "answer", answer, keys[-1])
+        keep_now(asked, answer)
         os.utime(home / f"{keys[-1]}.json", ns=(count, count))
     assert sorted(one.stem for one in home.iterdir()) == sorted(keys[2:])
     monkeypatch.setattr(answer_cache, "MOST_BYTES", 10)
-    keep(Asked(str(PRESS), job), "answer", answer, Asked(str(PRESS), job).key("answer"))
+    keep_now(Asked(str(PRESS), job), answer)
     assert list(home.iterdir()) == []
 
 
@@ -163,12 +166,22 @@ def test_many_values_that_are_sooner_found_again_are_not_kept(
     answer = replace(jobs.answer(asked.job), work=work)
     assert len(answer.values) == 88
     monkeypatch.setattr(answer_cache, "MANY_VALUES", 87)
-    key = asked.key("answer")
-    keep(asked, "answer", answer, key)
-    assert (kept(asked, key) is not None) is is_kept
+    keep_now(asked, answer)
+    assert (kept(asked, "answer") is not None) is is_kept
     monkeypatch.setattr(answer_cache, "MANY_VALUES", 88)
-    keep(asked, "answer", answer, key)
-    assert kept(asked, key) is not None
+    keep_now(asked, answer)
+    assert kept(asked, "answer") is not None
+
+
+@pytest.mark.parametrize(("least", "is_kept"), [(5.0, True), (5.1, False)])
+def test_a_machine_that_is_sooner_solved_is_not_kept(
+    least: float, is_kept: bool, home: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(answer_cache, "LEAST_WORK", least)
+    asked = Asked(str(PRESS), jobs.open_job(PRESS))
+    found = answered(asked, fresh=True)
+    assert 5.0 <= found.work < 5.1
+    assert (kept(asked, "answer") is not None) is is_kept
 
 
 def test_two_runs_at_once_read_whole_answers_or_none(home: Path) -> None:
@@ -177,8 +190,8 @@ def test_two_runs_at_once_read_whole_answers_or_none(home: Path) -> None:
     key, said = asked.key("answer"), answer.report()
 
     def both(_: int) -> bool:
-        keep(asked, "answer", answer, key)
-        found = kept(asked, key)
+        keep_now(asked, answer)
+        found = kept(asked, "answer")
         return found is None or found.report() == said
 
     with ThreadPoolExecutor(4) as pool:

@@ -1,5 +1,6 @@
 """Verbs, messages, exit codes: what a user or a script relies on."""
 
+import gc
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ from typing import Any
 import pytest
 
 from texts import floor, shaken_fan
+from vibopt.cli.main import main
 
 Run = Callable[..., Any]
 ROOT = Path(__file__).parents[2]
@@ -43,10 +45,16 @@ def test_help_lists_every_verb_and_loads_nothing_heavy() -> None:
 
 
 AREAS = ("vibopt.balancing.", "vibopt.charts", "vibopt.manual", "vibopt.posed", "vibopt.answer.answer_page")
+ROTORS = (
+    "vibopt.mechanics.rotating",
+    "vibopt.mechanics.whirl",
+    "vibopt.mechanics.shaft_waves",
+    "vibopt.mechanics.host",
+)
 SLOW = ("scipy", "numpy.typing", "numpy.random", "multiprocessing", "concurrent", *HEAVY)
 STARTS = {
     ("check",): ("vibopt.solve", "vibopt.study", "vibopt.verify", *AREAS, *SLOW),
-    ("solve",): ("vibopt.solve.plane", "vibopt.solve.catalogue", "vibopt.responses.stability_threshold", *AREAS, *SLOW),
+    ("solve",): ("vibopt.solve.plane", "vibopt.solve.catalogue", "vibopt.responses.damping", *ROTORS, *AREAS, *SLOW),
     ("--version",): ("numpy", "pydantic", "tomli", "vibopt.answer", *AREAS, *SLOW),
     ("help",): ("vibopt.study", "vibopt.cli.solve_command", "vibopt.solve.plane", *SLOW),
 }
@@ -63,6 +71,18 @@ def test_a_command_loads_only_what_it_needs(words: tuple[str, ...], press: str) 
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_process_of_its_own_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    at_the_end: list[Any] = []
+    monkeypatch.setattr("atexit.register", at_the_end.append)
+    monkeypatch.setenv("PYDANTIC_DISABLE_PLUGINS", "as the user has it")
+    monkeypatch.setattr(sys, "argv", ["vibopt", "--version"])
+    assert main(["--version"]) == 0
+    assert at_the_end == []
+    assert main() == 0
+    assert at_the_end == [gc.freeze]
+    assert os.environ["PYDANTIC_DISABLE_PLUGINS"] == "as the user has it"
 
 
 def test_check_tells_what_a_file_asks(run: Run, press: str) -> None:

@@ -118,6 +118,7 @@ def test_whoever_stops_it_reads_what_is_left(
         raise KeyboardInterrupt
 
     monkeypatch.setenv("VIBOPT_CACHE", cache or str(tmp_path / "kept"))
+    monkeypatch.setattr("vibopt.cli.answer_cache.LEAST_WORK", 0.0)
     words = words.replace("HOME", str(tmp_path / "kept"))
     if where == "answer":
         monkeypatch.setattr("vibopt.jobs.answer", stop)

@@ -5,16 +5,16 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import cache
-from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibopt.cli.output import note_kept
 from vibopt.errors import InputError
-from vibopt.files.reading import FileFault, Kind, content_of
+from vibopt.files.reading import FileFault, Kind, Stamp, content_of, stamp_of
+from vibopt.jobs import is_scene
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ MOST_ANSWERS, MOST_BYTES = 50, 50_000_000
 """What is kept; the oldest go first."""
 MANY_VALUES, WORK_OF_ONE = 2_000, 0.1
 """From how many values on it counts what it takes to keep one [nominal ms]: rotors have as many as coefficients."""
+LEAST_WORK = 12.0
+"""What an answer to a machine takes at least to be kept [nominal ms]: the press on its mount is sooner solved."""
 OFF = "VIBOPT_CACHE"
 """Environment variable that turns it off ("off") or names another folder."""
 _ANY = Kind("a file", 1_000_000_000, "", "")
@@ -46,12 +48,21 @@ class Asked:
 
     def key(self, stage: str) -> str:
         """SHA-256 [hex] of all of it and of the program; "" where a file is gone."""
+        from hashlib import sha256
+
         try:
             held = {name: sha256(content_of(one, _ANY, counts=False)).hexdigest() for name, one in self._files()}
         except FileFault:
             return ""
         told = [program(), stage, self.job.name, self.method, list(self.changes), held, self.whole]
         return sha256(json.dumps(told).encode()).hexdigest()
+
+    def stamps(self) -> list[Stamp]:
+        """What tells whether its files are still the same; empty where one is gone."""
+        try:
+            return [stamp_of(one, _ANY, counts=False) for _, one in self._files()]
+        except FileFault:
+            return []
 
     def _files(self) -> Iterator[tuple[str, Path]]:
         from vibopt.document.toml_reading import FileText, texts_of
@@ -97,17 +108,18 @@ def folder() -> Path | None:
     return Path(base) / "vibopt" / "answers" if base and not base.startswith("~") else None
 
 
-def kept(asked: Asked, key: str) -> Answer[Any] | None:
-    """The answer that was kept under a key; None where there is none, or what is there is damaged."""
+def kept(asked: Asked, stage: str) -> Answer[Any] | None:
+    """The answer that was kept; None where there is none, or what is there is damaged."""
     from vibopt.answer.stored import unpacked
 
     home = folder()
-    if home is None:
+    key = asked.key(stage) if home is not None else ""
+    if home is None or not key:
         return None
     file = home / f"{key}.json"
     try:
         digest, _, text = file.read_text(encoding="utf-8").partition("\n")
-        if digest != sha256(text.encode()).hexdigest():
+        if digest != _digest(text):
             return None
         found: Answer[Any] = unpacked(json.loads(text), lambda told: _job(asked.job, told))
         os.utime(file)  # looked at last, thrown away last
@@ -116,13 +128,26 @@ def kept(asked: Asked, key: str) -> Answer[Any] | None:
     return found
 
 
-def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
-    """Keep an answer, if it can be made again and the files still are what they were: their key was `before`."""
+def keep(asked: Asked, stage: str, answer: Answer[Any], before: Sequence[Stamp], work: float) -> None:
+    """Keep an answer, if it can be made again and the files still are what they were before it.
+
+    Parameters
+    ----------
+    asked, stage
+        What was answered.
+    before
+        Stamps of its files when it was asked; without any nothing is kept.
+    work
+        What it took [nominal ms]: what is sooner found again than kept is not.
+    """
+    home = folder()
+    if home is None or not before or _is_sooner_found(answer, work):
+        return
     from vibopt.answer.stored import NotStoredError, alike, packed, unpacked
     from vibopt.files.writing import replace_file
 
-    home = folder()
-    if home is None or not before or _is_sooner_found(answer) or asked.key(stage) != before:
+    key = asked.key(stage)
+    if not key or asked.stamps() != before:
         return
     try:
         data = packed(answer, lambda job: _told(asked.job, job, answer))
@@ -131,17 +156,23 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: str) -> None:
             return
         text = json.dumps(data)
         home.mkdir(parents=True, exist_ok=True, mode=0o700)
-        replace_file(home / f"{before}.json", f"{sha256(text.encode()).hexdigest()}\n{text}".encode())
+        replace_file(home / f"{key}.json", f"{_digest(text)}\n{text}".encode())
         _thin(home)
         note_kept(f"The answer that was found is kept in {home}: plot and report of the same file do not solve again.")
     except (NotStoredError, OSError, InputError, ValueError, RecursionError):
         return
 
 
-def _is_sooner_found(answer: Answer[Any]) -> bool:
+def _digest(text: str) -> str:
+    from hashlib import sha256
+
+    return sha256(text.encode()).hexdigest()
+
+
+def _is_sooner_found(answer: Answer[Any], work: float) -> bool:
     """Whether to find an answer again is less work than to write all its values and to read them."""
     many = len(answer.values)
-    return many > MANY_VALUES and answer.work < WORK_OF_ONE * many
+    return work < (LEAST_WORK if is_scene(answer.job) else WORK_OF_ONE * many if many > MANY_VALUES else 0.0)
 
 
 def _thin(home: Path) -> None:

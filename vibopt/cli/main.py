@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import errno
 import gc
 import os
@@ -135,6 +136,9 @@ def main(words: Sequence[str] | None = None) -> int:
         Exit code; `INTERNAL` too where standard output is closed or takes nothing more.
     """
     given = list(sys.argv[1:] if words is None else words)
+    if words is None:
+        atexit.register(gc.freeze)  # what all ends with is not looked through for circles once more: a sixth of a solve
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # looked for in all that is installed
     gc.set_threshold(_NEW_OBJECTS)
     forget()
     note_kept("")

@@ -28,7 +28,7 @@ from vibopt.cli.options import (
 )
 from vibopt.cli.output import colour, complain, note_kept, say, say_json, width
 from vibopt.errors import InputError
-from vibopt.work import seconds_of_each_answer
+from vibopt.work import metered, seconds_of_each_answer
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
@@ -309,15 +309,17 @@ def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -
     from vibopt.cli.answer_cache import keep, kept
 
     stage = "answer" if prices is False else "prices"
-    key = "" if seconds_of_each_answer() is not None else asked.key(stage)  # what a clock may end is not kept
-    last = kept(asked, key) if key and not fresh else None
+    timed = seconds_of_each_answer() is not None  # what a clock may end is not kept
+    last = kept(asked, stage) if not fresh and not timed else None
     if last is not None:
         return last
-    if stage == "answer":
-        found = _answer(asked)
-    else:
-        found = _beside(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices)
-    keep(asked, stage, found, key)
+    before = [] if timed else asked.stamps()
+    with metered() as meter:
+        if stage == "answer":
+            found = _answer(asked)
+        else:
+            found = _beside(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices)
+    keep(asked, stage, found, before, meter.done)
     return found
 
 

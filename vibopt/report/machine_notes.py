@@ -66,15 +66,14 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
 
 def damping_of_poles(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """Which damping ratios are those of poles, as asked for, and which of undamped modes, where they differ."""
-    from vibopt.report.mode_shapes import shapes_of
-    from vibopt.responses.damping import DampingOfModes, ratios_of
-
-    goal = [scene.goal.response] if scene.goal is not None else []
-    every = (*scene.limits.values(), *scene.measures.values(), *goal)
-    asked = [one for one in every if isinstance(one, DampingOfModes) and one.of is None and not one.spins]
+    every = scene.responses.values()
+    asked = [one for one in every if one.response == "damping_ratio" and one.free_vibration and not one.spins]
     machine = machine_of(scene, chosen) if asked else None
     if machine is None or machine.on_structures:
         return []
+    from vibopt.report.mode_shapes import shapes_of
+    from vibopt.responses.damping import ratios_of
+
     shapes = shapes_of(machine, sorted(turning(scene)))
     modes = [plain(one, 3) for one in sorted(one.damping for one in shapes if one.damping is not None)]
     poles = machine.poles()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from contextlib import suppress
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -11,14 +11,14 @@ from vibopt.answer.blocks import Block, table
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.rotating import RotatingMachine
 from vibopt.records import dataclass
-from vibopt.responses.whirl_damping import OfWhirls
 from vibopt.scene.scene import Design, Scene
 from vibopt.values.speeds import ROTATION
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from vibopt.responses.whirl_damping import OfWhirls
 
 _SENSES = {1.0: "forward", -1.0: "backward", 0.0: "along a line"}
 
@@ -39,15 +39,18 @@ def asks_whirls(scene: Scene) -> bool:
 
 
 def _asked(scene: Scene) -> list[OfWhirls]:
-    return [one for one in scene.responses.values() if isinstance(one, OfWhirls) and one.spins]
+    return [cast("OfWhirls", one) for one in scene.responses.values() if one.spins]
 
 
 def whirls_of(design: Design, machine: Machine | None) -> list[Whirl]:
     """By waves, at both ends of what is asked, up to the greatest frequency that counts there; the slowest first."""
+    asked = _asked(design.scene)
+    if not asked:
+        return []
+    from vibopt.mechanics.rotating import RotatingMachine
     from vibopt.mechanics.whirls_as_built import in_planes, whirls
 
-    asked = _asked(design.scene)
-    if not asked or not isinstance(machine, RotatingMachine):
+    if not isinstance(machine, RotatingMachine):
         return []
     built = in_planes(machine)
     reach: dict[float, OfWhirls] = {}

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.mechanics.shaft_waves import MODES
 from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
@@ -156,6 +155,8 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
             ),
         )
         return True
+    from vibopt.mechanics.shaft_waves import MODES  # of rotors alone
+
     if response.whirls and response.modes > MODES:
         mistakes.value(
             (*path, "mode"),

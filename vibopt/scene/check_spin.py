@@ -5,7 +5,6 @@ from __future__ import annotations
 from math import isfinite
 
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.mechanics.whirl import MOST
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene import places
 from vibopt.scene.check_bearings import in_planes
@@ -60,17 +59,19 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
                 f"excitations.{one} {what}, but {where} turns with a shaft: it brakes what whirls slower than it spins "
                 "in another way forward than backward. Shake with unbalances at steady speeds, or leave it out.",
             )
-    if places.raw(scene, "rotors"):
+    if places.raw(scene, "rotors") or len(turns) == 1:
         return
-    other = [*turns, ""][1].partition(".")[2]
+    from vibopt.mechanics.whirl import MOST
+
+    other = [*turns][1].partition(".")[2]
     empty = [body for body, one in scene.bodies.items() if one.massless]
-    if len(turns) > 1 and empty:
+    if empty:
         mistakes.add(
             path,
             f"{where} turns with a shaft, and so does {other}, beside bodies.{empty[0]} without a mass: where "
             "several do, thresholds are found among bodies with a mass. Give it one, or leave one of the dampers out.",
         )
-    if len(turns) > 1 and places.freedoms(scene) > MOST:
+    if places.freedoms(scene) > MOST:
         mistakes.add(
             path,
             f"{where} turns with a shaft, and so does {other}: where several do, thresholds are found among "
