@@ -93,6 +93,40 @@ def test_two_limits_that_cannot_hold_together_are_both_named() -> None:
     assert set(design.conflict.limits) == {"floor", "sag"}
 
 
+def skid(vib: str) -> Scene:
+    """A machine at two speeds with two absorbers, whose four numbers starts look for."""
+    own = {
+        "on": "skid", "mass": "20 kg", "frequency": {"from": "10 Hz", "to": "40 Hz"},
+        "damping_ratio": {"from": 0.01, "to": 0.5},
+    }  # fmt: skip
+    foot = {"between": ["skid", "ground"], "stiffness": "11 MN/m", "damping_ratio": "2 %"}
+    speeds = ["980 rpm", "1180 rpm"]
+    pump = {"kind": "unbalance", "on": "skid", "unbalance": "30 kg mm", "speed": speeds}
+    document = {
+        "bodies": {"skid": {"mass": "800 kg"}},
+        "links": {"feet": foot},
+        "absorbers": {"a": own, "b": own},
+        "excitations": {"pump": pump},
+        "limits": {
+            "vib": {"response": "velocity", "of": "skid", "at_most": vib},
+            "stroke": {"response": "relative_displacement", "across": "a", "at_most": "3 mm"},
+        },
+        "goal": {"minimise": "displacement", "of": "skid"},
+    }
+    return from_dict(document)
+
+
+def test_limits_of_a_design_that_starts_look_for_are_loosened_too() -> None:
+    design = solve(skid("1 mm/s"))
+    assert design.status == "infeasible"
+    assert design.conflict is not None
+    assert design.conflict.limits == ("vib",)
+    [(name, _, enough)] = design.conflict.loosenings
+    assert name == "vib"
+    assert solve(skid(f"{enough.value!r} m/s"), explain=False).status == "feasible"
+    assert solve(skid(f"{0.98 * enough.value!r} m/s"), explain=False).status == "infeasible"
+
+
 def set_on_four(travel: str) -> Scene:
     """A machine in space: its limit on the travel of a group is one limit of many rows."""
     feet = [[f"{x} m", f"{y} m", 0] for x in (0.8, -0.8) for y in (0.5, -0.5)]

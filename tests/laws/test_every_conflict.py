@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from texts import STIFFEST, choice, floor, moves, sags, shaken_fan
+from vibopt.answer.answer import Conflict
 from vibopt.answer.clashes import every_clash
 from vibopt.jobs import answer, from_text, open_job, with_changes
 
@@ -48,6 +49,18 @@ def test_what_is_not_proven_counts_as_no_clash_and_is_said() -> None:
     found = every_clash("abc", lambda some: True if set(some) >= {"a", "b"} else None if "c" in some else False)
     assert found.sets == (("a", "b"),)
     assert not found.complete
+    assert found.doubtful == ()
+
+
+def test_a_limit_whose_leaving_out_was_not_decided_is_told() -> None:
+    found = every_clash("abc", lambda some: {"abc": True, "ac": False}.get("".join(some)))
+    assert found.sets == (("a", "b", "c"),)
+    assert found.doubtful == ("a", "c")
+    said = Conflict(found.sets[0], (), "", complete=found.complete, doubtful=found.doubtful).others_said('"')
+    assert said == (
+        'Fewer may clash already: without "a" or "c" neither a design nor a proof was found.',
+        "There may be further sets: not all were looked at.",
+    )
 
 
 def test_where_not_even_no_limit_helps_it_is_not_the_limits() -> None:

@@ -208,6 +208,15 @@ WRONG = {
         "line 25: goal has a bound (at_most). Say bounds in [limits.NAME].",
     ),
     "title of a number": ({'"Fan on its mount"': "3"}, "line 1: title = 3 is not a text. Write it in quotation marks."),
+    "a goal of two mounts": (
+        {'of = "mount"': 'of = ["mount", "other"]'}, 'line 24: goal.of = ["mount", "other"] is a list. Write one text.'
+    ),
+    "a place under another key": (
+        {'on = "fan"': 'of = "fan"'}, 'line 13: excitations.fan has of = "fan" where on is needed. Write on = "fan".'
+    ),
+    "a place that no key takes": (
+        {'into = "ground"': 'of = "ground"'}, 'line 19: unknown key "of" in limits.floor. Did you mean "into"?'
+    ),
 }  # fmt: skip
 
 

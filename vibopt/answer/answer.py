@@ -173,6 +173,8 @@ class Conflict:
         Whether there is no further set: all were looked at.
     soft
         How easily a limit may be loosened, beside 1 of those that are not named.
+    doubtful
+        Names of limits of these sets without which the others may clash as well: that was not decided.
     """
 
     limits: tuple[str, ...]
@@ -182,6 +184,7 @@ class Conflict:
     others: tuple[tuple[str, ...], ...] = ()
     complete: bool = True
     soft: Mapping[str, float] = field(default_factory=dict)
+    doubtful: tuple[str, ...] = ()
 
     def said(self, quote: str = "") -> str:
         """That the limits cannot hold together; `quote` stands around each name."""
@@ -194,6 +197,9 @@ class Conflict:
         said = [
             f"Nor {'these' if len(other) > 1 else 'this'}: {row}." for other, row in zip(self.others, rows, strict=True)
         ]
+        if self.doubtful:
+            without = " or ".join(f"{quote}{name}{quote}" for name in self.doubtful)
+            said += [f"Fewer may clash already: without {without} neither a design nor a proof was found."]
         said += [] if self.complete else ["There may be further sets: not all were looked at."]
         return tuple(said)
 
@@ -218,7 +224,8 @@ class Conflict:
         steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]
         said = {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
         others = [list(other) for other in self.others]
-        return {**said, "others": others, "complete": self.complete, "soft": dict(self.soft)}
+        further = {"complete": self.complete, "soft": dict(self.soft), "doubtful": list(self.doubtful)}
+        return {**said, "others": others, **further}
 
 
 @dataclass(frozen=True, slots=True)

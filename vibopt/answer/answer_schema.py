@@ -89,6 +89,7 @@ PARTS = {
             "others": listed(TEXTS),
             "complete": {"type": "boolean"},
             "soft": named(NUMBER),
+            "doubtful": TEXTS,
         }
     ),
 }

@@ -15,11 +15,15 @@ _POSSIBLE, _CLASHES, _OPEN = 1, 2, 3
 
 @dataclass(frozen=True, slots=True)
 class Clashes(Generic[K]):
-    """Smallest sets, the one found first in front, whether there is no other, and how many answers that took."""
+    """Smallest sets, the one found first in front, whether there is no other, and how many answers that took.
+
+    `doubtful` are those of the sets without which the others may clash as well: neither a design nor a proof was found.
+    """
 
     sets: tuple[tuple[K, ...], ...]
     complete: bool
     answers: int
+    doubtful: tuple[K, ...] = ()
 
 
 def every_clash(
@@ -55,7 +59,8 @@ def every_clash(
             if known.asked(seed) == _CLASHES:
                 found.append(known.smallest(seed))
                 known.above(found[-1])
-    return Clashes(tuple(known.names(one) for one in found), complete and not known.doubts, known.answers)
+    sets = tuple(known.names(one) for one in found)
+    return Clashes(sets, complete and not known.doubts, known.answers, known.names(known.doubtful))
 
 
 class _Map(Generic[K]):
@@ -65,7 +70,7 @@ class _Map(Generic[K]):
         self.keys, self.clashes = keys, clashes
         self.known = bytearray(1 << len(keys)) if len(keys) <= MOST else bytearray()
         self.order = sorted(range(len(self.known)), key=lambda one: (-one.bit_count(), -one))
-        self.answers, self.doubts = 0, False
+        self.answers, self.doubts, self.doubtful = 0, False, 0
 
     def names(self, some: int) -> tuple[K, ...]:
         """The limits of a set, in their order."""
@@ -93,10 +98,16 @@ class _Map(Generic[K]):
 
     def smallest(self, some: int) -> int:
         """A smallest clashing set in one that clashes: what is not needed is left out, in order."""
-        for k in range(len(self.keys)):
-            fewer = some & ~(1 << k)
-            if fewer != some and self.asked(fewer) == _CLASHES:
-                some = fewer
+        tried: Sequence[int] = range(len(self.keys))
+        for _ in range(2):  # what was not decided may be, of the fewer limits that are left
+            open_ = []
+            for k in tried:
+                fewer = some & ~(1 << k)
+                said = self.asked(fewer) if fewer != some else _POSSIBLE
+                some = fewer if said == _CLASHES else some
+                open_ += [k] if said == _OPEN else []
+            tried = open_
+        self.doubtful |= sum(1 << k for k in tried)
         return some
 
     def below(self, some: int) -> None:

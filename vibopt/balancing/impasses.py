@@ -52,7 +52,7 @@ def clash(
         return None, ""
     kept, *others = found.sets
     shared = tuple(one for one in kept if all(one in other for other in others))
-    conflict = Conflict(kept, tuple(loosened(shared)), proof, (), tuple(others), found.complete, soft)
+    conflict = Conflict(kept, tuple(loosened(shared)), proof, (), tuple(others), found.complete, soft, found.doubtful)
     told = conflict.steps
     smallest = [f"Smallest loosening of one: {', or '.join(told)}."] if told else []
     return conflict, " ".join([conflict.said(), *conflict.others_said(), *smallest])

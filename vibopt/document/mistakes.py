@@ -28,6 +28,8 @@ _ELSEWHERE = {
     "bearings": ' Bearings stand in [shaft], of a measured rotor in [quality]: bearings = { A = "0 mm", B = "900 mm" }.'
 }
 """Tables that are a key of another one."""
+_PLACES = ("of", "on", "into", "through", "across")
+"""Keys that say where something is asked: one stands where another is needed."""
 MOST_SAID = 200
 """Most mistakes of one file that are said at once."""
 
@@ -147,7 +149,8 @@ def take(
 
     With `within` only what is wrong with a value that is there, not what the table as a whole lacks.
     """
-    for one in error.errors(include_url=False):
+    found = error.errors(include_url=False)
+    for one in found if within else _misplaced(found, base, table, mistakes):
         keyed = hasattr(one.get("ctx", {}).get("error"), "key")
         if within and not keyed and (not one["loc"] or one["type"] == "missing"):
             continue
@@ -155,6 +158,22 @@ def take(
         path = base + inner
         within_it = kind if isinstance(kind, list) else _table_of(kind, inner)
         _take_one(one, path, given_at(table, inner), mistakes, within_it)
+
+
+def _misplaced(found: list[Any], base: Path, table: object, mistakes: Mistakes) -> list[Any]:
+    """The errors without those of a place that stands under the key of another one: these are said as one."""
+    wrong, lacking = (
+        {one["loc"][:-1]: one for one in found if one["type"] == kind and one["loc"] and one["loc"][-1] in _PLACES}
+        for kind in ("extra_forbidden", "missing")
+    )
+    both = wrong.keys() & lacking.keys()
+    for where in both:
+        inner = tuple(step for step in wrong[where]["loc"] if not _is_tag(step))
+        path, needed, given = base + inner, lacking[where]["loc"][-1], toml_text(given_at(table, inner))
+        text = f"{dotted(path[:-1])} has {path[-1]} = {given} where {needed} is needed. Write {needed} = {given}."
+        mistakes.add(path, text)
+    said = [one[where] for one in (wrong, lacking) for where in both]
+    return [one for one in found if one not in said]
 
 
 def _table_of(kind: type[BaseModel], inner: Path) -> type[BaseModel]:
@@ -206,7 +225,9 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, table: ty
         wrong = context["error"]
         mistakes.value((*path, wrong.key), wrong.given, wrong.text)
     elif kind == "string_type":
-        mistakes.value(path, given, "is not a text. Write it in quotation marks.")
+        several = isinstance(given, list) and all(isinstance(one, str) for one in given)
+        way = "is a list. Write one text." if several else "is not a text. Write it in quotation marks."
+        mistakes.value(path, given, way)
     elif kind in ("int_type", "int_parsing", "int_from_float"):
         mistakes.value(path, given, "is not a whole number.")
     elif kind in ("bool_type", "bool_parsing"):

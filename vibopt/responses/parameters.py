@@ -43,7 +43,7 @@ class TotalMass(Response):
 
 
 class Mass(Response):
-    """`response = "mass"`: of one body or absorber [kg].
+    """`response = "mass"`: of one body or absorber [kg]; of several together ask `absorber_mass` or `total_mass`.
 
     Keys
     ----

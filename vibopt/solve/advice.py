@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from vibopt.answer.entry import Entry
+from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
@@ -28,7 +29,8 @@ _WIDER = (1.0, 1.01, 1.04, 1.16, 1.64, 3.56)
 _GREATER = (1.0, 1.02, 1.05, 1.1, 1.2, 1.5, 2.0, 3.0, 5.0, 10.0)
 """Masses that are tried, as parts of the least that a balance of forces allows."""
 
-Answer = Callable[[Scene], Design]
+Answer = Callable[..., Design]
+"""Solves a scene, also from a design `near` [SI]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,14 +40,16 @@ class _Trial:
     scene: Scene
     fact: FactAt
     answer: Answer
+    near: FloatArray | None = None
 
     def holds(self, number: float) -> bool:
-        """Whether there is a design; of one variable, for which any is found as surely as the best."""
+        """Whether there is a design; of one variable, or near one that is known, any is found as surely as the best."""
         text: str | float = f"{number:.12g} {self.fact.unit}" if self.fact.unit else number
         place = self.fact.place or self.fact.path
         try:
             changed = with_changes(self.scene, {place: text})
-            found = self.answer(replace(changed, goal=None) if len(changed.variables) == 1 else changed)
+            asked = replace(changed, goal=None) if len(changed.variables) == 1 or self.near is not None else changed
+            found = self.answer(asked) if self.near is None else self.answer(asked, near=self.near)
         except InputError:
             return False
         return found.status in ("optimal", "feasible")
@@ -98,7 +102,14 @@ def _between(without: float, having: float, now: float | None) -> float:
 
 
 def confirmed_bound(
-    scene: Scene, name: str, side: str, guess: float, answer: Answer, *, known: bool = False
+    scene: Scene,
+    name: str,
+    side: str,
+    guess: float,
+    answer: Answer,
+    *,
+    known: bool = False,
+    near: FloatArray | None = None,
 ) -> Entry | None:
     """The least loosening of a limit, to 0.5 % of the change, with which the whole job has a design.
 
@@ -114,6 +125,8 @@ def confirmed_bound(
         Solves a scene.
     known
         Whether the guess is proven to be the least.
+    near
+        A design that keeps the guess, as starts found it [SI].
 
     Returns
     -------
@@ -122,7 +135,7 @@ def confirmed_bound(
         none near the guess is enough.
     """
     fact, response = fact_at(scene, f"limits.{name}.{side}"), scene.limits[name]
-    trial, step = _Trial(scene, fact, answer), guess - fact.value
+    trial, step = _Trial(scene, fact, answer, near), guess - fact.value
     wide = [fact.value + part * step for part in _WIDER]
     try:
         now = trial.number(fact.value)

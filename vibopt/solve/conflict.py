@@ -7,23 +7,36 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from vibopt.answer.clashes import Clashes, every_clash
+from vibopt.arrays import FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
+from vibopt.solve.choose import modest
 from vibopt.solve.method import Found
+from vibopt.solve.relaxed import hopeless, none_holds
 
 Answer = Callable[[Program], Found]
 
 
 @dataclass(frozen=True, slots=True)
 class Loosening:
-    """A limit and the bound [SI] with which a design exists, as found; not rounded yet."""
+    """A limit and the bound [SI] with which a design exists, as found; not rounded yet.
+
+    Where the search began at starts, `near` is that design [SI].
+    """
 
     limit: Limit
     bound: float
+    near: FloatArray | None = None
 
 
 Key = tuple[str, str]
 """Name and side of a limit, which may be asked at many places."""
+
+
+def asked(part: Program) -> Found:
+    """The answer to some limits of a job, by a coarse search; where that finds nothing, by as many boxes as the job."""
+    found = hopeless(part) or modest(part).solve(part)
+    return none_holds(part) or found if part.aim is None and found.status == "unproven" else found
 
 
 def conflicts(program: Program, answer: Answer, may: Callable[[], bool] = lambda: True) -> Clashes[Key]:
@@ -70,7 +83,10 @@ def loosenings(
         best = answer(replace(program, limits=rest, aim=aim))
         if best.x is None or best.status not in ("optimal", "feasible"):
             continue
-        value = best.details.get("goal")
-        if isinstance(value, float) and math.isfinite(value):
-            found.append(Loosening(limit, value))
+        value, near = best.details.get("goal"), None
+        if not isinstance(value, float):
+            value = sense * max(sense * float(one.form.value(one.model, best.x)) for one in aim.pieces)
+            near = best.x
+        if math.isfinite(value):
+            found.append(Loosening(limit, value, near))
     return found, left

@@ -8,17 +8,16 @@ from dataclasses import replace
 
 from vibopt.answer.answer import Conflict
 from vibopt.answer.entry import Entry
+from vibopt.arrays import FloatArray
 from vibopt.program.program import Limit, Program
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.solve.advice import Answer, confirmed_bound
-from vibopt.solve.choose import modest
-from vibopt.solve.conflict import Key, conflicts, loosenings
+from vibopt.solve.conflict import Key, asked, conflicts, loosenings
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.solve.ranges import closed
-from vibopt.solve.relaxed import hopeless
 from vibopt.units import show
 from vibopt.values.soft import softness
 from vibopt.verify.checked import shown_value
@@ -100,39 +99,42 @@ def conflict_of(
     rows: list[tuple[str, Entry, Entry]] = []
     with metered() as meter:
         guesses, left = ({}, []) if names_only else _guesses(finite, clashes.sets, lambda: meter.done <= most)
-        for (name, side), guess in guesses.items():
+        for (name, side), (guess, near) in guesses.items():
             response = scene.limits.get(name)
             if response is None:  # what a part is rated for is not loosened
                 continue
             if meter.done > most or late("the search for loosenings"):
                 left.append(name)
-            elif (enough := confirmed_bound(scene, name, side, guess, answer)) is not None:
+            elif (enough := confirmed_bound(scene, name, side, guess, answer, near=near)) is not None:
                 given = getattr(response, side)
                 rows.append((name, shown_value(response, given.value, given.unit), enough))
     others = sets[1:]
-    soft = softness(scene.limits)
-    return Conflict(sets[0], tuple(rows), found.claim, tuple(dict.fromkeys(left)), others, clashes.complete, soft)
+    doubtful = tuple(dict.fromkeys(name for name, _ in clashes.doubtful))
+    soft, open_ = softness(scene.limits), tuple(dict.fromkeys(left))
+    return Conflict(sets[0], tuple(rows), found.claim, open_, others, clashes.complete, soft, doubtful)
 
 
 def _ask(part: Program) -> Found:
     if part.aim is None and impossible(part) is not None:
         return Found("infeasible", None, "", "physical bound")
-    return hopeless(part) or modest(part).solve(part)
+    return asked(part)
 
 
 def _guesses(
     program: Program, sets: tuple[tuple[Key, ...], ...], may: Callable[[], bool]
-) -> tuple[dict[tuple[str, str], float], list[str]]:
+) -> tuple[dict[tuple[str, str], tuple[float, FloatArray | None]], list[str]]:
     """By name and side the bound [SI] that should be enough, of the limits that are in every set: no other helps.
+
+    Beside it the design that has it, where starts led to it.
 
     And the names of those that were not asked for.
     """
-    found: dict[tuple[str, str], float] = {}
+    found: dict[tuple[str, str], tuple[float, FloatArray | None]] = {}
     shared = [key for key in sets[0] if all(key in other for other in sets[1:])]
     clash = tuple(limit for limit in program.limits if (limit.name, limit.side) in shared)
     loosened, left = loosenings(program, clash, _ask, may)
     for one in loosened:
-        found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound)
+        found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound), one.near
     return found, [one.name for one in left]
 
 

@@ -16,10 +16,8 @@ from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.advice import confirmed_bound
-from vibopt.solve.choose import modest
-from vibopt.solve.conflict import conflicts
+from vibopt.solve.conflict import asked, conflicts
 from vibopt.solve.method import Found
-from vibopt.solve.relaxed import hopeless
 from vibopt.values.soft import softness
 from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
@@ -35,15 +33,15 @@ def clashes_of(program: Program, *, most: float) -> Clashes[str]:
     """
     with metered() as meter:
 
-        def asked(part: Program) -> Found:
+        def in_time(part: Program) -> Found:
             if meter.done > most or late("the search for the limits that clash"):
                 return Found("unproven", None, "", "")
-            return hopeless(part) or modest(part).solve(part)
+            return asked(part)
 
-        found = conflicts(program, asked, lambda: meter.done <= 0.2 * most)
+        found = conflicts(program, in_time, lambda: meter.done <= 0.2 * most)
     spoken: dict[tuple[str, str], str] = {(limit.name, limit.side): spoken_name(limit) for limit in program.limits}
     sets = tuple(dict.fromkeys(tuple(dict.fromkeys(spoken[key] for key in one)) for one in found.sets))
-    return Clashes(sets, found.complete, found.answers)
+    return Clashes(sets, found.complete, found.answers, tuple(dict.fromkeys(spoken[key] for key in found.doubtful)))
 
 
 def spoken_name(limit: Limit) -> str:
@@ -71,7 +69,8 @@ def conflict_over_tolerances(
             elif (row := _loosened(scene, name, answer)) is not None:
                 rows.append(row)
     soft = softness(scene.limits)
-    said = Conflict(names, tuple(rows), found.claim, tuple(left), tuple(others), clashes.complete, soft)
+    known = clashes.complete, soft, clashes.doubtful
+    said = Conflict(names, tuple(rows), found.claim, tuple(left), tuple(others), *known)
     return said if names else None
 
 

@@ -330,4 +330,4 @@ class _Sums:
         return _Sums(self.value + part * lift[boxes, row], moved, np.maximum(self.bound, top))
 
 
-__all__ = ["hopeless", "with_least"]
+__all__ = ["hopeless", "none_holds", "with_least"]

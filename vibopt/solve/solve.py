@@ -237,7 +237,8 @@ def _loosened(scene: Scene, design: Design, found: Found, clash: Program | None,
         return solve(one, explain=False)
 
     known = design.conflict
-    sets = Clashes((known.limits, *known.others) if known is not None else (), known is None or known.complete, 0)
+    sets = Clashes(() if known is None else (known.limits, *known.others), known is None or known.complete, 0)
+    sets = sets if known is None else replace(sets, doubtful=known.doubtful)
     sets = clashes_of(clash, most=patience) if clash is not None else sets
     return with_conflict(design, conflict_over_tolerances(scene, sets, found, again, most=patience))
 
@@ -392,8 +393,8 @@ def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clo
     from vibopt.solve.impasse import conflict_of
     from vibopt.solve.loosen import with_conflict
 
-    def again(one: Scene) -> Design:
-        return solve(one, explain=False)
+    def again(one: Scene, near: Sequence[float] | None = None) -> Design:
+        return solve(one, explain=False, near=near)
 
     conflict = None
     if found.status == "infeasible" and wish.explain and not program.ties and found.method != STANDSTILL:

@@ -127,7 +127,7 @@ def _reason(program: Program, claim: str) -> str:
     clashes = clashes_of(program, most=_PATIENCE)
     if not clashes.sets:
         return ""
-    conflict = Conflict(clashes.sets[0], (), claim, (), clashes.sets[1:], clashes.complete)
+    conflict = Conflict(clashes.sets[0], (), claim, (), clashes.sets[1:], clashes.complete, {}, clashes.doubtful)
     return " ".join([conflict.said(), *conflict.others_said()])
 
 
