@@ -161,6 +161,9 @@ class Segment:
         (n_signals,): time integral of each signal at the very beginning [s].
     endless
         Whether it goes on for ever; `length` is then only the time in which `rates` count.
+    released
+        (n_signals, 2): displacement [m] and velocity [m/s] with which begins what each acts on, in the first of all
+        segments; None where all is at rest.
     """
 
     length: float
@@ -169,6 +172,7 @@ class Segment:
     read: FloatArray
     blows: FloatArray
     endless: bool = False
+    released: FloatArray | None = None
 
     def of(self, those: IntArray) -> Segment:
         """Of some machines, where each has its own."""
@@ -176,7 +180,7 @@ class Segment:
             return self
         every: Any = self.length, self.start, self.rates, self.read, self.blows
         length, start, rates, read, blows = (one[those] for one in every)
-        return Segment(length, start, rates, read, blows, self.endless)
+        return Segment(length, start, rates, read, blows, self.endless, self.released)
 
 
 def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
@@ -185,7 +189,7 @@ def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
     for every in zip(*signals, strict=True):
         rows: Any = zip(*((one.length, one.start, one.rates, one.read, one.blows) for one in every), strict=True)
         length, start, rates, read, blows = (np.array(row) for row in rows)
-        found.append(Segment(length, start, rates, read, blows, every[0].endless))  # type: ignore[arg-type]
+        found.append(Segment(length, start, rates, read, blows, every[0].endless, every[0].released))  # type: ignore[arg-type]
     return tuple(found)
 
 
@@ -196,7 +200,7 @@ def stretched(signal: tuple[Segment, ...], parts: FloatArray) -> tuple[Segment, 
         every = one.start, one.rates, one.read, one.blows
         rows: Any = (one.length * parts, *(np.broadcast_to(own, (len(parts), *own.shape)) for own in every))
         length, start, rates, read, blows = rows
-        found.append(Segment(length, start, rates, read, blows, one.endless))
+        found.append(Segment(length, start, rates, read, blows, one.endless, one.released))
     return tuple(found)
 
 

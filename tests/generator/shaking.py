@@ -55,6 +55,7 @@ def _places(kind: str, made: Drawn) -> list[str]:
         "moment_harmonics": rigid,
         "pulse": [] if made.spatial or made.turning else [*lines, *bases],
         "drop": [] if made.spatial else bases,
+        "release": [] if made.spatial or made.turning else lines,
         "record": [] if made.spatial or made.turning else [*lines, *bases],
         "white_noise": [*([] if made.spatial or made.turning else lines), *(bases if not made.spatial else [])],
     }
@@ -189,6 +190,12 @@ def _drop(draw: Draw, made: Drawn, on: str) -> Table:
     return {"height": draw.said(draw.size(0.01, 1.0), "length"), **rebound}
 
 
+def _release(draw: Draw, made: Drawn, on: str) -> Table:
+    away = {"displacement": draw.said(draw.size(1e-4, 0.05) * draw.pick([-1, 1]), "length")}
+    fast = {"velocity": draw.said(draw.size(1e-3, 1.0) * draw.pick([-1, 1]), "velocity")}
+    return draw.pick([away, fast, {**away, **fast}])
+
+
 def _record(draw: Draw, made: Drawn, on: str) -> Table:
     unit = draw.pick(["m/s²", "g"]) if on in made.names("bases") else "N"
     step = 0.2 / made.frequency
@@ -208,5 +215,6 @@ RECIPES: dict[str, Callable[[Draw, Drawn, str], Table]] = {
     "white_noise": _white_noise,
     "pulse": _pulse,
     "drop": _drop,
+    "release": _release,
     "record": _record,
 }

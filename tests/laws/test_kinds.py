@@ -246,6 +246,7 @@ SHAKERS: dict[str, dict[str, Any]] = {
     "moment_harmonics": {"kind": "moment_harmonics", "on": "pump", "harmonics": [{"order": 2, "amplitude": "20 N m"}]},
     "pulse": {"kind": "pulse", "on": "floor", "shape": "half sine", "amplitude": "2 kN", "duration": "20 ms"},
     "drop": {"kind": "drop", "on": "deck", "height": "5 mm"},
+    "release": {"kind": "release", "on": "floor", "displacement": "-4 mm", "velocity": "0.3 m/s"},
     "record": {"kind": "record", "on": "deck", "file": str(RECORD)},
 }
 Motion = Literal["space", "plane", "line"]
@@ -314,7 +315,7 @@ NOT_THERE = {
     ("white_noise", "plane"): "white noise, which machines in space do not take yet",
     **{
         (kind, motion): f'is of kind "{kind}", which machines in space do not take yet'
-        for kind in ("pulse", "drop", "record")
+        for kind in ("pulse", "drop", "release", "record")
         for motion in ("space", "plane", "line")
     },
     ("white_noise", "line"): "white noise, which machines in space do not take yet",

@@ -27,6 +27,7 @@ KINDS: Kinds[Excitation] = Kinds(
         "white_noise": "white_noise.WhiteNoise",
         "pulse": "pulse.Pulse",
         "drop": "drop.Drop",
+        "release": "release.Release",
         "record": "record.Record",
     },
 )

@@ -339,6 +339,11 @@ class Once:
         """Changes of the velocity of a base [m/s] at once, by their times, which are joints [s]."""
         return {}
 
+    @property
+    def start(self) -> tuple[float, float]:
+        """Displacement [m] and velocity [m/s] with which the body on which it acts begins."""
+        return 0.0, 0.0
+
     def signal(self, time: FloatArray) -> FloatArray:
         """Its value at times [s], shape of `time`; another road than `segments`."""
         raise NotImplementedError

@@ -94,4 +94,13 @@ def _cut(signals: Sequence[tuple[Segment, ...]], begins: list[FloatArray], low: 
         block_diag(*rates[1:]) if len(rates) > 1 else rates[0],
         block_diag(*reads),
         blows,
+        released=_released(signals) if low == 0.0 else None,
     )
+
+
+def _released(signals: Sequence[tuple[Segment, ...]]) -> FloatArray | None:
+    """With which displacement and velocity begins what each of some signals acts on, (n_signals, 2)."""
+    every = [signal[0].released for signal in signals]
+    if all(one is None for one in every):
+        return None
+    return np.concatenate([np.zeros((1, 2)) if one is None else one for one in every])

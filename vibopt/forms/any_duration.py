@@ -189,10 +189,8 @@ class PeakOverDurations(Form):
             for one, other in zip(whole, part, strict=True)
         )
 
-    def reach(self, model: Model) -> Reach:
-        from vibopt.forms.reduce import driven
-
-        return driven(model, self.output, list(self.loads.T))
+    def reach(self, model: Model) -> Reach | None:
+        return self.lasting(self.high).reach(model)
 
     def cost(self, model: Model) -> float:
         return 200.0

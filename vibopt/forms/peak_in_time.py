@@ -143,9 +143,11 @@ class PeakInTime(Form):
             for value, slope, rest in zip(near.value * share, slopes, rests, strict=True)
         ]
 
-    def reach(self, model: Model) -> Reach:
+    def reach(self, model: Model) -> Reach | None:
         from vibopt.forms.reduce import driven
 
+        if self.segments[0].released is not None:  # displacements are of bodies, not of what forces reach
+            return None
         return driven(model, self.output, list(self.loads.T))
 
     def cost(self, model: Model) -> float:

@@ -62,7 +62,7 @@ def _excitation(name: str) -> str:
     if kind.sort == "random":
         facts.append("It has no `speed`: it shakes at every frequency at once.")
     if kind.sort == "transient":
-        facts.append("It has no `speed`: it comes once, over a machine at rest, and is over.")
+        facts.append("It has no `speed`: it comes once, with all else that does, and is over.")
     words = [
         f"# {name}",
         _said(kind),

@@ -27,8 +27,8 @@ class Condensed:
         Number of free coordinates, and of those of them that have mass.
     lift
         All coordinates from these, (..., n_coords, n + n_bases).
-    quick
-        Coordinates that dropped out: only springs hold them.
+    kept, quick
+        Free coordinates that are left, (n,), and that dropped out: only springs hold them.
     """
 
     mass: Numbers
@@ -37,6 +37,7 @@ class Condensed:
     n: int
     heavy: int
     lift: Numbers
+    kept: IntArray
     quick: IntArray
 
 
@@ -61,7 +62,7 @@ def condensed(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) 
     count, diagonal = mass.shape[-1], np.diagonal(mass, axis1=-2, axis2=-1)[..., :n_free].reshape(-1, n_free)
     if diagonal.all():
         lift = np.broadcast_to(np.eye(count), mass.shape)
-        return Condensed(mass, damping, stiffness, n_free, n_free, lift, np.arange(0))
+        return Condensed(mass, damping, stiffness, n_free, n_free, lift, np.arange(n_free), np.arange(0))
     braked = np.diagonal(damping, axis1=-2, axis2=-1)[..., :n_free].reshape(-1, n_free).real > 0.0
     light = (diagonal[0] == 0.0).nonzero()[0]
     slow = braked[0, light]
@@ -76,7 +77,7 @@ def condensed(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) 
         held, led = (stiffness[..., quick[:, None], one] for one in (quick, kept))
         lift[..., quick, :] = -np.linalg.solve(held, led)
     whole = (..., kept[:, None], kept)
-    return Condensed(mass[whole], damping[whole], lift.mT @ stiffness @ lift, len(own), len(heavy), lift, quick)
+    return Condensed(mass[whole], damping[whole], lift.mT @ stiffness @ lift, len(own), len(heavy), lift, own, quick)
 
 
 def eliminated(elastic: Numbers, braked: Numbers, heavy: int) -> Numbers:

@@ -130,7 +130,17 @@ class _Road:
             self.led = np.where(np.abs(led) > _NOTHING * sizes, led, 0.0) @ moved
             # where a base is, and how fast, is no matter of waves
             self.good &= ~self.led[:, : 2 - min(self.power, 2)].any(axis=(1, 2))
-        self.modes = _modes(squares, shapes, shapes.mT @ damping[..., :n] @ shapes, shapes.mT @ loads)
+        self.begun: ComplexArray | None = None
+        released = self.segments[0].released
+        if released is not None:  # a velocity is the blow that brings it, a displacement follows one by 1 / s
+            begun = machine.loads[:n] @ released
+            blows = np.stack([mass[..., :n] @ begun[:, 1], -stiffness[..., :n] @ begun[:, 0]], axis=2)
+            loads = np.concatenate([np.broadcast_to(loads, (self.count, *loads.shape[-2:])), blows], axis=2)
+        modes = _modes(squares, shapes, shapes.mT @ damping[..., :n] @ shapes, shapes.mT @ loads)
+        if released is not None:
+            self.begun = modes.struck[..., -2] + modes.struck[..., -1] / modes.poles
+            modes = modes._replace(struck=modes.struck[..., :-2])
+        self.modes = modes
         self.read = rows[..., :n] @ self.modes.shapes
         first = self.modes.poles[:, None] ** self.power if self.power else np.ones_like(self.modes.poles[:, None])
         orders = np.concatenate([first, first * self.modes.poles[:, None], first * self.modes.poles[:, None] ** 2], 1)
@@ -143,7 +153,7 @@ class _Road:
 
     def peaks(self) -> tuple[Peaks, BoolArray]:
         """The greatest sizes, and whether they are known; the earliest where several are as great."""
-        state: ComplexArray = np.zeros(self.modes.poles.shape, dtype=complex)
+        state = self.begun if self.begun is not None else np.zeros(self.modes.poles.shape, dtype=complex)
         for index, segment in enumerate(self.segments):
             state = self._through(index, segment, state)
         waves, lengths = self.row * state, self.pieces.length

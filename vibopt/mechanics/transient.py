@@ -238,7 +238,7 @@ class Transient:
     @cached_property
     def stretches(self) -> list[Stretch]:
         """The whole load, from rest on."""
-        found, state = [], np.zeros((*self.mass.shape[:-2], self.size))
+        found, state = [], self.begun
         for alike in self.runs:
             a = self.whole(alike[0])
             along = Along(a) if a.ndim == 3 and not np.iscomplexobj(a) else None
@@ -249,7 +249,20 @@ class Transient:
     @property
     def left(self) -> Numbers:
         """State behind the load, (..., size)."""
-        return self.stretches[-1].left if self.stretches else np.zeros((*self.mass.shape[:-2], self.size))
+        return self.stretches[-1].left if self.stretches else self.begun
+
+    @cached_property
+    def begun(self) -> Numbers:
+        """State before the first blow, (..., size): at rest, or as bodies are let go."""
+        released, half = self.segments[0].released, self.size // 2
+        state = np.zeros((*self.mass.shape[:-2], self.size), dtype=self.root.dtype)
+        if released is None:
+            return state
+        n, heavy = self.parts[3:]
+        kept = np.arange(n) if self.jointed is None else self.jointed.kept
+        begins = np.linalg.solve(self.root, (self.loads[kept] @ released) / wide(self.scale))
+        state[..., :n], state[..., half : half + heavy] = begins[..., 0], begins[..., :heavy, 1] / self.rate[..., None]
+        return state
 
     @cached_property
     def jointed(self) -> Condensed | None:

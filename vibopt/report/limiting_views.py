@@ -210,18 +210,23 @@ def _path(
     if names[0] != names[1] or form is None or form.segments[-1].endless:
         return None
     body, support = ends
-    n, forced = model.n_free, peak.response.response == "peak_force"
+    n, forced, segments = model.n_free, peak.response.response == "peak_force", form.segments
+    own, released = model.points[body][:n], segments[0].released
     moved = np.zeros(form.loads.shape[1]) if support == GROUND else model.points[support][n:] @ form.loads[n:]
     per = 1.0
     if forced:
-        own = model.points[body][:n]
         if (form.loads[:n][own == 0.0] != 0.0).any():
             return None
         per = machine.masses[body]
         moved = moved - own @ form.loads[:n] / per
         if getattr(peak.response, "through", None) is not None:
             per /= machine.joints[0].count
-    return (Path(moved, form.segments), per) if moved.any() else None
+    if released is not None:
+        if released[:, 0].any():  # a place to begin with is no motion of a support
+            return None
+        moved = np.where(released[:, 1] == 0.0, moved, -own @ form.loads[:n])
+        segments = (replace(segments[0], blows=segments[0].blows + released[:, 1], released=None), *segments[1:])
+    return (Path(moved, segments), per) if moved.any() else None
 
 
 def limiting_panels(design: Design) -> list[Panel]:

@@ -124,6 +124,7 @@ def _loads(scene: Scene) -> dict[str, tuple[list[str], tuple[Segment, ...]]]:
             and excitation.ramp is None
             and not excitation.once.endless
             and excitation.once.durations is None
+            and not any(excitation.once.start)
         ):
             places.setdefault(excitation.on, []).append(name)
     found = {}

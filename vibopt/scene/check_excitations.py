@@ -112,6 +112,12 @@ def _kind(scene: Scene, name: str, mistakes: Mistakes) -> None:
                 f"excitations.{name} moves {on} along a line, but {around[0]} on it turns. The twist of a base is not "
                 f'supported: put kind = "moment" on {around[0]}.',
             )
+    elif on in turning and excitation.sort == "transient":
+        mistakes.add(
+            path,
+            f'excitations.{name} is of kind "{kind}", but {on} turns. What comes once is answered for bodies on a line '
+            "only, so far.",
+        )
     elif on in turning and not excitation.moment:
         mistakes.add(
             path,

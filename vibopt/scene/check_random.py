@@ -285,8 +285,12 @@ def _joint_pushed(
     held = {end for link in damped_links(scene) for end in places.ends(scene).get(link, ())}
     place, power = next((name for name, _ in response.places().values()), ""), getattr(response.steady, "power", 0)
     for name in names:
-        on = str(scene.excitations[name].on)
-        if on in light and on not in held:
+        on, begins = str(scene.excitations[name].on), _begins(scene, name)
+        if on in light and any(begins) and (begins[1] or on not in held):
+            why = "has no mass. Release a body with mass, or a joint that a damper holds, by a displacement alone."
+        elif on in light and any(begins):
+            continue
+        elif on in light and on not in held:
             why = "springs alone hold, so that it jumps with the force. Push a body with mass, or give it a damper."
         elif on in light and on == place and (power or 0) > 1:
             why = "has no mass: its acceleration follows the rate of the force. Ask for its velocity or displacement."
@@ -297,10 +301,16 @@ def _joint_pushed(
             )
         else:
             continue
-        does = "shakes" if on not in light else "pushes"
+        does = "shakes" if on not in light else "releases" if any(begins) else "pushes"
         mistakes.add(path, f"{dotted(path)}: excitations.{name} {does} {on}, which {why}")
         return True
     return False
+
+
+def _begins(scene: Scene, name: str) -> tuple[float, float]:
+    """Displacement and velocity with which what an excitation acts on begins."""
+    once = scene.excitations[name].once
+    return once.start if once is not None else (0.0, 0.0)
 
 
 def _beside_base(scene: Scene, name: str) -> bool:

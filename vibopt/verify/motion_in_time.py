@@ -150,6 +150,8 @@ class MotionInTime:
             [excitation.blows.get(time, 0.0) for excitation in self.excitations]
         )
         if number == 0:
+            for excitation in self.excitations:
+                self._states.let_go(struck, excitation.on, *excitation.start)
             return struck
         found: FloatArray = np.asarray(self._runs[-1](time), dtype=float) + struck
         if number == self._behind:

@@ -318,7 +318,7 @@ def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) ->
     if names not in known:
         known[names] = Simulated(machine, tuple(_once(scene.excitations[name]) for name in names))
     value, time = known[names].peak(response)
-    return value, {names[0]: time} if len(names) == 1 and np.isfinite(time) else {}
+    return value, {names[0]: time} if np.isfinite(time) else {}
 
 
 def _once(excitation: Excitation) -> Once:

@@ -22,6 +22,7 @@ from vibopt.scene.language.python_words import (
     MountWords,
     PulseWords,
     RecordWords,
+    ReleaseWords,
     RoadWords,
     RotorWords,
     StructureWords,
@@ -187,6 +188,10 @@ class Machine(Responses):
     def drop(self, name: str, *, on: str, **words: Unpack[DropWords]) -> None:
         """The velocity of a base changes at once.  Words: height and rebound, or velocity_change."""
         self._add("excitations", name, dict(kind="drop", on=on, **words))
+
+    def release(self, name: str, *, on: str, **words: Unpack[ReleaseWords]) -> None:
+        """A body is let go.  Words: displacement and velocity, with their signs; one of them or both."""
+        self._add("excitations", name, dict(kind="release", on=on, **words))
 
     def record(self, name: str, *, on: str, file: str, **words: Unpack[RecordWords]) -> None:
         """A record of force on a body or of acceleration of a base, a CSV file.  Words: column, interval, factor."""

@@ -304,6 +304,13 @@ class DropWords(TypedDict, total=False):
     rebound: Bound
 
 
+class ReleaseWords(TypedDict, total=False):
+    """Words of a release."""
+
+    displacement: Bound
+    velocity: Bound
+
+
 class RecordWords(TypedDict, total=False):
     """Words of a record."""
 
