@@ -38,7 +38,7 @@ else:
 
 
 _NO_FIELD = ("ClassVar", "typing.ClassVar")
-_FEW = 30
+_FEW = 200
 """Objects of a class from which on compiling an `__init__` for it pays."""
 
 
@@ -119,11 +119,13 @@ def _words(kind: Any, *, named: bool) -> dict[str, str]:
 def _first_init(kind: type, frozen: bool) -> Callable[..., None]:
     """The `__init__` of the first objects of a class; one that has many gets a faster one, compiled for it."""
     left = _FEW
+    filled: Callable[..., bool] | None = None
 
     def first(self: Any, *given: Any, **named: Any) -> None:
-        nonlocal left
+        nonlocal left, filled
         left -= 1
-        if left < 0 or not _filled(self, kind, given, named):
+        filled = filled or _filler(kind)
+        if left < 0 or not filled(self, given, named):
             made = _init(kind, frozen)
             kind.__init__ = made  # type: ignore[misc]
             made(self, *given, **named)
@@ -131,24 +133,46 @@ def _first_init(kind: type, frozen: bool) -> Callable[..., None]:
     return first
 
 
-def _filled(new: Any, kind: Any, given: tuple[Any, ...], named: dict[str, Any]) -> bool:
-    """Set the fields of a new object; False where the words do not fit."""
-    values = dict(zip(kind.__match_args__, given)) | named  # noqa: B905  # too many are found out below
-    if len(values) < len(given) + len(named):
-        return False
-    for field in kind.__dataclass_fields__.values():
-        if field.name in values and field.init:
-            value = values.pop(field.name)
-        elif field.default_factory is not MISSING:
-            value = field.default_factory()
-        else:
-            value = field.default
-        if value is MISSING:
+def _filler(kind: Any) -> Callable[[Any, tuple[Any, ...], dict[str, Any]], bool]:
+    """What sets the fields of a new object by position and name; it says False where these do not fit."""
+    fields = dataclasses.fields(kind)
+    words: Any = kind.__match_args__
+    factories: list[tuple[str, Any]] = [(one.name, one.default_factory) for one in fields if _is_made(one)]
+    known = frozenset(one.name for one in fields if one.init)
+    needed = frozenset(one.name for one in fields if one.init and one.default is MISSING and not _is_made(one))
+    begun = {one.name: one.default for one in fields if one.init or one.default is not MISSING or _is_made(one)}
+    places = [(name, _place(kind, name)) for name in begun]
+    slots = [(name, place.__set__) for name, place in places if place is not None]
+    loose = [name for name, place in places if place is None]
+    ends = hasattr(kind, "__post_init__")
+
+    def filled(new: Any, given: tuple[Any, ...], named: dict[str, Any]) -> bool:
+        said = dict(zip(words, given)) | named if given else named  # noqa: B905  # too many are found out below
+        if len(said) != len(given) + len(named) or not needed <= said.keys() <= known:
             return False
-        object.__setattr__(new, field.name, value)
-    if not values and hasattr(kind, "__post_init__"):
-        new.__post_init__()
-    return not values
+        for name, make in factories:
+            if name not in said:
+                said[name] = make()
+        values = begun | said
+        for name, put in slots:
+            put(new, values[name])
+        if loose:
+            new.__dict__.update({name: values[name] for name in loose} if slots else values)
+        if ends:
+            new.__post_init__()
+        return True
+
+    return filled
+
+
+def _is_made(one: Field[Any]) -> bool:
+    return one.default_factory is not MISSING
+
+
+def _place(kind: type, name: str) -> MemberDescriptorType | None:
+    """The place of a field with slots; None of one in the dictionary."""
+    place = getattr(kind, name, None)
+    return place if isinstance(place, MemberDescriptorType) else None
 
 
 def _init(kind: type, frozen: bool) -> Callable[..., None]:
@@ -173,8 +197,8 @@ def _init(kind: type, frozen: bool) -> Callable[..., None]:
 
 def _setting(kind: type, name: str, value: str, known: dict[str, Any]) -> str:
     """Sets a field of a frozen class where it lies, its own place or the dictionary, past the refusal to set it."""
-    place = getattr(kind, name, None)
-    if not isinstance(place, MemberDescriptorType):
+    place = _place(kind, name)
+    if place is None:
         return f"__own[{name!r}] = {value}"
     known[f"__set_{name}"] = place.__set__
     return f"__set_{name}(self, {value})"

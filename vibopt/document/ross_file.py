@@ -94,29 +94,31 @@ def ross_document(path: str | FilePath) -> dict[str, Any]:
     bearings = {names[one.name]: _bearing(one, places, bodies) for one in held}
     links = {name: _link(one, bearings.pop(name)) for one in held if not places.keys() & _ends(one)
              for name in (names[one.name],)}  # fmt: skip
-    tables = [one["table"] for one in bearings.values() if "table" in one]
-    low, high = (
-        max((one[0]["speed"] for one in tables), default=0.0),
-        min((one[-1]["speed"] for one in tables), default=0.0),
-    )
-    for rows in tables:
-        for row in rows:
-            row["speed"] = _in("rad/s", row["speed"])
-    speeds = f"{low:.12g}..{high:.12g} rad/s" if tables else SPEEDS
-    on = next((str(one["name"]) for one in discs.values()), next(iter(stations)))
     points = [str(one["name"]) for one in discs.values()] or list(stations)
+    shaker = {"kind": "unbalance", "on": points[0], "unbalance": UNBALANCE, "speed": _speeds(bearings)}
     return {
         "title": f"{file.stem}, a rotor of ROSS",
         "rotors": {"rotor": rotor},
         **({"bodies": {name: {"mass": mass} for name, mass in bodies.values()}} if bodies else {}),
         **({"bearings": bearings} if bearings else {}),
         **({"links": links} if links else {}),
-        "excitations": {"imbalance": {"kind": "unbalance", "on": on, "unbalance": UNBALANCE, "speed": speeds}},
+        "excitations": {"imbalance": shaker},
         "measures": {
             **{f"whirl_of_{one}": {"response": "displacement", "of": one} for one in points},
             **{f"force_of_{one}": {"response": "transmitted_force", "through": one} for one in (*bearings, *links)},
         },
     }
+
+
+def _speeds(bearings: Mapping[str, dict[str, Any]]) -> str:
+    """Those at which all tables of bearings say something, whose own speeds get their unit here."""
+    tables = [one["table"] for one in bearings.values() if "table" in one]
+    if not tables:
+        return SPEEDS
+    low, high = max(one[0]["speed"] for one in tables), min(one[-1]["speed"] for one in tables)
+    for row in (row for rows in tables for row in rows):
+        row["speed"] = _in("rad/s", row["speed"])
+    return f"{low:.12g}..{high:.12g} rad/s"
 
 
 def _elements(file: FilePath) -> Iterator[_Element]:

@@ -53,24 +53,35 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     exact = closed_form(program)
     if exact is not None:
         return exact
-    from vibopt.solve.global_search import BranchAndBound, provable
+    from vibopt.solve.global_search import provable
     from vibopt.solve.nlp import blind
     from vibopt.solve.one_range import OneRange
 
     if blind(program) or (program.aim is None and not provable(program) and OneRange().refuses(program) is None):
-        line = OneRange()
-        if line.refuses(program) is None:
-            return line
-        from vibopt.solve.tangents import Tangents
+        return _seen_in_part(program, near)
+    return _seen_whole(program, near) or _begun(_of_starts_alone(program), near)
 
-        tangents = Tangents(near=near)
-        if tangents.refuses(program) is None:
-            return tangents
-        from vibopt.solve.boxes_first import BoxesFirst
 
-        starts = _of_starts(program, near)
-        boxes = BoxesFirst(starts, None if near is None else np.array(near, dtype=float))
-        return boxes if boxes.refuses(program) is None else starts
+def _seen_in_part(program: Program, near: Sequence[float] | None) -> Method:
+    """The method where some part has no bound on boxes, or no goal says which design to look for."""
+    from vibopt.solve.one_range import OneRange
+    from vibopt.solve.tangents import Tangents
+
+    sure = next((one for one in (OneRange(), Tangents(near=near)) if one.refuses(program) is None), None)
+    if sure is not None:
+        return sure
+    from vibopt.solve.boxes_first import BoxesFirst
+
+    starts = _of_starts(program, near)
+    boxes = BoxesFirst(starts, None if near is None else np.array(near, dtype=float))
+    return boxes if boxes.refuses(program) is None else starts
+
+
+def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None:
+    """The method that searches all of what may be chosen, or each value listed; None where that is too much."""
+    from vibopt.solve.each_listed import EachListed
+    from vibopt.solve.global_search import BranchAndBound, provable
+    from vibopt.solve.one_range import OneRange
     from vibopt.solve.plane.discs import DiscsOfOneLink
 
     start = None if near is None else np.array(near, dtype=float)
@@ -79,24 +90,24 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
         discs = DiscsOfOneLink(start=start, most=_SLICES, patience=_EMPTY_SLICES)
     if discs.refuses(program) is None:
         return discs
-    from vibopt.solve.each_listed import EachListed
-
     search = BranchAndBound(near=start) if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES, near=start)
     if OneRange().refuses(program) is None:
         search = BranchAndBound(most=_LINE_BOXES, near=start)
     each = EachListed()
     if each.refuses(program) is None and (search.refuses(program) is not None or not provable(program)):
         return each
-    refusal = search.refuses(program)
-    if refusal is None:
-        return search
+    return search if search.refuses(program) is None else None
+
+
+def _of_starts_alone(program: Program) -> Method:
+    """The best of many starts, of all that is smooth; InputError where that is no way either."""
     from vibopt.solve.method import METHODS
 
     general: Method = METHODS["nlp"]()
     refusal = general.refuses(program)
     if refusal is not None:
         raise InputError(_too_many(program) or f"this scene is more than vibopt can solve yet: {refusal}")
-    return _begun(general, near)
+    return general
 
 
 def _too_many(program: Program) -> str:

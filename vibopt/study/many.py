@@ -107,25 +107,32 @@ def answered(
         together = batch(job, facts, values, tell) if sure else _together(job, facts, values, tell, single)
     columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     points = Points(job, facts, values, columns, single)
-    rest = [index for index, status in enumerate(columns.status) if not status and index not in single]
-    rest = [] if sparing and together is not None else rest
-    if rest and told is not None:
-        for index, status in enumerate(columns.status):
-            if status or index in single:
-                told(facts, points[index])
+    open_ = [index for index, status in enumerate(columns.status) if not status and index not in single]
+    if open_ and not (sparing and together is not None):
+        _one_by_one(points, open_, workers, told, tell)
+    return points
+
+
+def _one_by_one(
+    points: Points, rest: list[int], workers: int, told: Answered | None, tell: Callable[[float], None]
+) -> None:
+    """Add the points of the indices `rest`, each by itself; all others are told first."""
+    facts, values = points.facts, points.values
 
     def alone(index: int, point: Point) -> None:
-        single[index] = point
+        points.single[index] = point
         if told is not None:
             told(facts, point)
 
+    if told is not None:
+        for index in sorted({*range(len(values))} - {*rest}):
+            told(facts, points[index])
     if workers > 1 and len(rest) > 1:
-        _by_processes(job, facts, values, rest, workers, alone, tell)
-    else:
-        for done, index in enumerate(rest):
-            tell(done / len(rest))
-            alone(index, one_point(job, facts, values[index]))
-    return points
+        _by_processes(points.job, facts, values, rest, workers, alone, tell)
+        return
+    for done, index in enumerate(rest):
+        tell(done / len(rest))
+        alone(index, one_point(points.job, facts, values[index]))
 
 
 def one_point(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Point:

@@ -97,7 +97,7 @@ class Points(Sequence[Point]):
     facts: tuple[FactAt, ...]
     values: FloatArray
     columns: Columns
-    single: Mapping[int, Point] = field(default_factory=dict)
+    single: dict[int, Point] = field(default_factory=dict)
 
     @property
     def statuses(self) -> list[str]:

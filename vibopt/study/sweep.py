@@ -209,20 +209,24 @@ def sweep(
             f"{job.name}: sweep needs a goal or limits to measure; find_all answers with {job.finds}: use whatif "
             "instead."
         )
-    held = any(is_variable(job, path) for path in ranges)
-    parts = held and any("%" in one for one in ranges.values())
-    design = answer(job, explain=False) if is_open(job) and (keep_design or parts) else None
-    base = kept(job, design) if keep_design and design is not None else job
-    made, what = varied(base if held else job, ranges, design)
-    base = made if base is job else base
+    job, base, what = _varied(job, ranges, keep_design)
     _check_count(base, what, (how_many(ranges, points, sample), points), most)
     where = points_of(what, points, sample)
     facts = tuple(one.fact for one in what)
     at = {tuple(map(float, value)): index for index, value in enumerate(where.values)} if known else {}
     before = {at[here]: one for one in known if (here := tuple(each.value for each in one.varied.values())) in at}
     found = many.answered(base, facts, where.values, workers=workers, progress=progress, told=answered, known=before)
-    job = made if held and not keep_design else job
     return Sweep(job, what, found, goal_word(base), keep_design, where.axes, base)
+
+
+def _varied(job: Job, ranges: Mapping[str, str], keep_design: bool) -> tuple[Job, Job, tuple[Varied, ...]]:
+    """The job with variables held where they are varied, the same with the design that is kept, and what is varied."""
+    held = any(is_variable(job, path) for path in ranges)
+    parts = held and any("%" in one for one in ranges.values())
+    design = answer(job, explain=False) if is_open(job) and (keep_design or parts) else None
+    base = kept(job, design) if keep_design and design is not None else job
+    made, what = varied(base if held else job, ranges, design)
+    return made if held and not keep_design else job, made if base is job else base, what
 
 
 def _check_count(job: Job, what: Sequence[Varied], count: tuple[int, int | None], most: int) -> None:

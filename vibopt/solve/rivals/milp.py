@@ -42,34 +42,14 @@ def chosen_weights(
     nodes
         Most of its search.
     """
-    from scipy.optimize import Bounds, LinearConstraint, milp
-    from scipy.sparse import block_diag, csr_array, hstack, vstack
+    from scipy.optimize import Bounds, milp
 
-    turn = np.exp(-2j * np.pi * np.arange(sides) / sides)
     effects = np.concatenate([np.outer(column, option) for column, option in zip(H.T, options, strict=True)], axis=1)
-    rows = (turn[:, None, None] * effects).real.reshape(-1, effects.shape[1])
-    right = -(turn[:, None] * y0).real.ravel()
-    size = np.abs(y0).max()
-    kept = np.tile(limits * np.cos(np.pi / sides), sides)  # within the limit, whatever the angle
-    one_each: Any = block_diag([np.ones((1, len(option))) for option in options])
     count = effects.shape[1]
-    held = np.isfinite(kept)
-    tables, low, high = (
-        [hstack([one_each, csr_array((len(options), 1))])],
-        [np.ones(len(options))],
-        [np.ones(len(options))],
-    )
-    for table, most in (
-        (hstack([csr_array(rows / size), csr_array(-np.ones((len(rows), 1)))]), right / size),
-        (hstack([csr_array(rows[held] / size), csr_array((int(held.sum()), 1))]), (right + kept)[held] / size),
-    ):
-        tables.append(table)
-        low.append(np.full(len(most), -np.inf))
-        high.append(most)
     goal = np.zeros(count + 1)
     goal[:count], goal[count] = (np.concatenate(masses), 0.0) if by_mass else (0.0, 1.0)
     bounds = Bounds(0.0, np.append(np.ones(count), np.inf))
-    rules = LinearConstraint(vstack(tables), np.concatenate(low), np.concatenate(high))
+    rules = _rules(y0, effects, limits, [len(option) for option in options], sides)
     how: Any = {"mip_rel_gap": GAP, "node_limit": nodes}
     with quiet():
         whole = np.append(np.ones(count), 0.0)
@@ -80,6 +60,27 @@ def chosen_weights(
     picks = [int(part.argmax()) for part in np.split(found.x[:count], ends)]
     word = "optimal" if found.status == 0 else str(found.message)
     return word, np.array([option[pick] for option, pick in zip(options, picks, strict=True)])
+
+
+def _rules(y0: ComplexArray, effects: ComplexArray, limits: FloatArray, counts: Sequence[int], sides: int) -> Any:
+    """One option in each plane, and every side of every polygon within the goal, the last column, and its limit."""
+    from scipy.optimize import LinearConstraint
+    from scipy.sparse import block_diag, csr_array, hstack, vstack
+
+    turn = np.exp(-2j * np.pi * np.arange(sides) / sides)
+    rows = (turn[:, None, None] * effects).real.reshape(-1, effects.shape[1])
+    right, size = -(turn[:, None] * y0).real.ravel(), np.abs(y0).max()
+    kept = np.tile(limits * np.cos(np.pi / sides), sides)  # within the limit, whatever the angle
+    held = np.isfinite(kept)
+    one_each: Any = block_diag([np.ones((1, count)) for count in counts])
+    tables = [
+        hstack([one_each, csr_array((len(counts), 1))]),
+        hstack([csr_array(rows / size), csr_array(-np.ones((len(rows), 1)))]),
+        hstack([csr_array(rows[held] / size), csr_array((int(held.sum()), 1))]),
+    ]
+    high = np.concatenate([np.ones(len(counts)), right / size, (right + kept)[held] / size])
+    low = np.where(np.arange(len(high)) < len(counts), 1.0, -np.inf)
+    return LinearConstraint(vstack(tables), low, high)
 
 
 @contextmanager
