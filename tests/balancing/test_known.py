@@ -180,6 +180,21 @@ def test_plane_that_is_kept_stays_empty_and_limits_that_cannot_hold_are_infeasib
     assert none.exit_code == 3
 
 
+def test_of_limits_that_cannot_hold_with_the_least_mass_those_are_named_that_clash() -> None:
+    """A cap on all weights stands beside them: alone it asks for no complete balance."""
+    force = {"response": "bearing_reaction", "of": "A", "at_most": "1 N"}
+    total = {"response": "correction", "total": True, "at_most": "500 g"}
+    some = changed(planes__Q={"keep": True}, planes__P={"weight": {"to": "1 g"}}, goal={"minimise": "correction"})
+    found = solved({**some, "limits": {"total": total, "force": force}})
+    assert found.status == "infeasible"
+    assert found.conflict is not None
+    assert (found.conflict.limits, found.conflict.others) == (("force",), ())
+    ((_, _, enough),) = found.conflict.loosenings
+    for factor, status in ((0.999, "infeasible"), (1.0, "optimal")):
+        again = {"force": {**force, "at_most": f"{enough.value * factor:.17g} N"}, "total": total}
+        assert solved({**some, "limits": again}).status == status
+
+
 def test_least_mass_without_a_complete_balance_asks_for_a_limit() -> None:
     way = 'Write [limits.NAME] with response = "static_unbalance" and at_most, or minimise = "unbalance".'
     goal = {"minimise": "correction"}

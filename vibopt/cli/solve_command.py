@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
     from vibopt.study.fewest_planes import FewestPlanes
     from vibopt.study.nearby import Rounded
-    from vibopt.study.scenarios import OneForAll
+    from vibopt.study.for_all import OneForAll
 
 PROBLEMS = (".toml",)
 

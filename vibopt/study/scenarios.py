@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Conflict
-from vibopt.answer.entry import Checked, Entry
+from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
+from vibopt.balancing import is_known, is_rotor
 from vibopt.errors import InputError
 from vibopt.jobs import facts, is_open, scenarios_of, scene_only, with_changes
 from vibopt.program.pose import pose
@@ -20,6 +21,7 @@ from vibopt.scene.uncertain import as_printed, uncertain
 from vibopt.solve.dispatch import best_of
 from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
+from vibopt.study.for_all import AS_IT_IS, OneForAll
 from vibopt.study.many import answers
 from vibopt.study.seen import goal_of, goal_word
 from vibopt.verify.checked import checked_limits, disagreement, goal_row
@@ -27,7 +29,6 @@ from vibopt.verify.checked import checked_limits, disagreement, goal_row
 if TYPE_CHECKING:
     from vibopt.jobs import Job
 
-AS_IT_IS = "as it is"
 _PATIENCE = 2_000.0
 """Work [nominal ms] after which no further limit is left out of those that clash."""
 
@@ -43,60 +44,20 @@ def variants_of(job: Job) -> dict[str, Job]:
     return {AS_IT_IS: job, **{name: with_changes(job, changes) for name, changes in found.items()}}
 
 
-@dataclass(frozen=True, slots=True)
-class OneForAll(Tabular):
-    """One design for the job as it is and for every scenario.
-
-    status, claim
-        As of an answer; "check_failed" where a limit is missed on a machine as built.
-    goal
-        Name and value of the goal, the worst over all scenarios; None without a design.
-    variables
-        What is chosen, by path.
-    limits
-        Rows of the limits by scenario, measured on each machine as built.
-    reason
-        Without a design the limits that cannot hold together, each with its scenario; "" where none are known.
-    """
-
-    job: Job
-    status: str
-    claim: str
-    goal: tuple[str, Entry] | None
-    variables: Mapping[str, Entry]
-    limits: Mapping[str, Mapping[str, Checked]]
-    reason: str = ""
-
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each limit in each scenario."""
-        return [
-            {
-                "scenario": name, "limit": key, "unit": row.value.si, "value": row.value.value, "margin": row.margin,
-                "value shown": row.value.shown,
-            }
-            for name, rows in self.limits.items() for key, row in rows.items()
-        ]  # fmt: skip
-
-    def heading(self) -> tuple[str, ...]:
-        """Title and verdict."""
-        return self.job.title, f"{self.status}: one design for {', '.join(self.limits) or 'all scenarios'}"
-
-    def to_json(self) -> dict[str, Any]:
-        """All but the job."""
-        keys = ("status", "claim", "reason", "goal", "variables", "limits")
-        return {key: getattr(self, key) for key in keys}
-
-
 def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
-    """The best one design that keeps every limit as the file is and in every scenario.
+    """The best one design, or plan of weights, that keeps every limit as the file is and in every scenario.
 
     The goal is that of the worst of them.
 
     Raises
     ------
     InputError
-        A job of another kind, no scenarios, nothing to choose, or scenarios that change what may be chosen.
+        An engine, no scenarios, nothing to choose, or scenarios that change what may be chosen.
     """
+    if is_rotor(job) or is_known(job):
+        from vibopt.study.one_plan import one_plan
+
+        return one_plan(job, variants_of(job))
     instead = "vibopt compare FILE --scenarios answers each by itself."
     scene = scene_only(job, "one design for all scenarios", instead)
     scenes = {name: scene_only(one, "one design for all scenarios") for name, one in variants_of(scene).items()}

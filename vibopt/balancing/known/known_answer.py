@@ -12,8 +12,8 @@ from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import not_permitted
 from vibopt.balancing.impasses import Asking, Unmet
-from vibopt.balancing.known.correct import Correction, correct
-from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
+from vibopt.balancing.known.correct import Correction, bounded_rows, correct
+from vibopt.balancing.known.known_job import KnownGoalTable, KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
     aim_of,
     balance_rows,
@@ -39,7 +39,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
     none = Unmet()
     if status == "infeasible" and job.limits:
         none = Asking(
-            job.limits, lambda limits: correct(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
+            job.limits, lambda limits: correct(_with_limits(job, limits)), lambda one: _rows(job, one, job.limits),
             lambda one: _values(job, one), meter.done, thorough,
         ).unmet(claim)  # fmt: skip
     return Answer(
@@ -58,6 +58,18 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         plan=Plan((Fitting(found.planes, (), found.u),)),
         rates=found.rates,
     )
+
+
+def _with_limits(job: KnownJob, limits: Mapping[str, KnownLimitTable]) -> KnownJob:
+    """The job with some of its limits; complete balance is not meant because those that say how good are left out."""
+
+    def say_how_good(some: Mapping[str, KnownLimitTable]) -> bool:
+        return any(bounded_rows(job, one)[0] for one in some.values())
+
+    fewer = replace(job, limits=limits)
+    if job.goal is None or job.goal.minimise != "correction" or say_how_good(limits) or not say_how_good(job.limits):
+        return fewer
+    return replace(fewer, goal=KnownGoalTable(minimise="static_unbalance"))
 
 
 def _rows(job: KnownJob, found: Correction, tables: Mapping[str, KnownLimitTable]) -> dict[str, Checked]:

@@ -1,0 +1,62 @@
+"""One design, or one plan of weights, for a job as it is and for every scenario: what is told of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from vibopt.answer.entry import Checked, Entry
+from vibopt.answer.tabular import Tabular
+from vibopt.records import dataclass
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
+
+AS_IT_IS = "as it is"
+
+
+@dataclass(frozen=True, slots=True)
+class OneForAll(Tabular):
+    """One design for the job as it is and for every scenario.
+
+    status, claim
+        As of an answer; "check_failed" where a limit is missed on a machine as built.
+    goal
+        Name and value of the goal in the worst scenario; None without a design.
+    variables
+        What is chosen, by path.
+    limits
+        Rows of the limits by scenario, measured on each machine as built.
+    reason
+        Without a design the limits that cannot hold together, each with its scenario; "" where none are known.
+    """
+
+    job: Job
+    status: str
+    claim: str
+    goal: tuple[str, Entry] | None
+    variables: Mapping[str, Entry]
+    limits: Mapping[str, Mapping[str, Checked]]
+    reason: str = ""
+
+    def table(self) -> list[dict[str, Any]]:
+        """A row for each limit in each scenario."""
+        return [
+            {
+                "scenario": name, "limit": key, "unit": row.value.si, "value": row.value.value, "margin": row.margin,
+                "value shown": row.value.shown,
+            }
+            for name, rows in self.limits.items() for key, row in rows.items()
+        ]  # fmt: skip
+
+    def heading(self) -> tuple[str, ...]:
+        """Title and verdict."""
+        return self.job.title, f"{self.status}: one design for {', '.join(self.limits) or 'all scenarios'}"
+
+    def to_json(self) -> dict[str, Any]:
+        """All but the job."""
+        keys = ("status", "claim", "reason", "goal", "variables", "limits")
+        return {key: getattr(self, key) for key in keys}
+
+
+__all__ = ["AS_IT_IS", "OneForAll"]

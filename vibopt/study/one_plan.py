@@ -1,0 +1,185 @@
+"""One plan of weights for a measured rotor, or for known masses, as the file is and in every scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Entry
+from vibopt.balancing import is_known, is_rotor
+from vibopt.balancing.impasses import clash
+from vibopt.balancing.known import solve_known
+from vibopt.balancing.known.correct import complete
+from vibopt.balancing.known.correct import pose as pose_known
+from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
+from vibopt.balancing.known.shaft_statics import aim_of
+from vibopt.balancing.optimisers import allowance, solve_question
+from vibopt.balancing.question import Question, Solved
+from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
+from vibopt.balancing.rotor_limits import with_limits
+from vibopt.balancing.solve_rotor import asked_of, solve_job
+from vibopt.errors import InputError
+from vibopt.jobs import is_open
+from vibopt.records import dataclass
+from vibopt.study.for_all import AS_IT_IS, OneForAll
+from vibopt.study.seen import GOOD, chosen, goal_of
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
+
+_INSTEAD = "vibopt compare FILE --scenarios answers each by itself."
+_SAME_CHOICE = ("options", "option_masses", "option_uses", "stock", "sectors", "mass_per_unbalance", "pairs", "goal")
+_ALL = "over all scenarios"
+
+
+@dataclass(frozen=True)
+class _Asked:
+    """A scenario with its question.
+
+    limits
+        By name; what bounds the weights alone says as much, if it is the same, in every scenario.
+    with_only
+        The question with some of its limits.
+    with_plan
+        The answer with the weights of a plan, put back into the rotor, or the shaft, of this scenario.
+    sure
+        Whether every plane is felt, so that what is impossible is proven.
+    """
+
+    job: RotorJob | KnownJob
+    question: Question
+    limits: Mapping[str, ResidualLimit | CorrectionLimit | KnownLimitTable]
+    with_only: Callable[[Sequence[str]], Question]
+    with_plan: Callable[[Solved], Answer[Any]]
+    sure: bool = True
+
+
+def one_plan(job: Job, variants: Mapping[str, Job]) -> OneForAll:
+    """The best one plan that keeps every limit in every variant, measured in each.
+
+    Where least squares, or a sum, is asked for it goes over the readings of all variants at once.
+
+    Raises
+    ------
+    InputError
+        Nothing to choose, readings without angles, or variants that may not choose from the same.
+    """
+    asked = {name: _asked(job, name, one) for name, one in variants.items()}
+    for name, one in asked.items():
+        if not _same_choice(asked[AS_IT_IS].question, one.question):
+            raise InputError(
+                f"{job.name}: scenario {name} changes what may be chosen, or what is made best, so there is no one "
+                f"plan for all. {_INSTEAD}"
+            )
+    solved = solve_question(_merged([one.question for one in asked.values()]))
+    if solved.u is None:
+        proven = solved.status == "infeasible" and all(one.sure for one in asked.values())
+        status, reason = ("infeasible", _reason(asked, solved)) if proven else ("unproven", "")
+        claim = f"{solved.claim}; no one plan was found that holds in all scenarios"
+        return OneForAll(job, status, claim, None, {}, {}, reason)
+    found = {name: one.with_plan(replace(solved, prices=None)) for name, one in asked.items()}
+    refused = next(((name, one) for name, one in found.items() if one.status not in GOOD), None)
+    if refused is not None:
+        return OneForAll(job, refused[1].status, f"{refused[0]}: {refused[1].claim}", None, {}, {})
+    first, worst = found[AS_IT_IS], [goal_of(asked[name].job, one) for name, one in found.items()]
+    goal = max((one for one in worst if one is not None), key=lambda one: one.value)
+    said = f"{solved.claim}; put back into each of {len(found)} {'shafts' if is_known(job) else 'simulated rotors'}"
+    if solved.u is not None and asked[AS_IT_IS].question.goal not in ("worst", "correction"):
+        said += f"; made least {_ALL} at once"
+    name = first.goal[0] if first.goal is not None else ""
+    values = {path: one for path, one in chosen(job, first).items() if isinstance(one, Entry)}
+    return OneForAll(
+        job, solved.status, said, (name, goal), values, {name: dict(one.limits) for name, one in found.items()}
+    )
+
+
+def _asked(whole: Job, name: str, job: Job) -> _Asked:
+    if is_known(job) and is_open(job) and job.goal is not None:
+        return _shaft(job)
+    if is_rotor(job) and is_open(job) and job.aim and not job.is_advice and job.has_phase:
+        return _rotor(job)
+    raise InputError(
+        f"{whole.name}: one plan for all scenarios needs weights that are chosen and readings with their angles, and "
+        f"scenario {name} has not both. {_INSTEAD}"
+    )
+
+
+def _shaft(job: KnownJob) -> _Asked:
+    """Known masses, the goal counted as the file does: speeds may differ."""
+    question, aim = complete(job, pose_known(job)[0]), aim_of(job)
+    question = question if aim is None else replace(question, importance=question.importance * aim.scale)
+
+    def with_only(kept: Sequence[str]) -> Question:
+        return pose_known(replace(job, limits={name: one for name, one in job.limits.items() if name in kept}))[0]
+
+    return _Asked(job, question, job.limits, with_only, lambda solved: solve_known(job, solver=lambda _: solved))
+
+
+def _rotor(job: RotorJob) -> _Asked:
+    _, _, idle, posed = asked_of(job)
+    rows: tuple[ResidualLimit | CorrectionLimit, ...] = (*job.residual_limits, *job.correction_limits)
+
+    def with_only(kept: Sequence[str]) -> Question:
+        residual = tuple(one for one in job.residual_limits if one.name in kept)
+        correction = tuple(one for one in job.correction_limits if one.name in kept)
+        return with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
+
+    return _Asked(
+        job,
+        posed.question,
+        {one.name: one for one in rows},
+        with_only,
+        lambda solved: solve_job(job, solver=lambda _: solved),
+        not idle,
+    )
+
+
+def _same_choice(first: Question, other: Question) -> bool:
+    """Whether the planes may take the same, but for their caps, and the same is made best."""
+    holes = [[None if fan is None else (fan.each, *fan.angles) for fan in one.fans] for one in (first, other)]
+    return holes[0] == holes[1] and all(_same(getattr(first, name), getattr(other, name)) for name in _SAME_CHOICE)
+
+
+def _same(one: object, other: object) -> bool:
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        return len(one) == len(other) and all(map(_same, one, other))
+    return np.array_equal(np.asarray(one), np.asarray(other))
+
+
+def _merged(questions: Sequence[Question]) -> Question:
+    """The readings of all, within the least of all caps."""
+    rows: dict[str, Any] = {
+        name: np.concatenate([getattr(one, name) for one in questions]) for name in ("y0", "H", "importance", "limits")
+    }
+    caps = np.min([one.caps for one in questions], axis=0)
+    return replace(questions[0], **rows, caps=caps, total_cap=min(one.total_cap for one in questions))
+
+
+def _reason(asked: Mapping[str, _Asked], solved: Solved) -> str:
+    """Which limits, in which scenarios, cannot hold together."""
+    own: dict[str, set[tuple[str, str]]] = {}
+    first = asked[AS_IT_IS].limits
+    for name, one in asked.items():
+        for limit, said in one.limits.items():
+            of_weights = getattr(said, "response", "correction") == "correction" and not isinstance(said, ResidualLimit)
+            here = name == AS_IT_IS or (of_weights and said == first.get(limit))
+            own.setdefault(limit if here else f"{limit} in {name}", set()).add((name, limit))
+
+    @cache
+    def question(name: str, kept: tuple[str, ...]) -> Question:
+        return asked[name].with_only(kept)
+
+    def possible(kept: tuple[str, ...]) -> bool:
+        held = {one for key in kept for one in own[key]}
+        by = {name: tuple(limit for limit in one.limits if (name, limit) in held) for name, one in asked.items()}
+        return solve_question(_merged([question(*one) for one in by.items()])).status != "infeasible"
+
+    return clash(tuple(own), possible, lambda _: [], solved.claim, 1 + len(own), solved.work, allowance(), {})[1]
+
+
+__all__ = ["one_plan"]
