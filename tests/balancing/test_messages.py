@@ -362,6 +362,17 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         [('name = "as found"\n', 'nmae = "as found"\n')],
         ['fan.toml line 13: unknown key "nmae" in runs[1]. Did you mean "name"?'],
     ),
+    "probability": (
+        [
+            (
+                '[[runs]]\nname = "as found"',
+                '[limits.a]\nresponse = "residual"\nat = "a"\nat_most = "2 mil pp"\nwith_probability = "95 %"\n[[runs]]\nname = "as found"',
+            )
+        ],
+        [
+            'fan.toml line 16: unknown key "with_probability" in limits.a. Limits of machines have one. What the scatter of readings may do to a plan its 95 % bands tell, and robust = "worst" under [goal] chooses weights over it; of known masses and engines: vibopt sweep FILE --keep-design.'
+        ],
+    ),
     "top": (
         [('title = "Two-plane fan"\n', 'titel = "Two-plane fan"\n')],
         ['fan.toml line 1: unknown key "titel" at the top level. Did you mean "title"?'],

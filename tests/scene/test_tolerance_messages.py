@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from refusals import refused
+from vibopt.jobs import answer, is_scene, open_job
 from vibopt.scene.read import from_text
 from vibopt.scene.uncertain import uncertain
+from vibopt.study.saved import saved_text
 
 SCENE = """\
 [bodies.press]
@@ -92,8 +96,8 @@ WRONG = [
         "between",
         'dynamic_to_static = { value = 1.4, tolerance = "5 %" }\nbetween',
         'line 4: links.mount.dynamic_to_static = { value = 1.4, tolerance = "5 %" } has a tolerance, but is taken '
-        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of devices have one. "
-        "Write the value alone.",
+        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of machines have one. "
+        "Write the value alone; vibopt sweep FILE --keep-design tells what it does when it is off.",
     ),
     (
         "between",
@@ -105,8 +109,8 @@ WRONG = [
         'amplitude = "30 kN"',
         'amplitude = { value = "30 kN", tolerance = "5 %" }',
         'line 10: excitations.press.amplitude = { value = "30 kN", tolerance = "5 %" } has a tolerance, but is taken '
-        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of devices have one. "
-        "Write the value alone.",
+        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of machines have one. "
+        "Write the value alone; vibopt sweep FILE --keep-design tells what it does when it is off.",
     ),
     (
         'speed = "3000 rpm"',
@@ -205,3 +209,49 @@ def test_tolerances_in_space_that_make_no_sense_are_refused(line: str, said: str
 def test_a_centre_of_mass_is_off_by_a_length(given: str, said: str) -> None:
     text = SPACE.lstrip().replace("shape =", f"centre_tolerance = {given}\nshape =")
     assert said in str(refused(from_text, text, name="box.toml"))
+
+
+@pytest.mark.parametrize(
+    ("cells", "same"),
+    [
+        ("deviation [%]\n-6\n+1.5\n4\n", ["-6 %", "1.5 %", "4 %"]),
+        ("-6 %\n+1,5 %\n4 %\n", ["-6 %", "1.5 %", "4 %"]),
+        ("part;deviation (%)\nA;-6\nB;1,5\nC;4\n", ["-6 %", "1.5 %", "4 %"]),
+        ("0.02\n-0.01\n", ["2 %", "-1 %"]),
+    ],
+)
+def test_deviations_stand_in_a_file_as_in_a_list(tmp_path: Path, cells: str, same: list[str]) -> None:
+    (tmp_path / "measured.csv").write_text(cells, encoding="utf-8")
+    file = tmp_path / "press.toml"
+    file.write_text(SCENE.replace('"5 %"', '{ data = "measured.csv" }'), encoding="utf-8")
+    listed = from_text(SCENE.replace('"5 %"', f"{{ data = {same} }}".replace("'", '"')))
+    job = open_job(file)
+    assert is_scene(job)
+    assert uncertain(job) == uncertain(listed)
+    saved = saved_text(job, answer(job), tmp_path / "below" / "design.toml")
+    assert 'data = "../measured.csv"' in saved
+
+
+@pytest.mark.parametrize(
+    ("cells", "words"),
+    [
+        (None, "data that cannot be read: FOLDER/measured.csv is not there. Name the CSV file, relative to the problem "
+               "file."),
+        ("deviation [%]\n1\nabout 2\n",
+         'data, and "about 2" in row 3 of measured.csv is no deviation. Write "+1 %", or 1 below "deviation [%]".'),
+        ("part;off\nA;-6\n",
+         "measured.csv with 2 columns, of which none is called deviation. Name the one that is meant "
+         '"deviation [%]", or leave the others out.'),
+        ("deviation [%]\n3\n",
+         'data without a list of deviations. Write { normal = "2 %" } for a standard deviation, { uniform = "5 %" } '
+         'or { data = ["+1 %", "-0.5 %"] }.'),
+    ],
+)  # fmt: skip
+def test_what_is_wrong_with_a_file_of_deviations_is_said(tmp_path: Path, cells: str | None, words: str) -> None:
+    if cells is not None:
+        (tmp_path / "measured.csv").write_text(cells, encoding="utf-8")
+    file = tmp_path / "press.toml"
+    file.write_text(SCENE.replace('"5 %"', '{ data = "measured.csv" }'), encoding="utf-8")
+    said = str(refused(open_job, file)).replace(str(tmp_path), "FOLDER")
+    begin = 'press.toml line 2: bodies.press.mass = { value = "300 kg", tolerance = { data = "measured.csv" } } has a '
+    assert said == f"{begin}tolerance from {words}"

@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.jobs import Job
     from vibopt.study.fewest_planes import FewestPlanes
-    from vibopt.study.nearby import Rounded
     from vibopt.study.for_all import OneForAll
+    from vibopt.study.nearby import Rounded
 
 PROBLEMS = (".toml",)
 

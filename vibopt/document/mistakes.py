@@ -22,7 +22,14 @@ _RUN_UP = (
     '{ acceleration = "50 rpm/s" } on an unbalance or a force. The acceleration of a base stands in '
     'kind = "base_motion".'
 )
-_WHY_NOT = dict.fromkeys(("acceleration", "angular_acceleration", "run_up_time", "ramp", "sweep_rate"), _RUN_UP)
+_CHANCE = (
+    " Limits of machines have one. What the scatter of readings may do to a plan its 95 % bands tell, and robust = "
+    '"worst" under [goal] chooses weights over it; of known masses and engines: vibopt sweep FILE --keep-design.'
+)
+_WHY_NOT = {
+    **dict.fromkeys(("acceleration", "angular_acceleration", "run_up_time", "ramp", "sweep_rate"), _RUN_UP),
+    "with_probability": _CHANCE,
+}
 """Keys that nobody needs, and why."""
 _ELSEWHERE = {
     "bearings": ' Bearings stand in [shaft], of a measured rotor in [quality]: bearings = { A = "0 mm", B = "900 mm" }.'

@@ -64,7 +64,7 @@ def texts_of(given: Any) -> Iterator[str]:
 
 
 def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
-    """The document with the names of matrix files, catalogues and readings seen from the folder of the problem file."""
+    """The document with the names of matrix files, catalogues, readings and data seen from the folder of its file."""
     new = dict(document)
     for key in ("readings", "influence"):
         if isinstance(new.get(key), str):
@@ -80,6 +80,15 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
         tables = new.get(family)
         if isinstance(tables, (dict, Mapping)):
             new[family] = {name: _with_part(table, folder) for name, table in tables.items()}
+    return {key: _with_data(one, folder) if isinstance(one, Mapping) else one for key, one in new.items()}
+
+
+def _with_data(table: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
+    """A table in which tolerances name their data as seen from the folder."""
+    new = {key: _with_data(one, folder) if isinstance(one, Mapping) else one for key, one in table.items()}
+    scatter = new.get("tolerance")
+    if isinstance(scatter, Mapping) and isinstance(scatter.get("data"), str):
+        new["tolerance"] = {**scatter, "data": FileText(scatter["data"], folder)}
     return new
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import QuantityError
+from vibopt.errors import InputError, QuantityError
 from vibopt.units import read_quantity
 
 NORMAL, UNIFORM, DATA = "normal", "uniform", "data"
@@ -116,6 +117,7 @@ def _scatter(given: Mapping[str, object]) -> Scatter:
         raise QuantityError(f"has a tolerance that is no distribution. {_KINDS}")
     ((kind, said),) = given.items()
     if kind == DATA:
+        said = _deviations(said) if isinstance(said, str) else said
         if not isinstance(said, list) or len(said) < _FEWEST:
             raise QuantityError(f"has a tolerance from data without a list of deviations. {_KINDS}")
         data = tuple(_part(one) for one in said)
@@ -136,5 +138,38 @@ def _scatter(given: Mapping[str, object]) -> Scatter:
         )
     return Scatter(kind, size)
 
+
+def _deviations(given: str) -> list[str]:
+    """The cells of a CSV file of deviations: its only column, or the one called deviation, "deviation [%]"."""
+    from vibopt.values.csv_tables import heading_of, sheet_of
+
+    file = Path(getattr(given, "folder", "")) / given
+    try:
+        sheet = sheet_of(file)
+    except InputError as error:
+        raise QuantityError(f"has a tolerance from data that cannot be read: {error}") from None
+    rows = [(number, tuple(map(sheet.number, row))) for number, row in sheet.rows]
+    heads = [heading_of(cell) for cell in rows[0][1]] if rows else []
+    place = next((k for k, (name, _) in enumerate(heads) if name.casefold() == _COLUMN), 0)
+    headed = bool(heads) and heads[place][0].casefold() == _COLUMN
+    if len(heads) > 1 and not headed:
+        raise QuantityError(
+            f"has a tolerance from {file.name} with {len(heads)} columns, of which none is called {_COLUMN}. Name the "
+            f'one that is meant "{_COLUMN} [%]", or leave the others out.'
+        )
+    unit = heads[place][1] if headed else ""
+    found = [(number, row[place] if place < len(row) else "") for number, row in (rows[1:] if headed else rows)]
+    for number, cell in found:
+        try:
+            read_quantity(f"{cell} {unit}".strip() if cell else "", "ratio")
+        except QuantityError:
+            raise QuantityError(
+                f'has a tolerance from data, and "{cell}" in row {number} of {file.name} is no deviation. Write '
+                f'"+1 %", or 1 below "{_COLUMN} [%]".'
+            ) from None
+    return [f"{cell} {unit}".strip() for _, cell in found]
+
+
+_COLUMN = "deviation"
 
 __all__ = ["DATA", "NORMAL", "SIGMAS", "UNIFORM", "Scatter", "read_tolerance", "span", "written"]
