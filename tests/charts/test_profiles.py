@@ -61,7 +61,7 @@ def test_no_answer_of_vibopt_to_random_questions_is_wrong(
     monkeypatch.setattr(made, "table", fewer)
     (seen,) = profiles(family, seed=2026, count=count).charts.values()
     own = [one for one in seen.trials if one.method == DEFAULT]
-    assert [(one.verdict, one.error < 1e-6) for one in own] == [(RIGHT, True)] * count
+    assert [(one.verdict, one.status == "infeasible" or one.error < 1e-6) for one in own] == [(RIGHT, True)] * count
 
 
 @given(st.integers(0, 10**6))

@@ -173,7 +173,7 @@ def _least_squares(scene: Scaled) -> Convex | None:
     except np.linalg.LinAlgError:
         return None
     worked(0.5)
-    if not np.isfinite(x).all():
+    if x is None or not np.isfinite(x).all():
         return None
     left = scene.G @ x + scene.g
     size = float(np.linalg.norm(left))
@@ -182,15 +182,14 @@ def _least_squares(scene: Scaled) -> Convex | None:
     return found if found.gap <= SURE else None
 
 
-def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) -> ComplexArray:
+def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) -> ComplexArray | None:
     """The x of least x* square x + 2 Re slope* x with |x| <= caps, by Newton's method on 1/|x| of those at their caps.
 
     1/|x| is nearly a straight line in the multiplier of its cap, as in the trust region step of Moré and Sorensen
-    (1983); it takes three to eight.  Whoever asks proves the answer.
+    (1983); it takes three to eight, and None is returned where it does not settle.  Whoever asks proves the answer.
     """
     multipliers = np.zeros(len(caps))
     matrix = square.copy()
-    x = slope
     for _ in range(STEPS):
         matrix.flat[:: len(caps) + 1] = square.diagonal() + multipliers
         inverse = np.linalg.inv(matrix)
@@ -199,11 +198,11 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
         off = size / caps - 1.0
         rows = np.flatnonzero((multipliers > 0.0) | (off > 0.0))
         if not len(rows) or float(np.abs(off[rows]).max()) <= ROUNDED:
-            break
+            return np.where(size > caps, x * (caps / np.maximum(size, 1e-300)), x)
         steep = (x.conj()[:, None] * inverse * x).real[np.ix_(rows, rows)] / size[rows, None] ** 2
         multipliers[rows] += np.linalg.solve(steep, off[rows])
         multipliers = np.maximum(multipliers, 0.0)
-    return np.where(size > caps, x * (caps / np.maximum(size, 1e-300)), x)
+    return None
 
 
 def _least_factor(scene: Scaled) -> tuple[Convex, float]:

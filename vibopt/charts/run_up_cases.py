@@ -22,7 +22,8 @@ from vibopt.scene.read import from_text
 
 RUN_UP, CLOSE = "run-up", (1e-3, 1e-5, 1e-7, 1e-9, 1e-11)
 _CLOSE, _TINY, _LOOKS, _BEHIND, _MOST = 1e-12, 1e-14, 24, 20.0, 2000.0
-"""Tolerances of the truth, looks in a radian of the fastest motion, slowest periods behind, turns that are followed."""
+"""Tolerances of the truth, looks in a radian of the fastest motion, slowest periods behind that are followed at a time,
+turns that are followed."""
 _FRESNEL = 1.46728
 """Greatest of |integral of e^(i t^2 / 2) from minus infinity to T| over two: an edge in Fresnel's diffraction."""
 
@@ -64,9 +65,14 @@ class Passage:
         return (self.high - self.low) / self.signed
 
     @property
-    def end(self) -> float:
-        """To where it is followed [s]."""
-        return self.length + _BEHIND * 2.0 * np.pi / float(self.modes[0])
+    def decay(self) -> float:
+        """Rate at which the free motion of the first mode dies away [1/s], the slowest."""
+        return self.ratio * float(self.modes[0]) ** 2
+
+    @property
+    def behind(self) -> float:
+        """How long it is followed at a time once the speed is reached [s]."""
+        return _BEHIND * 2.0 * np.pi / float(self.modes[0])
 
     @property
     def pushed(self) -> FloatArray:
@@ -105,7 +111,7 @@ def by_vibopt(one: Passage) -> Said:
 def _integrated(one: Passage, close: float) -> Said:
     from scipy.integrate import solve_ivp
 
-    turns = one.phase(one.end) / (2.0 * np.pi)
+    turns = one.phase(one.length + one.behind) / (2.0 * np.pi)
     if turns > _MOST:
         return Said(REFUSES, f"{turns:.3g} turns one by one, more than {_MOST:g}")
     n, (damped, stiff) = one.bodies, one.matrices
@@ -117,14 +123,19 @@ def _integrated(one: Passage, close: float) -> Said:
 
     begun = one.steady(one.low)
     state = np.concatenate([begun, 1j * one.low * begun])
-    best = 0.0
-    for low, high in ((0.0, one.length), (one.length, one.end)):
+    best, low, high, later = 0.0, 0.0, one.length, np.inf
+    held = one.steady(one.high)[n - 1]
+    while best < later * (1.0 - close) and one.phase(low) <= 2.0 * np.pi * _MOST:
         found: Any = solve_ivp(rates, (low, high), state, "DOP853", dense_output=True, rtol=close, atol=close * 1e-3)
         count = int(_LOOKS * (high - low)) + 100
         parts = np.linspace(low, high, min(count, 200_000))
-        best, state = max(best, float(np.abs(found.sol(parts)[n - 1]).max())), found.y[:, -1]
-    words = f"the greatest of its samples up to {_BEHIND:g} slowest periods behind"
-    return Said("feasible", words, best, within=100.0 * close)
+        moved = found.sol(parts)[n - 1]
+        best, state = max(best, float(np.abs(moved).max())), found.y[:, -1]
+        if low > 0.0:  # what is left of the free motion only dies away
+            turned = np.exp(1j * (one.phase(one.length) + one.high * (parts - one.length)))
+            later = float(abs(held) + np.abs(moved - held * turned).max())
+        low, high = high, high + one.behind
+    return Said("feasible", "the greatest of its samples until nothing greater can come", best, within=100.0 * close)
 
 
 def by_asymptote(one: Passage) -> Said:
@@ -144,28 +155,48 @@ HARD_METHODS = {name: METHODS[name] for name in (DEFAULT, "dop853 1e-09", "asymp
 
 
 def truth(one: Passage) -> tuple[float, float]:
-    """The greatest, and when [s]: a tight integration in the turning frame, where a slow passage hardly moves."""
+    """The greatest, and when [s]: a tight integration in the turning frame, where a slow passage hardly moves.
+
+    Behind it, where nothing depends on time in that frame, the free motion is followed in closed form to its end.
+    """
     from scipy.integrate import solve_ivp
     from scipy.optimize import minimize_scalar
 
     n = one.bodies
-    load, best, at = np.concatenate([np.zeros(n), one.pushed]), 0.0, 0.0
-    state = np.concatenate([one.steady(one.low), np.zeros(n)])
-    for low, high, rate in ((0.0, one.length, one.signed), (one.length, one.end, 0.0)):
-        parts_of = _turning(one, rate)
+    load = np.concatenate([np.zeros(n), one.pushed])
 
-        def rates(when: float, now: ComplexArray, by: tuple[ComplexArray, ...] = parts_of) -> ComplexArray:
-            speed = one.speed(when)
-            return np.asarray(load + (by[0] + speed * (by[1] + speed * by[2])) @ now)
+    def at_speed(speed: float, by: tuple[ComplexArray, ...]) -> ComplexArray:
+        return np.asarray(by[0] + speed * (by[1] + speed * by[2]))
 
-        found: Any = solve_ivp(rates, (low, high), state, "DOP853", dense_output=True, rtol=_CLOSE, atol=_TINY)
+    turning, begun = _turning(one, one.signed), np.concatenate([one.steady(one.low), np.zeros(n)])
+    found: Any = solve_ivp(
+        lambda when, now: load + at_speed(one.speed(when), turning) @ now, (0.0, one.length), begun,
+        "DOP853", dense_output=True, rtol=_CLOSE, atol=_TINY,
+    )  # fmt: skip
+    last = at_speed(one.high, _turning(one, 0.0))
+    held = np.linalg.solve(last, -load)
+    poles, shapes = np.linalg.eig(last)
+    shares = shapes[n - 1] * np.linalg.solve(shapes, found.y[:, -1] - held)
+
+    def free(when: Any) -> Any:
+        return held[n - 1] + np.exp(np.multiply.outer(when - one.length, poles)) @ shares
+
+    def driven(when: Any) -> Any:
+        return found.sol(when)[n - 1]
+
+    lasts = -np.log(_TINY) / one.decay if one.decay > 0.0 else 0.0
+    best, at = 0.0, 0.0
+    ways: list[tuple[Callable[[Any], Any], float, float]] = [
+        (driven, 0.0, one.length), (free, one.length, one.length + max(lasts, one.behind)),
+    ]  # fmt: skip
+    for place, low, high in ways:
         parts = np.linspace(low, high, int(_LOOKS * (high - low)) + 2000)
-        sizes, state = np.abs(found.sol(parts)[n - 1]), found.y[:, -1]
+        sizes = np.abs(place(parts))
         top = int(sizes.argmax())
         if sizes[top] <= best:
             continue
         ends = float(parts[max(top - 1, 0)]), float(parts[min(top + 1, len(parts) - 1)])
-        fine: Any = minimize_scalar(lambda when, sol=found.sol: -abs(sol(when)[n - 1]), bounds=ends, method="bounded")
+        fine: Any = minimize_scalar(lambda when, place=place: -abs(place(when)), bounds=ends, method="bounded")
         best, at = max((float(sizes[top]), float(parts[top])), (-float(fine.fun), float(fine.x)))
     return best, at
 
@@ -235,7 +266,7 @@ def _jumped(one: Passage) -> float:
     before, behind = one.steady(one.low)[0], one.steady(one.high)[0]
     place, moved = before - behind, 1j * (one.low * before - one.high * behind)
     share = (moved - np.conj(pole) * place) / (pole - np.conj(pole))
-    times = np.linspace(0.0, one.end - one.length, 400_001)
+    times = np.linspace(0.0, one.behind, 400_001)
     free = share * np.exp(pole * times) + (place - share) * np.exp(np.conj(pole) * times)
     return float(np.abs(free + behind * np.exp(1j * one.high * times)).max())
 
