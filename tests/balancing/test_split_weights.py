@@ -19,7 +19,6 @@ from vibopt.balancing.fitting import not_permitted
 from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.question import Goal, Question, breaks
 from vibopt.balancing.solve_rotor import solve_job
-from vibopt.balancing.split_weights import solve_split, takes
 
 
 def asked(rng: np.random.Generator, n_planes: int, each: float = float("inf"), goal: str = "rms") -> Question:
@@ -68,8 +67,7 @@ def _of_pairs(question: Question, each: float, pairs: tuple[tuple[int, ...], ...
 @given(seed=st.integers(0, 10**6), n_planes=st.integers(1, 2))
 def test_no_pair_of_neighbouring_holes_is_better(seed: int, n_planes: int) -> None:
     question = asked(np.random.default_rng(seed), n_planes)
-    assert takes(question)
-    solved = solve_split(question)
+    solved = solve_question(question)
     assert solved.status == "optimal"
     assert solved.u is not None
     assert (question.masses(solved.u) <= question.caps * (1 + 1e-7)).all()
@@ -80,7 +78,7 @@ def test_no_pair_of_neighbouring_holes_is_better(seed: int, n_planes: int) -> No
 @given(seed=st.integers(0, 10**6), each=st.floats(0.1, 0.6))
 def test_a_cap_on_each_hole_is_kept_and_nothing_is_better(seed: int, each: float) -> None:
     question = asked(np.random.default_rng(seed), 1, each)
-    solved = solve_split(question)
+    solved = solve_question(question)
     assert solved.u is not None
     fan = question.fans[0]
     assert fan is not None
@@ -93,7 +91,7 @@ def test_a_cap_on_each_hole_is_kept_and_nothing_is_better(seed: int, each: float
 def test_no_random_split_beats_a_proven_answer(seed: int, goal: str) -> None:
     rng = np.random.default_rng(seed)
     question = asked(rng, 2, goal=goal)
-    solved = solve_split(question)
+    solved = solve_question(question)
     assert solved.status == "optimal"
     for _ in range(200):
         u = np.zeros(2, dtype=complex)
@@ -112,7 +110,7 @@ def test_holes_all_around_under_a_limit_next_to_nothing_are_as_good_as_free_weig
     fan = Fan.of((2.0 * np.pi * np.arange(12) / 12).tolist(), np.inf)
     limits = np.where(np.arange(question.n_readings) == 1, size, np.inf)
     split = replace(question, limits=limits, caps=np.full(3, 50.0), fans=(fan,) * 3)
-    found, free = solve_split(split), solve_continuous(replace(split, fans=()))
+    found, free = solve_question(split), solve_continuous(replace(split, fans=()))
     assert (found.status, free.status) == ("optimal", "optimal")
     assert found.value == pytest.approx(free.value, rel=1e-6)
     assert found.u is not None

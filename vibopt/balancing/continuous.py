@@ -1,13 +1,15 @@
-"""Corrections of any size and angle: the planes that are free, their arcs, closed form, and convex programs."""
+"""Corrections of any size and angle: the planes that are free, their arcs and holes, closed form, convex programs."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
+from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Prices, Question, Sectors, Solved, breaks, inside_arc, relative_gap, wider_words
 from vibopt.balancing.scaled import Scaled, into_wedge, scaled
@@ -18,6 +20,7 @@ from vibopt.work import Budget
 Wedge = tuple[float, float]
 CLOSED = 1e-9
 MOST_PROGRAMS = 3000
+PROGRAM = 10.0  # of nominal work [ms]
 
 
 def allowed_arcs(sectors: Sectors) -> tuple[Wedge, ...]:
@@ -37,23 +40,24 @@ def covers_all(sectors: Sectors) -> bool:
     return bool(sectors) and not allowed_arcs(sectors)
 
 
-def into_arcs(value: complex, sectors: Sectors) -> complex:
-    """Nearest point outside the forbidden sectors to `value`; the value itself where none is left."""
-    return _nearest(complex(value), allowed_arcs(sectors))
-
-
-def _nearest(value: complex, wedges: tuple[Wedge, ...]) -> complex:
+def into_set(value: complex, wedges: Sequence[Wedge], fan: Fan | None) -> complex:
+    """The allowed point next to `value` in one of the arcs, or as much of it as its holes bear; itself without any."""
+    if fan is not None:
+        return value * (fan.each / max(fan.greatest(value), fan.each) if np.isfinite(fan.each) else 1.0)
     points = np.array([into_wedge(value, *wedge) for wedge in wedges])
     return complex(points[np.argmin(np.abs(points - value))]) if len(points) else value
 
 
-def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Convex:
-    """Best-first over the choice of an arc per plane; each program's own dual bound closes its branch.
+def solve_pieces(scene: Scaled, sectors: tuple[Sectors, ...], budget: Budget | None = None) -> Convex:
+    """Least goal where what a plane may be is several convex pieces: arcs between sectors, gaps between holes.
 
-    `bound` and `factor` of the answer hold over all arcs, `rounds` counts the programs.
+    Best-first over the choice of a piece per plane; each program's own dual bound closes its branch.  `bound` and
+    `factor` of the answer hold over all pieces, `rounds` counts the programs.
     """
+    if not any(sectors) and not any(fan.bulges for fan in scene.fans.values()):
+        return solve_convex(scene)
     arcs = [allowed_arcs(entry) for entry in sectors] or [()] * scene.n_planes
-    frontier, root = Frontier(Budget(MOST_PROGRAMS - 1, "programs")), solve_convex(scene)
+    frontier, root = Frontier(budget or Budget(MOST_PROGRAMS - 1, "programs")), solve_convex(scene)
     frontier.push(root.bound, (scene, root))
     best, closed, programs = Convex(None, np.inf, np.inf, None), np.inf, 1
     factors: list[float] = []
@@ -66,15 +70,14 @@ def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Convex:
             factors.append(answer.factor)
             closed = min(closed, bound if np.isnan(answer.factor) else np.inf)
             continue
-        outside = [_outside(answer.x[p], arcs[p]) for p in range(scene.n_planes)]
+        outside = [_outside(complex(answer.x[p]), arcs[p], node.fans.get(p)) for p in range(scene.n_planes)]
         if max(outside) <= 1e-12 * float(np.abs(answer.x).max()):
             best = answer if answer.value < best.value else best
             closed = min(closed, bound)
             continue
         best = _snapped(scene, answer, arcs, best)
         plane = int(np.argmax(outside))
-        for wedge in arcs[plane]:
-            child = replace(node, wedges=(*node.wedges[:plane], wedge, *node.wedges[plane + 1 :]))
+        for child in _parts(node, plane, arcs[plane], complex(answer.x[plane])):
             solved = solve_convex(child)
             programs += 1
             frontier.budget.spend()
@@ -85,8 +88,21 @@ def solve_over_arcs(scene: Scaled, sectors: tuple[Sectors, ...]) -> Convex:
     return replace(best, bound=min(closed, best.value), factor=factor, rounds=programs)
 
 
-def _outside(value: complex, arcs: tuple[Wedge, ...]) -> float:
-    """Distance of a plane's correction from its allowed arcs, zero where it may point anywhere."""
+def _parts(node: Scaled, plane: int, arcs: Sequence[Wedge], value: complex) -> Iterator[Scaled]:
+    """The same with one plane held to each of its arcs, or to fewer of its holes."""
+    fan = node.fans.get(plane)
+    fewer = () if fan is None else fan.split_at(value)
+    held = (
+        [(wedge, node.fans) for wedge in arcs] if fan is None else [(f.wedge, {**node.fans, plane: f}) for f in fewer]
+    )
+    for wedge, fans in held:
+        yield replace(node, wedges=(*node.wedges[:plane], wedge, *node.wedges[plane + 1 :]), fans=fans)
+
+
+def _outside(value: complex, arcs: Sequence[Wedge], fan: Fan | None) -> float:
+    """Distance of a plane's correction from what is allowed, zero where it is."""
+    if fan is not None:
+        return 0.0 if fan.bears(value, KEPT) else fan.excess(value) or abs(value)
     return min((abs(value - into_wedge(value, *wedge)) for wedge in arcs), default=0.0)
 
 
@@ -95,7 +111,7 @@ def _snapped(scene: Scaled, answer: Convex, arcs: list[tuple[Wedge, ...]], best:
     assert answer.x is not None
     near: ComplexArray = answer.x.copy()
     for plane, wedges in enumerate(arcs):
-        near[plane] = _nearest(complex(near[plane]), wedges)
+        near[plane] = into_set(complex(near[plane]), wedges, scene.fans.get(plane))
     near = pull_in(replace(scene, wedges=(None,) * scene.n_planes), near)
     if np.abs(scene.F @ near + scene.f).max(initial=0.0) > 1.0 + KEPT:
         return best
@@ -314,13 +330,15 @@ def _nothing_needed(question: Question) -> Solved | None:
 PROVEN = 1e-7
 
 
-def solve_continuous(question: Question) -> Solved:
+def solve_continuous(question: Question, budget: Budget | None = None) -> Solved:
     """The best correction of any size and angle, with its proof.
 
     Parameters
     ----------
     question
         Lists of options are not looked at here (see `vibopt.balancing.discrete`).
+    budget
+        Programs over pieces of what is allowed, 3000 where none is given.
 
     Returns
     -------
@@ -334,7 +352,7 @@ def solve_continuous(question: Question) -> Solved:
     free = free_planes(question)
     scene = scaled(free.question)
     sectors = free.question.sectors
-    return _solved(question, free, scene, solve_over_arcs(scene, sectors) if any(sectors) else solve_convex(scene))
+    return _solved(question, free, scene, solve_pieces(scene, sectors, budget))
 
 
 def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> Solved:
@@ -355,6 +373,10 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
     claim = f"convex program, gap {gap:.1e} by our own dual bound"
     if any(free.question.sectors):
         claim = f"all arcs outside the forbidden sectors compared in {answer.rounds} convex programs, gap {gap:.1e}"
+    elif scene.fans:
+        claim = (
+            f"cone program over the holes of split weights, {answer.rounds} solved, gap {gap:.1e} by our own dual bound"
+        )
     return Solved(u, status, claim, value, low, gap, _prices(question, free, scene, answer), details=details)
 
 

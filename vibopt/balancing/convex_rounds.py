@@ -73,16 +73,25 @@ def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> Compl
 
 
 def _amounts(scene: Scaled, cones: Cones, inside: float) -> None:
-    """Caps, total and mass, drawn in by a part `inside`; where mass is counted each plane has |x| as a helper."""
+    """Caps, total and mass, drawn in by a part `inside`; where mass is counted each plane has its size as a helper."""
     caps, total = scene.caps * (1.0 - inside), scene.total * (1.0 - inside)
     planes = np.flatnonzero(np.isfinite(scene.caps))
     unit, nothing = _over_parts(np.eye(scene.n_planes, dtype=complex)), np.zeros(scene.n_planes, dtype=complex)
+    whole = np.array([plane for plane in range(scene.n_planes) if plane not in scene.fans], dtype=int)
     if scene.goal != "correction" and not np.isfinite(scene.total):
-        if len(planes):
-            cones.moduli(unit[planes], nothing[planes], caps[planes])
+        held = np.intersect1d(planes, whole)
+        if len(held):
+            cones.moduli(unit[held], nothing[held], caps[held])
+        for plane, fan in scene.fans.items():
+            if np.isfinite(caps[plane]):
+                cones.linear(_along_normals(scene, plane, fan.sides), np.full(len(fan.sides), caps[plane]))
         return
     slots = cones.helpers(scene.n_planes, scene.mass if scene.goal == "correction" else 0.0)
-    cones.moduli(unit, nothing, 0.0, (slots,))
+    cones.moduli(unit[whole], nothing[whole], 0.0, (slots[whole],))
+    for plane, fan in scene.fans.items():
+        count = len(fan.sides)
+        entries = (np.arange(count), np.full(count, slots[plane]), np.full(count, -1.0))
+        cones.linear(_along_normals(scene, plane, fan.sides), np.zeros(count), entries)
     if len(planes):
         flat = np.zeros((len(planes), cones.n))
         cones.linear(flat, caps[planes], (np.arange(len(planes)), slots[planes], np.ones(len(planes))))
@@ -91,9 +100,19 @@ def _amounts(scene: Scaled, cones: Cones, inside: float) -> None:
         cones.linear(np.zeros((1, cones.n)), np.array([total]), (place, slots, scene.mass))
 
 
+def _along_normals(scene: Scaled, plane: int, normals: ComplexArray) -> FloatArray:
+    """Rows Re n* x of one plane over real and imaginary parts (n_normals, 2 n_planes)."""
+    dense = np.zeros((len(normals), 2 * scene.n_planes))
+    dense[:, plane], dense[:, scene.n_planes + plane] = normals.real, normals.imag
+    return dense
+
+
 def _arcs(scene: Scaled, cones: Cones) -> None:
-    """Allowed arcs of half a turn at most: two half planes each."""
+    """Allowed arcs of half a turn at most: two half planes each; and what one hole bears."""
     n = scene.n_planes
+    for plane, fan in scene.fans.items():
+        if len(fan.faces) and np.isfinite(fan.each):
+            cones.linear(_along_normals(scene, plane, fan.faces), np.full(len(fan.faces), fan.each))
     for plane, wedge in enumerate(scene.wedges):
         if wedge is None:
             continue
@@ -164,7 +183,8 @@ def solve_convex(scene: Scaled) -> Convex:
 
 def _least_squares(scene: Scaled) -> Convex | None:
     """Least squares within discs; None where it is another question, or not proven."""
-    plain = scene.goal == "rms" and not len(scene.f) and not np.isfinite(scene.total) and not any(scene.wedges)
+    plain = scene.goal == "rms" and not len(scene.f) and not np.isfinite(scene.total)
+    plain = plain and not any(scene.wedges) and not scene.fans
     if not plain or len(scene.g) <= scene.n_planes:
         return None
     try:
@@ -318,16 +338,19 @@ def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray) -> Places:
 
 
 def pull_in(scene: Scaled, x: ComplexArray) -> ComplexArray:
-    """x brought into its discs, arcs and the total mass, by as little as rounding asks for."""
+    """x brought into its discs, arcs, holes and the total mass, by as little as rounding asks for."""
     for plane, wedge in enumerate(scene.wedges):
         if wedge is not None:
             x[plane] = into_wedge(x[plane], *wedge)
-    size = np.abs(x)
+    size = scene.sizes(x)
     over = size > scene.caps
     if over.any():
-        x = np.where(over, x * (scene.caps / np.where(over, size, 1.0)), x)
+        x = x * (np.where(over, scene.caps, 1.0) / np.where(over, size, 1.0))
+    for plane, fan in scene.fans.items():
+        if not fan.bulges and np.isfinite(fan.each):
+            x[plane] *= fan.each / max(fan.greatest(complex(x[plane])), fan.each)
     if np.isfinite(scene.total):
-        mass = float(scene.mass @ np.abs(x))
+        mass = float(scene.mass @ scene.sizes(x))
         if mass > scene.total:
             x = x * (scene.total / mass)
     if scene.exact is not None:
@@ -337,7 +360,7 @@ def pull_in(scene: Scaled, x: ComplexArray) -> ComplexArray:
 
 def _inside(scene: Scaled, x: ComplexArray) -> bool:
     """Whether x is still within its discs, arcs and the total mass after it was brought back to the equations."""
-    size = np.abs(x)
+    size = scene.sizes(x)
     arcs = [(one, wedge) for one, wedge in zip(x.tolist(), scene.wedges, strict=True) if wedge is not None]
     if any(abs(one - into_wedge(one, *wedge)) > KEPT * float(size.max()) for one, wedge in arcs):
         return False

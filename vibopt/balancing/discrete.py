@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.continuous import Free, free_planes, into_arcs
+from vibopt.balancing.continuous import Free, allowed_arcs, free_planes, into_set
 from vibopt.balancing.convex_rounds import FEW, KEPT, Convex, likely_worst, solve_convex
 from vibopt.balancing.option_tree import Cells, Tree
 from vibopt.balancing.question import Question, Solved, breaks, relative_gap, wider_words
@@ -180,10 +180,15 @@ def _first_guess(tree: Tree, scene: Scaled, free: Free, x: ComplexArray) -> None
     """Round the continuous answer, so that the search has something to beat."""
     lists: list[ComplexArray] = []
     masses: list[FloatArray] = []
-    x = np.array([into_arcs(value, arcs) for value, arcs in zip(x, tree.sectors, strict=True)], dtype=complex)
+    arcs = map(allowed_arcs, tree.sectors)
+    near = [
+        into_set(complex(value), own, scene.fans.get(p)) for p, (value, own) in enumerate(zip(x, arcs, strict=True))
+    ]
+    x = np.array(near, dtype=complex)
+    sizes = scene.sizes(x)
     for p, cells in enumerate(tree.planes):
         lists.append(np.array([x[p]]) if cells is None else cells.points.copy())
-        masses.append(np.array([abs(x[p]) * scene.mass[p]]) if cells is None else cells.masses.copy())
+        masses.append(np.array([sizes[p] * scene.mass[p]]) if cells is None else cells.masses.copy())
     none = np.zeros((1, len(tree.stock)))
     uses = [none if cells is None else cells.uses for cells in tree.planes]
     chosen, value = rounded(scene, lists, masses, x, uses=uses, stock=tree.stock)

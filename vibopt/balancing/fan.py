@@ -3,8 +3,8 @@
 In the gap between two neighbouring holes less than half a turn apart, u = m1 e1 + m2 e2 with m1, m2 >= 0 has one
 solution, and m1 + m2 is linear in u.  Over all gaps the sum of both parts is the gauge of the polygon of the holes,
 greatest of Re n* u over its sides: convex, and never less than |u|.  A cap on the sum is therefore convex whatever the
-holes are.  Only a cap on each hole (a drill goes no deeper) leaves a set that bulges between the holes; then the gaps
-are branched over.
+holes are.  Only a cap on each hole (a drill goes no deeper) leaves a set that bulges between the holes; then sets of
+neighbouring gaps are branched over, and in one gap alone both parts are linear in u.
 """
 
 from __future__ import annotations
@@ -58,6 +58,34 @@ class Fan:
         return np.array([*found, *self.holes[alone]], dtype=complex)
 
     @property
+    def most(self) -> float:
+        """What all holes take at most [kg m], as u has no more than two parts."""
+        return self.each * (2.0 if self.gaps else 1.0)
+
+    @property
+    def bulges(self) -> bool:
+        """Whether what the holes bear is no convex set."""
+        return self.line is not None or (len(self.gaps) > 1 and bool(np.isfinite(self.each)))
+
+    @property
+    def faces(self) -> ComplexArray:
+        """Normals n of what a hole bears, Re n* u <= each, where one gap or one hole alone is left; else none."""
+        if len(self.holes) == 1:
+            return self.holes
+        if len(self.gaps) != 1 or not np.isfinite(self.each):
+            return self.holes[:0]
+        first, second = (complex(self.holes[k]) for k in self.gaps[0])
+        area = (first.conjugate() * second).imag
+        return np.array([-1j * second / area, 1j * first / area])
+
+    def won(self, pulls: FloatArray, cap: float) -> float:
+        """Greatest sum of pulls (n_holes,) times parts that neighbouring holes bear under a cap on their sum."""
+        pulls, one = np.maximum(pulls, 0.0), min(self.each, cap)
+        pairs = np.sort(pulls[np.array(self.gaps, dtype=int).reshape(-1, 2)], axis=1)
+        both = pairs @ np.array([min(self.each, cap - one), one])
+        return float(max(both.max(initial=0.0), one * pulls.max(initial=0.0)))
+
+    @property
     def line(self) -> complex | None:
         """Direction of two opposite holes, between which nothing acts; None elsewhere."""
         return complex(self.holes[0]) if len(self.holes) == 2 and not _near(self.angles) else None
@@ -108,7 +136,7 @@ class Fan:
         """The gaps in two or three sets of neighbouring ones, cut at the hole next to u; itself where it has one."""
         count = len(self.gaps)
         if count < 2:
-            return (self,)
+            return tuple(Fan(self.holes[k : k + 1], (), self.each) for k in range(len(self.holes)))
         near = int(np.argmax((np.conj(u) * self.holes).real))
         if count == len(self.holes):  # all around
             start = next(k for k, gap in enumerate(self.gaps) if gap[0] == near)

@@ -43,22 +43,12 @@ def solve_question(question: Question, most: float | None = None) -> Solved:
 
 
 def _solved(question: Question, most: float | None) -> Solved:
-    if question.fans:
-        from vibopt.balancing.split_weights import PROGRAM, solve_split, takes
-
-        if takes(question):
-            budget = None if most is None else Budget(int(most / PROGRAM) + 1, "programs")
-            return solve_split(question, budget, lambda one: _uncut(one, most))
-    return _uncut(question, most)
-
-
-def _uncut(question: Question, most: float | None) -> Solved:
-    """The answer where no weight is cut in two, or nothing hangs on it."""
     if question.is_discrete:
         from vibopt.balancing.discrete import solve_discrete
         from vibopt.balancing.option_tree import BOX
 
         return solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes", BOX))
-    from vibopt.balancing.continuous import solve_continuous
+    from vibopt.balancing.continuous import PROGRAM, solve_continuous
 
-    return solve_continuous(question)
+    budget = None if most is None or not question.is_search else Budget(int(most / PROGRAM) + 1, "programs")
+    return solve_continuous(question, budget)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
-from vibopt.balancing.continuous import solve_over_arcs
-from vibopt.balancing.convex_rounds import KEPT, Convex, solve_convex
+from vibopt.balancing.continuous import solve_pieces
+from vibopt.balancing.convex_rounds import KEPT, Convex
 from vibopt.balancing.question import Sectors
 from vibopt.balancing.rounding import NO_STOCK, Boxes, goal_bounds, judge, mass_bounds, ratio_bounds, short_of
 from vibopt.balancing.scaled import Scaled
@@ -313,7 +313,8 @@ class Tree:
                 continue
             inner = replace(
                 scene, G=scene.G[:, free], g=scene.g + scene.G @ row, F=scene.F[:, free], f=scene.f + scene.F @ row,
-                caps=scene.caps[free], mass=scene.mass[free], total=left, wedges=(None,) * len(free),
+                caps=scene.caps[free], mass=scene.mass[free], total=left, wedges=tuple(scene.wedges[p] for p in free),
+                fans={k: scene.fans[p] for k, p in enumerate(free) if p in scene.fans},
             )  # fmt: skip
             answer, bound = self._free_planes(inner)
             self.programs += 1
@@ -327,6 +328,5 @@ class Tree:
 
     def _free_planes(self, inner: Scaled) -> tuple[Convex, float]:
         """The planes without a list outside their forbidden arcs, and a bound; inf where none is proven to fit."""
-        sectors = tuple(self.sectors[p] for p in self.any_size)
-        answer = solve_over_arcs(inner, sectors) if any(sectors) else solve_convex(inner)
+        answer = solve_pieces(inner, tuple(self.sectors[p] for p in self.any_size))
         return answer, np.inf if answer.x is None and answer.factor > 1.0 else answer.bound

@@ -63,7 +63,9 @@ def choices_of(planes: Sequence[Plane], conventions: Conventions) -> tuple[tuple
     fans = tuple(_fan(plane, conventions) for plane in planes)
     listed = any(option is not None for option in options)
     return options, {
-        "sectors": tuple(() if plane.is_discrete else plane.internal_sectors(conventions) for plane in planes),
+        "sectors": tuple(
+            () if plane.is_discrete or plane.split else plane.internal_sectors(conventions) for plane in planes
+        ),
         "options": tuple(None if option is None else option.u for option in options) if listed else (),
         "mass_per_unbalance": np.array([1.0 / plane.radius for plane in planes]),
         "option_masses": tuple(None if option is None else option.masses for option in options),

@@ -19,7 +19,7 @@ from vibopt.units.dimensions import DIMENSIONS
 MASS, UNBALANCE = "mass", "unbalance"
 _AT = re.compile(r"\s+at\s+", re.IGNORECASE)
 _HAIR = 1e-9
-_TRACE = 1e-8
+_TRACE = 1e-7
 """Part of a cut weight below which a part of it is rounding."""
 _HOLE = re.compile(r"\s+in\s+hole\s+(\d+)$", re.IGNORECASE)
 
@@ -111,9 +111,9 @@ class Plane:
 
     @property
     def most(self) -> float:
-        """Greatest mass [kg] (unbalance [kg m]): the cap, at the least radius, and what one drilled hole holds."""
-        if self.drill is not None and not self.is_discrete and not self.split:
-            return min(self.cap, self.drill.most)
+        """Greatest mass [kg] (unbalance [kg m]): the cap, at the least radius, and what drilled holes hold."""
+        if self.drill is not None and not self.is_discrete:
+            return min(self.cap, self.drill.most * (2.0 if self.split else 1.0))
         return self.cap * self.radius / self.radii[0] if self.moment and self.shelf else self.cap
 
     @property
@@ -218,14 +218,10 @@ class Plane:
         return tuple((low, high) for low, high in self.gaps if high - low >= pi - _HAIR) if self.split else ()
 
     def internal_sectors(self, conventions: Conventions) -> tuple[tuple[float, float], ...]:
-        """Arcs forbidden to the correction's internal angle, counted with growing angle [rad].
-
-        A split weight sits in its holes only, so its two parts together may act inside a forbidden sector, but not
-        across a gap of half a turn or more.
-        """
+        """Arcs forbidden to the correction's internal angle, counted with growing angle [rad]."""
         turn = pi if self.remove else 0.0
         arcs = []
-        for low, high in self.out_of_reach if self.split else self.forbidden:
+        for low, high in self.forbidden:
             ends = (low, high) if conventions.weight_sense > 0 else (-high, -low)
             arcs.append((ends[0] + turn, ends[1] + turn))
         return tuple(arcs)

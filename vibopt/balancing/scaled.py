@@ -11,9 +11,13 @@ solver answered, this number is a bound; a wrong multiplier makes it weak, never
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import field, replace
+
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Goal, Question, combined
 from vibopt.records import cached_property, dataclass
 
@@ -33,6 +37,8 @@ class Scaled:
         What a scaled goal of one is in the asker's unit.
     wedges
         Per plane (middle, half width <= pi/2) of the allowed arc of x, None: every angle.
+    fans
+        By plane the holes of a weight cut in two; caps and masses are of both parts.
     """
 
     G: ComplexArray
@@ -50,6 +56,7 @@ class Scaled:
     mass_size: float
     column: FloatArray
     wedges: tuple[tuple[float, float] | None, ...]
+    fans: Mapping[int, Fan] = field(default_factory=dict)
 
     @property
     def n_planes(self) -> int:
@@ -83,10 +90,17 @@ class Scaled:
             return None
         return Exact(rows, base, right[rank:].conj().T, inverse / self.tightness[rows])
 
+    def sizes(self, x: ComplexArray) -> FloatArray:
+        """What is fitted in each plane, (n_planes,): |x|, or both parts of a weight cut in two."""
+        sizes: FloatArray = np.abs(x)
+        for plane, fan in self.fans.items():
+            sizes[plane] = float(fan.gauge(complex(x[plane])))
+        return sizes
+
     def value(self, x: ComplexArray) -> float:
         """The scaled goal at x."""
         if self.goal == "correction":
-            return float(self.mass @ np.abs(x))
+            return float(self.mass @ self.sizes(x))
         return float(self.measure(np.abs(self.G @ x + self.g)))
 
     def measure(self, t: FloatArray) -> FloatArray:
@@ -138,12 +152,17 @@ def scaled(question: Question) -> Scaled:
         rows, constants = G * column, g
     mass = question.densities * column
     mass_size = float(mass.max(initial=0.0)) or 1.0
+    cut = [(plane, fan) for plane, fan in enumerate(question.fans) if fan is not None]
+    fans = {plane: replace(fan, each=fan.each / column[plane]) for plane, fan in cut}
+    caps = question.caps / column
+    for plane, fan in fans.items():
+        caps[plane] = min(caps[plane], fan.most)
     goal_size = {"correction": mass_size, "huber": size * size}.get(question.goal, size)
     return Scaled(
-        G=rows, g=constants, F=F * column, f=f, limited=limited, caps=question.caps / column, mass=mass / mass_size,
+        G=rows, g=constants, F=F * column, f=f, limited=limited, caps=caps, mass=mass / mass_size,
         total=question.total_cap / mass_size, goal=question.goal, huber=question.huber / size,
         divisor=float(np.sqrt(question.n_readings)), goal_size=goal_size, mass_size=mass_size, column=column,
-        wedges=(None,) * question.n_planes,
+        wedges=tuple(fans[k].wedge if k in fans else None for k in range(question.n_planes)), fans=fans,
     )  # fmt: skip
 
 
@@ -156,6 +175,7 @@ def into_wedge(value: complex, middle: float, half: float) -> complex:
     return complex(edge * max((value * edge.conjugate()).real, 0.0))
 
 
+_HALVINGS = 60
 FAR = 1e3  # a plane without a cap is searched this many times beyond the answer; convexity carries the rest
 
 
@@ -190,7 +210,7 @@ def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) 
     ends = np.isfinite(scene.reach)
     # twice what the total leaves: the total binds, not the cap that follows from it
     caps = np.where(np.isfinite(scene.caps), scene.caps, np.where(ends, 2.0 * scene.reach, FAR * (1.0 + reach)))
-    lost, slope = knapsack(gains, caps, scene.mass, scene.total)
+    lost, slope = _won(scene, scene.G.conj().T @ z + scene.F.conj().T @ v, gains, caps)
     prices = np.maximum(gains - slope * scene.mass, 0.0)
     return Dual(constant - lost, z, v, np.where(np.isfinite(scene.caps), prices, 0.0), slope)
 
@@ -203,7 +223,46 @@ def gain(scene: Scaled, slope: ComplexArray) -> FloatArray:
             middle, half = wedge
             off = abs((np.angle(-slope[plane]) - middle + np.pi) % (2.0 * np.pi) - np.pi)
             full[plane] *= max(np.cos(max(off - half, 0.0)), 0.0)
+    for plane, fan in scene.fans.items():
+        full[plane] = _pulls(fan, slope[plane]).max(initial=0.0)
     return full
+
+
+def _pulls(fan: Fan, slope: complex) -> FloatArray:
+    """Fall of Re(slope* x) per part at each hole (n_holes,)."""
+    return np.asarray(-(np.conj(slope) * fan.holes).real)
+
+
+def _won(scene: Scaled, slope: ComplexArray, gains: FloatArray, caps: FloatArray) -> tuple[float, float]:
+    """Greatest fall of Re(slope* x) within caps, holes and total, and what one more of the total would add.
+
+    Where holes take only so much each the total has a price: at any price this is a bound, and the best one is taken.
+    """
+    drilled = {plane: fan for plane, fan in scene.fans.items() if np.isfinite(fan.each)}
+    if not drilled:
+        return knapsack(gains, caps, scene.mass, scene.total)
+    own = scene.mass if scene.goal == "correction" else np.zeros(scene.n_planes)
+    pulls = {plane: _pulls(fan, slope[plane]) - own[plane] for plane, fan in drilled.items()}
+    plain = np.array([plane for plane in range(scene.n_planes) if plane not in drilled], dtype=int)
+
+    def at(price: float) -> float:
+        won = float(np.maximum(gains[plain] - price * scene.mass[plain], 0.0) @ caps[plain])
+        won += sum(fan.won(pulls[k] - price * scene.mass[k], float(caps[k])) for k, fan in drilled.items())
+        return won + price * scene.total if price else won
+
+    if not np.isfinite(scene.total) or float(scene.mass @ caps) <= scene.total:
+        return at(0.0), 0.0
+    heavy = [k for k in drilled if scene.mass[k] > 0.0]
+    usual = plain[scene.mass[plain] > 0.0]
+    rates = [np.zeros(1), gains[usual] / scene.mass[usual], *(pulls[k] / scene.mass[k] for k in heavy)]
+    prices = np.unique(np.maximum(np.concatenate(rates), 0.0)).tolist()
+    best = min(range(len(prices)), key=lambda place: at(prices[place]))
+    low, high = prices[max(best - 1, 0)], prices[min(best + 1, len(prices) - 1)]
+    for _ in range(_HALVINGS if high > low else 0):
+        first, second = low + (high - low) / 3.0, high - (high - low) / 3.0
+        low, high = (low, second) if at(first) < at(second) else (first, high)
+    price = min((prices[best], low, high), key=at)
+    return at(price), price
 
 
 def knapsack(gains: FloatArray, caps: FloatArray, mass: FloatArray, total: float) -> tuple[float, float]:
