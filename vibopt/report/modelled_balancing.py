@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.harmonic import motion
 from vibopt.mechanics.machine import Machine
@@ -26,6 +26,12 @@ from vibopt.signals import Band
 _PARTS, _SAME, _FINE, _APART = 8, 1e-8, 4001, 0.02
 """Speeds at which a range is looked at, beside its peaks; part by which two routes may differ; samples in which peaks
 are looked for; part by which speeds differ, as runs of a meter at nearly one speed count as repeated."""
+_TRIED, _BETWEEN, _COVERED, _MORE, _LEAST_APART = 501, 1.03, 1e-3, 24, 0.0101
+"""Speeds of a range at which a bound is looked at, beside those near poles; bound from which on a speed is added, what
+covers speeds between those, most that are added, and the part by which they differ."""
+_SQUARES, _ROUNDING, _UNSURE, _LOOSE = 20, 1e-9, 1e9, 0.7
+"""Least squares that approach a least sum, the least part of it that counts, condition from which on nothing is sure,
+and the part of a limit below which it is left as it is, and said so."""
 _RPM = 30.0 / np.pi
 _SENSORS = 'no displacement is asked, and balancing reads one. Add a measure with response = "displacement".'
 _PLANES = "no rotor has a disc that could take a weight. Add one to its discs."
@@ -43,7 +49,9 @@ _CONVENTIONS = {
 def balancing_document(design: Design) -> dict[str, Any]:
     """Planes are the discs, sensors the points whose displacement is asked; as found are the unbalances of the file.
 
-    Speeds are those at which a displacement is asked: of a range eight, and where one that was asked is greatest.
+    Speeds are those at which a displacement is asked: of a range eight, where one that was asked is greatest, and those
+    that keep it in hand between them.  Limits over ranges are tighter by what any weights that keep them at all of
+    these speeds may do at others, so that they hold at every speed.
 
     Raises
     ------
@@ -71,7 +79,7 @@ def balancing_document(design: Design) -> dict[str, Any]:
         )
     if len(scene.excitations) > 1:
         raise InputError(f"{scene.name}: {_ONE}")
-    speeds = _speeds(scene, machine, sensors)
+    speeds, part = held_between(scene, machine, planes, sensors, _speeds(scene, machine, sensors))
     effects = {plane: _effects(scene, design, machine, plane, list(sensors), speeds) for plane in planes}
     found = sum(
         excitation.swung * part * _effects(scene, design, machine, place, list(sensors), speeds)
@@ -93,9 +101,14 @@ def balancing_document(design: Design) -> dict[str, Any]:
         for j, point in enumerate(sensors)
         for plane in planes
     ]
-    limits = {key: row for sensor in sensors.values() for limit in sensor for key, row in _limits(scene, limit, speeds)}
+    size = part if part >= _LOOSE else 1.0
+    limits = {key: row for names in sensors.values() for one in names for key, row in _limits(scene, one, speeds, size)}
+    told = "Limits are those of the file at the speeds of the runs; what is left between them is not known."
+    if _LOOSE <= part < 1.0:
+        told = f"Limits are {1e2 * (1.0 - part):.1f} % tighter here, so that they hold at every speed of their ranges."
     return {
         "title": f"Balancing of {scene.title}, modelled",
+        **({"statement": told} if limits and part < 1.0 else {}),
         "conventions": _CONVENTIONS,
         "planes": {plane: {"unbalance": {"from": "0 g mm", "to": "1 kg m"}} for plane in planes},
         "runs": runs,
@@ -125,14 +138,90 @@ def _asked(scene: Scene) -> list[tuple[str, Response]]:
     return [*scene.limits.items(), *((f"measures.{key}", measure) for key, measure in scene.measures.items()), *goal]
 
 
-def _limits(scene: Scene, name: str, speeds: FloatArray) -> Iterator[tuple[str, dict[str, str]]]:
-    """A limit on what is left at a sensor; at each of its speeds where it does not speak of all."""
+def held_between(
+    scene: Scene, machine: Machine, planes: list[str], sensors: Mapping[str, list[str]], speeds: FloatArray
+) -> tuple[FloatArray, float]:
+    """More speeds [rad/s], and the part of its limits to keep at all of them so that each holds at every speed.
+
+    A whirl c(w) u at a speed between is sum_k l_k (a_k u) of those a_k u at the speeds that are listed wherever
+    sum_k l_k a_k = c, so that it is at most sum_k |l_k| times what bounds these, whatever the unbalances u are.  The
+    least of these sums is approached by weighted least squares, of which each is a bound; where it is greatest a speed
+    is added.
+    """
+    ((_, imbalance),) = scene.excitations.items()
+    columns = [{one: 1.0 + 0j} for one in planes] + [imbalance.acts] * (not {*imbalance.acts} <= {*planes})
+    asked = [(point, _bound(scene, name), _bands(scene, name)) for point, names in sensors.items() for name in names]
+
+    def rows(speeds: Iterable[FloatArray]) -> ComplexArray:
+        """What a unit of each column does at speeds of each limit, as a part of it, (n, n_columns)."""
+        found = []
+        for (point, most, _), at in zip(asked, speeds, strict=True):
+            each = ({place: np.asarray(part * at**2, dtype=complex) for place, part in one.items()} for one in columns)
+            found.append(np.array([machine.shake(at, one, {}).points[point] for one in each]).T / most)
+        return np.concatenate(found)
+
+    tried = [_tried(bands, machine.known_poles) for _, _, bands in asked]
+    if not any(map(len, tried)):
+        return speeds, 1.0
+    at, between, kept = np.concatenate(tried), rows(tried), speeds
+    while True:
+        reach = _reach(rows(kept[_within(kept, bands)] for _, _, bands in asked), between)
+        apart = np.abs(at[:, None] - kept).min(axis=1) > _LEAST_APART * at
+        worst = int(np.where(apart, reach, 0.0).argmax())
+        if not apart[worst] or reach[worst] <= _BETWEEN or len(kept) >= len(speeds) + _MORE:
+            return kept, 1.0 / (_COVERED + float(reach.max()))
+        kept = np.sort([*kept, at[worst]])
+
+
+def _tried(bands: list[Band], poles: ComplexArray) -> FloatArray:
+    """Speeds of ranges [rad/s]: evenly, and close to each pole."""
+    found = [np.linspace(band.low, band.high, _TRIED)[1:] for band in bands if not band.is_point]
+    near = [one.real + abs(one.imag) * np.linspace(-6.0, 6.0, 41) for one in poles]
+    close = np.concatenate([*near, np.zeros(0)])
+    return np.unique(np.concatenate([*found, close[_within(close, bands)]])) if found else np.zeros(0)
+
+
+def _within(speeds: FloatArray, bands: list[Band]) -> BoolArray:
+    inside = [(speeds >= band.low) & (speeds <= band.high) & (speeds > 0.0) for band in bands]
+    return np.asarray(np.any(inside, axis=0))
+
+
+def _reach(rows: ComplexArray, between: ComplexArray) -> FloatArray:
+    """Bound of |c u| of each c between (n, n_columns), where |a u| <= 1 of all rows a (n_rows, n_columns).
+
+    Infinite where the rows do not bound u; what they leave of c is counted by how far they bound it.
+    """
+    right, turn = np.linalg.qr(rows)
+    if len(turn) < rows.shape[1] or np.linalg.cond(turn / np.linalg.norm(turn, axis=0)) > _UNSURE:
+        return np.full(len(between), np.inf)
+    between = np.asarray(np.linalg.solve(turn.T, between.T).T, dtype=complex)
+    weight, least = np.ones((len(between), len(rows))), np.full(len(between), np.inf)
+    for _ in range(_SQUARES):
+        normal = np.einsum("ki,nk,kj->nij", right, weight, right.conj())
+        share = weight * (np.linalg.solve(normal, between[..., None])[..., 0] @ right.conj().T)
+        sums = np.abs(share).sum(axis=1)
+        lost = np.linalg.norm(between - share @ right, axis=1) * np.sqrt(len(rows))
+        least, weight = np.minimum(least, sums + lost), np.abs(share) + _ROUNDING * sums[:, None]
+    return least
+
+
+def _bands(scene: Scene, name: str) -> list[Band]:
     response = scene.limits[name]
     assert isinstance(response, Displacement)
-    assert response.at_most is not None
-    bands = [band for one in names_for(scene, response) for band in bands_for(scene, response, one)]
-    asked = [one for one in speeds.tolist() if any(band.low <= one <= band.high for band in bands)]
-    row = {"response": "residual", "at": response.of, "at_most": f"{response.at_most.value * 1e3:.15g} mm pk"}
+    return [band for one in names_for(scene, response) for band in bands_for(scene, response, one)]
+
+
+def _bound(scene: Scene, name: str) -> float:
+    bound = scene.limits[name].at_most
+    assert bound is not None
+    return float(bound.value)
+
+
+def _limits(scene: Scene, name: str, speeds: FloatArray, part: float) -> Iterator[tuple[str, dict[str, str]]]:
+    """A part of a limit on what is left at a sensor; at each of its speeds where it does not speak of all."""
+    asked = speeds[_within(speeds, _bands(scene, name))].tolist()
+    most = f"{_bound(scene, name) * part * 1e3:.15g} mm pk"
+    row = {"response": "residual", "at": vars(scene.limits[name])["of"], "at_most": most}
     if len(asked) == len(speeds):
         yield name, row
         return
