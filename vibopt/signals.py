@@ -101,6 +101,18 @@ class Line:
     amplitude: Amplitude
 
 
+def sizes(lines: Sequence[Line], speed: FloatArray) -> FloatArray:
+    """Amplitude of every line at each speed [rad/s], shape (n_lines, ...)."""
+    first = [line.amplitude.pieces[0] for line in lines]
+    power = first[0].power
+    if any(piece.power != power for piece in first) or any(len(line.amplitude.pieces) > 1 for line in lines):
+        return np.array([line.amplitude.at(speed) for line in lines])
+    each = (-1, *[1] * speed.ndim)
+    constant, slope = (np.array(one).reshape(each) for one in zip(*((p.constant, p.slope) for p in first), strict=True))
+    value = constant + slope * speed
+    return value * speed**power if power else value
+
+
 @dataclass(frozen=True, slots=True)
 class Drive:
     """One excitation as a limit sees it: its lines, and the speeds to look at."""

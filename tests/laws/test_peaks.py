@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from hypothesis import strategies as st
 from vibopt.mechanics.peaks import crossings, greatest, least
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
-from vibopt.signals import Band
+from vibopt.signals import Amplitude, Band, Line, Piece, sizes
 from vibopt.verify.over_bands import Search
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=60, suppress_health_check=list(HealthCheck))
@@ -203,3 +205,25 @@ def test_an_undamped_resonance_that_is_hardly_coupled_has_no_end_either(share: f
     ):
         assert found.value == (np.inf if share else pytest.approx(3e4 / (300.0**2 - 20.0**2), rel=1e-12))
         assert found.speed == pytest.approx(10.0 if share else 20.0, rel=1e-12)
+
+
+@st.composite
+def harmonics(draw: st.DrawFn) -> list[Line]:
+    """Lines of one, or of several powers of the speed, some of them in two pieces."""
+    powers = draw(st.sampled_from([(0,), (1,), (2,), (-1,), (0, 2)]))
+    lines = []
+    for order in range(1, draw(st.integers(1, 4)) + 1):
+        ends = draw(st.sampled_from([(0.0, np.inf), (0.0, 30.0, np.inf)]))
+        bands = [Band(low, high) for low, high in pairwise(ends)]
+        parts = [
+            Piece(band, draw(power(-3, 3)), draw(st.floats(-1.0, 1.0)), draw(st.sampled_from(powers))) for band in bands
+        ]
+        lines.append(Line(float(order), np.ones(1, dtype=complex), Amplitude(tuple(parts))))
+    return lines
+
+
+@few
+@given(harmonics(), st.sampled_from([(), (3,), (2, 3)]))
+def test_sizes_of_lines_together_are_those_of_each(lines: list[Line], shape: tuple[int, ...]) -> None:
+    speed = np.linspace(10.0, 60.0, int(np.prod(shape))).reshape(shape)
+    assert np.array_equal(sizes(lines, speed), np.array([line.amplitude.at(speed) for line in lines]))

@@ -15,8 +15,8 @@ from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import poles
 from vibopt.mechanics.onemass import Curve, curve
 from vibopt.mechanics.peaks import Extreme, greatest, least
-from vibopt.records import dataclass
-from vibopt.signals import Drive, Line, Output
+from vibopt.records import cached_property, dataclass
+from vibopt.signals import Drive, Line, Output, sizes
 
 if TYPE_CHECKING:
     from vibopt.forms.modulus import Modulus
@@ -108,19 +108,26 @@ class DriveResponse:
 
     def _lines(self, model: Model, output: Output, speed: FloatArray) -> ComplexArray:
         """Complex amplitude of every line, all lines in one batch, shape (n_lines, ...)."""
-        p, lines = model.values(self.x), self.drive.lines
-        speed = np.asarray(speed, dtype=float)
-        every = (len(lines), *[1] * speed.ndim)
-        orders = np.array([line.order for line in lines]).reshape(every)
-        vectors = np.array([line.vector if model is self.model else line.vector @ model.basis for line in lines])
-        size = np.array([line.amplitude.at(speed) for line in lines]) / float(
-            mount_count(model, self.form.output, self.x)
-        )
+        own, speed = model is self.model, np.asarray(speed, dtype=float)
+        p, orders, vectors, count = self._own if own else self._of(model)
+        every = (len(orders), *[1] * speed.ndim)
+        size = sizes(self.drive.lines, speed) / count
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            modal = self.modal if model is self.model else None
-            h = transfer(model, p, output, vectors.reshape(*every, -1), orders * speed, modal)
+            at = orders.reshape(every) * speed
+            h = transfer(model, p, output, vectors.reshape(*every, -1), at, self.modal if own else None)
             value = np.where(np.isfinite(h) | (size == 0.0), h * size, np.inf)
             return np.where(np.isnan(value), np.inf, value)  # complex infinity times a real number
+
+    def _of(self, model: Model) -> tuple[FloatArray, FloatArray, ComplexArray, float]:
+        """Coefficients (n_terms,), orders (n_lines,), vectors (n_lines, n_coords), mounts that share the value."""
+        lines = self.drive.lines
+        vectors = [line.vector if model is self.model else line.vector @ model.basis for line in lines]
+        count = float(mount_count(model, self.form.output, self.x))
+        return model.values(self.x), np.array([line.order for line in lines]), np.array(vectors), count
+
+    @cached_property
+    def _own(self) -> tuple[FloatArray, FloatArray, ComplexArray, float]:
+        return self._of(self.model)
 
 
 def rigid_model(model: Model, link: str) -> Model:

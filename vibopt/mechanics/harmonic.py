@@ -48,7 +48,9 @@ def assembled(model: Model, p: FloatArray, omega: FloatArray) -> ComplexArray:
     made = model.sums if model.spins else model.matrix
     mass, stiff, damping, hysteretic = (made(kind, p)[..., :n, :] for kind in range(4))
     w = np.asarray(omega)[..., None, None]
-    result: ComplexArray = (stiff + 1j * hysteretic) - w**2 * mass + 1j * w * damping
+    real = stiff - w**2 * mass
+    result = np.empty(real.shape, dtype=complex)
+    result.real, result.imag = real, hysteretic + w * damping
     return result
 
 
@@ -85,12 +87,18 @@ def motion(model: Model, p: FloatArray, vector: ComplexArray, omega: FloatArray)
         if np.ndim(p) == 1 or model.spins
         else dynamic_stiffness(model, impedances(model, p, omega))
     )
-    load = vector[..., :n] - (both[..., n:] @ vector[..., n:, None])[..., 0]
+    shaken = vector.shape[-1] > n
+    if shaken:
+        load = vector[..., :n] - (both[..., n:] @ vector[..., n:, None])[..., 0]
+    else:
+        load = np.broadcast_to(vector, (*np.broadcast_shapes(both.shape[:-2], vector.shape[:-1]), n))
     if n == 1:
         with np.errstate(divide="ignore", invalid="ignore"):
             free = load / both[..., 0, :1]
     else:
         free = _solve(both[..., :n], load)
+    if not shaken:
+        return free
     base = np.broadcast_to(vector[..., n:], (*free.shape[:-1], vector.shape[-1] - n))
     return np.concatenate([free, base], axis=-1)
 
@@ -156,7 +164,9 @@ def transfer(
         else:
             u = motion(model, p, vector, omega)
             taken = np.flatnonzero(output.signs)
-            row = output.row + (output.signs[taken] * _of(model, taken, p, omega)) @ model.vectors[taken]
+            row: FloatArray | ComplexArray = output.row
+            if len(taken):
+                row = row + (output.signs[taken] * _of(model, taken, p, omega)) @ model.vectors[taken]
             value = np.asarray(np.einsum("...i,...i->...", row, u), dtype=complex)
         if output.power:
             value = value * (1j * omega) ** output.power
