@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from absorber_routes import h_infinity, nishihara_asami
 from vibopt.arrays import FloatArray
+from vibopt.charts.machines import absorbed
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, singularities
 from vibopt.forms.few import few_peaks, few_sampled
@@ -21,7 +22,7 @@ from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.peaks import peaks
 from vibopt.mechanics.small import Peak
 from vibopt.program.pose import pose
-from vibopt.scene.read import from_dict
+from vibopt.scene.read import from_dict, from_text
 from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
 from vibopt.solve.plane.discs import DiscsOfOneLink
 from vibopt.solve.ranges import closed
@@ -160,6 +161,24 @@ def test_an_absorber_with_ordinary_damping_needs_no_general_search(stiffness: fl
     assert aim is not None
     assert isinstance(aim.form, Modulus)
     assert few_peaks(aim.model, aim.form, aim.form.drives[0], np.array([stiffness, damping]), 0.5) is not None
+
+
+@pytest.mark.parametrize("apart", [0.9, 1.0, 1.1])
+def test_peaks_beside_three_absorbers_are_told_by_polynomials_to_twelve_digits(apart: float) -> None:
+    """Their damping and tuning at the best design and beside it, where the sums lose four digits."""
+    aim = closed(pose(from_text(absorbed([0] * 3, [0.02, 0.015, 0.015]), name="three"))).aim
+    assert aim is not None
+    assert isinstance(aim.form, Modulus)
+    x = np.array([0.95798, 0.07553, 0.87269, 0.06096 * apart, 1.06176 * apart, 0.07238])
+    found = few_peaks(aim.model, aim.form, aim.form.drives[0], x, 0.5)
+    assert found is not None
+    case = Case(aim.model, aim.form)
+    response = DriveResponse(case.model, case.form, case.drive, x)
+    poles, breaks = singularities(case.model, case.form, case.drive, x)
+    general = peaks(response, case.drive.bands, poles, breaks, within=0.5)[0]
+    assert found[0].at.value == pytest.approx(general.value, rel=1e-12)
+    values = [float(response(np.array([one.at.speed]))[0]) for one in found]
+    assert values == pytest.approx([one.at.value for one in found], rel=1e-12)
 
 
 @pytest.mark.parametrize("zeta", [0.0, 1e-9, 1e-6, 1e-5])

@@ -27,7 +27,8 @@ MOST = 4
 """Number of free coordinates up to which a model is small."""
 _SUBSETS = 2500
 _GONE = 1e-13
-_TRUSTED = 1e3
+_TRUSTED = 1e5
+"""By how much rounding may grow in a sum: eleven digits are left, of which thirteen were seen."""
 _LIGHT = 1e-7
 _POLISHES = 8
 _DONE = 1e-11
