@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 import vibopt as vo
+from rotor_jobs import FAN as MEASURED
 from texts import LEFT, MIDDLE, best, floor, permitted, plane, reaction, shaft
 from vibopt.study.prices import prices
 
 Run = Callable[..., Any]
+ROOT = Path(__file__).parents[2] / "problems"
 
 
 def test_whatif_puts_both_answers_side_by_side(run: Run, press: str) -> None:
@@ -236,3 +238,40 @@ def test_weights_of_a_trade_off_that_are_rounding_are_zero(run: Run, tmp_path: P
     assert done.code == 0
     assert "e-" not in done.out
     assert "of the whole curve, in parts of both spans." in " ".join(done.out.split())
+
+
+def test_what_a_program_leaves_of_a_goal_that_is_reached_is_zero_and_no_price(tmp_path: Path) -> None:
+    file = tmp_path / "shaft.toml"
+    file.write_text(
+        SHAFT.replace('minimise = "correction"', 'minimise = "reaction"')
+        .replace("200 N", "3 kN")
+        .replace("500 g", "5 kg")
+    )
+    found = prices(vo.read(file))
+    assert found.now is not None
+    assert found.now.value == 0.0
+    assert found.first == "No sensible step of any number that was looked at improves the reaction."
+
+
+def test_the_weights_of_a_plan_that_is_kept_may_be_swept(run: Run, tmp_path: Path) -> None:
+    """Each reading is then off by what the weight is, as far as it acts."""
+    file = tmp_path / "fan.toml"
+    text = MEASURED.replace('radius = "150 mm"', 'radius = "150 mm"\nweight = { from = "0 g", to = "20 g" }')
+    file.write_text(text + best(minimise="residual"))
+    words = ("--keep-design", "--vary", "planes.left.weight.mass=-10 %, +10 %", "--json")
+    low, high = run("sweep", str(file), *words).data["points"]
+    plan = vo.solve(vo.read(file))
+    kept = next(one for one in plan.plan.planes if one.name == "left")
+    ends = [one["value"]["value"] for one in (low, high)]
+    assert ends == pytest.approx([0.9 * kept.weights[0].mass, 1.1 * kept.weights[0].mass])
+    for sensor in ("a", "b"):  # nothing is left with the plan itself
+        left = [one["results"][f"sensors.{sensor}.residual"]["value"] for one in (low, high)]
+        assert left[0] == pytest.approx(left[1], rel=1e-9)
+
+
+def test_a_trade_off_shows_which_parts_and_at_which_angles(run: Run) -> None:
+    bought = str(ROOT / "mounts" / "compressor_on_bought_mounts.toml")
+    done = run("tradeoff", bought, "--against", "limits.floor_force", "--points", "5")
+    assert "feet.part  feet.count" in done.out
+    assert "S60-55" in done.out
+    assert "feet.stiffness" not in done.out

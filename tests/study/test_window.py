@@ -220,8 +220,8 @@ def test_a_window_is_a_table_and_json(press: Window) -> None:
 
 
 BALANCING = (
-    "rao_9_3.toml: window is for a machine on its mounts, and this is a shaft with known masses. A weight is an amount "
-    "at an angle: vibopt sweep --keep-design shows what each may be off by."
+    "rao_9_3.toml: window is for a machine on its mounts, and this is a shaft with known masses. Weights are amounts "
+    "at angles: vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each may be."
 )
 CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain says which limits clash."
 
@@ -236,8 +236,12 @@ CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain sa
         ("isolation/rao_9_34.toml", {"links.mount.stiffness": {"one_of": ["5 MN/m", "6 MN/m"]}},
          "rao_9_34.toml: window is for variables that are chosen from a range, and links.mount.stiffness is chosen "
          "from a list or is a place. Set it to a value with --set."),
+        ("mounts/compressor_on_bought_mounts.toml", {},
+         "compressor_on_bought_mounts.toml: window is for variables that are chosen from a range, and links.feet.part "
+         "is of a catalogue, of which each part is permitted or not. vibopt solve FILE lists the best choices; --set "
+         'links.feet.part.name="..." takes one.'),
     ],
-    ids=["balancing", "clash", "no limits", "list"],
+    ids=["balancing", "clash", "no limits", "list", "catalogue"],
 )  # fmt: skip
 def test_what_has_no_window_is_said(file: str, changes: dict[str, object], words: str) -> None:
     assert str(refused(lambda: vo.window(vo.with_changes(vo.read(ROOT / file), changes)))) == words

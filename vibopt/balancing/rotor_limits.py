@@ -23,7 +23,7 @@ from vibopt.values.soft import softness, widened
 from vibopt.work import Budget
 
 Limit = ResidualLimit | CorrectionLimit
-_CLOSE = 1e-7
+_CLOSE, _ROUNDING = 1e-7, 1e-13
 AGREES = 1e-6
 """Part of the readings by which a simulated rotor may differ from what is said of a plan."""
 NONE: Mapping[str, float] = {}
@@ -76,7 +76,10 @@ def _residual(
     job: RotorJob, posed: Posed, limit: ResidualLimit, u: ComplexArray, greatest: Mapping[str, float]
 ) -> Checked:
     times = posed.question.n_readings // posed.n_rows if job.goal.robust == "worst" else 1
-    left = np.abs(posed.question.residual(u))[: times * posed.n_rows].reshape(times, -1).max(axis=0)
+    asked = posed.question
+    scale = np.abs(asked.y0) + np.abs(asked.H) @ np.abs(u)
+    left = np.abs(asked.residual(u))
+    left = np.where(left > _ROUNDING * scale, left, 0.0)[: times * posed.n_rows].reshape(times, -1).max(axis=0)
     rows = rows_of(job, limit.sensor, limit.speed)
     worst = rows[first_greatest(left[rows])]
     dimension = job.sensors[job.readings[worst][1]].dimension

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -220,13 +220,12 @@ def _list(result: Sweep, console: Console) -> None:
     from vibopt.answer.text import grid
 
     console.print(result.job.title, style="bold")
-    parts = list(dict.fromkeys(path for point in result.points for path in point.parts))
-    paths = _columns(result)
+    parts, paths = columns(result.job, result.points, keep_design=result.keep_design)
     step = max(1, -(-len(result.points) // MOST_ROWS))
     rows = []
     for point in result.points[::step]:
         entries = {**point.variables, **point.results}
-        values = [_value(entries, path) for path in paths]
+        values = [value_at(entries, path) for path in paths]
         goal = [point.goal.shown if point.goal is not None else "-"] if result.goal else []
         bought = [point.parts.get(path, "-") for path in parts]
         where = [one.shown for one in point.varied.values()]
@@ -262,12 +261,12 @@ def _list_boundaries(found: Sequence[Boundary], console: Console) -> None:
     section(console, "Where the answer changes, found by solving again", grid(rows, whole=(0,)))
 
 
-def _value(entries: Mapping[str, Entry], path: str) -> str:
+def value_at(entries: Mapping[str, Entry], path: str) -> str:
     """A number, with its angle where it has one."""
     turned = entries.get(f"{path.rpartition('.')[0]}.angle")
     if path not in entries:
         return "-"
-    angle = f" @ {turned.shown}" if turned is not None and path.endswith(_TURNED) else ""
+    angle = f" @ {turned.shown}" if turned is not None and path.endswith(_TURNED) and entries[path].value else ""
     return f"{entries[path].shown}{angle}"
 
 
@@ -279,23 +278,27 @@ def _large(entries: Mapping[str, Entry]) -> dict[str, Entry]:
     return {path: entry for path, entry in entries.items() if abs(entry.value) > 1e-9 * most[entry.dimension]}
 
 
-def _columns(result: Sweep) -> list[str]:
-    """Paths of the variables to list, and not the one that is the goal itself; of jobs without any what is measured.
+def columns(job: Job, points: Iterable[Point], *, keep_design: bool = False) -> tuple[list[str], list[str]]:
+    """Paths of the parts and of the variables to list, and not the one that is the goal itself.
 
-    Of a kept design of a scene there are none.
+    Of jobs without any what is measured; of a kept design of a scene there are none.
     """
+    many = list(points)
+    return list(dict.fromkeys(path for point in many for path in point.parts)), _numbers(job, many, keep_design)
+
+
+def _numbers(scene: Job, points: Sequence[Point], keep_design: bool) -> list[str]:
     from vibopt.jobs import is_scene
     from vibopt.report.catalogue_choices import tied
     from vibopt.scene.open_places import open_positions
     from vibopt.study.seen import is_measured
 
-    scene = result.job
     if is_measured(scene):
-        return list(dict.fromkeys(path for point in result.points for path in point.results))
+        return list(dict.fromkeys(path for point in points for path in point.results))
     if not is_scene(scene):
-        named = [point.variables or _large(point.results) for point in result.points]
+        named = [point.variables or _large(point.results) for point in points]
         return [path for path in dict.fromkeys(path for one in named for path in one) if not path.endswith(".angle")]
-    if result.keep_design:
+    if keep_design:
         return []
     goal = scene.goal.response if scene.goal is not None else None
     same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""

@@ -9,7 +9,7 @@ import click
 from vibopt.cli import completing
 from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, read_job, scenario, with_scenario
 from vibopt.cli.output import told
-from vibopt.cli.sweep_command import FORMATS, MOST_ROWS, TABLES
+from vibopt.cli.sweep_command import FORMATS, MOST_ROWS, TABLES, columns, value_at
 from vibopt.cli.sweep_table import rows_text
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from vibopt.answer.entry import Entry
     from vibopt.study.tradeoff import Tradeoff
 
+MOST_COLUMNS = 4
 ROUNDING = 1e-9
 """Part of the greatest value of a column below which one is no more than the rounding of the search."""
 
@@ -91,20 +92,22 @@ def _list(result: Tradeoff, console: Console) -> None:
     console.print(f"{result.goal} against {result.fact.path}: {len(result.points)} designs, {those}")
     step = max(1, -(-len(result.points) // (MOST_ROWS // 3)))
     last = len(result.points) - 1
-    paths = _columns(result)
-    sizes = {
-        path: max(abs(one.variables[path].value) for one in result.points if path in one.variables) for path in paths
-    }
+    parts, paths = columns(result.job, result.points)
+    paths = paths[:MOST_COLUMNS]
+    sizes: dict[str, float] = {}
+    for one in result.points:
+        sizes |= {path: max(sizes.get(path, 0.0), abs(value.value)) for path, value in one.variables.items()}
     rows = []
     for index, (point, at) in enumerate(zip(result.points, result.reached, strict=True)):
         mark = "knee" if index == result.knee else "tightest" if index == 0 else "goal's own best" if (
             index == last and result.free) else ""  # fmt: skip
         if index % step == 0 or mark:
-            values = [_shown(point.variables[path], sizes[path]) if path in point.variables else "-" for path in paths]
+            chosen = {path: _shown(value, sizes[path]) for path, value in point.variables.items()}
+            values = [*(point.parts.get(path, "-") for path in parts), *(value_at(chosen, path) for path in paths)]
             goal = point.goal.shown if point.goal is not None else "-"
             proof = "not proven" if point.status == "feasible" else ""
             rows.append((at.shown, goal, *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
-    heads = (result.name, result.goal, *(path.split(".", 1)[-1] for path in paths), "Active limits", "")
+    heads = (result.name, result.goal, *(path.split(".", 1)[-1] for path in (*parts, *paths)), "Active limits", "")
     console.print(grid(rows, heads))
     if step > 1:
         console.print(f"One in {step} of the points is shown; --csv FILE writes all of them.")
@@ -122,19 +125,8 @@ def _list(result: Tradeoff, console: Console) -> None:
         paragraph(console, f"The goal has no best value of its own: {further}.")
 
 
-def _shown(value: Entry, size: float) -> str:
+def _shown(value: Entry, size: float) -> Entry:
     """A value in a column of that size, whose rounding is zero."""
     from dataclasses import replace
 
-    return value.shown if abs(value.value) > ROUNDING * size else replace(value, value=0.0).shown
-
-
-def _columns(result: Tradeoff) -> list[str]:
-    """Paths of the variables to list: not the one that is the goal itself."""
-    from vibopt.jobs import is_scene
-
-    job = result.job
-    goal = job.goal.response if is_scene(job) and job.goal is not None else None
-    same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""
-    paths = dict.fromkeys(path for point in result.points for path in point.variables)
-    return [path for path in paths if path != same and not path.endswith(".angle")][:4]
+    return value if abs(value.value) > ROUNDING * size else replace(value, value=0.0)

@@ -225,7 +225,7 @@ def _varied(job: Job, ranges: Mapping[str, str], keep_design: bool) -> tuple[Job
     parts = held and any("%" in one for one in ranges.values())
     design = answer(job, explain=False) if is_open(job) and (keep_design or parts) else None
     base = kept(job, design) if keep_design and design is not None else job
-    made, what = varied(base if held else job, ranges, design)
+    made, what = varied(base, ranges, design)
     return made if held and not keep_design else job, made if base is job else base, what
 
 

@@ -21,6 +21,7 @@ from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_places, open_positions
+from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
@@ -133,7 +134,7 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     InputError
         A job of another kind, a choice that is no range, or no permitted design.
     """
-    instead = "A weight is an amount at an angle: vibopt sweep --keep-design shows what each may be off by."
+    instead = "Weights are amounts at angles: vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each may be."
     scene = scene_only(job, "window", instead)
     _check(scene)
     program = replace(closed(pose(scene)), aim=None)
@@ -171,6 +172,12 @@ def _confirmed(scene: Scene, program: Program, designs: Sequence[FloatArray]) ->
 def _check(scene: Scene) -> None:
     if not scene.limits:
         raise InputError(f"{scene.name}: window needs limits: without any every design is permitted.")
+    if parts := bound_parts(scene):
+        raise InputError(
+            f"{scene.name}: window is for variables that are chosen from a range, and {parts[0].path} is of a "
+            "catalogue, of which each part is permitted or not. vibopt solve FILE lists the best choices; --set "
+            f'{parts[0].path}.name="..." takes one.'
+        )
     listed = next((variable.path for variable in scene.variables if variable.values is not None), "")
     listed = listed or next(iter({**open_places(scene), **open_positions(scene)}), "")
     if listed:

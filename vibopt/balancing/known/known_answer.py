@@ -27,7 +27,7 @@ from vibopt.balancing.optimisers import Solver
 from vibopt.balancing.planes import MASS, Plane
 from vibopt.work import metered
 
-_TINY = 1e-9
+_TINY, _OPEN = 1e-9, 1e-10
 
 
 def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Answer[KnownJob]:
@@ -181,8 +181,8 @@ def _weight_words(plane: Plane, weight: Weight) -> str:
 
 
 def _clean(value: float, size: float) -> float:
-    """Zero where a sum cancels to rounding."""
-    return 0.0 if value < 1e-13 * size else float(value)
+    """Zero where a sum cancels to rounding, or to what a program leaves open."""
+    return 0.0 if value < _OPEN * size else float(value)
 
 
 def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -> Checked:
