@@ -556,8 +556,10 @@ def test_what_makes_no_sense_in_time_is_refused(name: str) -> None:
 BAD: dict[str, tuple[str, str]] = {
     "unit": ("time [s];acceleration\n0;1\n1;2\n2;0\n", 'record.csv, column "acceleration", says no unit. Write it into '
         'the heading: "acceleration [m/s²]", or [g] for gravity, or [N].'),
-    "again": ("time [s];a [g]\n0;1\n1;2\n1;0\n", "record.csv row 4: the time does not rise from the row before. Sort "
-        "the rows, each time once."),
+    "again": ("time [s];a [g]\n0;1\n1;2\n1;0\n", "record.csv row 4: the time of the row before, with another value. "
+        "Keep one of both, or write times with more digits."),
+    "back": ("time [s];a [g]\n0;1\n2;2\n1;0\n", "record.csv row 4: the time falls from the row before. Sort the rows."),
+    "still": ("time [s];a [g]\n1;1\n1;1\n", "record.csv has one time in all of its rows, and a record needs two."),
     "nan": ("time [s];a [g]\n0;1\n1;nan\n2;0\n", 'record.csv row 3: "nan" is no number. Every sample needs its value; '
         "remove the row or mend it."),
     "empty": ("time [s];a [g]\n0;1\n1;\n2;0\n", "record.csv row 3: there is no number. Every sample needs its value; "
@@ -669,6 +671,29 @@ def test_samples_that_were_left_out_of_an_even_record_are_on_straight_lines(tmp_
         record = {"kind": "record", "on": "box", "file": str(tmp_path / f"{name}.csv")}
         found.append(told({**BOX, "excitations": {"s": record}}))
     assert found[0] == pytest.approx(found[1], rel=1e-12)
+
+
+def test_missing_and_repeated_samples_of_a_record_are_told_or_count_once(tmp_path: Path) -> None:
+    """Missing where the rest is even: told with the row. An uneven record has none, and a row written twice is one."""
+    rng = np.random.default_rng(5)
+    even = 0.01 * np.arange(40)
+    times = {"even": even, "twice": np.sort(np.append(even, even[[4, 9, 9]])), "missing": np.delete(even, [7, 20, 21])}
+    times["uneven"] = np.cumsum(rng.uniform(0.002, 0.03, 40))
+    found, notes = {}, {}
+    for name, own in times.items():
+        rows = "\n".join(f"{one!r};{float(np.sin(9.0 * one))!r}" for one in own.round(6).tolist())
+        (tmp_path / f"{name}.csv").write_text(f"t [s];a [m/s²]\n{rows}", encoding="utf-8")
+        record = {"kind": "record", "on": "box", "file": str(tmp_path / f"{name}.csv")}
+        answer = vo.solve(vo.from_dict({**BOX, "excitations": {"s": record}}))
+        assert answer.status == "met", answer.claim
+        found[name] = answer.measures["rattle"].value.value
+        notes[name] = [note for note in answer.notes if "samples" in note]
+    assert found["twice"] == found["even"]
+    assert notes.pop("missing") == [
+        "excitations.s: samples are missing in missing.csv at 2 places, the widest before row 21 (30 ms where the rest "
+        "is 10 ms apart). What lies there is taken as straight; fill it in where it is not."
+    ]
+    assert not any(notes.values())
 
 
 @pytest.mark.parametrize("form", ["{:.3f}", "{:.4f}"])

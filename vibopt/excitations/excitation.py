@@ -168,6 +168,11 @@ class Excitation(Table):
         return None
 
     @property
+    def remark(self) -> str:
+        """What to know of it beside every answer; "" of most."""
+        return ""
+
+    @property
     def swung(self) -> float:
         """What a change of its speed adds to its force, a quarter turn behind, per change [N s^2]: of an unbalance."""
         return 0.0

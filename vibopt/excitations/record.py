@@ -5,19 +5,19 @@ import re
 from contextlib import suppress
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, WithJsonSchema, model_validator
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError, QuantityError
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
 from vibopt.files.reading import FileFault, stamp_of
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.signals import Segment
-from vibopt.units import read_quantity
+from vibopt.units import best_unit, read_quantity, show
 from vibopt.values import Fact, number, word
 from vibopt.values.csv_tables import SHEET, Sheet, bare, heading_of, sheet_of, text_of
 from vibopt.values.fields import complaint
@@ -29,8 +29,9 @@ _OTHERS = {
     "length": "a displacement is not what a record says. Write the acceleration that belongs to it",
     "velocity": "a velocity is not what a record says. Write the acceleration that belongs to it",
 }
-_GAP = 20.0
-"""Times the usual step beyond which samples are missing."""
+_GAP, _GAPS, _ALIKE, _REST = 20.0, 1.5, 0.01, 0.75
+"""Times the usual step beyond which a record is none, and from which samples are missing where the rest is even; part
+by which even steps may differ, and part of all that is the rest."""
 
 
 def _file(given: object, info: ValidationInfo) -> Path:
@@ -68,7 +69,7 @@ class Record(Transient):
     column: str | None = None
     interval: Fact | None = number("time", choice=False)
     factor: Fact | None = number("ratio", choice=False, sign="any")
-    _samples: tuple[FloatArray, FloatArray, str] = PrivateAttr()
+    _samples: "_Samples" = PrivateAttr()
 
     @model_validator(mode="after")
     def _read(self) -> "Record":
@@ -81,17 +82,21 @@ class Record(Transient):
     @property
     def family(self) -> str:  # type: ignore[override]  # only the unit tells force from motion
         """Where it acts: a force on bodies, an acceleration of bases."""
-        return "bodies" if self._samples[2] == "force" else "bases"
+        return "bodies" if self._samples.kind == "force" else "bases"
+
+    @property
+    def remark(self) -> str:
+        return self._samples.gaps
 
     @property
     def times(self) -> FloatArray:
         """Of the samples [s], (n,), the first zero."""
-        return self._samples[0]
+        return self._samples.times
 
     @cached_property
     def values(self) -> FloatArray:
         """Samples [N] or [m/s^2], (n,)."""
-        return self._samples[1] * (self.factor.value if self.factor is not None else 1.0)
+        return self._samples.values * (self.factor.value if self.factor is not None else 1.0)
 
     @property
     def length(self) -> float:
@@ -137,20 +142,29 @@ class Record(Transient):
         return value
 
 
-def _samples_of(file: Path, column: str | None, interval: float | None) -> tuple[FloatArray, FloatArray, str]:
-    """Times from zero [s], values [SI], and what they are; samples left out of an even record are filled in."""
+class _Samples(NamedTuple):
+    """Times from zero [s], values [SI], what they are, and what is said of samples that are missing."""
+
+    times: FloatArray
+    values: FloatArray
+    kind: str
+    gaps: str = ""
+
+
+def _samples_of(file: Path, column: str | None, interval: float | None) -> _Samples:
+    """Samples left out of an even record are filled in."""
     if file.suffix.lower() == ".at2":
         return _ground_record(file, column, interval)
-    times, values, kind = _columns_of(file, column, interval)
-    step = float(np.diff(times).min())
+    found = _columns_of(file, column, interval)
+    times, step = found.times, float(np.diff(found.times).min())
     places = np.round(times / step)
     if places[-1] + 1 == len(times) or np.abs(times - places * step).max() > _EVEN * step:
-        return times, values, kind
+        return found
     even = np.linspace(0.0, times[-1], int(places[-1]) + 1)
-    return even, np.interp(even, times, values), kind
+    return found._replace(times=even, values=np.interp(even, times, found.values))
 
 
-def _ground_record(file: Path, column: str | None, interval: float | None) -> tuple[FloatArray, FloatArray, str]:
+def _ground_record(file: Path, column: str | None, interval: float | None) -> _Samples:
     """A ground record of the PEER databases: four lines of heading with NPTS and DT, then accelerations in g."""
     for key, given in (("column", column), ("interval", interval)):
         if given is not None:
@@ -170,11 +184,11 @@ def _ground_record(file: Path, column: str | None, interval: float | None) -> tu
         raise InputError(
             f"{file.name} has {len(values)} samples {step:g} s apart, and its heading says {count:g}. Mend the file."
         )
-    return np.linspace(0.0, (len(values) - 1) * step, len(values)), values * GRAVITY, "acceleration"
+    return _Samples(np.linspace(0.0, (len(values) - 1) * step, len(values)), values * GRAVITY, "acceleration")
 
 
-def _columns_of(file: Path, column: str | None, interval: float | None) -> tuple[FloatArray, FloatArray, str]:
-    """Times from zero [s], values [SI], and what they are, of a table."""
+def _columns_of(file: Path, column: str | None, interval: float | None) -> _Samples:
+    """Those of a table."""
     sheet = sheet_of(file)
     if len(sheet.rows) < 3:
         samples = max(len(sheet.rows) - 1, 0)
@@ -209,8 +223,8 @@ def _columns_of(file: Path, column: str | None, interval: float | None) -> tuple
             '"5 ms" where they are evenly spaced.'
         )
     if at_time is None:
-        return np.linspace(0.0, (len(values) - 1) * float(interval or 0.0), len(values)), values, kind
-    return _times(file.name, sheet, at_time, headings[at_time][1]), values, kind
+        return _Samples(np.linspace(0.0, (len(values) - 1) * float(interval or 0.0), len(values)), values, kind)
+    return _timed(file.name, sheet, at_time, headings[at_time][1], _Samples(values, values, kind))
 
 
 def _column(
@@ -269,25 +283,50 @@ def _numbers(file: str, sheet: Sheet, where: int, unit: str) -> FloatArray:
     return found
 
 
-def _times(file: str, sheet: Sheet, where: int, unit: str) -> FloatArray:
+def _timed(file: str, sheet: Sheet, where: int, unit: str, samples: _Samples) -> _Samples:
+    """Samples with their times from a column; one that is written twice counts once."""
     try:
         scale = read_quantity(f"1 {unit}", "time").value
     except QuantityError:
         raise InputError(f'{file}, column "time", needs a unit of time. Write the heading "time [s]".') from None
     times = _numbers(file, sheet, where, unit) * scale
     steps: Any = np.diff(times)
-    if (steps <= 0.0).any():
-        row = sheet.rows[2 + int(np.argmax(steps <= 0.0))][0]
-        raise InputError(
-            f"{file} row {row}: the time does not rise from the row before. Sort the rows, each time once."
-        )
+    rows = np.array([row for row, _ in sheet.rows[1:]])
+    wrong = (
+        (steps < 0.0, "the time falls from the row before. Sort the rows"),
+        ((steps == 0.0) & (np.diff(samples.values) != 0.0), "the time of the row before, with another value. Keep one "
+         "of both, or write times with more digits"),
+    )  # fmt: skip
+    for found, said in wrong:
+        if found.any():
+            raise InputError(f"{file} row {rows[1 + int(np.argmax(found))]}: {said}.")
+    kept = np.append(True, steps > 0.0)
+    times, rows, steps = times[kept], rows[kept], steps[steps > 0.0]
+    if len(times) < 2:
+        raise InputError(f"{file} has one time in all of its rows, and a record needs two.")
     wide = steps > _GAP * np.median(steps)
     if wide.any():
-        row = sheet.rows[2 + int(np.argmax(wide))][0]
+        row = rows[1 + int(np.argmax(wide))]
         raise InputError(
             f"{file} row {row}: more than {_GAP:g} samples are missing before it. Fill the gap, or cut the record."
         )
-    return _evened(times - times[0], scale)
+    gaps = _gaps(file, steps, rows)
+    return _Samples(_evened(times - times[0], scale), samples.values[kept], samples.kind, gaps)
+
+
+def _gaps(file: str, steps: FloatArray, rows: IntArray) -> str:
+    """Where samples are missing in a record that is even otherwise."""
+    usual = float(np.median(steps))
+    wide = int((steps > _GAPS * usual).sum())
+    if not wide or (np.abs(steps - usual) <= _ALIKE * usual).mean() < _REST:
+        return ""
+    widest, unit = int(steps.argmax()), best_unit(usual, "time")
+    much, rest = (show(one, unit, "time") for one in (float(steps[widest]), usual))
+    several = f"at {wide} places, the widest" if wide > 1 else "once,"
+    return (
+        f"samples are missing in {file} {several} before row {rows[widest + 1]} ({much} where the rest is {rest} "
+        "apart). What lies there is taken as straight; fill it in where it is not."
+    )
 
 
 def _evened(times: FloatArray, scale: float) -> FloatArray:

@@ -40,6 +40,8 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     for name, excitation in scene.excitations.items():
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
+        if excitation.remark:
+            notes.append(f"excitations.{name}: {excitation.remark}")
     notes += alike(scene)
     notes += unasked(scene)
     notes += lifted(scene, chosen)
