@@ -47,8 +47,8 @@ class Chain:
     start: Array = field(default_factory=lambda: np.zeros(0))
 
     @classmethod
-    def drawn(cls, rng: np.random.Generator) -> Chain:
-        n = int(rng.integers(1, 4))
+    def drawn(cls, rng: np.random.Generator, most: int = 3) -> Chain:
+        n = int(rng.integers(1, most + 1))
         masses, springs = 10.0 ** rng.uniform(0.0, 1.0, n), 10.0 ** rng.uniform(2.5, 4.0, n)
         dampers = 2.0 * rng.uniform(0.04, 0.5, n) * np.sqrt(masses * springs)
         return cls(masses, springs, dampers, start=np.zeros(2 * n))

@@ -12,6 +12,7 @@ from refusals import refused
 from vibopt.forms import PeakOverDurations
 from vibopt.program.pose import form_of, pose
 from vibopt.scene.assemble import model_of
+from vibopt.verify.unknown_duration import _top
 
 TOWER: dict[str, Any] = {
     "title": "tower",
@@ -96,6 +97,21 @@ def test_where_longer_is_worse_the_longest_counts_and_the_shortest_is_kept() -> 
     first = np.array([np.sin(2.0 * np.pi * n * r / (1.0 + r)) for n in (1, 2)]).max(axis=0) / (1.0 - r)
     assert most == pytest.approx(first.max(), rel=1e-9)
     assert 9.0 <= lasts <= 12.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_second_route_finds_edges_as_well_as_round_tops(seed: int) -> None:
+    """One peak in time overtakes another at some duration: two bent slopes meet; and the top of a cosine."""
+    rng = np.random.default_rng(seed)
+    at, rise, fall, speed = (float(rng.uniform(*ends)) for ends in ((0.2, 0.8), (0.05, 3.0), (0.05, 3.0), (0.5, 2.0)))
+    bends = rng.uniform(-0.5, 0.5, 2) * min(rise, fall)
+
+    def edge(time: float) -> float:
+        off = time - at
+        return 1.0 + min(rise * off + bends[0] * off**2, bends[1] * off**2 - fall * off)
+
+    assert _top(edge, 0.0, 1.0) == pytest.approx(1.0, rel=2e-7)
+    assert _top(lambda time: 1.0 + rise * np.cos(speed * (time - at)), 0.0, 1.0) == pytest.approx(1.0 + rise, rel=1e-9)
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {

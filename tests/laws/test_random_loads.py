@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import copy, deepcopy
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,10 @@ from hypothesis import strategies as st
 import vibopt as vo
 from random_loads import Chain
 from refusals import refused
+from vibopt.forms import PeakOverDurations
+from vibopt.program.pose import on_needed, pose
 from vibopt.report.limiting_views import limiting
+from vibopt.verify.certify import measure
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=8)
 
@@ -44,6 +48,34 @@ def loaded(seed: int) -> Chain:
 def test_every_peak_under_several_loads_is_that_of_an_integrator(seed: int) -> None:
     chain = loaded(seed)
     assert measured(chain.document) == pytest.approx(chain.peaks(), rel=2e-6)
+
+
+@settings(few, max_examples=4)
+@given(seed=st.integers(0, 1_000_000), known=st.booleans())
+def test_a_pulse_of_any_duration_beside_others_has_one_greatest_by_both_routes(seed: int, known: bool) -> None:
+    """To 1e-6, at edges and ends of the range, too; an integrator finds it at that duration, and elsewhere no more."""
+    rng = np.random.default_rng(seed)
+    chain = Chain.drawn(rng, most=2)
+    longest = float(2.0 * np.pi / chain.rates[0] * 10.0 ** rng.uniform(-0.7, 0.3))
+    shortest = longest * float(rng.uniform(0.1, 0.9)) if known else 0.0
+    if rng.random() < 0.5:
+        chain.release(rng)
+    if rng.random() < 0.5:
+        chain.pulse(rng, 0.3 * longest)
+    other = Chain(chain.masses, chain.springs, chain.dampers, *map(copy, (chain.loads, chain.rows, chain.signals,
+                  chain.joints)), chain.start)  # fmt: skip
+    again, given = deepcopy(rng), {"duration_from": f"{shortest!r} s"} if known else {}
+    chain.pulse(rng, longest, {"duration_up_to": f"{longest!r} s", **given})
+    scene = vo.from_dict(chain.document)
+    model, response = pose(scene).model, scene.measures["felt"]
+    model, form = on_needed(scene, model, response)
+    assert isinstance(form, PeakOverDurations)
+    most, lasts = form.worst_of(model, np.zeros(0))
+    assert measure(scene, {}, response).value == pytest.approx(most, rel=1e-6)
+    other.pulse(again, lasts, {"duration": f"{lasts!r} s"})
+    assert other.peaks()["felt"] == pytest.approx(most, rel=2e-6)
+    tried = rng.uniform(shortest, longest, 20)
+    assert max(form.lasting(one).value(model, np.zeros(0)) for one in tried.tolist()) <= most * (1.0 + 1e-9)
 
 
 def let_go(**release: Any) -> dict[str, Any]:
