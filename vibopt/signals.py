@@ -186,34 +186,35 @@ class Segment:
     endless: bool = False
     released: FloatArray | None = None
 
+    @property
+    def states(self) -> tuple[FloatArray, ...]:
+        """start, rates, read and blows."""
+        return self.start, self.rates, self.read, self.blows
+
+    def each(self, length: Any, *states: FloatArray) -> Segment:
+        """The like of it with others of these, of one machine or of each of a row."""
+        start, rates, read, blows = states
+        return Segment(length, start, rates, read, blows, self.endless, self.released)
+
     def of(self, those: IntArray) -> Segment:
         """Of some machines, where each has its own."""
-        if np.ndim(self.length) == 0:
-            return self
-        every: Any = self.length, self.start, self.rates, self.read, self.blows
-        length, start, rates, read, blows = (one[those] for one in every)
-        return Segment(length, start, rates, read, blows, self.endless, self.released)
+        every: Any = self.length, *self.states
+        return self if np.ndim(self.length) == 0 else self.each(*(one[those] for one in every))
 
 
 def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
     """Signals of as many like segments, of any lengths and sizes, as one in which each machine of a row has its own."""
     found = []
     for every in zip(*signals, strict=True):
-        rows: Any = zip(*((one.length, one.start, one.rates, one.read, one.blows) for one in every), strict=True)
-        length, start, rates, read, blows = (np.array(row) for row in rows)
-        found.append(Segment(length, start, rates, read, blows, every[0].endless, every[0].released))  # type: ignore[arg-type]
+        rows: Any = zip(*((one.length, *one.states) for one in every), strict=True)
+        found.append(every[0].each(*(np.array(row) for row in rows)))
     return tuple(found)
 
 
 def stretched(signal: tuple[Segment, ...], parts: FloatArray) -> tuple[Segment, ...]:
     """One signal so many times as long (n,), as one in which each machine of a row has its own."""
-    found = []
-    for one in signal:
-        every = one.start, one.rates, one.read, one.blows
-        rows: Any = (one.length * parts, *(np.broadcast_to(own, (len(parts), *own.shape)) for own in every))
-        length, start, rates, read, blows = rows
-        found.append(Segment(length, start, rates, read, blows, one.endless, one.released))
-    return tuple(found)
+    rows = [[np.broadcast_to(own, (len(parts), *own.shape)) for own in one.states] for one in signal]
+    return tuple(one.each(one.length * parts, *row) for one, row in zip(signal, rows, strict=True))
 
 
 @dataclass(frozen=True, slots=True)

@@ -180,6 +180,8 @@ def _pulse(draw: Draw, made: Drawn, on: str) -> Table:
             "frequency": f"{made.frequency:.3g} Hz",
             "damping_ratio": draw.size(0.05, 0.5),
         }
+    if shape == "step":
+        return {"shape": shape, key: size}
     duration = period * draw.size(0.05, 3.0)
     again = {"times": 3, "every": f"{duration * draw.size(1.0, 3.0):.4g} s"} if draw.chance(0.2) else {}
     return {"shape": shape, key: size, "duration": f"{duration:.4g} s", **again}

@@ -103,6 +103,13 @@ class Chain:
         table = {"kind": "force", "on": BODIES[on], "amplitude": f"{size!r} N", "speed": f"{speed!r} rad/s"}
         self.add({**table, "begins": "suddenly"}, self.push(on, size), lambda time: float(np.sin(speed * time)), [])
 
+    def step(self, rng: np.random.Generator) -> None:
+        """A force, or an acceleration of the floor, that begins at once and stays."""
+        on, size = int(rng.integers(-1, self.n)), float(rng.uniform(5.0, 90.0))
+        table = {"kind": "pulse", "shape": "step", "on": "floor" if on < 0 else BODIES[on]}
+        table |= {"acceleration": f"{size!r} m/s²"} if on < 0 else {"amplitude": f"{size!r} N"}
+        self.add(table, self.push(on, size), lambda time: 1.0, [])
+
     def release(self, rng: np.random.Generator) -> None:
         on = int(rng.integers(0, self.n))
         away, fast = float(rng.uniform(-0.01, 0.01)), float(rng.uniform(-0.3, 0.3))
@@ -136,7 +143,7 @@ class Chain:
             },
         }
 
-    def peaks(self, *, until: float = 0.0) -> dict[str, float]:
+    def peaks(self) -> dict[str, float]:
         """The greatest of each measure, by an integrator from joint to joint, until all but what lasts has faded."""
         n, inverse = self.n, 1.0 / self.masses[:, None]
         stiff, damped = inverse * self.matrix(self.springs), inverse * self.matrix(self.dampers)
@@ -145,7 +152,7 @@ class Chain:
         own = np.vstack([np.eye(n, 2 * n, n), -np.hstack([stiff, damped])])
         slowest = float(-np.linalg.eigvals(own).real.max())
         last = max(self.joints)
-        ends = [*sorted(self.joints), *(last + np.linspace(0.0, max(until, 12.0 / slowest), 9)[1:])]
+        ends = [*sorted(self.joints), *(last + np.linspace(0.0, 20.0 / slowest, 9)[1:])]
         fast = max(self.rates[-1], *(np.pi / (high - low) for low, high in pairwise(sorted(self.joints))), 1e-9)
         state, found = self.start, np.zeros(3)
         for low, high in pairwise(ends):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from copy import copy, deepcopy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -28,18 +29,19 @@ def measured(document: dict[str, Any]) -> dict[str, float]:
     return {name: one.value.value for name, one in answer.measures.items()}
 
 
-def loaded(seed: int) -> Chain:
-    """A chain under one to four loads that begin together: pulses of any shape, releases, a force that stays."""
+def loaded(seed: int, most: int = 3) -> Chain:
+    """A chain under one to four loads that begin together: pulses, releases, a sine or a step that stays."""
     rng = np.random.default_rng(seed)
-    chain = Chain.drawn(rng)
+    chain = Chain.drawn(rng, most)
     for _ in range(int(rng.integers(1, 4))):
         kind = rng.random()
         if kind < 0.6:
             chain.pulse(rng, float(2.0 * np.pi / chain.rates[0] * 10.0 ** rng.uniform(-1.0, 0.5)))
         else:
             chain.release(rng)
-    if rng.random() < 0.25:
-        chain.lasting(rng)
+    stays = rng.random()
+    if stays < 0.4:
+        (chain.lasting if stays < 0.2 else chain.step)(rng)
     return chain
 
 
@@ -48,6 +50,45 @@ def loaded(seed: int) -> Chain:
 def test_every_peak_under_several_loads_is_that_of_an_integrator(seed: int) -> None:
     chain = loaded(seed)
     assert measured(chain.document) == pytest.approx(chain.peaks(), rel=2e-6)
+
+
+@settings(few, max_examples=4)
+@given(seed=st.integers(0, 1_000_000))
+def test_window_sweep_and_whatif_end_where_an_integrator_meets_the_limit(seed: int) -> None:
+    """Of the stiffness of one link: no interval too wide, none left out between two, no softer design that keeps it."""
+    rng = np.random.default_rng(seed)
+    chain = loaded(seed, most=2)
+    own = float(chain.springs[0])
+    ends = own / 3.0, 3.0 * own
+
+    def travel(stiffness: float) -> float:
+        return replace(chain, springs=np.append(stiffness, chain.springs[1:])).peaks()["travel"]
+
+    most = travel(float(rng.uniform(0.5, 2.0)) * own)
+    document = chain.document
+    document["links"]["l0"]["stiffness"] = {"from": f"{ends[0]!r} N/m", "to": f"{ends[1]!r} N/m"}
+    document["limits"] = {"travel": {**document.pop("measures")["travel"], "at_most": f"{most!r} m"}}
+    scene = vo.from_dict({**document, "goal": {"minimise": "stiffness", "of": "l0"}})
+    intervals = [(one.value, other.value) for one, other in vo.window(scene).spans[0].intervals]
+    for end in {end for both in intervals for end in both}:
+        at_range = min(abs(end / one - 1.0) for one in ends) < 1e-9
+        assert travel(end) <= most * (1.0 + 1e-6) if at_range else travel(end) == pytest.approx(most, rel=1e-5)
+    for one, other in intervals:
+        assert travel(0.5 * (one + other)) <= most * (1.0 + 1e-6)
+    outside = np.reshape([ends[0], *np.ravel(intervals), ends[1]], (-1, 2))
+    for one, other in outside[outside[:, 1] > outside[:, 0] * (1.0 + 1e-6)].tolist():
+        assert travel(0.5 * (one + other)) > most
+    softest = {}
+    for point in vo.sweep(scene, "limits.travel.at_most", f"{most!r} m..{1.2 * most!r} m", 2).points:
+        assert point.good
+        softest[point.value.value] = chosen = point.variables["links.l0.stiffness"].value
+        assert travel(chosen) <= point.value.value * (1.0 + 1e-6)
+        below = 0.999 * chosen
+        assert below < ends[0] or travel(below) > point.value.value
+    assert min(softest.values()) == softest[max(softest)]
+    assert softest[min(softest)] == pytest.approx(intervals[0][0], rel=1e-6)
+    changed = vo.whatif(scene, {"limits.travel.at_most": f"{1.2 * most!r} m"}).after
+    assert changed.variables["links.l0.stiffness"].value.value == pytest.approx(softest[max(softest)], rel=1e-6)
 
 
 @settings(few, max_examples=4)
@@ -212,3 +253,92 @@ def test_a_joint_that_a_damper_holds_is_let_go_from_its_own_place() -> None:
 )
 def test_what_cannot_be_let_go_is_said(document: dict[str, Any], said: str) -> None:
     assert said in refused(vo.from_dict, document).messages
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.1, 0.6, 1.0, 3.0])
+def test_a_step_overshoots_as_in_the_books(ratio: float) -> None:
+    """By e^(-pi z / sqrt(1 - z^2)) what it holds in the end, and overdamped mounts by nothing."""
+    over = np.exp(-np.pi * ratio / np.sqrt(1.0 - ratio**2)) if ratio < 1.0 else 0.0
+    mount = {"between": ["unit", "base"], "stiffness": "800 N/m", "damping": f"{80.0 * ratio!r} N s/m"}
+    document: dict[str, Any] = {
+        "title": "unit that is pushed for ever",
+        "bases": {"base": {}},
+        "bodies": {"unit": {"mass": "2 kg"}},
+        "links": {"mount": mount},
+        "excitations": {"push": {"kind": "pulse", "shape": "step", "on": "unit", "amplitude": "40 N"}},
+        "measures": {
+            "place": {"response": "peak_displacement", "of": "unit"},
+            "felt": {"response": "peak_acceleration", "of": "unit"},
+            "force": {"response": "peak_force", "into": "base"},
+        },
+    }
+    found = measured(document)
+    assert found["place"] == pytest.approx(0.05 * (1.0 + over), rel=1e-9)
+    assert found["felt"] == pytest.approx(20.0, rel=1e-9)
+    [row] = vo.shock_spectrum(vo.from_dict(document), frequencies=[10.0 / np.pi], damping=[ratio]).table()
+    assert row["force_maximax"] == pytest.approx(found["force"], rel=1e-9)
+    assert row["force_residual"] == 0.0
+    shaken = {"push": {"kind": "pulse", "shape": "step", "on": "base", "acceleration": "20 m/s²"}}
+    rattle = {"response": "peak_relative_displacement", "across": "mount"}
+    moved = {**document, "excitations": shaken, "measures": {"rattle": rattle, "felt": document["measures"]["felt"]}}
+    found = measured(moved)
+    assert found["rattle"] == pytest.approx(0.05 * (1.0 + over), rel=1e-9)
+    [row] = vo.shock_spectrum(vo.from_dict(moved), frequencies=[10.0 / np.pi], damping=[ratio]).table()
+    assert row["acceleration_maximax"] == pytest.approx(found["felt"], rel=1e-9)
+    assert row["relative_displacement"] == pytest.approx(found["rattle"], rel=1e-9)
+
+
+def test_a_step_on_what_is_loose_strains_it_and_moves_it_without_end() -> None:
+    """Two bodies on one spring: it holds m2 / (m1 + m2) of the force, and nearly twice that at once."""
+    document: dict[str, Any] = {
+        "title": "two wagons",
+        "bodies": {"first": {"mass": "10 kg"}, "second": {"mass": "3 kg"}},
+        "links": {"coupling": {"between": ["first", "second"], "stiffness": "900 N/m", "damping": "3 N s/m"}},
+        "excitations": {"pull": {"kind": "pulse", "shape": "step", "on": "first", "amplitude": "100 N"}},
+        "measures": {
+            "stretch": {"response": "peak_relative_displacement", "across": "coupling"},
+            "speed": {"response": "peak_velocity", "of": "second"},
+        },
+    }
+    found, mass = measured(document), 30.0 / 13.0
+    ratio = 3.0 / (2.0 * np.sqrt(900.0 * mass))
+    over = np.exp(-np.pi * ratio / np.sqrt(1.0 - ratio**2))
+    assert found["stretch"] == pytest.approx(100.0 * 3.0 / 13.0 / 900.0 * (1.0 + over), rel=1e-9)
+    assert found["speed"] == np.inf
+
+
+STEP = {"kind": "pulse", "shape": "step", "on": "trolley", "amplitude": "9 N"}
+PLACE = {"place": {"response": "peak_displacement", "of": "trolley"}}
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (
+            {"excitations": {"arrival": {**STEP, "duration": "2 s"}}},
+            'excitations.arrival is a step, which stays for ever. Remove duration, or write shape = "rectangle".',
+        ),
+        (
+            {"excitations": {"arrival": STEP, "fan": {"kind": "force", "on": "trolley", "amplitude": "1 N",
+                                                      "speed": "3 Hz", "begins": "suddenly"}}},
+            "measures.place counts a step, excitations.arrival, beside excitations.fan, which vibrates for ever. Name "
+            'one: due_to = ["arrival"], or add up the greatest of each: combine = "sum".',
+        ),
+        (
+            {"excitations": {"arrival": STEP, "blow": {**STEP, "shape": "sine", "duration_up_to": "1 s"}}},
+            "measures.place counts a pulse of unknown duration, excitations.blow, beside excitations.arrival, which "
+            'goes on for ever. Write its duration, name one: due_to = ["blow"], or add up the greatest of each: '
+            'combine = "sum".',
+        ),
+        (
+            {"bases": {"base": {}}, "links": {"buffer": {"between": ["trolley", "base"], "stiffness": "9 N/m"}},
+             "excitations": {"arrival": {"kind": "pulse", "shape": "step", "on": "base", "acceleration": "1 m/s²"}},
+             "measures": {"place": {"response": "peak_velocity", "of": "trolley"}}},
+            "measures.place is infinite whatever the design: the base of excitations.arrival, whose acceleration is "
+            "given, moves on behind it, and trolley with it. Ask for peak_relative_displacement across a link.",
+        ),
+    ],
+)  # fmt: skip
+def test_a_step_that_has_no_answer_is_refused(change: dict[str, Any], said: str) -> None:
+    document = {**let_go(velocity="1 m/s"), "measures": PLACE, **change}
+    assert f"scene: {said}" in refused(vo.from_dict, document).messages

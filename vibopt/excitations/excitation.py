@@ -322,6 +322,11 @@ class Once:
         return False
 
     @property
+    def holds(self) -> bool:
+        """Whether it begins at once and stays at its value for ever."""
+        return False
+
+    @property
     def durations(self) -> tuple[float, float] | None:
         """Shortest and longest of a pulse whose duration nobody knows [s], its `length` then the longest."""
         return None

@@ -9,16 +9,18 @@ from pydantic import field_validator, model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Transient
-from vibopt.excitations.segments import line, moved, sine
+from vibopt.excitations.segments import AFTER, line, moved, sine
 from vibopt.signals import Segment
 from vibopt.units import reads
 from vibopt.values import Fact, number, word
 from vibopt.values.fields import complaint
 
 Shape = Literal[
-    "half sine", "versed sine", "sine", "rectangle", "triangle", "rising sawtooth", "falling sawtooth", "decaying sine"
-]
-_SUDDEN = ("rectangle", "rising sawtooth", "falling sawtooth")
+    "half sine", "versed sine", "sine", "rectangle", "triangle", "rising sawtooth", "falling sawtooth", "decaying sine",
+    "step",
+]  # fmt: skip
+_SUDDEN = ("rectangle", "rising sawtooth", "falling sawtooth", "step")
+_LASTS = ("duration", "duration_up_to", "duration_from", "frequency", "damping_ratio", "times", "every")
 _MOST = 1000
 _ROUNDING = 1e-12
 _FADED = 36.0
@@ -40,6 +42,7 @@ _VALUES: dict[str, Callable[[FloatArray], FloatArray]] = {
     "triangle": lambda part: 1.0 - np.abs(2.0 * part - 1.0),
     "rising sawtooth": lambda part: part,
     "falling sawtooth": lambda part: 1.0 - part,
+    "step": lambda part: np.ones(part.shape),
 }
 """Against the part of its duration that is over: for the second route, without any segment."""
 _MOVED: dict[str, tuple[Callable[[FloatArray], FloatArray], dict[float, float]]] = {
@@ -59,14 +62,14 @@ class Pulse(Transient):
 
     Keys
     ----
-    shape: How it rises and falls: `shape = "half sine"`.
+    shape: How it rises and falls: `shape = "half sine"`. A step begins at once and stays for ever.
     amplitude: Greatest force, on a body; of a decaying sine the factor before it, which its greatest force stays
         below. One of `amplitude`, `acceleration` and `displacement`.
     acceleration: The same of a base: `acceleration = "300 m/s²"`.
     displacement: The same of a base that moves and comes back: `displacement = "20 mm"`. Refused of rectangles and
         sawtooths, which would move it at once.
     duration: How long one pulse takes: `duration = "11 ms"`. One of `duration`, `duration_up_to` and, of a decaying
-        sine, `frequency`.
+        sine, `frequency`; a step has none of them.
     duration_up_to: How long it may take, where nobody knows: a response is then the greatest over every duration up to
         this: `duration_up_to = "20 ms"`.
     duration_from: The shortest that it may take; any without it: `duration_from = "5 ms"`.
@@ -117,6 +120,11 @@ class Pulse(Transient):
             self.duration_up_to is None or self.duration_from.value >= self.duration_up_to.value
         ):
             raise word('has a duration_from, which needs a longer duration_up_to. Write duration_up_to = "20 ms".')
+        if self.holds:
+            given = next((key for key in _LASTS if key in self.model_fields_set), "")
+            if given:
+                raise word(f'is a step, which stays for ever. Remove {given}, or write shape = "rectangle".')
+            return self
         if fades and (self.frequency is None or self.damping_ratio is None or lasts < 2):
             raise word(
                 "is a decaying sine, which has a frequency and a damping_ratio, and no duration. Write "
@@ -138,11 +146,19 @@ class Pulse(Transient):
     def length(self) -> float:
         """How long one pulse takes [s], at most."""
         given = self.duration or self.duration_up_to
-        if given is not None:
-            return given.value
+        if given is not None or self.holds:
+            return given.value if given is not None else AFTER
         assert self.frequency is not None
         assert self.damping_ratio is not None
         return _FADED / (self.frequency.value * self.damping_ratio.value)
+
+    @property
+    def holds(self) -> bool:
+        return self.shape == "step"
+
+    @property
+    def endless(self) -> bool:
+        return self.holds
 
     @property
     def durations(self) -> tuple[float, float] | None:
@@ -158,6 +174,8 @@ class Pulse(Transient):
 
     @property
     def fastest(self) -> float:
+        if self.holds:
+            return 0.0
         return super().fastest if self.frequency is None else self.frequency.value
 
     @property
@@ -198,10 +216,12 @@ class Pulse(Transient):
 
     @property
     def joints(self) -> tuple[float, ...]:
-        parts = (0.0, 0.5, 1.0) if self.shape == "triangle" else (0.0, 1.0)
+        parts = (0.0, 0.5, 1.0) if self.shape == "triangle" else (0.0,) if self.holds else (0.0, 1.0)
         return tuple(sorted({begin + part * self.length for begin in self._begins for part in parts}))
 
     def segments(self) -> tuple[Segment, ...]:
+        if self.holds:
+            return (replace(line(AFTER, self.size, self.size), endless=True),)
         own = _PARTS[self.shape](self.length) if self.frequency is None else (self._fading,)
         rest = self.every.value - self.length if self.every is not None else 0.0
         quiet = (line(rest, 0.0, 0.0),) if rest > _ROUNDING * self.length else ()
@@ -217,7 +237,7 @@ class Pulse(Transient):
         own = time
         if self.every is not None:  # no pulse begins before the one before it has ended
             own = time - self.every.value * np.clip(np.floor(time / self.every.value), 0.0, self.times - 1.0)
-        inside = (own >= 0.0) & (own <= self.length)
+        inside = (own >= 0.0) & ((own <= self.length) | self.holds)
         total = np.zeros(time.shape)
         total[inside] = self._shape(own[inside])
         return self.size * total

@@ -33,6 +33,8 @@ _ACROSS, _AT_ONCE, _NARROWER = 7, 128, 0.2
 """Places across a top at which it is looked at; durations side by side; part of a step around the top of a parabola."""
 _PART, _EVEN = 0.37, 1e-14
 """Part of the longest duration at which a pulse is seen to be the same but shorter, and rounding of lengths."""
+LEAST = 1e-8
+"""Part of the longest duration that stands for none at all."""
 _CLOSE, _LEVEL, _NEAR = 1e-7, 1e-11, 0.95
 """Parts: of a duration to which a top is found, of a top that is level, of the greatest from which a top may be it."""
 
@@ -179,14 +181,13 @@ class PeakOverDurations(Form):
     @property
     def _stretches(self) -> bool:
         """Whether another duration stretches all signals alike, and changes nothing else: one pulse of a force."""
-        whole, part = self.signals(self.high), self.signals(_PART * self.high)
-        return len(whole) == len(part) and all(
-            not (one.endless or other.endless)
+        every = zip(self.signals(self.high), part := self.signals(_PART * self.high), strict=False)
+        return len(part) == len(self.signals(self.high)) and all(
+            not one.endless
+            and one.released is None
             and abs(other.length - _PART * one.length) <= _EVEN * other.length
-            and all(
-                np.array_equal(getattr(one, name), getattr(other, name)) for name in ("start", "rates", "read", "blows")
-            )
-            for one, other in zip(whole, part, strict=True)
+            and all(np.array_equal(*pair) for pair in zip(one.states, other.states, strict=True))
+            for one, other in every
         )
 
     def reach(self, model: Model) -> Reach | None:
@@ -219,7 +220,8 @@ def durations(low: float, high: float, fastest: float) -> FloatArray:
     begin = low if low > 0.0 else min(_SHORT * step * _IN_A_PERIOD, 1e-3 * high)
     bend = min(max(step / (_RATIO - 1.0), begin), high)
     short = np.geomspace(begin, bend, max(2, int(np.ceil(np.log(bend / begin) / np.log(_RATIO))) + 1))
+    short = np.append(low or LEAST * high, short)
     return np.unique(np.concatenate([short, np.linspace(bend, high, int(np.ceil((high - bend) / step)) + 1)]))
 
 
-__all__ = ["PeakOverDurations", "durations"]
+__all__ = ["LEAST", "PeakOverDurations", "durations"]

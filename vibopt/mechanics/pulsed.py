@@ -241,10 +241,9 @@ class _Road:
 
 def _in_a_row(segment: Segment) -> tuple[FloatArray, ...]:
     """Length, start, rates, reading and blows of a segment, of one machine of a row or of each."""
-    every = segment.start, segment.rates, segment.read, segment.blows
     if np.ndim(segment.length):
-        return np.asarray(segment.length), *every
-    return np.array([segment.length]), *(one[None] for one in every)
+        return np.asarray(segment.length), *segment.states
+    return np.array([segment.length]), *(one[None] for one in segment.states)
 
 
 def _waves(segment: Segment) -> int:

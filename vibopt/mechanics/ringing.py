@@ -217,6 +217,29 @@ class _Lasting:
         return float(combined(together[felt], tuple(speeds[felt] / speeds[felt].min()), "peak"))
 
 
+class _Held:
+    """What a value that stays for ever leaves of a reading: about where the machine vibrates.
+
+    state, still
+        (size,): the machine as the value holds it, and what is read of it.
+    drift
+        (size,): how what no spring calls back goes faster and faster.
+    """
+
+    def __init__(self, behind: Behind, row: Numbers, start: Numbers) -> None:
+        size, basis = behind.size, behind.basis[0]
+        pushed = behind.whole[0, :size, size:] @ start[size:]
+        self.drift = behind.drifts[0] @ pushed
+        swings = basis.T @ behind.a[0] @ basis
+        self.state = -basis @ np.linalg.solve(swings, basis.T @ (pushed - self.drift))
+        self.still = float(row[:size] @ self.state + row[size:] @ start[size:])
+
+    def runs_away(self, row: FloatArray, along: FloatArray) -> bool:
+        """Whether a reading (size,), or its rate, grows with what drifts."""
+        size = np.abs(self.drift)
+        return any(abs(one @ self.drift) > _TOGETHER * (np.abs(one) @ size) for one in (row, along))
+
+
 class Behind:
     """What follows the last joint, of machines in a row: rigid motion, sines that last, and the rest.
 
@@ -301,8 +324,12 @@ class _Followed:
         self.row = self.reads[:, :size]
         self.sum = self.most = 0.0
         self.lasting: _Lasting | None = None
+        self.held: _Held | None = None
         free = behind.start[:, :size]
-        if behind.lasts:
+        if behind.lasts and not np.linalg.eigvals(behind.whole[0, size:, size:]).imag.any():
+            self.held = _Held(behind, self.reads[0], behind.start[0])
+            free = free - self.held.state
+        elif behind.lasts:
             self.lasting = lasting = _Lasting(machine.own[0], behind.whole[0], self.reads[0], behind.start[0])
             free = free - lasting.state
         self.drifting = (behind.drifts @ free[..., None])[..., 0]
@@ -312,7 +339,7 @@ class _Followed:
                 self.moving = lasting.undamped(behind, self.row[0], self.moving[0])[None]
             self.sum, self.most = lasting.sum, lasting.most if np.isfinite(lasting.sum) else np.inf
         self.size = _dot(np.abs(self.row), np.abs(free))
-        self.still = _dot(self.row, self.drifting)
+        self.still = _dot(self.row, self.drifting) + (self.held.still if self.held is not None else 0.0)
         self.state = np.array(behind.start)
 
     def through(self, seen: FloatArray) -> None:
@@ -381,10 +408,12 @@ class _Followed:
         seen = np.maximum(seen, np.abs(behind.start[:, : behind.size]))
         stopped = _STOPPED * _dot(np.abs((along[:, None] @ behind.drifts)[:, 0]), seen)
         goes = np.abs(away) > np.maximum(np.maximum(_NOTHING * self.size, _TOGETHER * cancelled), stopped)
+        if self.held is not None:
+            goes |= self.held.runs_away(self.row[0], along[0])
         endless = np.where(goes, np.copysign(np.inf, away), np.inf if not np.isfinite(self.sum) else 0.0)
         found.take(endless, np.full(len(goes), np.inf), self.begun, 0.0)
         left = np.where((endless == 0.0) & (np.abs(found.value) < np.abs(self.still)), self.still, 0.0)
-        found.take(left, self.ended, self.begun, 0.0)
+        found.take(left, self.ended if self.held is None else np.full(len(left), np.inf), self.begun, 0.0)
         return np.flatnonzero(endless == 0.0)
 
     def _may_rise(self, alive: IntArray) -> BoolArray:

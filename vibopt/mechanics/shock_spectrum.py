@@ -49,14 +49,15 @@ def spectra(mix: FloatArray, segments: tuple[Segment, ...], rates: FloatArray, r
     mix
         (n_signals,): acceleration of the support [m/s^2], less force over mass, for signals of one.
     segments
-        The signals; none goes on for ever.
+        The signals; one that goes on for ever stays at its value, and all of it is during the load.
     rates, ratios
         Natural frequencies [rad/s], above zero, and damping ratios, arrays that fit together.
     """
     w, z = (array.ravel() for array in np.broadcast_arrays(np.asarray(rates, float), np.asarray(ratios, float)))
     shape = np.broadcast_shapes(np.shape(rates), np.shape(ratios))
     state, during = np.zeros((len(w), 2)), np.zeros((2, len(w)))
-    for run in _runs(mix, segments):
+    held = float((mix @ segments[-1].read) @ segments[-1].start) if segments[-1].endless else 0.0
+    for run in _runs(mix, segments[: len(segments) - segments[-1].endless]):
         size = np.maximum(w * run.length * (1.0 + 2.0 * z), np.abs(run.rates).sum(axis=0).max(initial=0.0))
         cuts = 2 ** np.ceil(np.log2(np.maximum(size / _WIDE, 1.0))).astype(int)
         for count in np.unique(cuts).tolist():
@@ -66,7 +67,10 @@ def spectra(mix: FloatArray, segments: tuple[Segment, ...], rates: FloatArray, r
                 some = alike[k : k + most]
                 state[some], found = _Masses(cut, w[some], z[some]).through(state[some])
                 during[:, some] = np.maximum(during[:, some], found)
-    after = [_after(state, z, *row) for row in ((np.ones(len(z)), np.zeros(len(z))), (-np.ones(len(z)), -2.0 * z))]
+    rows = ((np.ones(len(z)), np.zeros(len(z))), (-np.ones(len(z)), -2.0 * z))
+    after = [_after(state + np.array([held, 0.0]), z, *row, -held * row[0]) for row in rows]
+    if segments[-1].endless:
+        during, after = np.maximum(during, after), list(np.zeros(during.shape))
     return Spectrum(*(one.reshape(shape) for one in (during[0], after[0], during[1], after[1])))
 
 
@@ -227,10 +231,12 @@ def _times(matrix: FloatArray, states: FloatArray) -> FloatArray:
     return np.stack([matrix[i, 0] * states[:, 0] + matrix[i, 1] * states[:, 1] for i in (0, 1)], axis=1)
 
 
-def _after(state: FloatArray, z: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
-    """Greatest size of first y + second q in the free vibration from a state (b, 2) on, (b,): at once or at a turn.
+def _after(
+    state: FloatArray, z: FloatArray, first: FloatArray, second: FloatArray, still: FloatArray | float = 0.0
+) -> FloatArray:
+    """Greatest size of first y + second q in the free vibration about `still` from a state (b, 2) on, (b,).
 
-    In turns of w any reading r answers r'' + 2 z r' + r = 0.
+    At once, at the first turn or the next, or in the end.  In turns of w any reading r answers r'' + 2 z r' + r = 0.
     """
     y, q = state.T
     r, slope = first * y + second * q, first * q - second * (y + 2.0 * z * q)
@@ -240,8 +246,9 @@ def _after(state: FloatArray, z: FloatArray, first: FloatArray, second: FloatArr
         angle = np.where(under, np.arctan2(slope * d, other) % np.pi, np.arctanh(slope * d / other))
         at = np.where(np.isfinite(angle) & (angle > 0.0), angle, 0.0) / d
         cosine, sine = (np.where(under, f(d * at), g(d * at)) for f, g in ((np.cos, np.cosh), (np.sin, np.sinh)))
-        turned = np.exp(-z * at) * (r * cosine + (slope + z * r) / d * sine)
-    return np.asarray(np.maximum(np.abs(r), np.abs(np.nan_to_num(turned))))
+        turned = np.nan_to_num(np.exp(-z * at) * (r * cosine + (slope + z * r) / d * sine))
+        again = np.where(under, -turned * np.exp(-z * np.pi / d), 0.0)
+    return np.asarray(np.abs(still + np.array([r, turned, again, np.zeros(len(r))])).max(axis=0))
 
 
 __all__ = ["Spectrum", "spectra"]

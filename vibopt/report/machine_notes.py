@@ -228,7 +228,7 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         return []
     machine = machine_of(scene, chosen)
     damping = machine.matrices()[1]
-    lasts = any(two.once is not None and two.once.endless for two in scene.excitations.values())
+    lasts = any(two.once is not None and two.once.endless and not two.once.holds for two in scene.excitations.values())
     if (len(damping) < 2 and not lasts) or (damping.any() and not (lasts and _slow(machine))):
         return []
     if damping.any():

@@ -122,7 +122,7 @@ def _loads(scene: Scene) -> dict[str, tuple[list[str], tuple[Segment, ...]]]:
         if (
             excitation.once is not None
             and excitation.ramp is None
-            and not excitation.once.endless
+            and (excitation.once.holds or not excitation.once.endless)
             and excitation.once.durations is None
             and not any(excitation.once.start)
         ):
@@ -155,7 +155,7 @@ def _nothing(scene: Scene) -> str:
 
 def _rates(segments: tuple[Segment, ...], own: float | None) -> FloatArray:
     """Natural frequencies that tell something of a load [rad/s], rising, that of the machine among them."""
-    load = [segment.length for segment in segments if (segment.start != 0.0).any()]
+    load = [segment.length for segment in segments if (segment.start != 0.0).any() and not segment.endless]
     middle = own / (2.0 * np.pi) if own is not None else 10.0
     if not load:
         low, high = middle / _AROUND, middle * _AROUND
@@ -204,7 +204,7 @@ def spectrum_panels(design: Design) -> list[Panel]:
         found = spectra(np.ones(1), _summed(segments), rates, ratios[:, None])
         of = ShockSpectrum(" and ".join(names), place, place in design.scene.bases, rates, ratios, found)
         sudden = not any((segment.start != 0.0).any() for segment in segments)
-        panels += _Drawn(design.scene, of, own, mount, sudden).panels()
+        panels += _Drawn(design.scene, of, own, mount, sudden, segments[-1].endless).panels()
     return panels
 
 
@@ -226,7 +226,8 @@ def spectrum_asked(design: Design) -> list[Panel]:
 class _Drawn:
     """The panels of one spectrum; a damping ratio of its own is drawn with its parts.
 
-    A `sudden` load is over at once: all is residual, and rises without end with the frequency.
+    A `sudden` load is over at once: all is residual, and rises without end with the frequency.  What `stays` is never
+    over.
     """
 
     scene: Scene
@@ -234,13 +235,14 @@ class _Drawn:
     own: float
     mount: _Mount | None
     sudden: bool
+    stays: bool
 
     def panels(self) -> list[Panel]:
         one, kind = self.of.found, "acceleration" if self.of.moves else "force"
         most = np.maximum(one.absolute, one.absolute_after)
         row, ratio = int(self.of.ratios.searchsorted(self.own)), plain(self.own, 3)
         parts = {"maximax": most[row]}
-        if not self.sudden:
+        if not (self.sudden or self.stays):
             parts |= {"primary, during the load": one.absolute[row], "residual, after it": one.absolute_after[row]}
         listed = {f"damping ratio {plain(z, 3)}": each for z, each in zip(self.of.ratios.tolist(), most, strict=True)}
         name = f"Shock spectrum of {self.of.name} on {self.of.on}"

@@ -138,7 +138,8 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
         scene, path, names, mistakes, together=together
     ):
         return
-    for fault in (_from_standstill, _two_unknown, _unknown_beside, _blow_handed_on, _moves_on):
+    faults = (_from_standstill, *(() if response.combine else (_no_peak_together,)), _blow_handed_on, _moves_on)
+    for fault in faults:
         said = fault(scene, response, names)
         if said:
             mistakes.add(path, f"{dotted(path)} {said}")
@@ -175,28 +176,24 @@ def _once(scene: Scene, names: Sequence[str]) -> dict[str, Once]:
     return {name: one for name in names if (one := scene.excitations[name].once) is not None}
 
 
-def _two_unknown(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
-    """Counts several pulses of unknown duration together."""
-    unknown = [name for name, one in _once(scene, names).items() if one.durations is not None]
-    if len(unknown) < 2 or response.combine is not None:
-        return ""
-    return (
-        f"counts {len(unknown)} pulses of unknown duration, excitations.{unknown[0]} and excitations.{unknown[1]}. "
-        f'Name one: due_to = ["{unknown[0]}"], or add up the greatest of each: combine = "sum".'
-    )
-
-
-def _unknown_beside(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
-    """Counts a pulse of unknown duration beside what goes on for ever."""
+def _no_peak_together(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
+    """Counts together what is answered alone: durations that nobody knows, steps, and vibrations that last."""
     once = _once(scene, names)
-    unknown = next((name for name, one in once.items() if one.durations is not None), "")
-    endless = next((name for name, one in once.items() if one.endless), "")
-    if not unknown or not endless or response.combine is not None:
+    unknown = [f"excitations.{name}" for name, one in once.items() if one.durations is not None]
+    held = [f"excitations.{name}" for name, one in once.items() if one.holds]
+    lasting = [f"excitations.{name}" for name, one in once.items() if one.endless and not one.holds]
+    way = "Name one"
+    if len(unknown) > 1:
+        what = f"{len(unknown)} pulses of unknown duration, {unknown[0]} and {unknown[1]}"
+    elif unknown and held + lasting:
+        what = f"a pulse of unknown duration, {unknown[0]}, beside {(held + lasting)[0]}, which goes on for ever"
+        way = "Write its duration, name one"
+    elif held and lasting:
+        what = f"a step, {held[0]}, beside {lasting[0]}, which vibrates for ever"
+    else:
         return ""
-    return (
-        f"counts a pulse of unknown duration, excitations.{unknown}, beside excitations.{endless}, which goes on for "
-        f'ever. Write its duration, name one: due_to = ["{unknown}"], or add up the greatest of each: combine = "sum".'
-    )
+    first = (unknown or held)[0].partition(".")[2]
+    return f'counts {what}. {way}: due_to = ["{first}"], or add up the greatest of each: combine = "sum".'
 
 
 def _blow_handed_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
@@ -214,8 +211,13 @@ def _blow_handed_on(scene: Scene, response: TransientResponse, names: Sequence[s
 
 def _moves_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
     """Reads a displacement beside a base that does not come back."""
-    moved = [name for name, one in _once(scene, names).items() if one.family == "bases" and not one.returns]
-    if not moved or response.response != "peak_displacement":
+    grows = {"peak_displacement": (True, False), "peak_velocity": (True,)}.get(response.response, ())
+    moved = [
+        name
+        for name, one in _once(scene, names).items()
+        if one.family == "bases" and not one.returns and one.holds in grows
+    ]
+    if not moved:
         return ""
     return (
         f"is infinite whatever the design: the base of excitations.{moved[0]}, whose acceleration is given, moves on "

@@ -44,16 +44,15 @@ _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
 
 @dataclass(frozen=True)
 class MotionInTime:
-    """A built machine, and what comes over it once; simulated as far as it is asked for, `loose`: to a few digits."""
+    """A built machine, and what comes over it once; simulated as far as it is asked for."""
 
     machine: Machine
     excitations: tuple[Once, ...]
-    loose: bool = False
 
     @cached_property
     def _lasting(self) -> tuple[Once, ...]:
-        """Excitations that go on for ever."""
-        return tuple(excitation for excitation in self.excitations if excitation.endless)
+        """Excitations that vibrate for ever."""
+        return tuple(excitation for excitation in self.excitations if excitation.endless and not excitation.holds)
 
     @cached_property
     def _look(self) -> float:
@@ -151,7 +150,8 @@ class MotionInTime:
         )
         if number == 0:
             for excitation in self.excitations:
-                self._states.let_go(struck, excitation.on, *excitation.start)
+                place = self._places.index(excitation.on)
+                struck[[place, len(self._places) + place]] += excitation.start
             return struck
         found: FloatArray = np.asarray(self._runs[-1](time), dtype=float) + struck
         if number == self._behind:
@@ -214,11 +214,7 @@ class MotionInTime:
                 method=way,
                 rtol=_ROUGH,
                 atol=_ROUGH**2 * (np.abs(start).max() or 1e-6),
-                dense_output=self.loose,
             )
-            if self.loose:
-                self._runs.append(rough.sol)
-                continue
             size = np.abs(rough.y).reshape(2, -1).max(axis=1).repeat(len(start) // 2)
             exact: Any = integrate.solve_ivp(
                 rates, (low, high), start, method=way, rtol=_RELATIVE if way == "DOP853" else _IMPLICIT,

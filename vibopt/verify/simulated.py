@@ -35,8 +35,9 @@ _SOON = 1e-12
 """Part of the time in which anything changes, by which signals are read inside a stretch."""
 _EVEN = 1e-9
 """Part by which a later peak must be greater to be told."""
-_SLOW, _AWAY = 1e-8, 1e-6
-"""Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count."""
+_SLOW, _AWAY, _BY_STEPS = 1e-8, 1e-6, (1e-3, 1e-4)
+"""Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count, and of the
+fastest rate below which a motion swings no more; rates under a value that stays."""
 _FINE = 400
 """Samples of a turn of what is steady."""
 _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
@@ -57,6 +58,7 @@ class Simulated(MotionInTime):
             found = self._greatest(number, response)
             if (
                 not self._lasting
+                and not self._held.any()
                 and number >= loaded
                 and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1))
             ):
@@ -168,6 +170,12 @@ class Simulated(MotionInTime):
         real, imaginary = np.reshape(read, (2, -1)) - still
         return still, np.asarray(real + 1j * imaginary)
 
+    @cached_property
+    def _held(self) -> FloatArray:
+        """What signals that stay for ever add to the rates of the states, (2 n,)."""
+        sizes = [one.signal(np.ones(1))[0] if one.holds else 0.0 for one in self.excitations]
+        return np.asarray(self._states.matrices[1] @ np.array(sizes, dtype=float))
+
     @property
     def _over(self) -> tuple[Once, ...]:
         """Excitations that end."""
@@ -180,25 +188,34 @@ class Simulated(MotionInTime):
         return any((np.abs(poles * one.length / (2.0 * np.pi) - 1.0) < MET).any() for one in self._lasting)
 
     def _runs_away(self, response: TransientResponse) -> bool:
-        """Whether a reading grows without end behind the load: s^2 / (s - A) of the state is what drifts, as s -> 0."""
+        """Whether a reading grows without end behind the load: s^2 / (s - A) of the state is what drifts, as s -> 0.
+
+        Under a value that stays, what is held falls with s, and what drifts does not.
+        """
         if not self.excitations:
             return False
-        system, low = self._states.matrices[0], self._spans[self._behind][0]
-        count = len(self._places)
-        s = _SLOW / self._look
-        state = self._run(self._behind)(low)
-        drift = s**2 * np.linalg.solve(s * np.eye(2 * count) - system, state)
-        drift[count:] = 0.0
-        quiet = np.array([self._spans[-1][1] * 2.0])
-        alone = np.where(np.arange(2 * count) < len(self.machine.masses), drift, 0.0)
-        rate, cancelled = (
-            float(np.abs(response.trace(self.machine, self._course(quiet, one[:, None]))).max())
-            for one in (drift, alone)
-        )
-        if rate <= _AWAY * cancelled:
-            return False
+        if self._held.any():
+            _, near = self._drifting(response, _BY_STEPS[0] / self._look)
+            _, rate = self._drifting(response, _BY_STEPS[1] / self._look)
+            if rate <= 0.5 * near:
+                return False
+        else:
+            cancelled, rate = self._drifting(response, _SLOW / self._look)
+            if rate <= _AWAY * cancelled:
+                return False
         most = max(self._greatest(number, response)[0] for number in range(self._behind + 1))
-        return rate * self._look > _AWAY * most
+        return bool(rate * self._look > _AWAY * most)
+
+    def _drifting(self, response: TransientResponse, s: float) -> tuple[float, float]:
+        """What is read of the bodies' own drift at a rate s [1/s], and of all."""
+        system, count = self._states.matrices[0], len(self._places)
+        state = np.asarray(self._run(self._behind)(self._spans[self._behind][0]), dtype=float) + self._held / s
+        drift = s**2 * np.linalg.solve(s * np.eye(2 * count) - system, state)
+        if not self._held.any():  # else what is pushed goes faster and faster
+            drift[count:] = 0.0
+        alone = np.where(np.arange(2 * count) % count < len(self.machine.masses), drift, 0.0)
+        own, every = np.abs(self._read(response, np.array([alone, drift], dtype=complex).T)[1].real).tolist()
+        return own, every
 
     @cached_property
     def _seen(self) -> dict[tuple[int, int], tuple[TransientResponse, tuple[float, float]]]:
@@ -242,17 +259,25 @@ class Simulated(MotionInTime):
         return found
 
     def _ringing(self, best: tuple[float, float], response: TransientResponse) -> tuple[float, float]:
-        """The greater of the best so far and of what rings on behind the last look, by modes."""
+        """The greater of the best so far and of what rings on behind the last look, by modes.
+
+        What swings does so about what stays: what has drifted and where a value that stays holds the machine.
+        """
+        from scipy.linalg import eig
+
         low = self._spans[self._behind][0]
-        rates, shapes = np.linalg.eig(self._states.matrices[0])
-        if np.linalg.cond(shapes) > _DEFECTIVE:  # with what drifts, which is not read: what swings alone
-            rates, waves = self._free(response)
-            still, waves = 0.0, -1j * waves
-        else:
-            state = self._run(self._behind)(low)
-            still, waves = self._read(response, shapes * np.linalg.solve(shapes, state.astype(complex)))
-        if not len(rates):
+        known: Any = eig(self._states.matrices[0], left=True, right=True)
+        swings = np.abs(known[0]) > _AWAY * np.abs(known[0]).max()
+        rates, left, shapes = known[0][swings], known[1][:, swings].conj().T, known[2][:, swings]
+        if not len(rates) or np.linalg.cond(shapes) > _DEFECTIVE:
             return best
+        state: FloatArray = np.asarray(self._run(self._behind)(low), dtype=float)
+        shares = np.linalg.solve(left @ shapes, left @ state + (left @ self._held) / rates)
+        rest, quiet = (state - (shapes @ shares).real)[:, None], np.array([2.0 * self._spans[-1][1]])
+        still = float(np.ravel(response.trace(self.machine, self._course(quiet, rest)))[0])
+        waves = self._read(response, shapes * shares)[1]
+        if self._held.any() and abs(still) > best[0] * (1.0 + _EVEN):
+            best = abs(still), math.inf
         begin, end = self._spans[-1][1] - low, self._look / PERIODS * _HORIZON
         step = 2.0 * np.pi / (_SAMPLES * max(float(np.abs(rates.imag).max()), 1e-300))
 

@@ -50,12 +50,6 @@ class States:
             system[:, [base, count + base]] = 0.0
         return system, loads
 
-    def let_go(self, states: FloatArray, name: str, displacement: float, velocity: float) -> None:
-        """Add a displacement [m] and a velocity [m/s] of a place to states (2 n,)."""
-        place = self.places.index(name)
-        states[place] += displacement
-        states[len(self.places) + place] += velocity
-
     def read(self, states: FloatArray, signals: FloatArray) -> FloatArray:
         """Displacements, velocities and accelerations (3, n, n_times) at states (2 n, n_times) under signals."""
         (system, loads), count = self.matrices, len(self.places)

@@ -1,7 +1,7 @@
 """Greatest response of the machine as built to a pulse that may have any duration, by simulations alone.
 
-Many durations are simulated to a few digits, the ends and those around the best to all: no search and no peak of the
-first route is asked.  Where one peak in time overtakes another the top is an edge, which is found as one.
+Many durations are simulated, the ends among them, and more around the best: no search and no peak of the first route is
+asked.  Where one peak in time overtakes another the top is an edge, which is found as one.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Once
+from vibopt.forms.any_duration import LEAST
 from vibopt.mechanics.machine import Machine
 from vibopt.responses import TransientResponse
 from vibopt.verify.simulated import Simulated
@@ -26,18 +27,17 @@ def peak_over_durations(
 ) -> float:
     """Greatest size over time and over every duration from `low` to `high` [s]."""
 
-    def value(duration: float, *, loose: bool = False) -> float:
-        return Simulated(machine, tuple(excitation.lasting(duration) for excitation in excitations), loose).peak(
-            response
-        )[0]
+    def value(duration: float) -> float:
+        known = tuple(excitation.lasting(duration) for excitation in excitations)
+        return Simulated(machine, known).peak(response)[0]
 
     fastest = float(np.abs(machine.poles()).max(initial=0.0))
     step = min(2.0 * np.pi / fastest / _IN_A_PERIOD if fastest > 0.0 else high, high)
     short = step * 0.5 ** np.arange(_HALVINGS, 0, -1)
-    every = np.concatenate([short, np.arange(step, high, step), [low or short[0], high]])
+    every = np.concatenate([short, np.arange(step, high, step), [low or LEAST * high, high]])
     times = np.unique(every[(every >= low) & (every <= high)])
-    values = np.array([value(float(time), loose=True) for time in times])
-    best = max(value(float(one)) for one in (times[0], times[-1]))
+    values = np.array([value(float(time)) for time in times])
+    best = float(values.max())
     beside = np.concatenate([[-np.inf], values, [-np.inf]])
     tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
     for i in tops[np.argsort(-values[tops])[:_BEST]]:

@@ -204,7 +204,9 @@ def _motion(design: Design) -> Iterator[str]:
     if any(link.beam is not None for link in scene.links.values()):
         yield "Beams and shafts are bent as under a static load, and weigh nothing themselves."
     if in_time:
-        yield "In time: the machine is at rest before the load, and all of the load comes as given."
+        let_go = any(one.once is not None and any(one.once.start) for one in scene.excitations.values())
+        rest = "what is not let go" if let_go else "the machine"
+        yield f"In time: {rest} is at rest before the load, and all of the load comes as given."
 
 
 def _width(tolerance: float) -> str:
