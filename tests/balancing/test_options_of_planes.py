@@ -66,7 +66,11 @@ def shelf_of(plane: dict[str, Any]) -> dict[float, float]:
 
 def permits(plane: dict[str, Any], weights: Weights, tol: float = 1e-6) -> bool:
     """Whether a plane takes these weights, by the manual."""
+    if plane.get("keep"):
+        return not weights
     room, holes, shelf = 1.0 + tol, holes_of(plane), shelf_of(plane)
+    if isinstance(plane.get("weight"), list):
+        return len(weights) == len(given_of(plane)) and bool(np.allclose(told_of(weights), told_of(given_of(plane))))
     if "weight" in plane and sum(one[0] for one in weights) > number(plane["weight"]["to"]) * room:
         return False
     if "unbalance" in plane and sum(one[0] * one[1] for one in weights) > number(plane["unbalance"]["to"]) * room:
@@ -94,15 +98,38 @@ def permits(plane: dict[str, Any], weights: Weights, tol: float = 1e-6) -> bool:
     return len(used) <= most and (not holes or len(set(used)) == len(used))
 
 
+def given_of(plane: dict[str, Any]) -> Weights:
+    """Weights that are decided, "5 g in hole 2" or "3 g @ 20 deg"."""
+    radius, holes, found = radii_of(plane)[-1], holes_of(plane), []
+    for text in plane["weight"]:
+        mass, _, hole = text.partition(" in hole ")
+        mass, _, angle = mass.partition(" @ ")
+        found.append((number(mass), radius, holes[int(hole) - 1] if hole else number(angle), None))
+    return tuple(found)
+
+
+def told_of(weights: Weights) -> list[tuple[float, float, float]]:
+    return [(mass, radius, angle % tau) for mass, radius, angle, _ in weights]
+
+
 def in_stock(planes: list[dict[str, Any]], plan: tuple[Weights, ...]) -> bool:
     """One box for all planes."""
     box = {mass: many for plane in planes for mass, many in shelf_of(plane).items()}
-    taken = [one[0] for weights in plan for one in weights]
+    listed = [
+        weights
+        for plane, weights in zip(planes, plan, strict=True)
+        if shelf_of(plane) or isinstance(plane.get("weight"), list)
+    ]
+    taken = [one[0] for weights in listed for one in weights]
     return all(sum(abs(one - mass) < 1e-9 for one in taken) <= many for mass, many in box.items())
 
 
 def some_of(plane: dict[str, Any], dice: np.random.Generator, most: int) -> list[Weights]:
     """Weights that a plane takes: every filling of its holes, else random ones among which are the greatest."""
+    if plane.get("keep"):
+        return [()]
+    if isinstance(plane.get("weight"), list):
+        return [given_of(plane)]
     holes, radii = holes_of(plane), radii_of(plane)
     found: list[Weights] = [()]
     if shelf_of(plane):
@@ -124,7 +151,11 @@ def some_of(plane: dict[str, Any], dice: np.random.Generator, most: int) -> list
 
 
 def plane_text(dice: np.random.Generator, name: str, free: bool = False) -> str:
-    """Options of a plane, each drawn for itself."""
+    """Options of a plane, each drawn for itself; a second plane may be kept, or its weights decided."""
+    if name == "q" and not free and dice.random() < 0.15:
+        drilled = 'remove = true\ndrill = { diameter = "10 mm", density = "7850 kg/m³" }\n' * int(dice.integers(2))
+        given_ = f'{drilled}holes = 6\nweight = ["{dice.uniform(2.0, 9.0)!r} g in hole 3", "4 g @ 20 deg"]'
+        return f'[planes.{name}]\nradius = "100 mm"\n{"keep = true" if dice.random() < 0.3 else given_}'
     kind, lines = "free" if free else dice.choice(["free", "shelf", "split"]), [f"[planes.{name}]"]
     lines.append('radius = ["80 mm", "100 mm"]' if dice.random() < 0.3 and kind != "split" else 'radius = "100 mm"')
     if (end := dice.uniform(4.0, 25.0)) < 15.0:
@@ -152,12 +183,16 @@ def plane_text(dice: np.random.Generator, name: str, free: bool = False) -> str:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A job as text, what is there without weights [SI], what each plane does [SI per kg m], and bounds by limit."""
+    """A job as text, what is there without weights [SI], what each plane does [SI per kg m], and bounds by limit.
+
+    `sense` is -1 where angles of weights are counted against the rotation.
+    """
 
     text: str
     y0: np.ndarray
     H: np.ndarray
     bounds: dict[str, float]
+    sense: float = 1.0
 
 
 def asked(dice: np.random.Generator, y0: np.ndarray, low: str) -> tuple[str, dict[str, float]]:
@@ -180,23 +215,27 @@ def phasors(dice: np.random.Generator, low: float, high: float, *shape: int) -> 
 
 
 def rotor(seed: int) -> Drawn:
-    """A measured rotor, angles of weights as they are written."""
+    """A measured rotor with any conventions; without angles there are three trials in each plane."""
     dice = np.random.default_rng(seed)
+    lag, against, blind = (bool(one) for one in dice.random(3) < [0.5, 0.5, 0.15])
     names, sensors = ("p", "q")[: dice.integers(1, 3)], ("a", "b", "c")[: dice.integers(1, 4)]
     y0, H = phasors(dice, 3e-5, 2e-4, len(sensors)), phasors(dice, 1e-2, 1.2e-1, len(sensors), len(names))
     pair = str(dice.choice(["static", "couple"])) if len(names) == 2 and dice.random() < 0.2 else ""
-    lines = ['title = "options"\nspeed = "1500 rpm"\n[conventions]\nphase = "lead"\nreadings = "phase"']
-    lines += ['angles = "with rotation"\ndetector = "pk"\nzero = "mark"']
+    lines = ['title = "options"\nspeed = "1500 rpm"\n[conventions]']
+    lines += [f'phase = "{"lag" if lag else "lead"}"\nreadings = "phase"'] * (not blind)
+    lines += [f'angles = "{"against" if against else "with"} rotation"\ndetector = "pk"\nzero = "mark"']
     lines += [plane_text(dice, one, bool(pair)) for one in names]
     lines += [f'[pairs.x]\nplanes = ["p", "q"]\nkind = "{pair}"'] * bool(pair)
-    for trial in (None, *names):
-        u = np.array([0.001 * (one == trial) for one in names])
-        shown = ", ".join(f'{s} = "{polar(complex(z), "mm", 1e3)}"' for s, z in zip(sensors, y0 + H @ u, strict=True))
+    for trial, angle in [(None, 0), *product(names, (0, 120, 240) if blind else (0,))]:
+        u = np.array([0.001 * (one == trial) * np.exp(1j * radians(-angle if against else angle)) for one in names])
+        left = (y0 + H @ u).conj() if lag else y0 + H @ u
+        texts = [f"{1e3 * abs(z)!r} mm" if blind else polar(z, "mm", 1e3) for z in left.tolist()]
+        shown = ", ".join(f'{sensor} = "{text}"' for sensor, text in zip(sensors, texts, strict=True))
         lines.append(f"[[runs]]\nreadings = {{ {shown} }}")
-        lines += [f'weights = {{ {trial} = "1000 g mm @ 0 deg" }}'] * (trial is not None)
+        lines += [f'weights = {{ {trial} = "1000 g mm @ {angle} deg" }}'] * (trial is not None)
     goal, bounds = asked(dice, y0, '[limits.low]\nresponse = "residual"\nat_most = "{!r} m"')
     lines.append(goal.replace("combine", 'minimise = "residual"\ncombine'))
-    return Drawn("\n".join(lines) + "\n", y0, H, bounds)
+    return Drawn("\n".join(lines) + "\n", y0, H, bounds, -1.0 if against else 1.0)
 
 
 def shaft(seed: int) -> Drawn:
@@ -223,7 +262,8 @@ def judged(drawn: Drawn, document: dict[str, Any], plan: tuple[Weights, ...]) ->
     planes = list(document["planes"].values())
     u = np.array(
         [
-            sum(cmath.rect(m * r, angle) for m, r, angle, _ in weights) * (-1.0 if plane.get("remove") else 1.0)
+            sum(cmath.rect(m * r, drawn.sense * angle) for m, r, angle, _ in weights)
+            * (-1.0 if plane.get("remove") else 1.0)
             for plane, weights in zip(planes, plan, strict=True)
         ]
     )
@@ -403,5 +443,7 @@ def test_a_plane_knows_which_rule_is_broken(plane: Plane, weights: list[tuple[fl
 
 
 def test_all_planes_together_take_no_more_than_the_stock() -> None:
-    assert missing((PLANE, PLANE), [0.005]) == []
-    assert missing((PLANE, PLANE), [0.005, 0.005]) == ["5 g"]
+    one = [PLANE.in_hole(0, 0.005)]
+    assert missing((PLANE, PLANE), [one, []]) == []
+    assert missing((PLANE, PLANE), [one, one]) == ["5 g"]
+    assert missing((PLANE, CUT), [one, one]) == []  # cut to measure, not from the shelf

@@ -52,3 +52,21 @@ def test_a_rounding_drills_no_deeper_than_may_be_drilled(cut: str) -> None:
     assert (done.design.status, done.broken) == ("feasible", "")
     left = {path: one.rounded.value for path, one in done.values.items() if path.startswith("planes.left")}
     assert max(one for path, one in left.items() if path.endswith("mass")) == pytest.approx(0.005)
+
+
+PAIR = '[pairs.x]\nplanes = ["left", "right"]\nkind = "couple"\n'
+
+
+def test_rounded_weights_of_a_pair_stay_a_pair() -> None:
+    """Equal unbalances at opposite angles; at two radii no masses in whole grams have them, which is said."""
+    job = read_text(FAN + PAIR)
+    done = drawn(job, vo.solve(job), ("2",))
+    left, right = ({key: done.values[f"planes.{name}.weight.{key}"].rounded.value for key in ("mass", "angle")}
+                   for name in ("left", "right"))  # fmt: skip
+    assert not done.broken
+    assert left["mass"] == pytest.approx(right["mass"])
+    assert abs(left["angle"] - right["angle"]) == pytest.approx(radians(180.0))
+    other = read_text(FAN.replace('"150 mm"', '"137 mm"', 1) + PAIR)
+    missed = drawn(other, vo.solve(other), ("1 g", "10 deg"))
+    assert missed.broken == "pairs.x"
+    assert "the best breaks pairs.x; " in missed.design.claim

@@ -317,7 +317,7 @@ class Tree:
                 fans={k: scene.fans[p] for k, p in enumerate(free) if p in scene.fans},
             )  # fmt: skip
             answer, bound = self._free_planes(inner)
-            self.programs += 1
+            self.programs += answer.rounds if any(fan.bulges for fan in inner.fans.values()) else 1
             extra = float(mass.sum()) if scene.goal == "correction" else 0.0
             if answer.x is not None:
                 full = row.copy()

@@ -97,7 +97,8 @@ def _agreeing(job: RotorJob, row: int, choices: Sequence[tuple[Circle, ...]]) ->
     speed, sensor = job.readings[row]
     runs = job.runs_at(speed)
     initial = float(np.mean([abs(run.readings[sensor]) for run in runs if run.is_initial]))
-    mixed = [run for run in runs if np.count_nonzero(run.weights) > 1]
+    kept = [plane for plane in range(len(job.planes)) if plane not in job.free]
+    mixed = [run for run in runs if np.count_nonzero(run.weights) > 1 and not run.weights[kept].any()]
     scored = []
     for choice in choices:
         H = np.zeros(len(job.planes), dtype=complex)

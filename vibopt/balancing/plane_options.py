@@ -118,17 +118,17 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
     return _without_doubles(Options(u, masses, items, offers, takes[items].sum(axis=1)), kept)
 
 
-def missing(planes: Sequence[Plane], masses: Sequence[float]) -> list[str]:
-    """Counted weights of which more are taken, by all planes together, than there are."""
+def missing(planes: Sequence[Plane], fitted: Sequence[Sequence[Weight]]) -> list[str]:
+    """Counted weights of which more are taken, by all planes with a list together, than there are."""
     shown = next((plane for plane in planes if plane.stock), None)
+    masses = [one.mass for plane, own in zip(planes, fitted, strict=True) if plane.is_discrete for one in own]
     taken = {kind: sum(isclose(one, kind) for one in masses) for kind in counted(planes)}
     return [] if shown is None else [shown.show(kind) for kind, many in counted(planes).items() if taken[kind] > many]
 
 
 def _decided(fitted: Sequence[Weight], plane: Plane, conventions: Conventions, kinds: Sequence[float]) -> Options:
     """The one option of a plane whose weights are decided; a weight away from holes has hole -1."""
-    sign = -1.0 if plane.remove else 1.0
-    u = sum((sign * conventions.weight(one.mass * (one.radius or 1.0), one.angle) for one in fitted), 0j)
+    u = plane.made(fitted, conventions)
     uses = [[sum(isclose(one.mass, kind) for one in fitted) for kind in kinds]]
     return Options(
         np.array([u]), np.array([sum(one.mass for one in fitted)]), np.arange(len(fitted), dtype=np.int64)[None, :],

@@ -184,6 +184,11 @@ class Plane:
         rules["keep"] = not (self.keep and there)
         return next((rule for rule, kept in rules.items() if not kept), "")
 
+    def made(self, weights: Sequence[Weight], conventions: Conventions) -> complex:
+        """Internal unbalance that weights add, as they are told [kg m]."""
+        sign = -1.0 if self.remove else 1.0
+        return sum((sign * conventions.weight(one.mass * (one.radius or 1.0), one.angle) for one in weights), 0j)
+
     def filled(self, weights: Sequence[Weight]) -> float:
         """What of the cap weights take [kg; kg m without a radius]."""
         whole = ((one.radius or 1.0) / self.radius if self.moment else 1.0 for one in weights)

@@ -18,6 +18,9 @@ from vibopt.balancing.written import Written
 from vibopt.records import cached_property, dataclass
 from vibopt.units import Detector, show
 
+AS_ASKED = 1e-9
+"""Part of the greatest unbalance by which those of a pair may differ."""
+
 
 @dataclass(frozen=True, slots=True)
 class Sensor:
@@ -206,6 +209,13 @@ class RotorJob(Corrected):
     def importance(self) -> FloatArray:
         """Per row."""
         return np.tile(np.array([sensor.importance for sensor in self.sensors]), len(self.speeds))
+
+    def beyond(self, decided: Corrected) -> list[str]:
+        """The same, and pairs whose two unbalances are not what is asked."""
+        u = [plane.made(plane.fitted or (), self.conventions) for plane in decided.planes]
+        size = max(map(abs, u), default=0.0)
+        apart = [name for name, one, other, ratio in self.pairs if abs(u[other] - ratio * u[one]) > AS_ASKED * size]
+        return [*super().beyond(decided), *(f"pairs.{name}" for name in apart)]
 
     def row_name(self, row: int) -> str:
         """A row in words: "a at 1200 rpm"."""

@@ -220,13 +220,14 @@ def _amplitude(signal: FloatArray) -> FloatArray:
 def runs_without_phase(job: RotorJob, y0: ComplexArray, H: ComplexArray) -> FloatArray:
     """Greatest difference per row between what a rotor y0, H shows over a turn in each run and what was read [SI peak].
 
-    Runs with weights in several planes at once are among them, which no circle has seen.
+    Runs with weights in several planes at once are among them, which no circle has seen; those with weights in a plane
+    that is kept are not, as nothing is asked of what it does.
     """
-    states, n = _states(job), len(job.sensors)
+    states, n, told = _states(job), len(job.sensors), np.any(H != 0.0, axis=0)
     worst = np.zeros(len(y0))
     for speed in range(len(job.speeds)):
         rows = slice(speed * n, speed * n + n)
-        for place in job.places_at(speed):
+        for place in [one for one in job.places_at(speed) if not states[one, ~told].any()]:
             parts = np.column_stack([y0[rows], H[rows] * states[place]])
             signal = (np.abs(parts)[:, :, None] * np.cos(_TURN + np.angle(parts)[:, :, None])).sum(axis=1)
             off = np.abs(_amplitude(signal) - np.abs(job.runs[place].readings))

@@ -265,9 +265,9 @@ def claim_of(found: Rounded, asked: str) -> str:
     """What is known of the rounded values, and what of the exact ones."""
     exact = found.exact
     if found.broken:
-        percent = plain(100.0 * found.by, 2)
+        by = f" by {plain(100.0 * found.by, 2)} %" if math.isfinite(found.by) else ""  # a rule of a plane has no size
         words = f"no rounding {asked} near the exact values keeps every limit ({found.tried} tried)"
-        words += f"; the best breaks {found.broken} by {percent} %"
+        words += f"; the best breaks {found.broken}{by}"
         way = f"{found.enough} digits would do" if found.enough else f"nor do {DIGITS} digits"
         return f"{words}; {way}"
     cost = cost_words(found)
@@ -301,7 +301,7 @@ def _plain(found: Rounded, asked: str) -> dict[str, Any]:
         "values": dict(found.values),
         "tried": found.tried,
         "broken": found.broken,
-        "broken_by": found.by,
+        "broken_by": found.by if math.isfinite(found.by) else None,
         "enough_digits": found.enough,
     }
 
