@@ -15,7 +15,7 @@ from vibopt.answer.plan import DeferredMapping, DeferredRows, Fitting, Plan
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.cautions import cancelling, last_one, remedies, unsure, warning, ways_out, with_bands
 from vibopt.balancing.conventions import show_angle
-from vibopt.balancing.fitting import amplitude
+from vibopt.balancing.fitting import amplitude, not_permitted
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import Solver, solve_question
@@ -172,6 +172,15 @@ def plan_of(
         ),
         method=method_of(job, posed.question, identified), details=dict(solved.details),
     )  # fmt: skip
+
+
+def as_told(plan: Answer[RotorJob]) -> Answer[RotorJob]:
+    """The plan, if its weights as they are told keep every limit and every rule of their planes."""
+    over = [name for name, limit in plan.limits.items() if not limit.met]
+    over += not_permitted(plan.job.planes, plan.plan.fittings[0].planes)
+    if not over or plan.status not in ("optimal", "feasible"):
+        return plan
+    return replace(plan, status="check_failed", claim=f"what the weights do not keep: {', '.join(over)}")
 
 
 def _reach_notes(job: RotorJob) -> tuple[str, ...]:

@@ -99,12 +99,8 @@ def _joined(parts: Sequence[Plans]) -> Plans:
 
 def _is_plain(job: RotorJob, question: Question) -> bool:
     """Whether the weights are free, and least squares or the worst residual are asked for."""
-    said = (
-        plane.shelf or plane.split or plane.forbidden or plane.holes or plane.drill or plane.radii[1:]
-        for plane in job.planes
-    )
     total = any(isinstance(limit, CorrectionLimit) and limit.plane is None for limit in _limits(job))
-    free = all(plane.is_open for plane in job.planes) and not any(said)
+    free = all(plane.is_plain for plane in job.planes)
     return bool(job.choices) and free and not (job.pairs or total or job.goal.robust) and question.goal in _GOALS
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.plan import Fitting
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.begin import answered, begun, goal_of, kept_or_broken, nothing, plan_of
+from vibopt.balancing.begin import answered, as_told, begun, goal_of, kept_or_broken, nothing, plan_of
 from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.influence import Identified
@@ -231,7 +231,7 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Answer[Roto
     if not plan.plan.fittings:
         return plan
     status, claim = _one(job, answers, fittings[0], solved[0])
-    return replace(plan, status=kept_or_broken(plan.limits)[0] if status == "met" else status, claim=claim)
+    return as_told(replace(plan, status=kept_or_broken(plan.limits)[0] if status == "met" else status, claim=claim))
 
 
 def _open(job: RotorJob, answers: Answers, posed: Posed, solved: Solved, fittings: list[Fitting]) -> Answer[RotorJob]:

@@ -126,6 +126,12 @@ class Plane:
         return not self.keep and self.fitted is None
 
     @property
+    def is_plain(self) -> bool:
+        """Whether nothing is said of its weights but a cap, and at which one radius: any of them, at any angle."""
+        keys = ("name", "kind", "unit", "length_unit", "cap", "remove", "at")
+        return self == Plane(radii=self.radii[:1], **{key: getattr(self, key) for key in keys})
+
+    @property
     def dimension(self) -> str:
         return "mass" if self.kind == MASS else "unbalance"
 
