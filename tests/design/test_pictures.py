@@ -251,6 +251,19 @@ def test_a_legend_stays_on_the_paper_however_long_its_words(words: tuple[str, st
         assert 0.0 <= box.x0 < box.x1 <= figure.bbox.width
 
 
+def test_what_is_asked_at_standstill_alone_is_drawn_up_to_the_first_resonance() -> None:
+    still = {
+        "bodies": {"press": {"mass": "500 kg"}},
+        "links": {"mount": {"between": ["press", "ground"], "stiffness": "45 kN/m"}},
+        "excitations": {"held": {"kind": "force", "on": "press", "amplitude": "500 N", "speed": "0 rpm"}},
+        "measures": {"deflection": {"response": "displacement", "of": "press"}},
+    }
+    [panel] = panels(answer(from_dict(still)))
+    first = np.sqrt(45e3 / 500.0) * 30.0 / np.pi
+    assert panel.x_span == pytest.approx((0.0, 1.3 * first))
+    assert off_the_curve(response_figure([panel]), [panel]) == []
+
+
 def test_gears_stand_between_the_bodies_that_they_join() -> None:
     """What is driven hangs on what drives it, and two circles touch between them."""
     line = {

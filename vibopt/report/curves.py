@@ -253,8 +253,8 @@ class _Drawing:
         bands = [*own, *(band for one in shown for band in self._bands(one))]
         top = max(band.high for band in bands)
         resonances = self._resonances()
-        near = resonances[resonances < 3.0 * top]
-        high = max(1.08 * top, 1.3 * float(near.max(initial=0.0)))
+        near = resonances[resonances < 3.0 * top] if top else np.sort(resonances)[:1]
+        high = max(1.08 * top, 1.3 * float(near.max(initial=0.0))) or 1.0  # what stands still is drawn, too
         marks = [*near[near > 1e-4 * top], *(band.low for band in bands if band.low > 0.0)]
         low = min([*marks, high])
         if low < high / 12.0:
