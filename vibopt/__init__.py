@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from vibopt.errors import InputError as InputError
     from vibopt.errors import NotProven as NotProven
     from vibopt.errors import VibOptError as VibOptError
+    from vibopt.jobs import from_dict as from_dict
+    from vibopt.jobs import from_text as from_text
     from vibopt.jobs import read as read
     from vibopt.jobs import solve as solve
     from vibopt.jobs import with_changes as with_changes
@@ -30,8 +32,6 @@ if TYPE_CHECKING:
     from vibopt.scene.language import maximise as maximise
     from vibopt.scene.language import minimise as minimise
     from vibopt.scene.language import one_of as one_of
-    from vibopt.scene.read import from_dict as from_dict
-    from vibopt.scene.read import from_text as from_text
     from vibopt.scene.scene import Scene as Scene
     from vibopt.study.explain import explain as explain
     from vibopt.study.prices import prices as prices
@@ -55,10 +55,9 @@ _HOMES = {
         "minimise",
         "one_of",
     ),
-    "vibopt.jobs": ("read", "solve", "with_changes"),
+    "vibopt.jobs": ("from_dict", "from_text", "read", "solve", "with_changes"),
     "vibopt.posed.posed_job": ("posed",),
     "vibopt.report.spectrum_views": ("shock_spectrum",),
-    "vibopt.scene.read": ("from_dict", "from_text"),
     "vibopt.scene.scene": ("Scene",),
     "vibopt.document.toml_writing": ("to_toml", "write"),
     "vibopt.study.explain": ("explain",),

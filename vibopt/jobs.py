@@ -74,9 +74,7 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
     file = FilePath(path)
     text, name = text_of(file), shown_name(file.name)
     document = placed(parsed(text, name), file.parent)
-    job = of_document(document, Mistakes(name, located(text)))
-    if "scenarios" in document:
-        job = _with_scenarios(job, Mistakes(name, located(text)))
+    job = _whole(document, Mistakes(name, located(text)))
     return with_changes(job, changes) if changes else job
 
 
@@ -93,6 +91,14 @@ def _flat(steps: tuple[str, ...], table: Mapping[str, Any]) -> Iterator[tuple[st
             yield from _flat(here, value)
         else:
             yield ".".join(here), value
+
+
+def _whole(document: Mapping[str, Any], mistakes: Mistakes) -> Job:
+    """The job of a document with its scenarios, each of which has been tried."""
+    if "scenarios" not in document:
+        return of_document(document, mistakes)
+    _check_scenarios(document, mistakes)
+    return _with_scenarios(of_document(document, mistakes), Mistakes(mistakes.name, mistakes.locator))
 
 
 def _with_scenarios(job: J, mistakes: Mistakes) -> J:
@@ -139,9 +145,20 @@ def _check_scenarios(document: Mapping[str, Any], mistakes: Mistakes) -> None:
     mistakes.raise_any()
 
 
-def from_text(text: str, name: str = "job") -> Job:
+def _unnamed(document: Mapping[str, Any]) -> str:
+    """What stands in front of the messages of a job without a name."""
+    return SCENE if kind_of(document) == SCENE else "job"
+
+
+def from_text(text: str, name: str = "") -> Job:
     """What a TOML text asks; `name` stands in front of each message."""
-    return of_document(parsed(text, name), Mistakes(name, located(text)))
+    document = parsed(text, name or SCENE)
+    return _whole(document, Mistakes(name or _unnamed(document), located(text)))
+
+
+def from_dict(document: Mapping[str, Any], name: str = "") -> Job:
+    """What a document already parsed asks; the keys are those of the file."""
+    return _whole(document, Mistakes(name or _unnamed(document), None))
 
 
 def with_changes(job: J, changes: Mapping[str, Any]) -> J:
@@ -260,8 +277,6 @@ def noun_of(job: Job) -> str:
 
 def of_document(document: Mapping[str, Any], mistakes: Mistakes, like: Job | None = None) -> Job:
     """The job of a document; `like` is one whose document this is but for some values."""
-    if "scenarios" in document and like is None:
-        _check_scenarios(document, mistakes)
     kind = kind_of(document)
     if kind == SCENE:
         from vibopt.scene.read import from_dict

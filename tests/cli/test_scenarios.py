@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -112,7 +114,8 @@ def test_without_one_design_the_limits_that_clash_are_named_with_their_scenario(
 def test_one_for_all_on_the_command_line(run: Run, press: Path) -> None:
     done = run("solve", str(press), "--all-scenarios")
     assert (done.code, done.err) == (0, "")
-    assert "optimal: stiffness" in done.out
+    assert "optimal: stiffness is " in done.out
+    assert " in the worst of all scenarios" in done.out
     assert "overload" in done.out
     words = run("solve", str(press), "--all-scenarios", "--round", "3").err
     assert words == (
@@ -281,3 +284,46 @@ def test_a_variable_that_is_fixed_keeps_its_tolerance() -> None:
     assert fixed["links"]["spring"]["stiffness"] == {"value": "1 MN/m", "tolerance": "10 %"}
     again = changed(fixed, {"links.spring.stiffness": {"from": "1 MN/m", "to": "2 MN/m"}})
     assert again["links"]["spring"]["stiffness"] == {"from": "1 MN/m", "to": "2 MN/m"}
+
+
+def test_one_for_all_as_json_has_the_shape_of_an_answer(run: Run, press: Path) -> None:
+    said = run("solve", str(press), "--all-scenarios", "--json").data
+    plain = run("solve", str(press), "--json").data
+    assert said.keys() - plain.keys() == {"scenarios"}
+    assert said["goal"].keys() == plain["goal"].keys()
+    assert {key: said[key] for key in ("schema", "kind", "name", "title", "proven")} == {
+        key: plain[key] for key in ("schema", "kind", "name", "title", "proven")
+    }
+    assert said["variables"].keys() == plain["variables"].keys()
+    assert list(said["scenarios"]) == ["as it is", "overload", "light"]
+    for name, row in said["limits"].items():
+        assert row.keys() == plain["limits"][name].keys()
+        rows = [one["limits"][name] for one in said["scenarios"].values()]
+        assert row in rows
+        assert row["margin"] == min(one["margin"] for one in rows)
+
+
+def test_a_goal_of_several_words_is_told_in_words(run: Run, press: Path) -> None:
+    text = press.read_text(encoding="utf-8")
+    goal = '[goal]\nminimise = "transmitted_force"\ninto = "ground"\n'
+    press.write_text(re.sub(r"(?s)\[goal\].*?\n(?=\[|$)", goal, text, count=1), encoding="utf-8")
+    assert "transmitted force is " in run("solve", str(press), "--all-scenarios").out
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('"bodies.nope.mass" = "3 kg"\n',
+         'scenarios.odd: --set bodies.nope.mass: there is no "nope" in this file. Known: press.'),
+        ('"bodies.press.mass" = "0.3 t"\n',
+         "scenarios.odd changes nothing: the file says all of it already. Leave it out."),
+        ("", 'scenarios.odd changes nothing. Write changes by path below it: "limits.start_up.at_most" = "25 mm".'),
+    ],
+)  # fmt: skip
+def test_a_scenario_is_tried_whichever_way_the_job_is_read(text: str, words: str, tmp_path: Path) -> None:
+    whole = (ROOT / "isolation" / "rao_9_34.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]
+    whole += f"\n[scenarios.odd]\n{text}"
+    file = tmp_path / "job.toml"
+    file.write_text(whole, encoding="utf-8")
+    for read, given in ((vo.read, file), (vo.from_text, whole), (vo.from_dict, tomllib.loads(whole))):
+        assert words in str(refused(read, given))

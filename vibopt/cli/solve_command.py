@@ -189,8 +189,8 @@ def _tell_all(found: OneForAll, console: Console) -> None:
     from vibopt.answer.text import grid, paragraph, section
 
     console.print(found.job.title, style="bold")
-    goal = f": {found.goal[0]} {found.goal[1].shown}, the worst of all scenarios" if found.goal is not None else ""
-    console.print(f"{found.status}{goal}")
+    name, value = (found.goal[0].replace("_", " "), found.goal[1].shown) if found.goal is not None else ("", "")
+    console.print(f"{found.status}: {name} is {value} in the worst of all scenarios" if name else found.status)
     paragraph(console, f"{found.claim}. {found.reason}".rstrip(), 0)
     if found.variables:
         console.print(grid([(path, variable.shown) for path, variable in found.variables.items()]))

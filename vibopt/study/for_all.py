@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.answer import OPEN
 from vibopt.answer.entry import Checked, Entry
 from vibopt.answer.tabular import Tabular
 from vibopt.records import dataclass
@@ -54,9 +55,21 @@ class OneForAll(Tabular):
         return self.job.title, f"{self.status}: one design for {', '.join(self.limits) or 'all scenarios'}"
 
     def to_json(self) -> dict[str, Any]:
-        """All but the job."""
-        keys = ("status", "claim", "reason", "goal", "variables", "limits")
-        return {key: getattr(self, key) for key in keys}
+        """In the shape of an answer: of each limit the row of the scenario with least room; all rows by scenario."""
+        from vibopt.answer.jsonable import SCHEMA
+        from vibopt.study.holding import measured_by
+
+        worst: dict[str, Checked] = {}
+        for rows in self.limits.values():
+            worst |= {key: row for key, row in rows.items() if key not in worst or row.margin < worst[key].margin}
+        sense = "maximise" if measured_by(self.job)[1] > 0 else "minimise"
+        return {
+            "schema": SCHEMA, "kind": self.job.kind, "name": self.job.name, "title": self.job.title,
+            "status": self.status, "claim": self.claim, "reason": self.reason, "proven": self.status not in OPEN,
+            "goal": None if self.goal is None else {"name": self.goal[0], "sense": sense, **self.goal[1].to_json()},
+            "limits": worst, "variables": self.variables,
+            "scenarios": {name: {"limits": rows} for name, rows in self.limits.items()},
+        }  # fmt: skip
 
 
 __all__ = ["AS_IT_IS", "OneForAll"]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.answer.entry import ACTIVE, Entry
+from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, with_changes
 from vibopt.records import cached_property, dataclass
@@ -134,6 +135,11 @@ def _end(which: str) -> str:
     return _PLACES["high" if which == "to" else "low"]
 
 
+def is_looser(path: str, change: float) -> bool:
+    """Whether a bound that changes by so much leaves more room."""
+    return change * (1 if path.endswith(("at_most", "lowest", ".to", ".deepest")) else -1) > 0.0
+
+
 def in_steps(job: Job) -> bool:
     """Whether a limit may hold the answer to a balancing job back without being touched."""
     robust = getattr(getattr(job, "goal", None), "robust", "")
@@ -162,6 +168,20 @@ def caps_of(job: Any, found: Answer[Any]) -> Iterator[tuple[str, FactAt, float]]
         else:
             taken = sum((weight.mass for weight in weights), 0.0)
         yield path, fact, taken / fact.value
+
+
+def _bounds_of(job: Job, name: str) -> Iterator[FactAt]:
+    """The numbers of the file that bound something of `State.held`: a limit, or the end of a range."""
+    path, _, end = name.partition(" at ")
+    keys = ("to", "deepest") if end == _PLACES["high"] else ("from",)
+    if is_scene(job):
+        for variable in job.variables:
+            given = inside(job.document, path) if end and variable.path == path else None
+            if isinstance(given, dict) and keys[0] in given and not variable.choice.whole:
+                number = variable.high if end == _PLACES["high"] else variable.low
+                yield FactAt(f"{path}.{keys[0]}", number, variable.unit, variable.dimension)
+    wanted = {f"{path}.{key}" for key in keys} if end else {f"limits.{name}.at_most", f"limits.{name}.at_least"}
+    yield from (one for one in facts(job) if one.path in wanted and one.dimension != "count")
 
 
 def is_touched(part: float) -> bool:
@@ -265,6 +285,32 @@ class Road:
             state = state_of(here, found, value)
         self.work += max(found.work + meter.done, LEAST_WORK)
         return state
+
+    def with_room(self, value: float, names: frozenset[str], by: float) -> State:
+        """The answer at a value where the bounds of what is touched leave a part more room; "refused" if they are none.
+
+        names
+            As in `State.held`: limits, and ends of ranges.
+        """
+        refused = State(value, "refused", None, frozenset())
+        if not self.may():
+            raise SpentError
+        try:
+            here = with_changes(self.job, self.fact.changes(value))
+            changes: dict[str, str | float] = {}
+            for name in names:
+                bounds = list(_bounds_of(here, name))
+                if not bounds:
+                    return refused
+                for one in bounds:
+                    way = 1.0 if is_looser(one.path, 1.0) else -1.0
+                    changes |= one.changes(one.value * (1.0 + by * way))
+            here = with_changes(here, changes)
+        except InputError:
+            return refused
+        found: Answer[Any] = answer(here, explain=False, brief=True)
+        self.work += max(found.work, LEAST_WORK)
+        return state_of(here, found, value)
 
     def _near(self, value: float) -> Sequence[float] | None:
         """A design to begin at: along the line through the two nearest of one kind, else the nearest."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -39,6 +40,10 @@ _BEHIND, _FEW_BEHIND = 24, 4
 NONE = "no design"
 _SAME = 1e-7
 """Part of a goal below which two are the same."""
+_TIGHTER, _LOOSER = 0.003, 0.1
+"""Parts of a bound by which it is moved to see whether the goal feels it."""
+_NO_TURN = 1e-3
+"""Decades behind a place within which the goal turns at the place itself: there it may feel next to nothing yet."""
 _TURN = math.pi / 2.0
 NO_STEP = "it is zero, and nothing says how large a step is"
 
@@ -275,33 +280,68 @@ class Along:
         """The last answer before other things hold it back, the last that was looked at, and the first behind."""
         before = self.here
         for again in (True, False):
-            good, bad = self._scanned(before, direction, far)
-            if bad is None:
-                return good, good, None
-            end = bad
-            if not bad.good:
-                bad, end = self._edge(good, bad, direction)
-                if bad.like(before):
-                    return bad, end, end
-            guessed = self._guessed(before, good, bad, direction)
-            inner, outer = guessed or self._followed(before, good, bad, direction)
-            if again and inner is self.here and not self.axis.counted and outer.good:  # held otherwise from now on
-                before = outer
+            inner, last, outer = self._turn(before, before, before.like, direction, far)
+            if outer is not None and self._by_chance(before, inner, outer):
+                then = self._turn(before, outer, partial(self._as_before, before), direction, far)
+                if then[2] is None or abs(self._t(then[0])) - abs(self._t(outer)) > _NO_TURN:
+                    return then
+            if again and inner is self.here and not self.axis.counted and outer is not None and outer.good:
+                before = outer  # held otherwise from now on
                 continue
-            return inner, outer, outer
+            return inner, last, outer
+        return inner, last, outer
+
+    def _turn(
+        self, like: State, begin: State, holds: Callable[[State], bool], direction: int, far: float
+    ) -> tuple[State, State, State | None]:
+        """The same from an answer on, where something holds up to the first and no longer at the last."""
+        good, bad = self._scanned(begin, holds, direction, far)
+        if bad is None:
+            return good, good, None
+        if not bad.good:
+            bad, end = self._edge(good, bad, direction)
+            if holds(bad):
+                return bad, end, end
+        if begin is not like:
+            inner, outer = self._halved(good, bad, direction, holds)
+        else:
+            guessed = self._guessed(like, good, bad, direction)
+            inner, outer = guessed or self._followed(like, good, bad, direction)
         return inner, outer, outer
 
-    def _scanned(self, like: State, direction: int, far: float) -> tuple[State, State | None]:
-        """The last of a ladder of values that is like the first, and the next; None where all are."""
-        good = like
+    def _by_chance(self, before: State, inner: State, outer: State) -> bool:
+        """Whether the goal does not feel what tells two neighbours apart: to hold it a little tighter costs nothing."""
+        if not (outer.good and inner.good and self.road.has_goal) or outer.like(before):
+            return False
+        if self.axis.counted and self._same_goal(inner, outer):
+            return True
+        return self._idle(outer, outer.held - before.held, -_TIGHTER) and self._idle(
+            inner, before.held - outer.held, -_TIGHTER
+        )
+
+    def _as_before(self, before: State, one: State) -> bool:
+        """Whether the same things hold the goal back, whatever else is touched: to loosen that buys nothing."""
+        if not one.good or self._same_goal(one, before) or one.like(before):
+            return one.good
+        return self._idle(one, one.held - before.held, _LOOSER) and self._idle(before, before.held - one.held, _LOOSER)
+
+    def _idle(self, state: State, names: frozenset[str], by: float) -> bool:
+        """Whether the goal stays as it is while the numbers of what is touched leave a part more room."""
+        return not names or self._same_goal(state, self.road.with_room(state.value, names, by))
+
+    def _scanned(
+        self, begin: State, holds: Callable[[State], bool], direction: int, far: float
+    ) -> tuple[State, State | None]:
+        """The last of a ladder of values up to which something holds, and the next; None where it holds at all."""
+        good = begin
         ladder = self._ladder(direction, far)
-        begun = abs(self._t(like))
+        begun = abs(self._t(begin))
         values = [one for one in ladder if abs(self._t_of(one)) > begun * (1.0 + 1e-12)]
         states = self.road.at(values) if self.road.together else map(self.road, values)
         for state in states:
             if state is None:
                 continue
-            if not state.like(like):
+            if not holds(state):
                 return good, state
             good = state
         return good, None

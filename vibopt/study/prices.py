@@ -26,6 +26,7 @@ from vibopt.study.holding import (
     State,
     caps_of,
     in_steps,
+    is_looser,
     is_touched,
     measured_by,
     state_of,
@@ -342,7 +343,7 @@ class _Purse:
             return Ranked(fact.path, sort, now, why=NO_STEP)
         asked = [way for way in (-1, 1) if axis.step(way) != fact.value]
         if loosened:
-            asked = [way for way in asked if _is_looser(fact.path, axis.step(way) - fact.value)]
+            asked = [way for way in asked if is_looser(fact.path, axis.step(way) - fact.value)]
         if not self._may(len(asked)):
             return Ranked(fact.path, sort, now, why="left out because of the work")
         if progress is not None:
@@ -527,14 +528,9 @@ def _bound_of(row: Checked, known: Mapping[str, FactAt]) -> str:
     return min(paths, key=lambda one: abs(known[one].value - row.value.value), default="")
 
 
-def _is_looser(path: str, change: float) -> bool:
-    """Whether a bound that changes by so much leaves more room."""
-    return change * (1 if path.endswith(("at_most", "lowest", ".to", ".deepest")) else -1) > 0.0
-
-
 def _price(found: Answer[Any], key: str, row: Ranked) -> Price | None:
     """What a wider limit buys, and what is known of both ways; None where a balancing job gains nothing by it."""
-    way = next((one for one in row.ways if _is_looser(row.path, one.value.value - row.now.value)), None)
+    way = next((one for one in row.ways if is_looser(row.path, one.value.value - row.now.value)), None)
     if way is None or way.goal is None or not (is_scene(found.job) or (way.change or 0.0) > 0.0):
         return None
     ways = row.ways if row.ranged else ()

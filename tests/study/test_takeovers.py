@@ -1,0 +1,83 @@
+"""What takes over at the end of a range is what the goal feels; what is free of the goal touches limits by chance."""
+
+from __future__ import annotations
+
+import math
+
+import vibopt as vo
+from vibopt.answer.entry import Way
+from vibopt.scene.read import from_text, with_changes
+from vibopt.study.prices import prices
+
+TEXT = """
+[bases.floor]
+[bodies.a]
+mass = "266.05 kg"
+[links.m0]
+between = ["a", "floor"]
+stiffness = { from = "6348.9 N/m", to = "35977 N/m" }
+loss_factor = { from = 0.066083, to = 0.39842 }
+[excitations.e0]
+kind = "base_motion"
+on = "floor"
+speed = "720.44 rpm"
+acceleration = "1.4827 m/s2 pp"
+varies = [["0 rpm", 0.0], ["600 rpm", 0.71454], ["1500 rpm", 0.96164], ["20000 rpm", 1.0]]
+[limits.l0]
+response = "relative_displacement"
+across = "m0"
+over = "start-up"
+at_most = "0.0071525 m"
+[goal]
+minimise = "stiffness"
+of = "m0"
+"""
+FROM, ALLOWED = "links.m0.stiffness.from", "limits.l0.at_most"
+CLOSE = 5e-5
+"""Ends of ranges are told to four digits where values are answered one by one."""
+
+
+def drift(stiffness: float, allowed: float = 0.0071525) -> float:
+    """Greatest relative displacement over the start-up with the most damping, as a part of what is allowed [m].
+
+    On a grid of 40 000 speeds by the textbook: |Z| = |Y w²| / |w0² (1 + i eta) - w²|, the acceleration |Y w²| given.
+    """
+    greatest = 0.0
+    for k in range(1, 40_001):
+        speed = 720.44 * k / 40_000
+        factor = 0.71454 * speed / 600.0 if speed < 600.0 else 0.71454 + (speed - 600.0) / 900.0 * (0.96164 - 0.71454)
+        acceleration, w = 0.5 * 1.4827 * factor, speed * 2.0 * math.pi / 60.0
+        greatest = max(greatest, acceleration / abs(stiffness / 266.05 * (1.0 + 0.39842j) - w * w))
+    return greatest / allowed
+
+
+def goal_at(path: str, value: float, unit: str) -> float:
+    found = vo.solve(with_changes(from_text(TEXT), {path: f"{value!r} {unit}"}))
+    assert found.goal is not None
+    return found.goal[1].value
+
+
+def way_of(path: str) -> Way:
+    """Downwards."""
+    return prices(from_text(TEXT), only=[path]).find(path).ways[0]
+
+
+def test_a_limit_takes_over_where_the_goal_leaves_the_end_of_the_range() -> None:
+    way = way_of(FROM)
+    assert way.until is not None
+    for part in (0.999, 0.9, 0.6):  # l0 may be touched there, the goal is the end of the range
+        assert goal_at(FROM, 6348.9 * part, "N/m") == 6348.9 * part
+    end = way.until.value
+    assert "l0 takes over" in way.then
+    assert abs(drift(end) - 1.0) < CLOSE
+    assert goal_at(FROM, 1.001 * end, "N/m") == 1.001 * end
+    assert abs(goal_at(FROM, 0.999 * end, "N/m") / end - 1.0) < CLOSE
+
+
+def test_a_tighter_limit_takes_over_where_the_goal_begins_to_rise() -> None:
+    way = way_of(ALLOWED)
+    assert way.until is not None
+    end = way.until.value
+    assert abs(drift(6348.9, end) - 1.0) < CLOSE
+    assert goal_at(ALLOWED, 1.001 * end, "m") == 6348.9
+    assert goal_at(ALLOWED, 0.998 * end, "m") > 6348.9 * (1.0 + 1e-4)
