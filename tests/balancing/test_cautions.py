@@ -9,6 +9,7 @@ from math import degrees, radians, tau
 
 import numpy as np
 import pytest
+from ranged import ranged
 
 from rotor_jobs import FAN, correction, messages, read_text, solve_text
 from test_rotor_plan import ALIKE, SECOND, fan, put_back_of
@@ -123,7 +124,7 @@ def test_free_weights_say_from_where_a_limit_buys_nothing() -> None:
     goal = '[goal]\nminimise = "residual"\ncombine = "{}"\n'
     limit = '[limits.t]\nresponse = "correction"\ntotal = true\nat_most = "{} g"\n'
     for combine in ("rms", "worst"):
-        plan = priced(solve_text(FAN + SECOND + limit.format(8) + goal.format(combine)), until=True)
+        plan = ranged(solve_text(FAN + SECOND + limit.format(8) + goal.format(combine)))
         price = plan.limits["t"].price.words
         wider = solve_text(FAN + SECOND + limit.format(8.8) + goal.format(combine))
         assert wider.goal is not None

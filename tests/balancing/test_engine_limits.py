@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ranged import ranged
 
 from test_engine import engine, job_of, number_at, solved
 from vibopt.answer.text import blocks_of, text_of
@@ -60,7 +61,7 @@ def grid(job: EngineJob, here: Arms) -> tuple[np.ndarray, np.ndarray]:
 def test_a_limit_says_what_a_tenth_more_buys_and_from_where_nothing_is_gained() -> None:
     """Against all pairs of weights on a grid: the words are within its step."""
     document = four(secondary_couple="400 N m")
-    answer = priced(solved(document), until=True)
+    answer = ranged(solved(document))
     price = answer.limits["secondary_couple"].price
     bound, wider, until = 400.0, price.loosened.value, price.until.value
     now, then = answer.goal[1].value, price.goal.value

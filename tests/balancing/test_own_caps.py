@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from ranged import ranged
 
 from refusals import refused
 from rotor_jobs import FAN, solve_text
@@ -113,7 +114,7 @@ def shaft(cap: float, **plane: Any) -> Answer[Any]:
 
 
 def test_a_cap_with_known_masses_has_the_price_of_the_file_with_the_wider_cap() -> None:
-    answer, wider = priced(shaft(200.0), until=True), shaft(220.0)
+    answer, wider = ranged(shaft(200.0)), shaft(220.0)
     words = answer.prices["planes.L.weight"].words
     assert answer.goal is not None
     assert wider.goal is not None
@@ -136,7 +137,7 @@ def test_a_cap_of_an_engine_has_the_price_of_the_file_with_the_wider_cap(cap: fl
         found["goal"] = {"minimise": "secondary_force"}
         return found
 
-    answer, wider = priced(solved(document(cap)), until=True), solved(document(1.1 * cap))
+    answer, wider = ranged(solved(document(cap))), solved(document(1.1 * cap))
     words = answer.prices["balance_shafts.left.unbalance"].words
     now, then = (1e3 * one for one in numbers(words, "kN")[:2])
     assert now == pytest.approx(number_at(answer, "goal"), rel=2e-3)
@@ -147,7 +148,7 @@ def test_a_cap_of_an_engine_has_the_price_of_the_file_with_the_wider_cap(cap: fl
 def test_a_share_at_its_end_has_a_price() -> None:
     document = engine(["0 deg"], counterweight_share={"from": "0 %", "to": "40 %"})
     document["goal"] = {"minimise": "primary_force"}
-    words = priced(solved(document), until=True).prices["engine.counterweight_share"].words
+    words = ranged(solved(document)).prices["engine.counterweight_share"].words
     assert words.startswith("40 % -> 44 %: primary force ")
     assert words.endswith("; nothing more to gain beyond 50 %")
 

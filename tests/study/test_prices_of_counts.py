@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from ranged import ranged
 
 import vibopt as vo
 from vibopt.scene.read import from_dict
-from vibopt.study.prices import priced
 
 
 def scene(**bounds: int) -> Any:
@@ -31,7 +31,7 @@ def scene(**bounds: int) -> Any:
 
 @pytest.mark.parametrize(("bounds", "then"), [({"at_most": 3}, 4.0), ({"at_least": 3}, 2.0), ({"at_least": 1}, None)])
 def test_the_price_of_a_count_is_that_of_one_mount(bounds: dict[str, int], then: float | None) -> None:
-    price = priced(vo.solve(scene(**bounds)), until=True).limits["number"].price
+    price = ranged(vo.solve(scene(**bounds))).limits["number"].price
     assert (price.loosened.value if price is not None else None) == then
 
 

@@ -27,14 +27,13 @@ from vibopt.errors import InputError
 from vibopt.jobs import is_open
 from vibopt.records import dataclass
 from vibopt.study.for_all import AS_IT_IS, OneForAll
-from vibopt.study.seen import GOOD, chosen, goal_of
+from vibopt.study.seen import GOOD, chosen
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 _INSTEAD = "vibopt compare FILE --scenarios answers each by itself."
 _SAME_CHOICE = ("options", "option_masses", "option_uses", "stock", "sectors", "mass_per_unbalance", "pairs", "goal")
-_ALL = "over all scenarios"
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,6 @@ class _Asked:
         Whether every plane is felt, so that what is impossible is proven.
     """
 
-    job: RotorJob | KnownJob
     question: Question
     limits: Mapping[str, ResidualLimit | CorrectionLimit | KnownLimitTable]
     with_only: Callable[[Sequence[str]], Question]
@@ -86,16 +84,13 @@ def one_plan(job: Job, variants: Mapping[str, Job]) -> OneForAll:
     refused = next(((name, one) for name, one in found.items() if one.status not in GOOD), None)
     if refused is not None:
         return OneForAll(job, refused[1].status, f"{refused[0]}: {refused[1].claim}", None, {}, {})
-    first, worst = found[AS_IT_IS], [goal_of(asked[name].job, one) for name, one in found.items()]
-    goal = max((one for one in worst if one is not None), key=lambda one: one.value)
+    goal = max((one.goal for one in found.values() if one.goal is not None), key=lambda one: one[1].value)
     said = f"{solved.claim}; put back into each of {len(found)} {'shafts' if is_known(job) else 'simulated rotors'}"
-    if solved.u is not None and asked[AS_IT_IS].question.goal not in ("worst", "correction"):
-        said += f"; made least {_ALL} at once"
-    name = first.goal[0] if first.goal is not None else ""
-    values = {path: one for path, one in chosen(job, first).items() if isinstance(one, Entry)}
-    return OneForAll(
-        job, solved.status, said, (name, goal), values, {name: dict(one.limits) for name, one in found.items()}
-    )
+    if asked[AS_IT_IS].question.goal not in ("worst", "correction"):
+        said += "; made least over all scenarios at once"
+    values = {path: one for path, one in chosen(job, found[AS_IT_IS]).items() if isinstance(one, Entry)}
+    limits = {name: dict(one.limits) for name, one in found.items()}
+    return OneForAll(job, solved.status, said, goal, values, limits)
 
 
 def _asked(whole: Job, name: str, job: Job) -> _Asked:
@@ -117,7 +112,7 @@ def _shaft(job: KnownJob) -> _Asked:
     def with_only(kept: Sequence[str]) -> Question:
         return pose_known(replace(job, limits={name: one for name, one in job.limits.items() if name in kept}))[0]
 
-    return _Asked(job, question, job.limits, with_only, lambda solved: solve_known(job, solver=lambda _: solved))
+    return _Asked(question, job.limits, with_only, lambda solved: solve_known(job, solver=lambda _: solved))
 
 
 def _rotor(job: RotorJob) -> _Asked:
@@ -130,7 +125,6 @@ def _rotor(job: RotorJob) -> _Asked:
         return with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
 
     return _Asked(
-        job,
         posed.question,
         {one.name: one for one in rows},
         with_only,

@@ -436,17 +436,10 @@ def _data(job: Job, read: int) -> str:
     )
 
 
-def priced(found: Answer[Any], *, until: bool = False, thorough: bool = False) -> Answer[Any]:
-    """The same answer with a price on all that holds it back; analyses and failures are returned as they are.
+def priced(found: Answer[Any]) -> Answer[Any]:
+    """The same answer with a price on all that holds it back, one step looser; `with_prices` has both ways and ranges.
 
-    Parameters
-    ----------
-    found
-        An answer with a goal, of any kind of job.
-    until
-        Look both ways, for the range of each, and for the bound beyond which loosening buys nothing more.
-    thorough
-        Whatever the work; without it the answer says what was left out.
+    Analyses and failures are returned as they are.
 
     Notes
     -----
@@ -458,16 +451,13 @@ def priced(found: Answer[Any], *, until: bool = False, thorough: bool = False) -
     asked = _holding_back(found)
     if not asked:
         return found
-    if found.work > PATIENCE and not thorough:
+    if found.work > PATIENCE:
         names = ", ".join(dict.fromkeys(_spoken(found, key) for key in asked))
         note = f"No price was computed for {names}: each is an answer of its own. {THOROUGH} computes it."
         return replace(found, notes=(*found.notes, note))
-    if until:
-        every = prices_of_limits(found, thorough=thorough)
-        return found if every is None else with_prices(found, every)
     job = _job(found)
     steps = not is_scene(job) and in_steps(job)
-    purse = _Purse(found, measured_by(job)[1], OF_LIMITS if steps and not thorough else float("inf"))
+    purse = _Purse(found, measured_by(job)[1], OF_LIMITS if steps else float("inf"))
     rows = [purse.priced(fact, LIMITS, None, 0.0, loosened=True) for fact in asked.values()]
     return _with_rows(found, asked, {row.path: row for row in rows}, _left(rows))
 

@@ -261,12 +261,10 @@ class _Front:
 
     def _told(self, b: float) -> bool:
         """Whether the answer at a bound follows from others."""
+        point = self.known.get(min((c for c in self.known if c > b), default=b))
         if b <= self.impossible:
-            self.known[b] = None
-            return True
-        looser = min((c for c in self.known if c > b), default=None)
-        point = None if looser is None else self.known[looser]
-        if point is None or not self.tells or point.status != "optimal" or not self.bound(point) <= b:
+            point = None
+        elif point is None or not self.tells or point.status != "optimal" or self.bound(point) > b:
             return False
         self.known[b] = point
         return True
