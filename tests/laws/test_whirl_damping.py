@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from refusals import refused
 from test_bearings import BENDING, BOTH, FILM, REST, ROWS, at, borne, numbers
 from test_rotors import HEAD, NONE, RPM, SHAFT, asked, friswell, held, light
-from vibopt.mechanics.free_whirls import NO_PEAK, decrements, free_whirls, synchronous
+from vibopt.mechanics.free_whirls import NO_PEAK, _crossings, _Look, decrements, free_whirls, synchronous
 from vibopt.mechanics.orbits import spun
 from vibopt.mechanics.whirls_as_built import as_fast, in_planes, whirls
 from vibopt.report.machine_views import blocks, own_json
@@ -410,3 +410,21 @@ REFUSED = {
 @pytest.mark.parametrize(("text", "said"), REFUSED.values(), ids=REFUSED)
 def test_what_is_refused_of_whirls(text: str, said: str) -> None:
     assert said in refused(from_text, text, name="t").messages
+
+
+class Creeping:
+    """What only creeps back, of a rate that rounding turns a little."""
+
+    slowest, knots = 1.0, np.zeros(0)
+
+    def rates(self, spin: float, few: int) -> Any:
+        return np.diag([-1.0 + 1e-320j, -2.0, -3.0, -4.0])
+
+    def motions(self, ways: Any) -> Any:
+        return ways[:2]
+
+
+def test_what_creeps_is_as_fast_as_no_spin_and_ends_the_search() -> None:
+    """At rest rounding alone says that it goes round; it was followed towards rest for ever."""
+    ends = (_Look.at(Creeping(), spin, 1) for spin in (0.0, 2.0))  # type: ignore[arg-type]
+    assert _crossings(Creeping(), *ends) == []  # type: ignore[arg-type]

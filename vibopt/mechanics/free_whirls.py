@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
-from vibopt.mechanics.orbits import FARTHEST, Spun, roots
+from vibopt.mechanics.orbits import FARTHEST, Half, Spun, roots
 from vibopt.records import dataclass
 
 NO_PEAK, HEAVY, _FOLLOWED = 1.0 / np.sqrt(2.0), 0.95, 0.98
@@ -25,9 +25,9 @@ of spins is in which a whirl is solved."""
 _SCANNED, _BEYOND, _SURELY, _HALVED = 24, 1.5, 0.9, 60
 """Spins of a range that are looked at beside rows of tables; by how much faster whirls are followed than asked for;
 the part of that up to which one surely counts; steps of a golden section."""
-_EQUAL, _MET, _STRAIGHT = 1e-6, 1e-3, 1e-3
+_EQUAL, _MET = 1e-6, 1e-3
 """Part of themselves within which two speeds are one, and by which a whirl that is met differs from the spin at most,
-where the numbers of a rotor leave few digits; part of a motion by which one along a line goes round."""
+where the numbers of a rotor leave few digits."""
 _RUNS, _LIGHT = 1.5, 0.8
 """Times what a slope says by which a whirl may run; damping ratio up to which one is watched between two spins."""
 _GOLDEN, _LEVEL, _BESIDE = 0.5 * (np.sqrt(5.0) - 1.0), 1e-12, 1e-3
@@ -73,7 +73,7 @@ def free_whirls(
         every = [way for _, way in found]
     order = np.argsort(met.real)
     kept = order[(met.real <= top)[order] & (met.imag < HEAVY * np.abs(met))[order]]
-    senses = np.array([_sense(rotor, every[k]) for k in kept.tolist()], dtype=float)
+    senses = np.array([rotor.sense(every[k]) for k in kept.tolist()], dtype=float)
     return Whirls(met[kept], senses)
 
 
@@ -117,11 +117,6 @@ def _whole(
     chosen = every[(every.real > 0.0) & (every.imag <= _FOLLOWED * np.abs(every)) & (every.real <= top)]
     ways = [np.linalg.svd(still + one * first + one**2 * second)[2][-1].conj() for one in chosen.tolist()]
     return chosen, ways
-
-
-def _sense(rotor: Spun, way: ComplexArray) -> float:
-    forward, backward = (float(np.vdot(one, rotor.mass @ one).real) for one in np.split(way, 2))
-    return 0.0 if abs(forward - backward) <= _STRAIGHT * (forward + backward) else float(np.sign(forward - backward))
 
 
 def decrements(rates: ComplexArray) -> FloatArray:
@@ -192,14 +187,19 @@ def _lowest(value: Callable[[float], float], low: float, high: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Synchronous:
-    """A free whirl as fast as the spin: that speed [rad/s], its complex frequency [rad/s] and motion (2 n,)."""
+    """A free whirl as fast as the spin: that speed [rad/s], its complex frequency [rad/s] and motion (2 n,).
+
+    Of a rotor whose bearings couple no forward and backward whirl the motion (n,), and its `sense`.
+    """
 
     speed: float
     rate: complex
     way: ComplexArray
+    sense: float = 0.0
 
     def moved(self, rotor: Spun) -> float:
         """The speed of the same whirl of a rotor that is nearly the same [rad/s]; nan if none is met."""
+        rotor = Half(rotor, self.sense) if len(self.way) == len(rotor.mass) else rotor
         return _as_fast(rotor, self.speed, self.rate, self.way)[0].speed
 
 
@@ -209,6 +209,15 @@ def synchronous(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> l
     What is damped by `NO_PEAK` of critical and more has no resonance, and is left out.  Up to `top` and as far as
     tables go; without a top the `most` lowest are looked for up to `FARTHEST` times the lowest frequency at rest.
     """
+    halves = [rotor] if rotor.model.bearings else [Half(rotor, one) for one in (1.0, -1.0) if one * sense >= 0.0]
+    found = [one for half in halves for one in _met_by(half, sense, top, most)]
+    found.sort(key=lambda one: one.speed)
+    alone = np.diff([one.speed for one in found], prepend=0.0) > [_EQUAL * one.speed for one in found]
+    return [one for one, kept in zip(found, alone.tolist(), strict=True) if kept]
+
+
+def _met_by(rotor: Spun, sense: float, top: float, most: int) -> list[Synchronous]:
+    """As `synchronous`, in any order, some of them twice."""
     spins, few = _looked_at(rotor, top).tolist(), rotor.enough(top)
     found: list[Synchronous] = []
     before = _Look.at(rotor, spins[0], few)
@@ -221,9 +230,7 @@ def synchronous(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> l
         before = after
         if most and len(found) >= most + 1:  # one may be met twice
             break
-    found.sort(key=lambda one: one.speed)
-    alone = np.diff([one.speed for one in found], prepend=0.0) > [_EQUAL * one.speed for one in found]
-    return [one for one, kept in zip(found, alone.tolist(), strict=True) if kept]
+    return found
 
 
 def _looked_at(rotor: Spun, top: float) -> FloatArray:
@@ -238,9 +245,10 @@ def _looked_at(rotor: Spun, top: float) -> FloatArray:
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """The lowest whirls at a spin [rad/s]: states (n, n), their rates (n,) [1/s] and motions (n, n)."""
+    """The `few` lowest whirls at a spin [rad/s]: states (n, n), their rates (n,) [1/s] and motions (n, n)."""
 
     spin: float
+    few: int
     states: ComplexArray
     rates: ComplexArray
     ways: ComplexArray
@@ -248,7 +256,7 @@ class _Look:
     @classmethod
     def at(cls, rotor: Spun, spin: float, few: int) -> _Look:
         states = rotor.rates(spin, few)
-        return cls(spin, states, *np.linalg.eig(states))
+        return cls(spin, few, states, *np.linalg.eig(states))
 
     @property
     def faster(self) -> int:
@@ -273,14 +281,14 @@ def _crossings(rotor: Spun, low: _Look, high: _Look) -> list[tuple[float, comple
     count = abs(low.faster - high.faster)
     if not count and not low.may_meet(high) and not high.may_meet(low):
         return []
-    if high.spin - low.spin <= _NARROW * high.spin:
-        middle = _Look.at(rotor, 0.5 * (low.spin + high.spin), len(low.rates) // 4)
+    if high.spin - low.spin <= _NARROW * max(high.spin, rotor.slowest):  # what only creeps is as fast as no spin
+        middle = _Look.at(rotor, 0.5 * (low.spin + high.spin), low.few)
         off = np.abs(middle.rates.imag - middle.spin)
         near = np.argsort(off)[: max(count, int((off <= high.spin - low.spin).sum()))]
         ways = rotor.motions(middle.ways[:, near]).T
         every = [(middle.spin, complex(-1j * middle.rates[k]), way) for k, way in zip(near.tolist(), ways, strict=True)]
         return [one for one in every if one[1].imag <= HEAVY * abs(one[1])]
-    there = _Look.at(rotor, 0.5 * (low.spin + high.spin), len(low.rates) // 4)
+    there = _Look.at(rotor, 0.5 * (low.spin + high.spin), low.few)
     return [*_crossings(rotor, low, there), *_crossings(rotor, there, high)]
 
 
@@ -300,7 +308,8 @@ def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tupl
         before, here, low = here, here - high * (here - before) / (high - low), high
     met = abs(high) <= _MET * here
     here = here if met else np.nan
-    return Synchronous(here, complex(here, like.imag), way), _sense(rotor, way)
+    goes = rotor.sense(way)
+    return Synchronous(here, complex(here, like.imag), way, goes), goes
 
 
 __all__ = [

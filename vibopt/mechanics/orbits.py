@@ -28,6 +28,8 @@ FARTHEST = 50.0
 _LOWEST, _FOLLOWED, _FEWEST, _FASTER = 12, 12, 6, 16.0
 """Undamped whirls of either sense by which singular speeds are looked for, and by which growth is; of these at least,
 where whirls up to a frequency are looked for, and those up to so many times as fast as that."""
+_STRAIGHT = 1e-3
+"""Part of a motion by which one along a line goes round."""
 _REAL, _AROUND, _STILL = 1e-9, 0.05, 1e-12
 """Part of itself by which a speed without damping may lie off its axis, that by which it moves when solved in full,
 and the part of the longest period below which one is rounding."""
@@ -151,8 +153,12 @@ class Spun:
         for begin, sense in ((0, 1.0), (n, -1.0)):
             here = slice(begin, begin + n)
             found[here, here] = self.held - omega**2 * self.mass + sense * omega * spin * self.polar
-        rows = np.kron(np.eye(2), self.rows)
+        rows = self._both
         return np.asarray(found + rows.T @ self.coupling(np.array([omega]), np.array([spin]))[0] @ rows)
+
+    @cached_property
+    def _both(self) -> FloatArray:
+        return np.kron(np.eye(2), self.rows)
 
     def _direct(self, lines: FloatArray, load: ComplexArray, omega: complex) -> ComplexArray:
         whole = np.concatenate([load, np.zeros(len(load))]).astype(complex)
@@ -270,6 +276,11 @@ class Spun:
         first = 0.5 * (self.dynamic(1.0, spin) - self.dynamic(-1.0, spin))
         return first, np.asarray(-np.kron(np.eye(2), self.mass))
 
+    def sense(self, way: ComplexArray) -> float:
+        """Of a motion (2 n,): 1 with the spin, -1 against it, by the greater mass; 0 along a line."""
+        ahead, against = (float(np.vdot(one, self.mass @ one).real) for one in np.split(way, 2))
+        return 0.0 if abs(ahead - against) <= _STRAIGHT * (ahead + against) else float(np.sign(ahead - against))
+
     @cached_property
     def knots(self) -> FloatArray:
         """Speeds of the rows of all tables [rad/s], ascending; those within the ends of each."""
@@ -327,6 +338,34 @@ class Spun:
         return np.asarray(np.outer(root, root))
 
 
+class Half(Spun):
+    """Whirl of a rotor with the spin (1) or against it (-1) alone, where no bearing couples both: of half the size."""
+
+    def __init__(self, whole: Spun, sense: float) -> None:
+        self.__dict__.update(whole.__dict__)
+        self.whole, self.known, n = whole, sense, len(whole.mass)
+        self._here = slice(0, n) if sense > 0.0 else slice(n, 2 * n)
+
+    def dynamic(self, omega: complex, spin: float) -> ComplexArray:
+        return self.whole.dynamic(omega, spin)[self._here, self._here]
+
+    def rates(self, spin: float, few: int = _FOLLOWED) -> ComplexArray:
+        rates = self.whole.rates(spin, few)
+        own = np.arange(len(rates)).reshape(2, 2, -1)[:, int(self._here.start > 0)].ravel()
+        return rates[np.ix_(own, own)]
+
+    def motions(self, ways: ComplexArray) -> ComplexArray:
+        few = len(ways) // 2
+        return np.asarray((self._at_rest[1] / np.sqrt(self._at_rest[0]))[:, :few] @ ways[:few])
+
+    def powers(self, spin: float) -> tuple[ComplexArray, FloatArray]:
+        first, second = self.whole.powers(spin)
+        return first[self._here, self._here], second[self._here, self._here]
+
+    def sense(self, way: ComplexArray) -> float:
+        return self.known
+
+
 def _reference(model: Model, x: FloatArray) -> FloatArray:
     """Stiffness alike in both planes by which each bearing holds the shaft whose whirls are taken, (n_bearings,) [N/m].
 
@@ -373,4 +412,4 @@ def _solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
         return found
 
 
-__all__ = ["FARTHEST", "Spun", "roots", "spun"]
+__all__ = ["FARTHEST", "Half", "Spun", "roots", "spun"]

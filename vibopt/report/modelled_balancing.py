@@ -23,9 +23,9 @@ from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Band
 
-_PARTS, _SAME, _FINE, _APART = 8, 1e-8, 4001, 0.02
-"""Speeds at which a range is looked at, beside its peaks; part by which two routes may differ; samples in which peaks
-are looked for; part by which speeds differ, as runs of a meter at nearly one speed count as repeated."""
+_PARTS, _SAME, _APART = 8, 1e-8, 0.02
+"""Speeds at which a range is looked at, beside its peaks; part by which two routes may differ; part by which speeds
+differ, as runs of a meter at nearly one speed count as repeated."""
 _TRIED, _BETWEEN, _COVERED, _MORE, _LEAST_APART = 501, 1.03, 1e-3, 24, 0.0101
 """Speeds of a range at which a bound is looked at, beside those near poles; bound from which on a speed is added, what
 covers speeds between those, most that are added, and the part by which they differ."""
@@ -79,7 +79,7 @@ def balancing_document(design: Design) -> dict[str, Any]:
         )
     if len(scene.excitations) > 1:
         raise InputError(f"{scene.name}: {_ONE}")
-    speeds, part = held_between(scene, machine, planes, sensors, _speeds(scene, machine, sensors))
+    speeds, part = held_between(scene, machine, planes, sensors, _speeds(scene, machine))
     effects = {plane: _effects(scene, design, machine, plane, list(sensors), speeds) for plane in planes}
     found = sum(
         excitation.swung * part * _effects(scene, design, machine, place, list(sensors), speeds)
@@ -229,46 +229,27 @@ def _limits(scene: Scene, name: str, speeds: FloatArray, part: float) -> Iterato
         yield f"{name}_at_{one * _RPM:.5g}".replace(".", "_"), {**row, "speed": f"{one * _RPM:.15g} rpm"}
 
 
-def _speeds(scene: Scene, machine: Machine, sensors: Iterable[str]) -> FloatArray:
-    """Where a plan is looked at [rad/s], ascending, no two of them nearly the same."""
+def _speeds(scene: Scene, machine: Machine) -> FloatArray:
+    """Where a plan is looked at first [rad/s], ascending, no two of them nearly the same.
+
+    A whirl w^2 / |(w - p)(w + p*)| of one pole p is greatest at |p|^2 / sqrt(Re p^2).
+    """
     ((name, imbalance),) = scene.excitations.items()
     bands = set(imbalance.own_bands())
     for _, response in _asked(scene):
         if type(response) is Displacement:
             bands |= set(bands_for(scene, response, name))
+    square = np.sort((machine.known_poles**2)[machine.known_poles.real > 0.0])
+    peaks = (np.abs(square) / np.sqrt(np.maximum(square.real, 1e-300))).tolist()
     points, even = [band.low for band in bands if band.is_point], []
     for band in (one for one in bands if not one.is_point):
-        points += _peaks(machine, imbalance.acts, sensors, band)
+        points += [one for one in peaks if band.low < one < band.high]
         even += np.linspace(band.low, band.high, _PARTS + 1)[::-1].tolist()
     kept: list[float] = []
     for speed in [*points, *even]:
         if speed > 0.0 and all(abs(speed - one) > _APART * one for one in kept):
             kept.append(speed)
     return np.sort(kept)
-
-
-def _peaks(machine: Machine, acts: Mapping[str, complex], sensors: Iterable[str], band: Band) -> list[float]:
-    """Speeds in a range at which what is asked is greatest [rad/s], the highest first."""
-    from scipy.optimize import minimize_scalar
-
-    def size(speeds: FloatArray, point: str) -> FloatArray:
-        forces = {place: np.asarray(part * speeds**2, dtype=complex) for place, part in acts.items()}
-        return np.asarray(np.abs(machine.shake(speeds, forces, {}).points[point]))
-
-    critical = [one for one in machine.critical_speeds().tolist() if band.low < one < band.high]
-    speeds = np.unique([*np.linspace(band.low, band.high, _FINE)[1:], *critical])
-    found: list[tuple[float, float]] = []
-    for point in sensors:
-        values = size(speeds, point)
-        for at in np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1:
-            top = minimize_scalar(
-                lambda one, point=point: -float(size(np.array([one]), point)[0]),
-                bounds=(speeds[at - 1], speeds[at + 1]),
-                method="bounded",
-                options={"xatol": 1e-9 * speeds[at]},
-            )
-            found.append((float(top.fun), float(top.x)))
-    return [speed for _, speed in sorted(found)]
 
 
 def _effects(
