@@ -12,6 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from refusals import refused
+from test_spin import whirl_rates
 from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
 from vibopt.jobs import answer
@@ -19,7 +20,6 @@ from vibopt.jobs import from_text as job_from_text
 from vibopt.mechanics.model import INERTIA, STIFFNESS
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.shaft_waves import MODES, Section, WhirlingShaft
-from vibopt.mechanics.whirl import whirl_rates
 from vibopt.report.campbell import campbell_of
 from vibopt.report.figures.campbell_diagram import campbell_figure
 from vibopt.report.modelled_balancing import balancing_document

@@ -205,13 +205,9 @@ class Excitation(Table):
         return (self.on,)
 
     @property
-    def anywhere(self) -> tuple[str, ...]:
-        """Of what may be at any of several points, or in parts at several of them, these; of all else none."""
-        return ()
-
-    def moved(self, place: str) -> "Excitation":
-        """All of it at one of `anywhere`."""
-        raise NotImplementedError
+    def anywhere(self) -> Mapping[str, "Excitation"]:
+        """Of what may be at any of several points, or in parts at several: itself at each of these; else nothing."""
+        return {}
 
     @property
     def loose(self) -> tuple["Excitation", ...]:

@@ -132,11 +132,9 @@ class Unbalance(Directed):
         return (self.on, *(one.on for one in self.also), *self.or_on)
 
     @property
-    def anywhere(self) -> tuple[str, ...]:
-        return (self.on, *self.or_on) if self.or_on else ()
-
-    def moved(self, place: str) -> "Unbalance":
-        return self.model_copy(update={"on": place, "or_on": ()})
+    def anywhere(self) -> dict[str, "Unbalance"]:
+        places = (self.on, *self.or_on) if self.or_on else ()
+        return {place: self.model_copy(update={"on": place, "or_on": ()}) for place in places}
 
     @property
     def loose(self) -> tuple["Unbalance", ...]:

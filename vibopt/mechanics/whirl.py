@@ -29,19 +29,6 @@ class TooManyError(Exception):
     """Several rotating dampers among more coordinates than are answered."""
 
 
-def whirl_rates(
-    mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray, spin: float,
-    gyroscopic: FloatArray | None = None,
-) -> ComplexArray:  # fmt: skip
-    """Rates s of free whirl e^{s t} [1/s], (2 n,), at a spin; growing ones have a positive real part."""
-    root = np.linalg.inv(np.linalg.cholesky(mass))
-    own = [root @ one @ root.T for one in (fixed + rotating, rotating, stiffness)]
-    turn = np.zeros_like(mass) if gyroscopic is None else root @ gyroscopic @ root.T
-    size = float(np.sqrt(np.abs(own[2]).max(initial=0.0))) or float(np.abs(own[0]).max(initial=0.0)) or 1.0
-    first, slope = _states(own[0] / size, own[1] / size, own[2] / size**2, turn)
-    return np.asarray(np.linalg.eigvals(first + spin / size * slope) * size, dtype=complex)
-
-
 def threshold(
     mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray,
     gyroscopic: FloatArray | None = None,
@@ -245,4 +232,4 @@ def _damped(damping: FloatArray, stiffness: FloatArray, turn: FloatArray) -> Flo
     return found
 
 
-__all__ = ["MOST", "TooManyError", "rotor_threshold", "threshold", "whirl_rates"]
+__all__ = ["MOST", "TooManyError", "rotor_threshold", "threshold"]

@@ -135,8 +135,8 @@ def loose_in(scene: Scene, response: HarmonicResponse) -> str:
 
 def shaker_for(scene: Scene, response: Response, name: str) -> Excitation:
     """An excitation as the response sees it: what may be at several places at the one that is asked about."""
-    place = response.placed.get(name)
-    return scene.excitations[name] if place is None else scene.excitations[name].moved(place)
+    shaker = scene.excitations[name]
+    return shaker.anywhere[response.placed[name]] if name in response.placed else shaker
 
 
 def row_of(excitation: Excitation, points: Mapping[str, FloatArray]) -> FloatArray:
