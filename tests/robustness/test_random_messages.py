@@ -27,6 +27,12 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"excitations.w.density": "3 kg"},
         f'excitations.w.density = "3 kg" is a mass, but a spectral density of force is needed here. {BOTH}',
     ),
+    "an unknown unit": (
+        {"excitations.w.density": "3 (m/s2)2/Hx"},
+        'excitations.w.density = "3 (m/s2)2/Hx" has the unknown unit "(m/s2)2/Hx". Units of a spectral density of '
+        "force: N²/Hz, kN²/Hz, lbf²/Hz; on a base of acceleration: (m/s²)²/Hz, (mm/s²)²/Hz, g²/Hz; or of displacement: "
+        "mm²/Hz, µm²/Hz, m²/Hz.",
+    ),
     "negative": (
         {"excitations.w.density": "-3 N²/Hz"},
         'excitations.w.density = "-3 N²/Hz" is not greater than zero. Write a positive value, for example "100 N²/Hz".',

@@ -156,6 +156,11 @@ WRONG = {
         {'"20 N"': '"20 N"\nat = "3000 rpm"\nover = "0..3000 rpm"'},
         "line 17: limits.floor has both at and over. Keep one: at for single speeds, over for ranges.",
     ),
+    "negative factor": (
+        {'"3000 rpm"': '"3000 rpm"\nvaries = [["0 rpm", -1], ["5000 rpm", 2]]'},
+        'line 16: excitations.fan.varies = [["0 rpm", -1], ["5000 rpm", 2]] has a factor below zero, and an amplitude '
+        "is its size. Write factors of zero or more.",
+    ),
     "missing varies": (
         {'"20 N"': '"20 N"\nover = "0..3000 rpm"'},
         "line 17: limits.floor looks at speeds other than those of excitations.fan: how does its amplitude vary? "

@@ -1,5 +1,6 @@
 """Values at the door: what they mean, and that notation does not change it."""
 
+import math
 import subprocess
 import sys
 from math import pi, sqrt
@@ -97,6 +98,11 @@ def test_products_may_be_written_in_any_way(text: str) -> None:
 @pytest.mark.parametrize("unit", ["m/s²", "m/s^2", "m/s**2", "m/s2", "m / s ^ 2", "m/s/s", "m s⁻²", "m/(s s)"])
 def test_powers_may_be_written_in_any_way(unit: str) -> None:
     assert read_quantity(f"3 {unit}", "acceleration").value == 3.0
+
+
+@pytest.mark.parametrize("unit", ["(m/s²)²/Hz", "(m/s2)2/Hz", "(m/s^2)^2/Hz", "m2/s4/Hz"])
+def test_powers_of_brackets_may_be_written_in_any_way(unit: str) -> None:
+    assert read_quantity(f"3 {unit}", "acceleration_density").value == pytest.approx(3.0 / math.tau, rel=1e-15)
 
 
 def test_1200_rpm_is_20_hertz_to_the_last_bit() -> None:

@@ -26,6 +26,7 @@ def window(file: str, changes: tuple[str, ...], scenario: str | None, as_json: b
     """Say how far each variable may go, and by how much all may be off at once around the best centre.
 
     The goal of the file does not matter, but for how far its own answer is from the limits.
+    A file with tolerances is refused, as the box is one of tolerances itself: leave them out.
     """
     from vibopt.cli.progress import Bar
     from vibopt.study.window import window as permitted

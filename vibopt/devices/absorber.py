@@ -76,7 +76,8 @@ class AbsorberTable(OneLink):
     on: What it sits on, a body, a point of a structure or another absorber: `on = "deck"`; or places of which the best
         is found: `on = { one_of = ["floor1", "floor2"] }`. Refused on bodies in space.
     mass: Its mass. One of `mass`, `mass_ratio`, `inertia`, `disc`.
-    mass_ratio: Its mass over that of what it sits on, or of `relative_to`: `mass_ratio = 0.02`.
+    mass_ratio: Its mass over that of what it sits on, or of `relative_to`, which counts what rolling adds:
+        `mass_ratio = 0.02`.
     relative_to: The body that `mass_ratio` refers to: `relative_to = "deck"`.
     inertia: Moment of inertia of an absorber that turns.
     disc: A disc that turns, instead of `inertia`: `disc = { mass = "4 kg", diameter = "0.2 m" }`.

@@ -78,8 +78,9 @@ class BodyTable(Device):
         space and along a line.
     speed_ratio: How many times as fast it turns as the body it is geared to, the teeth of that one over its own;
         below zero where it turns the other way: `speed_ratio = -0.25`.
-    rolling: What rolls as it moves adds J/r²: `rolling = { inertia = "0.2 kg m2", radius = "0.3 m" }`. Refused in
-        space and beside `inertia`.
+    rolling: What rolls as it moves adds J/r²: `rolling = { inertia = "0.2 kg m2", radius = "0.3 m" }`. A
+        `damping_ratio` or `mass_ratio` relative to the body refers to m + J/r², its static deflection to m alone.
+        Refused in space and beside `inertia`.
     tolerance: How far each of its numbers may be off as built, either way: `tolerance = "5 %"`.
     motion: "space": x, y, z and three turns; "plane": x, z and the turn about y; "line": along z. Without it three
         inertias, a shape or pieces mean "space".

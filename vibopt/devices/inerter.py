@@ -30,7 +30,7 @@ class InerterTable(OneLink):
     between: The two ends: `between = ["tmd", "ground"]`.
     inertance: Force over relative acceleration. One of `inertance`, `torsional_inertance`, `mass_ratio`.
     torsional_inertance: Moment over relative angular acceleration, of what turns.
-    mass_ratio: Inertance over the mass of `relative_to`: `mass_ratio = 0.1`.
+    mass_ratio: Inertance over the mass of `relative_to`, which counts what rolling adds: `mass_ratio = 0.1`.
     relative_to: The body that `mass_ratio` refers to: `relative_to = "deck"`.
     at: Place of an inerter in space: `at = ["0.8 m", "0.4 m", "0 m"]`. Refused along a line.
     direction: Along which it acts in space: `direction = "z"`. Refused along a line.

@@ -101,6 +101,8 @@ def _varies_table(given: object) -> Amplitude:
         raise complaint(f"has a row that cannot be read: it {error}") from None
     if any(speed.dimension != ROTATION or not speed.is_one_speed for speed in speeds):
         raise complaint('has a row without one speed of rotation. Write each row as ["1500 rpm", 0.4].')
+    if min(factors) < 0.0:
+        raise complaint("has a factor below zero, and an amplitude is its size. Write factors of zero or more.")
     return straight_between([speed.bands[0].low for speed in speeds], factors)
 
 

@@ -1,5 +1,6 @@
 """White noise: a force on a body, or the acceleration or displacement of a base, of one density at every frequency."""
 
+import re
 from collections.abc import Mapping
 from typing import Annotated, Any
 
@@ -7,7 +8,7 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
 from vibopt.excitations.excitation import EVERYWHERE, Excitation
 from vibopt.signals import Line, Noise
-from vibopt.units import Quantity, read_quantity
+from vibopt.units import DIMENSIONS, Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange
 from vibopt.values.fields import CLOSED, ReadBy, complaint
 
@@ -30,11 +31,14 @@ def _read(given: object) -> Quantity:
     try:
         return read_quantity(given, FORCE)
     except QuantityError as error:
+        kinds = ((FORCE, "of force"), (ACCELERATION, "on a base of acceleration"), (DISPLACEMENT, "or of displacement"))
+        units = "; ".join(f"{place}: {', '.join(DIMENSIONS[one].units)}" for one, place in kinds)
         text = str(error).replace(
             'Write a spectral density of force, for example "100 N²/Hz".',
             'Write "100 N²/Hz" for a force, or "0.01 (m/s²)²/Hz" for the acceleration or "0.01 mm²/Hz" for the '
             "displacement of a base.",
         )
+        text = re.sub(r"Units of a spectral density of force: .*", f"Units of a spectral density {units}.", text)
         raise complaint(text) from None
 
 

@@ -97,7 +97,7 @@ _SIGNS = str.maketrans(
     }
 )
 _TOKEN = re.compile(
-    r"([A-Za-z]+)(?:\s*(?:\*\*|\^)\s*(-?[1-9])|([234])(?!\d))?|([*/(-])|(\))(?:\s*(?:\*\*|\^)\s*([1-9]))?|(1)(?![\d.])|\s+"
+    r"([A-Za-z]+)(?:\s*(?:\*\*|\^)\s*(-?[1-9])|([234])(?!\d))?|([*/(-])|(\))(?:(?:\s*(?:\*\*|\^)\s*|(?=[234](?!\d)))([1-9]))?|(1)(?![\d.])|\s+"
 )
 
 _DETECTORS: dict[str, Detector] = {
@@ -123,7 +123,7 @@ def split_detector(unit: str) -> tuple[str, Detector | None, str]:
 def expression(unit: str) -> str | None:
     """A unit text in pint's notation, "kN·s/m" as "kN*s/m"; None if it is no product of known units, "" for no unit.
 
-    A space, `*`, `·` and `-` multiply; `^2`, `**2`, `²` and a plain 2, 3 or 4 behind a symbol are powers.
+    A space, `*`, `·` and `-` multiply; `^2`, `**2`, `²` and a plain 2, 3 or 4 behind a symbol or a bracket are powers.
     """
     tokens = _tokens(_ascii(unit)) if len(unit) <= LONGEST else None
     if tokens is None:
