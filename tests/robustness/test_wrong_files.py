@@ -156,6 +156,11 @@ WRONG = {
         {'"20 N"': '"20 N"\nat = "3000 rpm"\nover = "0..3000 rpm"'},
         "line 17: limits.floor has both at and over. Keep one: at for single speeds, over for ranges.",
     ),
+    "a place that is not said": (
+        {"mount": "spring", 'response = "transmitted_force"\ninto = "ground"': 'response = "relative_displacement"',
+         '"20 N"': '"20 mm"'},
+        'line 17: limits.floor has no across. Add it: across = "spring".',
+    ),
     "negative factor": (
         {'"3000 rpm"': '"3000 rpm"\nvaries = [["0 rpm", -1], ["5000 rpm", 2]]'},
         'line 16: excitations.fan.varies = [["0 rpm", -1], ["5000 rpm", 2]] has a factor below zero, and an amplitude '

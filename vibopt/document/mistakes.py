@@ -68,11 +68,16 @@ def toml_text(given: object) -> str:
 
 @dataclass
 class Mistakes:
-    """Mistakes of one document, kept with their line so that they come in the order of the file."""
+    """Mistakes of one document, kept with their line so that they come in the order of the file.
+
+    places
+        By key of a place ("across") names of the document that may stand there, one of which is proposed.
+    """
 
     name: str
     locator: Locator | None = None
     found: list[tuple[int, str]] = field(default_factory=list)
+    places: Mapping[str, list[str]] = field(default_factory=dict)
 
     @property
     def full(self) -> bool:
@@ -192,13 +197,15 @@ def _table_of(kind: type[BaseModel], inner: Path) -> type[BaseModel]:
     return kind
 
 
-def _added(kind: type[BaseModel] | list[str], key: str) -> str:
-    """How to write a key that is not there, as the words of its table show it."""
+def _added(kind: type[BaseModel] | list[str], key: str, mistakes: Mistakes) -> str:
+    """How to write a key that is not there, as the words of its table show it, with a name of the document."""
     for owner in kind.__mro__ if not isinstance(kind, list) else ():
         said = re.search(rf"^    {key}: (.*(?:\n {{8}}.*)*)", owner.__doc__ or "", re.M)
         shown = re.search(rf"`({key} = [^`]+)`", said[1]) if said else None
         if shown:
-            return f"Add it: {' '.join(shown[1].split())}."
+            names = mistakes.places.get(key)
+            text = f'{key} = "{names[0]}"' if names else " ".join(shown[1].split())
+            return f"Add it: {text}."
     return 'Add the name of what is asked: of = "NAME".' if key == "of" else "Add it."
 
 
@@ -225,7 +232,7 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, table: ty
     elif kind == "extra_forbidden":
         mistakes.unknown_key(path, table if isinstance(table, list) else list(table.model_fields))
     elif kind == "missing":
-        mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. {_added(table, str(path[-1]))}")
+        mistakes.add(path, f"{dotted(path[:-1])} has no {path[-1]}. {_added(table, str(path[-1]), mistakes)}")
     elif kind == "value_error" and hasattr(context.get("error"), "kind"):
         take(context["error"].error, path, given, mistakes, context["error"].kind)
     elif kind == "value_error" and hasattr(context.get("error"), "key"):

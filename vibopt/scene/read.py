@@ -70,13 +70,19 @@ def from_text(text: str, *, name: str = "scene") -> Scene:
 
 def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Locator | None = None) -> Scene:
     """The scene of a document already parsed; the keys are those of the file."""
-    mistakes = Mistakes(name, locator)
+    links = [one for family in ("links", "absorbers") for one in _names(document.get(family))]
+    mistakes = Mistakes(name, locator, places=dict.fromkeys(("across", "through"), links))
     parts = _Parts(document, mistakes)
     scene = parts.scene(name, locator)
     _check(scene, mistakes, parts.broken)
     mistakes.raise_any()
     notes = tuning_notes(scene)
     return replace(scene, notes=(*scene.notes, *notes)) if notes else scene
+
+
+def _names(table: object) -> list[str]:
+    """Names of a family of a document."""
+    return list(table) if isinstance(table, Mapping) else []
 
 
 def _check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
