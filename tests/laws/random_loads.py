@@ -181,10 +181,9 @@ class Chain:
 
 
 def _top(values: Array) -> float:
-    """The greatest of samples, with the height of the parabola through it and its neighbours."""
-    at = int(values.argmax())
-    if not 0 < at < len(values) - 1:
-        return float(values[at])
+    """The greatest of samples, or of the parabola through the three around it, where it is within them."""
+    at = int(np.clip(values.argmax(), 1, len(values) - 2))
     left, middle, right = (float(values[at + step]) for step in (-1, 0, 1))
     bent = max(2.0 * middle - left - right, 1e-300)
-    return middle + (right - left) ** 2 / (8.0 * bent)
+    inside = abs(right - left) <= 2.0 * bent
+    return max(float(values.max()), middle + (right - left) ** 2 / (8.0 * bent) if inside else 0.0)
