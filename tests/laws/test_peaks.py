@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import sqrt
 
 import mpmath as mp
 import numpy as np
@@ -227,3 +228,18 @@ def harmonics(draw: st.DrawFn) -> list[Line]:
 def test_sizes_of_lines_together_are_those_of_each(lines: list[Line], shape: tuple[int, ...]) -> None:
     speed = np.linspace(10.0, 60.0, int(np.prod(shape))).reshape(shape)
     assert np.array_equal(sizes(lines, speed), np.array([line.amplitude.at(speed) for line in lines]))
+
+
+@given(stiffness=power(-6.0, 9.0), ratio=power(0.0, 6.0))
+@few
+def test_the_greatest_on_a_heavy_damper_keeps_its_digits(stiffness: float, ratio: float) -> None:
+    """What one mass lets through is greatest where w (1 + sqrt(1 + 8 z^2)) = 2 k/m, whatever the damping."""
+    damping, top = 2.0 * ratio * sqrt(stiffness), 2.0 * sqrt(stiffness)
+    mount = {"between": ["fan", "ground"], "stiffness": f"{stiffness!r} N/m", "damping": f"{damping!r} N s/m"}
+    force = {"kind": "force", "on": "fan", "amplitude": "1 N", "speed": f"0..{top!r} rad/s", "varies": "constant"}
+    through = {"response": "transmissibility", "into": "ground", "at_most": 1e9}
+    scene = {"bodies": {"fan": {"mass": "1 kg"}}, "links": {"mount": mount}}
+    [part] = pose(from_dict({**scene, "excitations": {"e": force}, "limits": {"through": through}})).limits
+    at = 2.0 / (1.0 + sqrt(1.0 + 8.0 * ratio**2))
+    known = sqrt(1.0 + at * (2.0 - at) / ((1.0 - at) ** 2 + 4.0 * ratio**2 * at))
+    assert part.form.worst(part.model, np.zeros(0)).value == pytest.approx(known, rel=1e-14)

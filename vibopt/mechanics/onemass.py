@@ -1,7 +1,8 @@
 """One mass on links, one frequency: the response against speed in closed form.
 
 With w the square of the frequency, |r|^2 = A^2 w^a P(w) / (m^2 ((w - w0)^2 + g)).  Stationary
-points are roots of a small polynomial in v = w - w0, so light damping costs no digits.
+points are roots of a small polynomial in v = w - w0, so light damping costs no digits, and where the damping is heavy
+in w itself, whose like terms are left out before they are added.
 """
 
 from __future__ import annotations
@@ -55,13 +56,30 @@ class Curve:
             top = self.size * np.maximum(np.polyval(self.numerator[::-1], w), 0.0)  # rounding at an antiresonance
             if self.power:
                 top = top * w**self.power
-            heavy = self.decay > 0.5 * self.natural
-            square = top / ((self.natural - w) ** 2 + self.decay * w if heavy else v * v + self.width)
+            square = top / ((self.natural - w) ** 2 + self.decay * w if self.heavy else v * v + self.width)
         value: FloatArray = np.sqrt(np.where(np.isnan(square), np.inf if self.power >= 0 else square, square))
         return value
 
-    def stationary(self) -> FloatArray:
-        """v = w - w0 of every real stationary point of |r|."""
+    @property
+    def heavy(self) -> bool:
+        return self.decay > 0.5 * self.natural
+
+    def stationary(self) -> tuple[FloatArray, FloatArray]:
+        """w, and v = w - w0, of every real stationary point of |r|."""
+        v = np.zeros(0) if self.heavy else self._around()
+        w = self._outright() if self.heavy else v + self.centre
+        return w, w - self.centre if self.heavy else v
+
+    def _outright(self) -> FloatArray:
+        """w where w (log |r|^2)' = 0: P_i D_j w^(i+j) counts a + i - j times, D being the denominator."""
+        below = np.array([self.natural**2, self.decay - 2.0 * self.natural, 1.0])
+        i, j = np.indices((len(self.numerator), 3))
+        slopes = np.bincount((i + j).ravel(), ((self.power + i - j) * np.outer(self.numerator, below)).ravel())
+        scale = self.natural or self.decay
+        return real_roots(slopes * scale ** np.arange(len(slopes)), 1e-6, 2, 1e-8) * scale
+
+    def _around(self) -> FloatArray:
+        """v where |r| is stationary."""
         p = self.numerator
         if len(p) == 1 and self.power == 0:
             return np.zeros(1)
@@ -80,8 +98,8 @@ class Curve:
         """Ends and stationary points of a band of speeds."""
         low, high = (self.order * band.low) ** 2, (self.order * band.high) ** 2
         ends = np.array([low, high])
-        v = np.concatenate([ends - self.centre, self.stationary() if high > low else []])
-        w = np.concatenate([ends, v[2:] + self.centre])
+        w, v = self.stationary() if high > low else (np.zeros(0), np.zeros(0))
+        w, v = np.concatenate([ends, w]), np.concatenate([ends - self.centre, v])
         inside = (w >= low * (1 - 1e-15)) & (w <= high * (1 + 1e-15))
         w, v = w[inside], v[inside]
         if self.width == 0.0 and high > low and low <= self.centre <= high:
