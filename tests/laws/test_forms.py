@@ -31,6 +31,7 @@ from vibopt.forms import (
     PeakInRunUp,
     PeakInTime,
     PeakOverDurations,
+    PeakRubbing,
     RootMeanSquare,
     Rubbing,
     StaticBending,
@@ -64,7 +65,7 @@ _FILM = (0.3, 0.1, -0.05, 0.7, 2e-3, 1e-4, -1e-4, 1e-3)
 
 def _model(kind: type[Form] | None = None) -> Model:
     """Two masses above each other on springs and dampers; the variables are those of `_X`.  One that rubs is alone."""
-    if kind is Rubbing:
+    if kind in (Rubbing, PeakRubbing):
         first, third = np.eye(3)[[0, 2]]
         rows = [(INERTIA, _LOW, np.zeros(3)), (STIFFNESS, 1.0, first), (DAMPING, 1.0, third)]
         terms = tuple(
@@ -258,6 +259,12 @@ def _rubbed(x: Any) -> Any:
     return 5 / x[0] * (mp.sqrt(1 / ((1 - r**2) ** 2 + (2 * ratio * r) ** 2) - (h * f) ** 2) - g * f)
 
 
+def _pushed(x: Any) -> Any:
+    """How far 5 N that stay push what a friction of a thousandth of the second number holds."""
+    ratio = x[2] / (2 * mp.sqrt(_LOW * x[0]))
+    return (5 - x[1] / 1000) / x[0] * (1 + mp.exp(-mp.pi * ratio / mp.sqrt(1 - ratio**2)))
+
+
 def _force(x: Any) -> Any:
     down = _sag(x)
     return x[1] * (down[1] - down[0])
@@ -298,6 +305,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
         PeakOverDurations(_READ, np.array([[5.0], [0.0]]), lambda lasts: (replace(_ON, length=lasts),), 2.9, 3.0),
         _peak,  # which comes first, and of the longest there is as of the shortest
     ),
+    PeakRubbing: (PeakRubbing(Output(np.ones(1), np.zeros(3)), np.array([[5.0]]), (_ON,)), _pushed),
     PeakInRunUp: (PeakInRunUp(_READ, np.array([1.0, 0.0]), _RISING), _run_up),
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
     Rubbing: (Rubbing(Output(np.ones(1), np.zeros(3)), (_PUSH,), normalised=False), _rubbed),

@@ -375,6 +375,7 @@ def test_the_figure_has_both_curves_and_the_holds() -> None:
 
 LINK = {"between": ["press", "ground"], "stiffness": "300 kN/m", "friction_force": "800 N"}
 LOAD = PRESS["excitations"]["load"]
+PULSE = {"kind": "pulse", "on": "press", "shape": "half sine", "amplitude": "1 kN", "duration": "20 ms"}
 _OTHERS = "Ask for a steady displacement, force or transmissibility, or write damping instead of the friction."
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "no stiffness": (
@@ -412,7 +413,31 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "noise": (
         {"excitations": {"load": {"kind": "white_noise", "on": "press", "density": "1 N²/Hz"}}},
         "links.mount.friction_force rubs under the white noise of excitations.load. Dry friction is answered in steady "
-        "vibration under one harmonic. Write damping or damping_ratio, or another excitation.",
+        "vibration under one harmonic, and under what comes once. Write damping or damping_ratio, or another "
+        "excitation.",
+    ),
+    "unknown duration": (
+        {"excitations": {"load": {"kind": "pulse", "on": "press", "shape": "sine", "amplitude": "1 kN",
+                                  "duration_up_to": "1 s"}}},
+        "links.mount.friction_force rubs under a pulse of unknown duration, excitations.load: which is the worst is "
+        'known of linear motion alone. Write duration = "20 ms", and look at others with vibopt sweep.',
+    ),
+    "sum of peaks": (
+        {"excitations": dict.fromkeys(("load", "second"), PULSE),
+         "measures": {"d": {"response": "peak_force", "into": "ground", "combine": "sum"}}},
+        "measures.d: with links.mount.friction_force, peak_force of one excitation is no part of that of several, for "
+        "all together decide when it slips. Leave combine out: then all act together, from one beginning.",
+    ),
+    "run-up": (
+        {"excitations": {"load": {**LOAD, "run_up": {"from": "1 Hz", "to": "9 Hz", "acceleration": "1 Hz/s"}}}},
+        "links.mount.friction_force rubs under the run-up of excitations.load. Dry friction is answered in steady "
+        "vibration under one harmonic, and under what comes once. Write damping or damping_ratio, or another "
+        "excitation.",
+    ),
+    "pulse beside a vibration": (
+        {"excitations": {"load": LOAD, "second": PULSE}},
+        "links.mount.friction_force rubs under excitations.load and excitations.second. The sum of both decides when "
+        "it slips, so that their motions do not add. Keep one of them.",
     ),
     "decay": (
         {"measures": {"d": {"response": "decay_rate"}}},

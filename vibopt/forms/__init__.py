@@ -28,6 +28,7 @@ FORMS: Kinds[Form] = Kinds(
         "Orbit": "orbit.Orbit",
         "PeakInRunUp": "peak_in_run_up.PeakInRunUp",
         "PeakInTime": "peak_in_time.PeakInTime",
+        "PeakRubbing": "peak_rubbing.PeakRubbing",
         "PeakOverDurations": "any_duration.PeakOverDurations",
         "RootMeanSquare": "root_mean_square.RootMeanSquare",
         "Rubbing": "rubbing.Rubbing",
@@ -52,6 +53,7 @@ if TYPE_CHECKING:
     from vibopt.forms.orbit import Orbit
     from vibopt.forms.peak_in_run_up import PeakInRunUp
     from vibopt.forms.peak_in_time import PeakInTime
+    from vibopt.forms.peak_rubbing import PeakRubbing
     from vibopt.forms.root_mean_square import RootMeanSquare
     from vibopt.forms.rubbing import Rubbing
     from vibopt.forms.sags import StaticBending, StaticForce, StaticLoad, StaticMoment, StaticRow
@@ -85,6 +87,7 @@ __all__ = [
     "PeakInRunUp",
     "PeakInTime",
     "PeakOverDurations",
+    "PeakRubbing",
     "RootMeanSquare",
     "Rubbing",
     "StaticBending",

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.ringing import Peak
+    from vibopt.mechanics.sliding import Sliding
     from vibopt.mechanics.transient import Reading, Transient
 
 _STEP = 1e-30
@@ -81,7 +82,7 @@ class PeakInTime(Form):
         return np.asarray(machine.at(reading, *places).imag / _STEP).reshape(len(p), -1)
 
     @property
-    def in_time(self) -> PeakInTime:
+    def in_time(self) -> PeakInTime | None:
         return self
 
     @property
@@ -176,6 +177,10 @@ class PeakInTime(Form):
             machine, read = self.transient(model, model.values(x[k : k + most]))
             found += machine.peaks(read).each()
         return found
+
+    def motion(self, model: Model, x: FloatArray) -> tuple[Transient | Sliding, Reading]:
+        """The machine under its loads, and what is read, at a design (n_vars,)."""
+        return self.transient(model, model.values(x))
 
     def transient(self, model: Model, p: Numbers) -> tuple[Transient, Reading]:
         """The machine under its loads, and what is read, at coefficients p (..., n_terms), real or complex."""

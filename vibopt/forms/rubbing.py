@@ -248,8 +248,7 @@ class Rubbing(Form):
         kinds = [model.kinds == kind for kind in (STIFFNESS, DAMPING, INERTIA)]
         stiffness, damping, mass = (float((p * own**2)[some].sum()) for some in kinds)
         natural = float(np.sqrt(stiffness / mass))
-        owned = [term.owner == name and term.across for term in model.terms]
-        grip = float(across[0] * signs[owned][0])
+        grip = grip_of(model, signs)
         left = p * own * (signs - grip * own)
         parts = np.array([np.full(speeds.shape, left[some].sum()) for some in kinds])
         parts[self.output.power] += float(self.output.row[0])
@@ -295,6 +294,14 @@ def friction_of(model: Model, x: FloatArray) -> float:
     return float(force.scale * np.prod([x[i] ** power for i, power in force.exponents.items()]))
 
 
+def grip_of(model: Model, signs: FloatArray) -> float:
+    """Part of friction, against a slip of the body forward, in what takes forces with such signs (n_terms,)."""
+    assert model.rubbing is not None
+    name = model.rubbing[0]
+    owned = [term.owner == name and term.across for term in model.terms]
+    return float(model.links[name][0] * signs[owned][0])
+
+
 def natural_frequency(model: Model, x: FloatArray) -> float:
     """While it slips [rad/s]."""
     from vibopt.mechanics.model import INERTIA, STIFFNESS
@@ -313,4 +320,4 @@ def _looked_at(band: Band, natural: float) -> FloatArray:
     return np.unique(np.concatenate([rest, [band.low], np.geomspace(low, band.high, _EVEN), inside]))
 
 
-__all__ = ["Rubbing", "friction_of", "natural_frequency"]
+__all__ = ["Rubbing", "friction_of", "grip_of", "natural_frequency"]

@@ -51,7 +51,7 @@ COEFFICIENTS, _VALUES, _ODD, _BENDS = _tables()
 
 
 _ORDERS = np.arange(_DEGREE + 1.0)[:, None]
-_SLOPES = np.vstack([chebyshev.chebder(np.eye(_DEGREE + 1)), np.zeros(_DEGREE + 1)])
+SLOPES = np.vstack([chebyshev.chebder(np.eye(_DEGREE + 1)), np.zeros(_DEGREE + 1)])
 """Coefficients of the slope from those of a polynomial."""
 
 
@@ -252,7 +252,7 @@ class _Search:
 
 def _stationary(coefficients: FloatArray, low: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Where polynomials (17, n) are greatest in size on the cells from `low`, and their values there."""
-    slope, bend = _SLOPES @ coefficients, _SLOPES @ (_SLOPES @ coefficients)
+    slope, bend = SLOPES @ coefficients, SLOPES @ (SLOPES @ coefficients)
     at = low + 0.5 * _CELL
     for _ in range(_NEWTON):
         terms = np.cos(_ORDERS * np.arccos(at))

@@ -42,12 +42,17 @@ _TOO_OFTEN = (
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """row . u + rates . u' + inertia . u'', differentiated `power` times; rows (..., n_coords), real or complex."""
+    """row . u + rates . u' + inertia . u'', differentiated `power` times; rows (..., n_coords), real or complex.
+
+    grip
+        Dry friction in it, against a slip of the body forward.
+    """
 
     row: Numbers
     rates: Numbers
     inertia: Numbers
     power: int = 0
+    grip: float = 0.0
 
     def of(self, index: int | IntArray) -> Reading:
         """Of one or some of many machines."""

@@ -185,7 +185,8 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
         if between is not None:
             lasting = partial(signals_lasting, scene, response)
             return forms.PeakOverDurations(response.output(model), loads, lasting, *between)
-        return forms.PeakInTime(response.output(model), loads, signals)
+        peak = forms.PeakRubbing if model.rubbing else forms.PeakInTime
+        return peak(response.output(model), loads, signals)
     drives = drives_for(scene, response.reading, model.points) if response.reading is not None else ()
     return response.form(model, drives, "sum")
 

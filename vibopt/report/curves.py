@@ -59,7 +59,7 @@ def panels(design: Design) -> list[Panel]:
         return []
     model, without = pose(scene).model, model_without(scene)
     if model.rubbing is not None:
-        return friction_panels(design, model)
+        return friction_panels(design, model) + histories(design, model) + limiting_panels(design)
     if model.bearings:
         from vibopt.report.orbit_views import orbit_panels
 

@@ -92,7 +92,7 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     peak = form.peak(model, x)
     if not isfinite(peak.value):
         return None
-    machine, reading = form.transient(model, model.values(x))
+    machine, reading = form.motion(model, x)
     count = mount_count(model, form.output, x)
     most, at, there = abs(peak.value) / count, peak.time, peak.value / count
     if asked.row is not None and isfinite(peak.time):

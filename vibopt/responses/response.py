@@ -439,9 +439,7 @@ class TransientResponse(UnsteadyResponse):
 
     combine: str | None = None
     sort: ClassVar[Sort] = "transient"
-    against_friction: ClassVar[str] = (
-        "is the greatest in time of linear motion: dry friction is answered in steady vibration only"
-    )
+    against_friction: ClassVar[str] = ""
 
     @model_validator(mode="after")
     def _combined(self) -> "TransientResponse":

@@ -1,4 +1,4 @@
-"""Whether dry friction is asked of what can be answered: one body, on one of its links, under one harmonic."""
+"""Whether dry friction is asked of what can be answered: one body on links, under what."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 
 from vibopt.devices.link import LinkTable
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.responses import Response
+from vibopt.responses import Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
@@ -45,27 +45,7 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
             f"links.{name} has a friction_force but no stiffness that brings it back: it slips away, and where it "
             'stays nobody knows. Add stiffness = "200 kN/m".',
         )
-    shaking = [f"excitations.{excitation}" for excitation in scene.excitations]
-    if len(shaking) > 1:
-        mistakes.add(
-            path,
-            f"{where} rubs under {shaking[0]} and {shaking[1]}. The sum of both decides when it slips, so that "
-            "their motions do not add. Keep one of them.",
-        )
-    for one, table in scene.excitations.items():
-        if table.sort != "steady" or table.ramp is not None:
-            what = "run-up" if table.ramp is not None else "white noise" if table.sort == "random" else "load once"
-            mistakes.add(
-                path,
-                f"{where} rubs under the {what} of excitations.{one}. Dry friction is answered in steady vibration "
-                "under one harmonic. Write damping or damping_ratio, or another excitation.",
-            )
-        elif not table.direction_known and len(table.lines(np.ones(1))) > 1:
-            mistakes.add(
-                path,
-                f"{where} rubs under the harmonics of excitations.{one}. All of them together decide when it slips, so "
-                'that their motions do not add. Write the greatest alone: kind = "force".',
-            )
+    _shaken(scene, where, path, mistakes)
     doubts = uncertain(scene)
     if doubts:
         mistakes.add(
@@ -81,6 +61,38 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
         )
 
 
+def _shaken(scene: Scene, where: str, path: Path, mistakes: Mistakes) -> None:
+    """One harmonic, or what comes once: together such excitations are one motion, beside others they are none."""
+    names = [f"excitations.{one}" for one in scene.excitations]
+    lasting = [one for one, table in scene.excitations.items() if table.sort != "transient"]
+    if len(names) > 1 and lasting:
+        mistakes.add(
+            path,
+            f"{where} rubs under {names[0]} and {names[1]}. The sum of both decides when it slips, so that their "
+            "motions do not add. Keep one of them.",
+        )
+    for one, table in scene.excitations.items():
+        if table.sort == "random" or table.ramp is not None:
+            what = "run-up" if table.ramp is not None else "white noise"
+            mistakes.add(
+                path,
+                f"{where} rubs under the {what} of excitations.{one}. Dry friction is answered in steady vibration "
+                "under one harmonic, and under what comes once. Write damping or damping_ratio, or another excitation.",
+            )
+        elif table.once is not None and table.once.durations is not None:
+            mistakes.add(
+                path,
+                f"{where} rubs under a pulse of unknown duration, excitations.{one}: which is the worst is known of "
+                'linear motion alone. Write duration = "20 ms", and look at others with vibopt sweep.',
+            )
+        elif table.sort == "steady" and not table.direction_known and len(table.lines(np.ones(1))) > 1:
+            mistakes.add(
+                path,
+                f"{where} rubs under the harmonics of excitations.{one}. All of them together decide when it slips, so "
+                'that their motions do not add. Write the greatest alone: kind = "force".',
+            )
+
+
 def _linear(link: LinkTable) -> bool:
     return not link.rubs and not link.spreads_mass
 
@@ -88,13 +100,14 @@ def _linear(link: LinkTable) -> bool:
 def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
     """Whether a response has no meaning with the dry friction of the scene; adds the mistake."""
     rubbing = places.rubbing(scene)
-    if not rubbing or not response.against_friction:
+    why, way = response.against_friction, "Ask for a steady displacement, force or transmissibility, or write damping "
+    way += "instead of the friction."
+    if isinstance(response, TransientResponse) and response.combine is not None:
+        why = "of one excitation is no part of that of several, for all together decide when it slips"
+        way = "Leave combine out: then all act together, from one beginning."
+    if not rubbing or not why:
         return False
-    mistakes.add(
-        path,
-        f"{dotted(path)}: with links.{rubbing[0]}.friction_force, {response.response} {response.against_friction}. "
-        "Ask for a steady displacement, force or transmissibility, or write damping instead of the friction.",
-    )
+    mistakes.add(path, f"{dotted(path)}: with links.{rubbing[0]}.friction_force, {response.response} {why}. {way}")
     return True
 
 

@@ -35,7 +35,7 @@ _STIFF, _FAR = 2e5, 1e3
 base that is gone so far that little is left of their digits."""
 _TURN, _TAYLOR = 0.25, 14
 """How far what is fastest turns in an even step, and terms of a series."""
-_PLACES, _WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
+PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
 _KEPT, _AT_ONCE = 30_000_000, 2000
 """Numbers of all states in the steps of a record at most, and steps that are looked at together."""
 _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
@@ -231,17 +231,17 @@ class MotionInTime:
 
         def onward(states: FloatArray, begin: FloatArray, length: FloatArray) -> FloatArray:
             """States (N, n) so much later than times, (n,) each: what they come to, and the signals by Gauss's rule."""
-            places = (0.5 + _PLACES)[:, None]
+            places = (0.5 + PLACES)[:, None]
             seen = np.clip(begin + places * length, low + edge, high - edge)
-            pushed = loads @ self._signals(seen.ravel()) * (_WEIGHTS[:, None] * length).ravel()
+            pushed = loads @ self._signals(seen.ravel()) * (WEIGHTS[:, None] * length).ravel()
             if not pushed.any():
-                return _carried(system, states, length)
+                return carried(system, states, length)
             left = np.concatenate([length, ((1.0 - places) * length).ravel()])
-            every = _carried(system, np.hstack([states, pushed]), left)
+            every = carried(system, np.hstack([states, pushed]), left)
             return np.asarray(every.reshape(len(states), -1, len(begin)).sum(axis=1))
 
         added = onward(np.zeros((len(start), count)), times, np.full(count, step)).T
-        states, free = np.empty((count, len(start))), _carried(system, np.eye(len(start)), step)
+        states, free = np.empty((count, len(start))), carried(system, np.eye(len(start)), step)
         states[0] = start
         for j in range(count - 1):
             states[j + 1] = free @ states[j] + added[j]
@@ -308,7 +308,7 @@ class MotionInTime:
         begun = (np.arange(len(which)) - (np.cumsum(parts) - parts)[which]) * length
         times, signals = ends[which] + begun, (1.5 * early - 0.5 * late)[:, which] + slopes * begun
         states = np.vstack([np.zeros((n, len(which))), signals, slopes])
-        added = np.hstack([_carried(whole, states[:, k : k + _AT_ONCE], length[k : k + _AT_ONCE])[:n]
+        added = np.hstack([carried(whole, states[:, k : k + _AT_ONCE], length[k : k + _AT_ONCE])[:n]
                            for k in range(0, len(which), _AT_ONCE)]).T  # fmt: skip
         terms = [np.eye(n)]
         for k in range(1, _TAYLOR):
@@ -321,7 +321,7 @@ class MotionInTime:
         def run(at: Any) -> FloatArray:
             one = np.atleast_1d(np.asarray(at, dtype=float))
             j = np.maximum(np.searchsorted(times, one, "right") - 1, 0)
-            found = _carried(whole, states[:, j], one - times[j])[:n]
+            found = carried(whole, states[:, j], one - times[j])[:n]
             return found if np.ndim(at) else found[:, 0]
 
         return run
@@ -336,7 +336,7 @@ class MotionInTime:
         return Course(points, forces)
 
 
-def _carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
+def carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
     """States (N, n) after short times (n,) of free motion, by Taylor's series."""
     found, term = states, states
     for k in range(1, _TAYLOR):
@@ -345,4 +345,4 @@ def _carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
     return found
 
 
-__all__ = ["GONE", "INSIDE", "MET", "NONE", "PERIODS", "MotionInTime"]
+__all__ = ["GONE", "INSIDE", "MET", "NONE", "PERIODS", "PLACES", "WEIGHTS", "MotionInTime", "carried"]

@@ -341,7 +341,13 @@ def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) ->
         return value, {names[0]: speed}
     known: dict[tuple[str, ...], Simulated] = vars(machine).setdefault("simulated", {})
     if names not in known:
-        known[names] = Simulated(machine, tuple(_once(scene.excitations[name]) for name in names))
+        once = tuple(_once(scene.excitations[name]) for name in names)
+        if machine.rubs:
+            from vibopt.verify.stopping import Stopping
+
+            known[names] = Stopping(machine, once)
+        else:
+            known[names] = Simulated(machine, once)
     value, time = known[names].peak(response)
     return value, {names[0]: time} if np.isfinite(time) else {}
 

@@ -1,0 +1,175 @@
+"""Dry friction under what comes once: both roads, closed forms, energy, and what has no answer in words."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from math import exp, pi, sqrt
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+import vibopt as vo
+from vibopt.program.pose import form_of, pose
+from vibopt.report.curves import panels
+
+few = settings(derandomize=True, database=None, deadline=None, max_examples=16)
+SHAPES = ("half sine", "versed sine", "sine", "rectangle", "triangle", "rising sawtooth", "falling sawtooth")
+ASKED: dict[str, Any] = {
+    "speed": {"response": "peak_velocity", "of": "press"},
+    "acceleration": {"response": "peak_acceleration", "of": "press"},
+    "travel": {"response": "peak_relative_displacement", "across": "mount"},
+    "through": {"response": "peak_force", "through": "mount"},
+}
+
+
+def press(load: dict[str, Any], **mount: Any) -> dict[str, Any]:
+    """A press of 300 kg on a mount that rubs, and a load on it or on the floor."""
+    floor = "floor" if load.get("on") == "floor" else "ground"
+    link = {"between": ["press", floor], "stiffness": "300 kN/m", "friction_force": "800 N"} | mount
+    moved = {} if floor == "floor" else {"place": {"response": "peak_displacement", "of": "press"}}
+    return {
+        "title": "press that rubs",
+        "bodies": {"press": {"mass": "300 kg"}},
+        "links": {"mount": link},
+        "excitations": {"load": load},
+        "measures": ASKED | {"into": {"response": "peak_force", "into": floor}} | moved,
+    } | ({"bases": {"floor": {}}} if floor == "floor" else {})  # fmt: skip
+
+
+def told(document: dict[str, Any]) -> dict[str, float]:
+    """Values of the measures; both routes agree on them."""
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "met", answer.claim
+    return {name: one.value.value for name, one in answer.measures.items()}
+
+
+PUSH = {"kind": "pulse", "on": "press", "shape": "rectangle", "amplitude": "5 kN", "duration": "5 s"}
+
+
+@pytest.mark.parametrize("ratio", [0.0, 0.05, 0.6])
+def test_what_a_step_pushes_goes_as_far_as_the_force_that_friction_leaves(ratio: float) -> None:
+    """To (F - f) / k (1 + e^(-pi zeta / sqrt(1 - zeta^2))), where it is held or turns."""
+    damping = 2.0 * ratio * sqrt(300.0 * 3e5)
+    found = told(press(PUSH, damping=f"{damping!r} N s/m"))
+    assert found["place"] == pytest.approx(4200.0 / 3e5 * (1.0 + exp(-pi * ratio / sqrt(1.0 - ratio**2))), rel=1e-11)
+    assert found["place"] == pytest.approx(found["travel"], rel=1e-12)
+    assert found["into"] == pytest.approx(found["through"], rel=1e-12)
+
+
+def motion_of(document: dict[str, Any], name: str) -> tuple[Any, Any]:
+    """The motion piece by piece, and what a measure reads of it."""
+    scene = vo.from_dict(document)
+    model = pose(scene).model
+    form: Any = form_of(scene, model, scene.measures[name])
+    return form.motion(model, np.zeros(0))
+
+
+def test_what_is_struck_stops_where_its_energy_is_gone_and_turns_by_two_frictions_less_each_time() -> None:
+    """A blow of 1 m/s: k s^2 / 2 + f s = m v^2 / 2; 2 f / k less each half turn, until it is held."""
+    blow = press({**PUSH, "amplitude": "30 GN", "duration": "0.00001 ms"})
+    first, step = (sqrt(800.0**2 + 300.0 * 3e5) - 800.0) / 3e5, 2.0 * 800.0 / 3e5
+    assert told(blow)["travel"] == pytest.approx(first, rel=1e-6)
+    pieces = motion_of(blow, "travel")[0].pieces
+    turned = [abs(one.states[0].sum()) for one, after in pairwise(pieces) if after.side != one.side]
+    assert turned == pytest.approx([first - i * step for i in range(len(turned))], rel=1e-6)
+    assert (pieces[-1].side, first - len(turned) * step) == (0, pytest.approx(0.0, abs=step))
+
+
+def test_below_its_friction_nothing_moves_and_all_is_handed_on() -> None:
+    found = told(press({**PUSH, "shape": "half sine", "amplitude": "790 N", "duration": "50 ms"}))
+    assert (found["place"], found["speed"], found["into"]) == (0.0, 0.0, pytest.approx(790.0))
+    floor = {"kind": "pulse", "on": "floor", "shape": "half sine", "acceleration": "2.6 m/s2", "duration": "50 ms"}
+    found = told(press(floor))
+    assert (found["travel"], found["acceleration"]) == (0.0, pytest.approx(2.6))
+
+
+@few
+@given(
+    shape=st.sampled_from(SHAPES), base=st.booleans(), times=st.integers(1, 3), length=st.floats(0.05, 3.0),
+    friction=st.floats(0.01, 1.1), ratio=st.one_of(st.just(0.0), st.floats(0.01, 2.0)), beside=st.booleans(),
+)  # fmt: skip
+def test_every_peak_has_one_value_by_both_routes(
+    shape: str, base: bool, times: int, length: float, friction: float, ratio: float, beside: bool
+) -> None:
+    """Pulses of a twentieth of a period to three; perhaps with a spring and a damper beside the mount."""
+    period = 2.0 * pi / sqrt(1000.0)
+    load: dict[str, Any] = {"kind": "pulse", "shape": shape, "duration": f"{length * period!r} s"}
+    load |= {"on": "floor", "acceleration": "10 m/s2"} if base else {"on": "press", "amplitude": "3 kN"}
+    load |= {"times": times, "every": f"{1.3 * length * period!r} s"} if times > 1 else {}
+    mount = {"damping": f"{2.0 * ratio * sqrt(300.0 * 3e5)!r} N s/m", "friction_force": f"{friction * 3000.0!r} N"}
+    document = press(load, **mount)
+    if beside:
+        ends = ["floor" if base else "ground", "press"]
+        document["links"]["spring"] = {"between": ends, "stiffness": "100 kN/m", "damping": "300 N s/m"}
+        document["measures"]["spring"] = {"response": "peak_force", "through": "spring"}
+    told(document)
+
+
+@settings(few, max_examples=8)
+@given(r=st.floats(0.3, 3.0), friction=st.floats(0.05, 0.9), ratio=st.floats(0.02, 0.6), base=st.booleans())
+@example(r=0.7, friction=0.4, ratio=0.0, base=False)
+def test_a_sudden_start_ends_in_the_steady_motion_and_is_no_less(
+    r: float, friction: float, ratio: float, base: bool
+) -> None:
+    """Both routes, and the greatest of all time is that of the steady motion or more."""
+    hertz = r * sqrt(1000.0) / (2.0 * pi)
+    load: dict[str, Any] = {"speed": f"{hertz!r} Hz", "begins": "suddenly"}
+    push = 300.0 * (r**2 * 1000.0) * 5e-3 if base else 2000.0
+    load |= {"kind": "base_motion", "on": "floor", "displacement": "5 mm"} if base else {}
+    load |= {} if base else {"kind": "force", "on": "press", "amplitude": "2 kN"}
+    mount = {"damping": f"{2.0 * ratio * sqrt(300.0 * 3e5)!r} N s/m", "friction_force": f"{friction * push!r} N"}
+    document = press(load, **mount)
+    document["measures"] |= {"steady": {"response": "relative_displacement", "across": "mount"}}
+    found = told(document)
+    assert found["travel"] >= found["steady"] * (1.0 - 1e-8)
+
+
+@few
+@given(friction=st.floats(50.0, 2500.0), damping=st.floats(0.0, 5e3), length=st.floats(0.02, 0.4))
+def test_what_a_pulse_does_friction_and_damper_take_and_the_spring_keeps(
+    friction: float, damping: float, length: float
+) -> None:
+    """Energy up to any time: work of the force = kinetic and elastic energy + what is lost."""
+    load = {**PUSH, "shape": "half sine", "amplitude": "3 kN", "duration": f"{length!r} s"}
+    mount = {"damping": f"{damping!r} N s/m", "friction_force": f"{friction!r} N"}
+    assume(damping == 0.0 or damping > 1e-3)
+    motion, speed = motion_of(press(load, **mount), "speed")
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    work = lost = 0.0
+    for one in motion.pieces:
+        part, v = 0.5 * (nodes + 1.0), 0.5 * one.length * weights
+        rate = np.polynomial.chebyshev.chebval(2.0 * part - 1.0, one.law.row(speed, one.side) @ one.states)
+        time = one.begin + part * one.length
+        push = np.where(time < length, 3000.0 * np.sin(pi * time / length), 0.0)
+        assert (one.side * rate >= -1e-9).all()
+        work += float(v @ (push * rate))
+        lost += float(v @ (friction * np.abs(rate) + damping * rate**2))
+        end = one.states.sum(axis=1)
+        assert work == pytest.approx(lost + 150.0 * end[1] ** 2 + 1.5e5 * end[0] ** 2, rel=1e-9, abs=1e-9)
+
+
+def test_a_drop_and_a_record_are_right_by_both_routes_and_told_beside_the_best_isolator(tmp_path: Path) -> None:
+    """Friction alone, on a soft spring, comes near what any isolator could reach."""
+    times = np.arange(200) * 0.01
+    rows = "".join(f"{time:.2f},{3.0 * np.sin(9.0 * time) * np.sin(1.5 * time):.6f}\n" for time in times)
+    (tmp_path / "floor.csv").write_text("time [s],acceleration [m/s2]\n" + rows, encoding="utf-8")
+    path = str(tmp_path / "floor.csv")
+    told(press({"kind": "record", "on": "floor", "file": path}, damping="200 N s/m", stiffness="40 kN/m"))
+    fall = press({"kind": "drop", "on": "floor", "height": "0.2 m"}, stiffness="3 kN/m", friction_force="20 kN")
+    fall["goal"] = {"minimise": "peak_acceleration", "of": "press"}
+    fall["limits"] = {"room": {"response": "peak_relative_displacement", "across": "mount", "at_most": "35 mm"}}
+    fall["links"]["mount"]["friction_force"] = {"from": "1 kN", "to": "40 kN"}
+    del fall["measures"]
+    answer = vo.solve(vo.from_dict(fall))
+    assert answer.status == "optimal", answer.claim
+    assert answer.goal is not None
+    assert answer.limits["room"].margin == pytest.approx(0.0, abs=1e-6)
+    best = 2.0 * 9.80665 * 0.2 / (2.0 * 35e-3)  # v^2 / 2 d, all of the way braked alike
+    assert best < answer.goal[1].value < 1.2 * best
+    assert [one.title for one in panels(answer)][:2] == [
+        "Peak relative displacement across mount", "Peak acceleration of press"
+    ]  # fmt: skip
