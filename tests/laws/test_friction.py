@@ -17,6 +17,7 @@ from refusals import refused
 from vibopt.mechanics.dry_friction import Piece, Rub
 from vibopt.mechanics.slipping import Slipping, edges
 from vibopt.report.curves import panels
+from vibopt.solve import loosen
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.stick_slip import Rubbed
 
@@ -320,6 +321,22 @@ def test_limits_that_clash_end_by_counted_work() -> None:
     assert choose(alone, None).solve(alone).status == "infeasible"
     easy = replace(alone, limits=tuple(replace(one, bound=1e5) for one in alone.limits))
     assert choose(easy, None).solve(easy).claim == "a design that meets every limit"
+
+
+def test_all_that_is_asked_beside_an_answer_on_what_rubs_ends_by_counted_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Over ranges of speeds each is as much as the answer itself: what is left out is named, `thorough` or not."""
+    document = changed(load={"speed": "4 Hz"}, friction_force={"from": "500 N", "to": "1.9 kN"})
+    document["limits"] = {
+        "floor": {"response": "transmitted_force", "into": "ground", "at_most": "1 kN"},
+        "moved": {"response": "displacement", "of": "press", "at_most": "1 um"},
+    }
+    document["goal"] = {"minimise": "velocity", "of": "press"}
+    scene = vo.from_dict({name: one for name, one in document.items() if name != "measures"})
+    monkeypatch.setattr(loosen, "RUBBED", -1.0)
+    answer = vo.explain(scene, thorough=True).answer
+    assert (answer.status, answer.nearest is not None) == ("infeasible", True)
+    few = "each is an answer of its own, and where something rubs `vibopt explain FILE --thorough` works out only the "
+    assert f"The least of floor, moved was not looked for: {few}first few." in answer.notes
 
 
 def test_a_range_is_no_less_than_any_speed_in_it_and_notes_say_what_equivalent_damping_would() -> None:

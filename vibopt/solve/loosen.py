@@ -13,6 +13,7 @@ from vibopt.errors import InputError
 from vibopt.program.pose import RATED
 from vibopt.program.program import Limit, Program
 from vibopt.report.machine_words import THOROUGH
+from vibopt.scene.places import rubbing
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.advice import confirmed_bound
@@ -23,6 +24,8 @@ from vibopt.verify.checked import shown_value
 from vibopt.work import late, metered
 
 _BOUNDS = ("at_most", "at_least", "outside")
+RUBBED = 60_000.0
+"""Work beside an answer on a motion with dry friction, of which each takes much [nominal ms]."""
 Row = tuple[str, Entry, Entry]
 
 
@@ -93,12 +96,24 @@ def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row
     return None if enough is None else (name, shown_value(response, given.value, given.unit), enough)
 
 
+def beside(scene: Scene, most: float) -> float:
+    """Work that may be done beside an answer where so much is wished [nominal ms]: of what rubs it has an end."""
+    return min(most, RUBBED) if rubbing(scene) else most
+
+
+def left_out(scene: Scene) -> str:
+    """Why something beside an answer was not looked for, and who does, behind a colon."""
+    if rubbing(scene):
+        return f"each is an answer of its own, and where something rubs {THOROUGH} works out only the first few."
+    return f"each is an answer of its own. {THOROUGH} does."
+
+
 def with_conflict(design: Design, conflict: Conflict | None) -> Design:
     """The design with its conflict, and a sentence where a loosening was not looked for."""
     if conflict is None or not conflict.left:
         return replace(design, conflict=conflict)
-    words = f"No loosening of {', '.join(conflict.left)} was looked for: each is an answer of its own. {THOROUGH} does."
+    words = f"No loosening of {', '.join(conflict.left)} was looked for: {left_out(design.scene)}"
     return replace(design, conflict=conflict if conflict.limits else None, notes=(*design.notes, words))
 
 
-__all__ = ["clashes_of", "conflict_over_tolerances", "with_conflict"]
+__all__ = ["beside", "clashes_of", "conflict_over_tolerances", "left_out", "with_conflict"]

@@ -13,13 +13,13 @@ from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Program
 from vibopt.records import dataclass
-from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.choose import modest
 from vibopt.solve.deviations import rows_over
 from vibopt.solve.local import on_values
+from vibopt.solve.loosen import beside, left_out
 from vibopt.solve.measured_pieces import SLOPES, Exact, Piece, Point
 from vibopt.solve.ranges import closed, log_box, starts
 from vibopt.solve.robust import judged
@@ -60,6 +60,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         return design
     program = closed(pose(scene))
     known = design.details.get("nearest")  # a catalogue has looked for it already
+    most = beside(scene, np.inf if thorough else PATIENCE)
     with metered() as meter:
         x = np.array(known["x"]) if isinstance(known, dict) else nearest_to(program)
         if uncertain(scene) and not program.ties:
@@ -70,7 +71,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         for key, row in rows.items():
             if row.side == "outside":
                 continue
-            if (meter.done > PATIENCE and not thorough) or late("the search for the least of each limit"):
+            if meter.done > most or late("the search for the least of each limit"):
                 left.append(key)
             elif (one := _least(scene, program, row)) is not None:
                 least[key] = one
@@ -89,7 +90,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         left=tuple(left),
         soft=softness(scene.limits),
     )
-    note = f"The least of {', '.join(left)} was not looked for: each is an answer of its own. {THOROUGH} does."
+    note = f"The least of {', '.join(left)} was not looked for: {left_out(scene)}"
     return replace(design, nearest=found, notes=(*design.notes, *([note] if left else [])))
 
 
