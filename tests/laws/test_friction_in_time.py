@@ -13,6 +13,8 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from refusals import refused
+from vibopt.mechanics import sliding
 from vibopt.program.pose import form_of, pose
 from vibopt.report.curves import panels
 
@@ -128,6 +130,14 @@ def test_a_sudden_start_ends_in_the_steady_motion_and_is_no_less(
     assert found["travel"] >= found["steady"] * (1.0 - 1e-8)
 
 
+def test_a_floor_that_is_pushed_far_away_is_followed_too() -> None:
+    """Slow and much damped: friction holds, and lets go while the floor slows down: the press is faster then."""
+    floor = {"kind": "pulse", "on": "floor", "shape": "triangle", "acceleration": "6 m/s2", "duration": "9 s"}
+    found = told(press(floor, damping="60 kN s/m"))
+    lag = 6.0 / 4.5 * 300.0 / 3e5  # of a press that follows the load slowly
+    assert 27.0 < found["speed"] < 27.0 + lag
+
+
 @few
 @given(friction=st.floats(50.0, 2500.0), damping=st.floats(0.0, 5e3), length=st.floats(0.02, 0.4))
 def test_what_a_pulse_does_friction_and_damper_take_and_the_spring_keeps(
@@ -150,6 +160,23 @@ def test_what_a_pulse_does_friction_and_damper_take_and_the_spring_keeps(
         lost += float(v @ (friction * np.abs(rate) + damping * rate**2))
         end = one.states.sum(axis=1)
         assert work == pytest.approx(lost + 150.0 * end[1] ** 2 + 1.5e5 * end[0] ** 2, rel=1e-9, abs=1e-9)
+
+
+def test_a_sudden_start_that_never_settles_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At an undamped resonance friction below pi / 4 of the force bounds nothing."""
+    monkeypatch.setattr(sliding, "_LASTING", 40)
+    load = {
+        "kind": "force",
+        "on": "press",
+        "amplitude": "2 kN",
+        "speed": f"{sqrt(1000.0)!r} rad/s",
+        "begins": "suddenly",
+    }
+    motion, read = motion_of(press(load), "speed")
+    assert refused(motion.peak, read).messages == (
+        "What rubs does not move alike from turn to turn within 1500 turns of what begins suddenly: hardly anything "
+        "damps it, or it grows without end. Write more friction or damping, or ask for the steady vibration alone.",
+    )
 
 
 def test_a_drop_and_a_record_are_right_by_both_routes_and_told_beside_the_best_isolator(tmp_path: Path) -> None:

@@ -30,10 +30,15 @@ _SAFE, _ROUND, _BEGUN = 0.02, 1e-12, 1e-6
 _TURNS, _LASTING, _REPEATS, _MOST = 12, 1500, 1e-11, 100_000
 """Turns behind a load; of a sine that lasts, at most, and part of the states by which one may differ from the next;
 panels in all."""
-_FINE = 2001
+_FINE, _LONGER = 2001, 10
+"""Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded."""
 _TOO_OFTEN = (
     "What rubs moves to and fro more often than is followed. Write a shorter load, less stiffness or damping, or more "
     "mass or friction."
+)
+_ENDLESS = (
+    f"What rubs does not move alike from turn to turn within {_LASTING} turns of what begins suddenly: hardly anything "
+    "damps it, or it grows without end. Write more friction or damping, or ask for the steady vibration alone."
 )
 
 
@@ -75,7 +80,8 @@ class Law:
         lively = np.abs(self.rates)
         most = lively[-self.rates.real * age < _FADED].max()
         first = _PANEL / lively.max()
-        return float(first * 2.0 ** np.floor(np.log2(max(_PANEL / max(most, 1e-300) / first, 1.0))))
+        longer = np.floor(np.log2(max(lively.max() / max(most, 1e-300), 1.0)))
+        return float(first * 2.0 ** min(longer, _LONGER))
 
     def row(self, reading: Reading, side: int) -> FloatArray:
         """What a reading is of the states (n,)."""
@@ -164,24 +170,23 @@ class Sliding:
         time, own, side = 0.0, np.zeros(3 + 2 * (len(self.across) - 1)), 0
         for segment in self.segments:
             own = own + self._struck @ segment.blows
-            last, turns = own, _LASTING if segment.endless else 1
             law = self._law(segment)
-            for _ in range(turns):
-                state = np.concatenate([own, segment.start])
-                for one in self._along(law, time, segment.length, state, side):
+            for _ in range(_LASTING if segment.endless else 1):
+                before, state = own, np.concatenate([own, segment.start])
+                for one in self._along(law, time, segment.length, state):
                     yield one
                     state, side = one.states.sum(axis=1), one.side
                 time, own = time + segment.length, state[: len(own)]
-                if np.abs(own - last).max() <= _REPEATS * np.abs(own).max():
+                if np.abs(own - before).max() <= _REPEATS * np.abs(own).max():
                     break
-                last = own
+            else:
+                if segment.endless:
+                    raise InputError(_ENDLESS)
         if self.segments[-1].endless:
-            if turns > 1 and np.abs(own - last).max() > _REPEATS * np.abs(own).max():
-                raise InputError(_TOO_OFTEN)
             return
         still = Segment(1.0, np.zeros(0), np.zeros((0, 0)), np.zeros((self.loads.shape[1], 0)), np.zeros(0))
         law, turned, most = self._law(still), 0, 0.0
-        for one in self._along(law, time, np.inf, own, side):
+        for one in self._along(law, time, np.inf, own):
             yield one
             turned, side = turned + (one.side == -side), one.side
             end, fast = one.states.sum(axis=1), float(np.abs(one.states[1]).sum())
@@ -190,10 +195,9 @@ class Sliding:
             if turned > _TURNS or (one.side == 0 and rests) or (one.side and fast <= _ROUND * most):
                 return
 
-    def _along(self, law: Law, time: float, length: float, state: FloatArray, side: int) -> Iterator[Piece]:
+    def _along(self, law: Law, time: float, length: float, state: FloatArray) -> Iterator[Piece]:
         """Pieces from a state on, over so many seconds."""
-        gone, age, fresh = 0.0, 0.0, False
-        side = self._sense(law, state, side)
+        gone, age, fresh, side = 0.0, 0.0, False, self._sense(law, state)
         while gone < length * (1.0 - _ROUND):
             state = state.copy()
             state[2] = side * self.friction
@@ -223,11 +227,9 @@ class Sliding:
             else:
                 side = int(np.sign(carried))
 
-    def _sense(self, law: Law, state: FloatArray, side: int) -> int:
+    def _sense(self, law: Law, state: FloatArray) -> int:
         """Of slip at the beginning of a segment: that of its speed, or what the load pushes."""
-        if state[1] != 0.0 and side * state[1] >= 0.0:
-            return int(np.sign(state[1]))
-        if side and abs(state[1]) > 0.0:
+        if state[1]:
             return int(np.sign(state[1]))
         carried = float(law.carries @ state)
         return 0 if abs(carried) <= self.friction else int(np.sign(carried))

@@ -16,6 +16,7 @@ from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
 from vibopt.verify.motion_in_time import INSIDE, PLACES, WEIGHTS, carried
 from vibopt.verify.simulated import Simulated
+from vibopt.verify.states import States
 
 _TURN, _BEGUN, _ROUND = 0.2, 1e-5, 1e-12
 """How far what is fastest turns in a step; part of a step that is the beginning of a slip; rounding of a speed."""
@@ -32,6 +33,10 @@ class Stopping(Simulated):
     def joint(self) -> Joint:
         """The one that rubs."""
         return next(one for one in self.machine.joints if one.friction)
+
+    @cached_property
+    def _states(self) -> States:
+        return States(self.machine, tuple(one.on for one in self.excitations))  # none counted from a base
 
     @cached_property
     def _apart(self) -> FloatArray:
