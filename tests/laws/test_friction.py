@@ -439,6 +439,11 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "links.mount.friction_force rubs under a pulse of unknown duration, excitations.load: which is the worst is "
         'known of linear motion alone. Write duration = "20 ms", and look at others with vibopt sweep.',
     ),
+    "a step": (
+        {"excitations": {"load": {"kind": "pulse", "on": "press", "shape": "step", "amplitude": "1 kN"}}},
+        "links.mount.friction_force rubs under excitations.load, which stays for ever. Dry friction is answered under "
+        'what ends: write shape = "rectangle" and a duration that is long enough for it to come to rest.',
+    ),
     "sum of peaks": (
         {"excitations": dict.fromkeys(("load", "second"), PULSE),
          "measures": {"d": {"response": "peak_force", "into": "ground", "combine": "sum"}}},

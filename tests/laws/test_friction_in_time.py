@@ -81,6 +81,18 @@ def test_what_is_struck_stops_where_its_energy_is_gone_and_turns_by_two_friction
     assert (pieces[-1].side, first - len(turned) * step) == (0, pytest.approx(0.0, abs=step))
 
 
+@pytest.mark.parametrize("place", [0.02, -0.004])
+def test_what_is_let_go_swings_about_where_friction_leaves_it(place: float) -> None:
+    """By (k s - 2 f) / k to the other side, each time; from within two frictions it is held where it first stops."""
+    free = press({"kind": "release", "on": "press", "displacement": f"{place!r} m"}, friction_force="500 N")
+    fast = (3e5 * abs(place) - 500.0) / 3e5 * sqrt(1000.0)
+    assert told(free)["speed"] == pytest.approx(fast, rel=1e-9)
+    pieces = motion_of(free, "travel")[0].pieces
+    turned = [abs(one.states[0].sum()) for one, after in pairwise(pieces) if after.side != one.side]
+    step = 2.0 * 500.0 / 3e5
+    assert turned == pytest.approx([abs(abs(place) - (i + 1) * step) for i in range(len(turned))], rel=1e-9)
+
+
 def test_below_its_friction_nothing_moves_and_all_is_handed_on() -> None:
     found = told(press({**PUSH, "shape": "half sine", "amplitude": "790 N", "duration": "50 ms"}))
     assert (found["place"], found["speed"], found["into"]) == (0.0, 0.0, pytest.approx(790.0))

@@ -168,6 +168,8 @@ class Sliding:
 
     def _followed(self) -> Iterator[Piece]:
         time, own, side = 0.0, np.zeros(3 + 2 * (len(self.across) - 1)), 0
+        if self.segments[0].released is not None:
+            own[:2] = self.loads[0] @ self.segments[0].released
         for segment in self.segments:
             own = own + self._struck @ segment.blows
             law = self._law(segment)

@@ -79,6 +79,12 @@ def _shaken(scene: Scene, where: str, path: Path, mistakes: Mistakes) -> None:
                 f"{where} rubs under the {what} of excitations.{one}. Dry friction is answered in steady vibration "
                 "under one harmonic, and under what comes once. Write damping or damping_ratio, or another excitation.",
             )
+        elif table.once is not None and table.once.holds:
+            mistakes.add(
+                path,
+                f"{where} rubs under excitations.{one}, which stays for ever. Dry friction is answered under what "
+                'ends: write shape = "rectangle" and a duration that is long enough for it to come to rest.',
+            )
         elif table.once is not None and table.once.durations is not None:
             mistakes.add(
                 path,
