@@ -191,7 +191,7 @@ def test_a_sudden_start_that_never_settles_is_refused(monkeypatch: pytest.Monkey
     )
 
 
-def test_a_drop_and_a_record_are_right_by_both_routes_and_told_beside_the_best_isolator(tmp_path: Path) -> None:
+def test_a_drop_and_a_record_are_right_by_both_routes_and_friction_comes_near_the_best_of_all(tmp_path: Path) -> None:
     """Friction alone, on a soft spring, comes near what any isolator could reach."""
     times = np.arange(200) * 0.01
     rows = "".join(f"{time:.2f},{3.0 * np.sin(9.0 * time) * np.sin(1.5 * time):.6f}\n" for time in times)

@@ -11,7 +11,6 @@ import numpy as np
 
 from vibopt.answer.blocks import TEXT, Block, spoken
 from vibopt.answer.entry import Entry
-from vibopt.forms import PeakInTime
 from vibopt.mechanics.built import GROUND
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
@@ -207,8 +206,8 @@ def _path(
     from vibopt.mechanics.limiting import Path
 
     names = [set(names_for(design.scene, one.response)) for one in (peak, room)]
-    form = form_of(design.scene, model, peak.response)
-    if names[0] != names[1] or not isinstance(form, PeakInTime) or form.segments[-1].endless:
+    form = form_of(design.scene, model, peak.response).in_time
+    if names[0] != names[1] or form is None or form.segments[-1].endless:
         return None
     body, support = ends
     n, forced, segments = model.n_free, peak.response.response == "peak_force", form.segments

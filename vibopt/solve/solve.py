@@ -23,7 +23,6 @@ from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.alike import in_order
 from vibopt.solve.boundable import with_reason
 from vibopt.solve.dispatch import best_of
-from vibopt.solve.loosen import beside
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
@@ -104,6 +103,8 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     if open_positions(scene) or open_places(scene):
         return _where_best(scene, wish)
     clock = _Clock()
+    from vibopt.solve.loosen import beside
+
     program, wish = pose(scene), replace(wish, patience=beside(scene, wish.patience))
     clock.stage("pose")
     if scene.find_all is not None:

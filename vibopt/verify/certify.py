@@ -109,6 +109,10 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
             return Measured(peak_over_durations(machine, once, response, *between), {}, response)
         from vibopt.verify.simulated import peak_in_time
 
+        if machine.rubs:
+            from vibopt.verify.stopping import Stopping
+
+            return Measured(*peak_in_time(scene, machine, response, Stopping), response)
         value, times = peak_in_time(scene, machine, response)
         return Measured(value, times, response)
     if response.reading is not None:

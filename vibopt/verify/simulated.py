@@ -326,7 +326,9 @@ def _top(values: FloatArray, at: int) -> float:
     return middle + (right - left) ** 2 / (8.0 * max(2.0 * middle - left - right, 1e-300))
 
 
-def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) -> tuple[float, dict[str, float]]:
+def peak_in_time(
+    scene: Scene, machine: Machine, response: TransientResponse, followed: type[Simulated] = Simulated
+) -> tuple[float, dict[str, float]]:
     """Greatest size of a response of the built machine [SI], and when [s] after the beginning of its excitation.
 
     In a run-up at which speed [rad/s].
@@ -342,12 +344,7 @@ def peak_in_time(scene: Scene, machine: Machine, response: TransientResponse) ->
     known: dict[tuple[str, ...], Simulated] = vars(machine).setdefault("simulated", {})
     if names not in known:
         once = tuple(_once(scene.excitations[name]) for name in names)
-        if machine.rubs:
-            from vibopt.verify.stopping import Stopping
-
-            known[names] = Stopping(machine, once)
-        else:
-            known[names] = Simulated(machine, once)
+        known[names] = followed(machine, once)
     value, time = known[names].peak(response)
     return value, {names[0]: time} if np.isfinite(time) else {}
 
