@@ -107,6 +107,12 @@ def _nodes(low: float, high: float) -> FloatArray:
     return places
 
 
+def _fitted(low: float, high: float, values: FloatArray) -> _Piece:
+    """A piece by values (degree + 1, n_rows) at its nodes."""
+    coefficients = (_TO_CHEBYSHEV @ values).T
+    return _Piece(low, high, coefficients, _SAFETY * np.abs(coefficients[:, -3:]).sum(axis=1) + _FLOOR)
+
+
 @dataclass(frozen=True)
 class OneRange:
     """One continuous variable with limits and goal of any kind.
@@ -171,6 +177,8 @@ class _Run:
         self.bend = low if low > 0.0 else high * (1e-15 if axis.open_high else 1e-6)
         self.span = float(np.log1p((high - low) / self.bend))
         self.size = 1.0
+        self.missed: dict[tuple[float, int], tuple[float, float]] = {}
+        self.still = [k for k, one in enumerate(self.program.limits) if not getattr(one.form, "bands", ())]
 
     def x(self, place: float) -> FloatArray:
         """Design at a place of the range, 0 to 1; even in logarithms."""
@@ -289,12 +297,14 @@ class _Run:
         rows = len(self.program.limits) + 1
         if self.best is not None and late(str(self.budget)):  # nothing is known of what is not measured any more
             return _Piece(low, high, np.zeros((rows, 1)), np.full(rows, np.inf))
+        places = _nodes(low, high).tolist()
+        if self.still:  # what no excitation has a part in takes next to no work, and may rule the piece out
+            values = np.array([[self._missed(place, k)[1] for k in self.still] + [0.0] for place in places])
+            piece = _fitted(low, high, values)
+            if self._broken(piece):
+                return piece
         self.budget.spend()
-        places = _nodes(low, high)
-        values = np.array([self.row(float(place)) for place in places])
-        coefficients = (_TO_CHEBYSHEV @ values).T
-        doubt = _SAFETY * np.abs(coefficients[:, -3:]).sum(axis=1) + _FLOOR
-        return _Piece(low, high, coefficients, doubt)
+        return _fitted(low, high, np.array([self.row(place) for place in places]))
 
     def row(self, place: float) -> FloatArray:
         """Violations, each from -1 to 1, and the goal as it is compared; a feasible design is kept if it is best."""
@@ -303,18 +313,25 @@ class _Run:
         return self.rows[place]
 
     def _measured(self, place: float) -> FloatArray:
-        x, missed, shown = self.x(place), [], []
-        with warnings.catch_warnings():  # far ends have matrices without digits; what comes of it is no design
+        found = [self._missed(place, k) for k in range(len(self.program.limits))]
+        with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            for limit in self.program.limits:
-                part, found = self.judge.limit(limit, x)
-                missed.append(part if np.isfinite(found.value) or found.value > 0.0 else np.inf)
-                shown.append(_violation(limit, part, found.value))
-            goal = self._compared(self.judge.goal(x).value)
-        good = not np.isnan(goal) and max(missed, default=-1.0) <= self.judge.tolerance
+            goal = self._compared(self.judge.goal(self.x(place)).value)
+        good = not np.isnan(goal) and max((part for part, _ in found), default=-1.0) <= self.judge.tolerance
         if good and (self.best is None or goal < self.best[0]):
             self.best = goal, place
-        return np.array([*shown, 1.0 if np.isnan(goal) else goal])
+        return np.array([*(shown for _, shown in found), 1.0 if np.isnan(goal) else goal])
+
+    def _missed(self, place: float, index: int) -> tuple[float, float]:
+        """By which part of its bound a limit is missed, and its violation from -1 to 1."""
+        if (place, index) not in self.missed:
+            limit = self.program.limits[index]
+            with warnings.catch_warnings():  # far ends have matrices without digits; what comes of it is no design
+                warnings.simplefilter("ignore")
+                part, found = self.judge.limit(limit, self.x(place))
+            told = part if np.isfinite(found.value) or found.value > 0.0 else np.inf
+            self.missed[place, index] = told, _violation(limit, part, found.value)
+        return self.missed[place, index]
 
     def _compared(self, value: float) -> float:
         """The goal between -1 and 1, in the same order."""
