@@ -199,16 +199,9 @@ def _pushed(scene: Scene, model: Model, drive: Drive) -> Drive:
     return replace(drive, lines=tuple(replace(line, vector=np.where(acts, line.vector, 0.0)) for line in drive.lines))
 
 
-def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bool) -> list[Limit]:
-    model, form = on_needed(scene, full, response, reduce=reduce)
-    if response.outside_bands and form.frequency is None:  # one number says how far it is from all bands
-        return [Limit(name, model, form, "at_least", 1.0)]
-    if response.outside_bands:
-        return [
-            Limit(name, model, form, "outside", band.low, band.high, soft=response.soft or 1.0)
-            for band in response.outside_bands
-        ]
-    made = []
+def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bool) -> Iterator[Limit]:
+    """A limit as one of the program for every bound, and for every band."""
+    soft = response.soft or 1.0
     sides: tuple[tuple[Side, Side, Any], ...] = (
         ("at_most", "at_least", response.at_most),
         ("at_least", "at_most", response.at_least),
@@ -216,8 +209,16 @@ def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bo
     for side, other, given in sides:
         if given is None:
             continue
+        model, form = on_needed(scene, full, response.asked_by(side), reduce=reduce)
         if response.complement:
-            made.append(Limit(name, model, form, other, 1.0 - given.value, complement=True, soft=response.soft or 1.0))
+            yield Limit(name, model, form, other, 1.0 - given.value, complement=True, soft=soft)
         else:
-            made.append(Limit(name, model, form, side, given.value, soft=response.soft or 1.0))
-    return made
+            yield Limit(name, model, form, side, given.value, soft=soft)
+    if not response.outside_bands:
+        return
+    model, form = on_needed(scene, full, response.asked_by("outside"), reduce=reduce)
+    if form.frequency is None:  # one number says how far it is from all bands
+        yield Limit(name, model, form, "at_least", 1.0, soft=soft, of_bands=True)
+        return
+    for band in response.outside_bands:
+        yield Limit(name, model, form, "outside", band.low, band.high, soft=soft)

@@ -67,6 +67,8 @@ class Limit(Asked):
         The user's value is one minus the form's value.
     soft
         How easily it may be loosened, beside 1 of others.
+    of_bands
+        Whether the form is how far all values are from the bands of the file, one at an edge.
     """
 
     name: str
@@ -77,6 +79,7 @@ class Limit(Asked):
     upper: float = 0.0
     complement: bool = False
     soft: float = 1.0
+    of_bands: bool = False
 
     @property
     def least_wanted(self) -> bool:
@@ -85,6 +88,8 @@ class Limit(Asked):
     @property
     def user_side(self) -> str:
         """The side as the user counts it: an isolation of at least 80 % is a transmissibility of at most 0.2."""
+        if self.of_bands:
+            return "outside"
         return {"at_most": "at_least", "at_least": "at_most"}[self.side] if self.complement else self.side
 
 

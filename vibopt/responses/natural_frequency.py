@@ -68,7 +68,8 @@ class NaturalFrequency(Response):
     ----
     mode: Number of the mode, 1 is the lowest.
     outside: No mode may lie in these ranges, or near these orders of a speed: `outside = "20..30 Hz"`, or `{ orders
-        = [1, 2], of = "engine", margin = "20 %" }`. Limits only; not beside `mode`.
+        = [1, 2], of = "engine", margin = "20 %" }`. Limits only; not beside `mode`. A bound in the same limit is one on
+        the lowest mode.
     """
 
     mode: int = 1
@@ -116,6 +117,11 @@ class NaturalFrequency(Response):
     def at_orders(self, speeds: tuple[Band, ...]) -> Response:
         return self.model_copy(update={"outside": self.outside.bands(speeds, self.unit_without)})
 
+    def asked_by(self, side: str) -> Response:
+        """Bands speak of all modes; beside them `at_most` and `at_least` speak of the lowest, as by themselves."""
+        one_sided = self.outside is not None and side in ("at_most", "at_least")
+        return self.model_copy(update={"outside": None}) if one_sided else self
+
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return ModeFrequency(0 if self.outside is not None else self.mode)
 
@@ -146,7 +152,8 @@ class CriticalSpeed(NaturalFrequency):
 
     @property
     def modes(self) -> int:
-        return 0 if self.outside is not None else self.mode
+        bounds = self.at_most, self.at_least
+        return 0 if self.outside is not None and bounds == (None, None) else self.mode
 
     @property
     def free_vibration(self) -> str:

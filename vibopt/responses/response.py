@@ -256,6 +256,10 @@ class Response(Table):
         """Bands that no natural frequency may lie in [rad/s]."""
         return ()
 
+    def asked_by(self, side: str) -> "Response":
+        """The question that one of its bounds asks: "at_most", "at_least" or "outside"."""
+        return self
+
     @property
     def orders_of(self) -> str:
         """The excitation to whose speeds the orders that it must avoid belong, where these are not known yet."""

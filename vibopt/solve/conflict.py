@@ -53,11 +53,11 @@ def conflicts(program: Program, answer: Answer, may: Callable[[], bool] = lambda
     """
 
     def clashes(some: tuple[Key, ...]) -> bool | None:
-        kept = tuple(limit for limit in program.limits if (limit.name, limit.side) in some)
+        kept = tuple(limit for limit in program.limits if (limit.name, limit.user_side) in some)
         status = answer(replace(program, limits=kept, aim=None)).status
         return True if status == "infeasible" else None if status == "unproven" else False
 
-    return every_clash(list(dict.fromkeys((limit.name, limit.side) for limit in program.limits)), clashes, may)
+    return every_clash(list(dict.fromkeys((limit.name, limit.user_side) for limit in program.limits)), clashes, may)
 
 
 def loosenings(
@@ -69,14 +69,14 @@ def loosenings(
     says that no further answer is.
     """
     found, left = [], []
-    for limit in {(one.name, one.side): one for one in conflict}.values():
-        if limit.side == "outside":
+    for limit in {(one.name, one.user_side): one for one in conflict}.values():
+        if limit.user_side == "outside":
             continue
         if not may():
             left.append(limit)
             continue
-        alike = [one for one in program.limits if (one.name, one.side) == (limit.name, limit.side)]
-        rest = tuple(one for one in program.limits if (one.name, one.side) != (limit.name, limit.side))
+        alike = [one for one in program.limits if (one.name, one.user_side) == (limit.name, limit.user_side)]
+        rest = tuple(one for one in program.limits if (one.name, one.user_side) != (limit.name, limit.user_side))
         sense = 1.0 if limit.side == "at_most" else -1.0
         aims = [Aim(one.name, one.model, one.form, sense, one.complement) for one in alike]  # one limit, many places
         aim = replace(aims[0], others=tuple(aims[1:]))

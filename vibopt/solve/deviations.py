@@ -46,7 +46,7 @@ def limit_offs(scene: Scene, x: FloatArray, hits: Mapping[int, Hit]) -> Offs:
     corners = _corners(doubts)
     found: dict[str, list[Mapping[str, float]]] = {}
     for key, (name, side) in limit_rows(scene).items():
-        index = _worst_index(scene, program, hits, name, side)
+        index = _worst_index(program, hits, name, side)
         found[key] = [_named(doubts, hits[index].factors), *([] if hits[index].proven or hits[index].sure else corners)]
     rated = [(i, one) for i, one in enumerate(program.limits) if one.name not in scene.limits]  # brought by parts
     for index, limit in rated:
@@ -93,11 +93,9 @@ def analysed(design: Design, robust: Robust) -> Design:
     return replace(design, claim=f"{design.claim}; {words}", tolerances=both)
 
 
-def _worst_index(scene: Scene, program: Program, hits: Mapping[int, Hit], name: str, side: str) -> int:
+def _worst_index(program: Program, hits: Mapping[int, Hit], name: str, side: str) -> int:
     """Index of the limit of the program that a row speaks of; of several bands the worst one."""
-    if name in scene.limits and scene.limits[name].complement:
-        side = {"at_most": "at_least", "at_least": "at_most"}[side]
-    own = [i for i, limit in enumerate(program.limits) if limit.name == name and limit.side == side]
+    own = [i for i, limit in enumerate(program.limits) if limit.name == name and limit.user_side == side]
     return own[foremost([missed(program.limits[i], hits[i].value) for i in own], even=FOUND)]
 
 

@@ -131,7 +131,7 @@ def _guesses(
     """
     found: dict[tuple[str, str], tuple[float, FloatArray | None]] = {}
     shared = [key for key in sets[0] if all(key in other for other in sets[1:])]
-    clash = tuple(limit for limit in program.limits if (limit.name, limit.side) in shared)
+    clash = tuple(limit for limit in program.limits if (limit.name, limit.user_side) in shared)
     loosened, left = loosenings(program, clash, _ask, may)
     for one in loosened:
         found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound), one.near

@@ -136,6 +136,7 @@ class Built:
         return rows
 
     def row(self, name: str, response: Response, side: str) -> tuple[Checked, Measured]:
+        response = response.asked_by(side)
         found = measure_on(self.scene, self.machine, response, side or response.worst_side)
         row = _checked(self.scene, found, name, response, side)
         if found.value == inf:
