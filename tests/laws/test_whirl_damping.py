@@ -118,6 +118,56 @@ def test_the_peak_of_a_disc_is_as_sharp_as_the_closed_form(ratio: float) -> None
     assert found["m"] == pytest.approx(1.0 / math.sqrt(1.0 - 2.0 * ratio**2) / (high - low), rel=1e-6)
 
 
+def factors_by_words(speeds: np.ndarray, size: np.ndarray, band: tuple[float, float]) -> tuple[float, set[str]]:
+    """The greatest N / (N2 - N1) of all peaks inside a band as the manual says it, on even speeds from rest on."""
+    found, seen = [0.0], set()
+    for k in np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] > size[2:])) + 1:
+        peak, widths = speeds[k], []
+        if not band[0] < peak < band[1]:
+            continue
+        for side in (size[k::-1], size[k : 2 * k + 1]):
+            low, over = side < size[k] / math.sqrt(2.0), side > size[k]
+            if over.any() and (not low.any() or over.argmax() < low.argmax()):
+                seen.add("rises")
+                continue
+            seen.add("falls" if low.any() and low.argmax() <= k / 2 else "wide")
+            widths.append(min(low.argmax() if low.any() else len(side), k / 2) * speeds[1])
+        found.append(peak / (2.0 * float(np.mean(widths))) if widths else 1.0)
+    return max(found), seen
+
+
+@pytest.mark.parametrize(
+    ("pedestal", "held_by", "seal", "brake", "of", "sides"),
+    [
+        (20.0, 2.5e5, 1700.0, 200.0, "left", {"falls", "wide", "rises"}),
+        (10.0, 1.6e6, 2200.0, 1300.0, "left", {"falls", "wide", "rises"}),
+        (10.0, 8.1e5, 2300.0, 120.0, "left", {"falls", "rises"}),
+        (10.0, 1.1e6, 2200.0, 120.0, "disc", {"falls", "wide"}),
+    ],
+)
+def test_sides_of_a_peak_count_as_the_manual_says(
+    pedestal: float, held_by: float, seal: float, brake: float, of: str, sides: set[str]
+) -> None:
+    """A disc on a light shaft between pedestals that swing: all in series, by even speeds."""
+    shaft, support = 48.0 * BENDING, 2e6
+    document = {**light(), "links": {"seal": {"between": ["disc", "ground"], "damping": f"{seal!r} N s/m"}}}
+    document["bodies"] = {f"{end}_foot": {"mass": f"{pedestal!r} kg"} for end in ("left", "right")}
+    for end in ("left", "right"):
+        document["links"][f"{end}_bearing"] = {"between": [end, f"{end}_foot"], "stiffness": f"{support!r} N/m"}
+        base = {"stiffness": f"{held_by!r} N/m", "damping": f"{brake!r} N s/m"}
+        document["links"][f"{end}_base"] = {"between": [f"{end}_foot", "ground"], **base}
+    band = 60.0, 500.0
+    asks = {"response": "amplification_factor", "of": of, "over": "60..500 rad/s"}
+    w = np.linspace(0.0, 1000.0, 200001)
+    bearing = 1.0 / (1.0 / support + 1.0 / (held_by + 1j * brake * w - pedestal * w**2))
+    whole = 1.0 / (1.0 / shaft + 0.5 / bearing)
+    disc = w**2 / (whole + 1j * seal * w - 20.0 * w**2)
+    size = np.abs(disc if of == "disc" else whole * disc / (2.0 * bearing))
+    factor, seen = factors_by_words(w, size, band)
+    assert seen == sides
+    assert asked(document, m=asks)["m"] == pytest.approx(factor, rel=1e-3)
+
+
 def test_a_range_without_a_peak_has_none_and_a_peak_that_nothing_damps_no_end() -> None:
     over = {"response": "amplification_factor", "of": "second"}
     found = asked(friswell(), none={**over, "over": "1200..1300 rpm"}, endless={**over, "over": "500..1200 rpm"})

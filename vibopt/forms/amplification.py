@@ -1,4 +1,4 @@
-"""Sharpness of the peaks of what an unbalance drives: N / (N2 - N1) at 0.707 of the peak."""
+"""Sharpness of the peaks of what an unbalance drives: N / (N2 - N1) at 1/sqrt(2) of the peak."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from vibopt.mechanics.model import Model
 from vibopt.mechanics.orbits import spun
 from vibopt.mechanics.peaks import peaks
 from vibopt.records import dataclass
-from vibopt.signals import Drive, Output
+from vibopt.signals import Band, Drive, Output
 
 _TURN = 1e-4
-_BESIDE, _HALF, _OUTWARD, _SHARP = 1e-6, 0.5, 160, 1e6
-"""Part of a speed beside which a peak is less; part of it that a side is wide at most; speeds that are looked at on a
-side; factor from which on a peak is one that nothing damps."""
+_BESIDE, _HALF, _FAR, _SHARP = 1e-6, 0.5, {-1.0: 0.999, 1.0: 1.0}, 1e6
+"""Part of a speed beside which a peak is less; part of it that a side is wide at most; parts of it that are looked at
+on either side; factor from which on a peak is one that nothing damps."""
+_OUTWARD = np.unique(np.concatenate([np.geomspace(1e-9, 1.0, 160), np.linspace(0.01, 1.0, 100)]))
+"""Parts of a side that are looked at, beside those where a pole is near."""
 
 _AT_ONCE, _CLOSE = 50, 2e-13
 """Speeds of a side that are asked at once where it is narrowed; part of a speed by which it is known."""
@@ -68,7 +70,8 @@ class Amplification(Form):
         def size(speeds: FloatArray) -> FloatArray:
             return orbit.sizes(model, x, drive, speeds)
 
-        singular = rotor.singular(np.concatenate([frozen(band, knots) for band in drive.bands]))
+        wider = [Band(band.low, (1.0 + _FAR[1.0]) * band.high) for band in drive.bands]
+        singular = rotor.singular(np.concatenate([frozen(band, knots) for band in wider]))
         tops = peaks(size, drive.bands, singular, knots, within=0.0)
         found: list[tuple[float, float]] = []
         for one in tops:
@@ -76,19 +79,20 @@ class Amplification(Form):
             inside = any(band.low < beside[0] and beside[1] < band.high for band in drive.bands)
             known = any(abs(one.speed - speed) <= _BESIDE * speed for speed, _ in found)
             if inside and not known and (not np.isfinite(one.value) or (size(beside) < one.value).all()):
-                found.append((one.speed, factor_of(size, one.speed, one.value, ends)))
+                found.append((one.speed, factor_of(size, one.speed, one.value, ends, singular.real)))
         return found
 
 
-def factor_of(size: Size, speed: float, top: float, ends: tuple[float, float]) -> float:
+def factor_of(size: Size, speed: float, top: float, ends: tuple[float, float], poles: FloatArray) -> float:
     """Amplification factor of a peak at a speed [rad/s], as far as a response is known.
 
-    A side on which the response rises above the peak, or is not known, before it falls to 0.707 of it is as wide as the
-    other; 1 where both are so.  No side is wider than half the speed.
+    A side on which the response rises above the peak, or is not known, before it falls to 1/sqrt(2) of it is as wide as
+    the other; 1 where both are so.  Looked for from rest to twice the speed; no side is wider than half the speed.
+    `poles` are speeds [rad/s] near which it may rise.
     """
     if not np.isfinite(top):
         return float("inf")
-    sides = [_side(size, speed, top, sense, ends) for sense in (-1.0, 1.0)]
+    sides = [_side(size, speed, top, sense, ends, poles) for sense in (-1.0, 1.0)]
     known = [one for one in sides if one is not None]
     if not known:
         return 1.0
@@ -96,23 +100,30 @@ def factor_of(size: Size, speed: float, top: float, ends: tuple[float, float]) -
     return float("inf") if wide * _SHARP <= speed else speed / wide
 
 
-def _side(size: Size, speed: float, top: float, sense: float, ends: tuple[float, float]) -> float | None:
-    """How far beside a peak the response is 0.707 of it [rad/s]; None where it is not on this side."""
-    level = top / np.sqrt(2.0)
-    reach = min(_HALF * speed, speed - ends[0] if sense < 0.0 else ends[1] - speed)
-    off = reach * np.geomspace(1e-9, 1.0, _OUTWARD)
+def _side(
+    size: Size, speed: float, top: float, sense: float, ends: tuple[float, float], poles: FloatArray
+) -> float | None:
+    """How far beside a peak the response is 1/sqrt(2) of it [rad/s]; None where it is not on this side."""
+    level, most = top / np.sqrt(2.0), _HALF * speed
+    reach = min(_FAR[sense] * speed, speed - ends[0] if sense < 0.0 else ends[1] - speed)
+    near = sense * (poles - speed)
+    off = np.unique(np.concatenate([reach * _OUTWARD, near[(near > 0.0) & (near < reach)]]))
     values = size(speed + sense * off)
     fallen, risen = np.flatnonzero(values <= level), np.flatnonzero(values > top * (1.0 + 1e-9))
-    if not len(fallen) or (len(risen) and risen[0] < fallen[0]):
-        return _HALF * speed if not len(risen) and reach == _HALF * speed else None
+    if len(risen) and not (len(fallen) and fallen[0] < risen[0]):
+        return None
+    if not len(fallen):
+        return most if reach == _FAR[sense] * speed else None
     high = float(off[fallen[0]])
     low = float(off[fallen[0] - 1]) if fallen[0] else 0.0
+    if low >= most:
+        return most
     while high - low > _CLOSE * speed:  # many speeds at once cost little more than one
         inside = np.linspace(low, high, _AT_ONCE)[1:-1]
         fallen = np.flatnonzero(size(speed + sense * inside) <= level)
         k = int(fallen[0]) if len(fallen) else len(inside)
         low, high = float(inside[k - 1]) if k else low, float(inside[k]) if k < len(inside) else high
-    return high
+    return min(high, most)
 
 
 __all__ = ["Amplification", "factor_of"]

@@ -15,7 +15,7 @@ from vibopt.values import word
 class AmplificationFactor(Response):
     """`response = "amplification_factor"`: N / (N2 - N1), greatest of all peaks of a whirl over speeds.
 
-    N is the speed of a peak, N1 and N2 those beside it at which the whirl is 0.707 of it; 0 where there is no peak.
+    N is the speed of a peak, N1 and N2 those beside it at which the whirl is 1/sqrt(2) of it; 0 where there is no peak.
 
     Keys
     ----
@@ -44,7 +44,7 @@ class AmplificationFactor(Response):
 
     @property
     def reaches(self) -> tuple[float, ...]:
-        return (1.5 * max(band.high for band in self.over.bands),)
+        return (2.0 * max(band.high for band in self.over.bands),)
 
     def places(self) -> dict[str, tuple[str, str]]:
         return self.reading.places()

@@ -10,9 +10,10 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.signals import Band
 
 _EVEN, _WIDE, _SURE, _EDGE = 300, np.linspace(-3.0, 3.0, 49), 1e6, 1e-6
-_FLANK = np.unique(np.concatenate([np.geomspace(1e-7, 0.5, 120), np.linspace(1e-3, 0.5, 120)]))
+_FLANK, _MOST = np.unique(np.concatenate([np.geomspace(1e-7, 1.0, 125), np.linspace(1e-3, 1.0, 240)])), 0.5
 """Even speeds of a band; widths of a pole beside it; factor that stands for no damping at all; part of
-a speed within which a peak beside an end of a band is at that end; parts of a speed."""
+a speed within which a peak beside an end of a band is at that end; parts of a speed that are looked at on
+either side, and the greatest that counts."""
 
 
 def sharpest(
@@ -30,7 +31,7 @@ def sharpest(
         for k in np.flatnonzero((values[1:-1] > values[:-2]) & (values[1:-1] >= values[2:])) + 1:
             speed, top = _top(size, float(speeds[k - 1]), float(speeds[k + 1]))
             if inside[0] < speed < inside[1]:
-                found.append((_sharpness(size, speed, top, known), speed))
+                found.append((_sharpness(size, speed, top, known, poles.real), speed))
     return max(found)
 
 
@@ -46,13 +47,17 @@ def _top(size: Callable[[FloatArray], FloatArray], low: float, high: float) -> t
     return 0.5 * (low + high), float(size(np.array([0.5 * (low + high)]))[0])
 
 
-def _sharpness(size: Callable[[FloatArray], FloatArray], speed: float, top: float, known: tuple[float, float]) -> float:
-    """Speed over the width at 0.707 of the top; of a flank that does not get there the other one counts twice."""
+def _sharpness(
+    size: Callable[[FloatArray], FloatArray], speed: float, top: float, known: tuple[float, float], poles: FloatArray
+) -> float:
+    """Speed over the width at 1/sqrt(2) of the top; of a flank that rises above it first the other one counts twice."""
     from scipy.optimize import brentq
 
     level, widths = top / np.sqrt(2.0), []
     for sense in (1.0, -1.0):
-        at = speed * (1.0 + sense * _FLANK)
+        parts = np.sort(np.concatenate([_FLANK, sense * (poles / speed - 1.0)]))
+        at = speed * (1.0 + sense * parts[(parts >= _FLANK[0]) & (parts <= 1.0)])
+        at = at[at > 0.0]  # nothing is driven at rest
         inside = (at >= known[0]) & (at <= known[1])
         values = size(at[inside])
         over, under = values > top * (1.0 + 1e-9), values <= level
@@ -60,11 +65,11 @@ def _sharpness(size: Callable[[FloatArray], FloatArray], speed: float, top: floa
         if over[:first].any() or (not under.any() and not inside.all()):
             continue
         if not under.any():
-            widths.append(0.5 * speed)
+            widths.append(_MOST * speed)
             continue
         ends = (speed if first == 0 else float(at[inside][first - 1])), float(at[inside][first])
         where = brentq(lambda one: float(size(np.array([one]))[0]) - level, *ends, xtol=1e-13 * speed, rtol=1e-14)
-        widths.append(abs(float(where) - speed))
+        widths.append(min(abs(float(where) - speed), _MOST * speed))
     if not widths:
         return 1.0
     factor = speed / (2.0 * float(np.mean(widths)))
