@@ -292,6 +292,11 @@ class RotorTable(Device):
         degrees = [max(one.degree(top)[0], other.degree(top)[0]) for one, other in zip(thin, thick, strict=True)]
         return Beam(tuple(long for _, long in self.spans), tuple(degrees))
 
+    def half_waves(self, top: float) -> float:
+        """Most half waves of one span, as thin as it may be, at a frequency [rad/s]; none of matrices."""
+        thin, _ = self._extremes() if self.matrices is None else ([], [])
+        return max((one.phase(top) / math.pi for one in thin), default=0.0)
+
     def _extremes(self) -> tuple[list[Span], list[Span]]:
         """The spans, as long as they may be, where every diameter that may be chosen is least, and greatest."""
         both: tuple[list[Span], list[Span]] = [], []

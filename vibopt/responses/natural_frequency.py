@@ -152,8 +152,8 @@ class CriticalSpeed(NaturalFrequency):
 
     @property
     def modes(self) -> int:
-        bounds = self.at_most, self.at_least
-        return 0 if self.outside is not None and bounds == (None, None) else self.mode
+        looked_for = self.damped and self.outside is not None and self.at_most is None and self.at_least is None
+        return 0 if looked_for else self.mode
 
     @property
     def free_vibration(self) -> str:
@@ -161,7 +161,10 @@ class CriticalSpeed(NaturalFrequency):
 
     @property
     def reaches(self) -> tuple[float, ...]:
-        return (self._top,) if self.damped and self.outside is not None else ()
+        """The one told is the nearest to a band: the lowest, or no farther from a band than what is below that one."""
+        if self.damped:
+            return (self._top,) if self.outside is not None else ()
+        return tuple(band.low + band.high for band in self.outside_bands)
 
     @property
     def said_of(self) -> str:
@@ -196,7 +199,7 @@ class CriticalSpeed(NaturalFrequency):
         return as_fast(in_planes(machine), sense, 1.0 / math.sqrt(2.0), self._top, many)
 
     def looked_to(self, machine: Machine) -> float:
-        if not self.reaches:
+        if not (self.damped and self.outside is not None):
             return super().looked_to(machine)
         from vibopt.mechanics.orbiting import OrbitingMachine
 

@@ -9,8 +9,11 @@ from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
 from vibopt.scene.check_bearings import holding_rows, planes_fault
+from vibopt.scene.drives import looked_at
 from vibopt.scene.scene import Scene
 from vibopt.signals import Band
+from vibopt.units import show
+from vibopt.values.fields import Choice
 
 _BESIDE = {
     "structures": "a structure moves along one line. Model it as bodies that are alike in both planes",
@@ -18,6 +21,8 @@ _BESIDE = {
     "absorbers": "an absorber is tuned to frequencies that change with the speed. Write it as a body and a link",
 }
 """Families that no rotor stands beside, and why."""
+_STOUT, _MANY = 100, 100
+"""Times its length beyond which no shaft is thick; half waves of one span that are the most."""
 
 
 def check_rotors(scene: Scene, mistakes: Mistakes) -> None:
@@ -50,7 +55,32 @@ def check_rotors(scene: Scene, mistakes: Mistakes) -> None:
             )
     _driven(scene, name, mistakes)
     if not mistakes.found and places.is_whole(scene):
+        _sizes(scene, mistakes)
+    if not mistakes.found and places.is_whole(scene):
         _held(scene, mistakes)
+
+
+def _sizes(scene: Scene, mistakes: Mistakes) -> None:
+    """Sizes of which no shaft is made, as by a slip in a unit."""
+    top, _ = looked_at(scene)
+    for name, table in scene.rotors.items():
+        where, long = ("rotors", name, "sections"), sum(section.lengths[2] for section in table.sections)
+        for i, section in enumerate(table.sections):
+            wide = section.diameter.low if isinstance(section.diameter, Choice) else section.diameter.value
+            if wide > _STOUT * long:
+                mistakes.add(
+                    where,
+                    f"rotors.{name}.sections[{i + 1}] is {show(wide, 'm', 'length')} wide on a shaft of "
+                    f"{show(long, 'm', 'length')}: no shaft is more than {_STOUT} times as thick as it is long. Check "
+                    "the units.",
+                )
+        if table.half_waves(top) > _MANY:
+            speed = show(top, "rpm", "angular_rate")
+            mistakes.add(
+                where,
+                f"rotors.{name} is so slender that more than {_MANY} half waves stand on one of its spans at {speed}. "
+                "Check the units, write a thicker shaft, or ask for lower speeds.",
+            )
 
 
 def _driven(scene: Scene, name: str, mistakes: Mistakes) -> None:

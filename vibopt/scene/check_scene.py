@@ -82,7 +82,7 @@ def check_response(scene: Scene, path: Path, response: Response, mistakes: Mista
         check_lossy(scene, path, response.free_vibration, mistakes)
     check_places(scene, path, response, mistakes, broken)
     check_price(scene, path, response, mistakes)
-    _bounds(scene, path, response, mistakes)
+    _bounds(scene, path, response, mistakes, broken)
     _moved(scene, path, response.reading or response, mistakes, broken)
 
 
@@ -96,7 +96,7 @@ def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
     return ((tuple(where.split(".", 1)), response) for where, response in scene.responses.items())
 
 
-def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
+def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     table = vars(response)
     given = [key for key in ("at_most", "at_least", "outside") if table.get(key) is not None]
     name = dotted(path)
@@ -115,7 +115,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
         why = "its bound says" if path[0] == "limits" else "minimise and maximise say"
         mistakes.add((*path, "worst"), f"{name} has worst, but {why} which value is the worst. Remove worst.")
     shaker = response.orders_of
-    if shaker and path[0] == "limits":
+    if shaker and path[0] == "limits" and not broken & {"excitations", f"excitations.{shaker}"}:
         known = [name for name, excitation in scene.excitations.items() if excitation.sort == "steady"]
         said = f'"{shaker}", which is no excitation with a speed.{way_out(shaker, known)}'
         mistakes.add((*path, "outside"), f"{name}.outside speaks of orders of {said}")
@@ -126,7 +126,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
 
 def _moved(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     name = dotted(path)
-    held = not any(one.startswith(("links", "mounts", "absorbers", "structures")) for one in broken)
+    held = not any(one.startswith(("links", "mounts", "absorbers", "structures", "rotors")) for one in broken)
     if response.sags and held:
         _sags(scene, path, name, next(place for place, _ in response.places().values()), mistakes)
     fits = check_random(scene, path, response, mistakes, broken)

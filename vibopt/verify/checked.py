@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import inf, isfinite
@@ -236,7 +237,7 @@ def _checked(scene: Scene, found: Measured, name: str, response: Response, side:
         band = min(given.bands, key=lambda one: -min(found.value - one.low, one.high - found.value))
         depth = min(found.value - band.low, band.high - found.value)
         edge = band.low if found.value - band.low <= band.high - found.value else band.high
-        margin = -depth / edge if edge else -depth
+        margin = -depth / edge if edge else math.copysign(inf, -depth)  # at rest: of nothing there is no part
         ends = [shown_value(response, one, unit).shown for one in (band.low, band.high)]
         first, _, same = ends[0].rpartition(" ")
         text = f"{first}..{ends[1]}" if ends[1].endswith(f" {same}") else "..".join(ends)
