@@ -49,7 +49,7 @@ at_most = "0.2 mm"
             "or longer sections.",
         ),
         ('"50 mm"', '"nan mm"', 't line 4: rotors.sh.sections[1].diameter = "nan mm" is not a finite number.'),
-        ("1500..2600 rpm", "inf rpm", 't line 18: excitations.u.speed = "inf rpm" is not a finite number.'),
+        ("1500..2600 rpm", "inf rpm", 't line 19: excitations.u.speed = "inf rpm" is not a finite number.'),
         (
             '"50 mm"',
             '"1e9 mm"',
