@@ -139,7 +139,7 @@ class Machine(Responses):
         self._add("excitations", name, dict(kind="moment", on=on, amplitude=amplitude, speed=speed, **words))
 
     def unbalance(self, name: str, *, on: str, speed: Speeds, **words: Unpack[UnbalanceWords]) -> None:
-        """A rotating unbalance on a body.  Words: unbalance, or rotating_mass and radius; run_up."""
+        """A rotating unbalance on a body or rotor.  Words: unbalance, or rotating_mass and radius, or grade; run_up."""
         self._add("excitations", name, dict(kind="unbalance", on=on, speed=speed, **words))
 
     def harmonics(

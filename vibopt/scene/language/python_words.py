@@ -257,6 +257,13 @@ class UnbalanceWords(TypedDict, total=False):
 
     also
         Further ones that turn with it: {"on": ..., "unbalance": ..., "angle": ...}.
+    angles
+        "any" where nobody knows at which angles these stand: the worst of all.
+    grade, rotor_mass, service_speed
+        Of a rotor, instead of its unbalance: its balance quality grade [m/s], and the mass [kg] and the speed that it
+        counts.
+    or_on
+        Further stations and discs of a rotor where it may be, in any parts.
     """
 
     run_up: Mapping[str, Bound]
@@ -268,6 +275,11 @@ class UnbalanceWords(TypedDict, total=False):
     rotating_mass: Bound
     radius: Bound
     also: Sequence[Mapping[str, Bound]]
+    angles: str
+    grade: Bound
+    rotor_mass: Bound
+    service_speed: Bound
+    or_on: Sequence[str]
 
 
 class BaseMotionWords(Varied, total=False):
