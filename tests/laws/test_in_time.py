@@ -831,3 +831,27 @@ def test_a_motion_that_turns_too_often_to_be_followed_is_refused(monkeypatch: py
         "The machine moves to and fro more often while a load lasts than is followed. Write a shorter load, a smaller "
         '"to" for the stiffness or damping of what is fastest, or a greater "from" for its mass.'
     )
+
+
+@pytest.mark.parametrize("damping", [100.0, 5000.0])
+def test_what_dampers_alone_hold_creeps_to_where_it_stays(damping: float) -> None:
+    """200 kg on a damper: a momentum is a way times the damper, however the momentum came."""
+    mass, speed, push, length = 200.0, 2.0, 2000.0, 0.01
+    blow = {"kind": "pulse", "shape": "half sine", "on": "m", "amplitude": f"{push} N", "duration": f"{length} s"}
+    loads = {
+        mass * speed: {"kind": "release", "on": "m", "velocity": f"{speed} m/s"},
+        2.0 * push * length / np.pi: blow,
+    }
+    for momentum, load in loads.items():
+        answer: Any = vo.solve(
+            vo.from_dict(
+                {
+                    "bodies": {"m": {"mass": f"{mass} kg"}},
+                    "links": {"d": {"between": ["m", "ground"], "damping": f"{damping} N s/m"}},
+                    "excitations": {"load": load},
+                    "measures": {"way": {"response": "peak_displacement", "of": "m"}},
+                }
+            )
+        )
+        assert answer.status == "met"
+        assert answer.measures["way"].value.value == pytest.approx(momentum / damping, rel=1e-9)

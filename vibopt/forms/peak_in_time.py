@@ -46,7 +46,7 @@ class PeakInTime(Form):
     output: Output
     loads: FloatArray
     segments: tuple[Segment, ...]
-    no_bounds = "is a peak in time: tangents bound it, not boxes"
+    no_bounds = "is a peak in time: tangents alone bound it, and none under a load that stays"
     not_convex = "is a peak in time, which is not convex in stiffness and damping"
     rough = "is a peak in time: its instant is found by a search, and jumps from one peak to another"
 

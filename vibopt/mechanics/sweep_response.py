@@ -347,9 +347,10 @@ class Stretch:
         steady = self._steady
         if steady > best.value * (1.0 + _SURE):
             best = Peak(steady, np.inf, number, open=best.open)
-        if not len(self.poles):
+        rates = np.abs(self.poles)
+        if not rates.any():
             return best
-        period, gone = 2.0 * np.pi / float(np.abs(self.poles).min()), 0.0
+        period, gone = 2.0 * np.pi / float(rates[rates > 0.0].min()), 0.0  # a creep that rounds to none is no motion
         length = _FIRST * period
         while gone < HORIZON * period * (1.0 - _SURE):
             if float(self.bound(np.array([gone]), np.array([gone]))[0]) <= best.value * (1.0 + _SURE):

@@ -55,10 +55,15 @@ class MotionInTime:
         return tuple(excitation for excitation in self.excitations if excitation.endless and not excitation.holds)
 
     @cached_property
+    def _slowest(self) -> float:
+        """Least natural frequency above zero [rad/s]; inf where there is no spring."""
+        modes = self.machine.natural_frequencies()
+        return float(modes[modes > 1e-9 * modes.max(initial=0.0)].min(initial=np.inf))
+
+    @cached_property
     def _look(self) -> float:
         """How long a look behind the load is [s]: some periods of the slowest mode, or a part of all that fades."""
-        modes = self.machine.natural_frequencies()
-        slow = float(modes[modes > 1e-9 * modes.max(initial=0.0)].min(initial=np.inf))
+        slow = self._slowest
         if self._lasting:
             poles = self.machine.poles()
             decays = np.abs(poles.imag)
@@ -66,11 +71,13 @@ class MotionInTime:
             faded = -np.log(GONE) / float(moving.min()) if len(moving) else PERIODS * 2.0 * np.pi / slow
             faded = faded if len(moving) + rings.sum() == len(decays) else np.inf
             return min(faded, _BESIDE * 2.0 * np.pi / slow) / _LOOKS + max(one.length for one in self._lasting)
-        return (
-            PERIODS * 2.0 * np.pi / slow
-            if np.isfinite(slow)
-            else max(excitation.length for excitation in self.excitations)
-        )
+        if np.isfinite(slow):
+            return PERIODS * 2.0 * np.pi / slow
+        fades = np.abs(self.machine.poles().imag)  # no spring: all creeps to where it stays
+        creeps = fades[fades > NONE * fades.max(initial=0.0)]
+        if len(creeps):
+            return -math.log(GONE) / float(creeps.min()) / _LOOKS
+        return max(excitation.length for excitation in self.excitations) or 1.0
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:

@@ -59,6 +59,7 @@ class Simulated(MotionInTime):
             if (
                 not self._lasting
                 and not self._held.any()
+                and np.isfinite(self._slowest)
                 and number >= loaded
                 and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1))
             ):
@@ -201,7 +202,8 @@ class Simulated(MotionInTime):
                 return False
         else:
             cancelled, rate = self._drifting(response, _SLOW / self._look)
-            if rate <= _AWAY * cancelled:
+            _, near = self._drifting(response, 10.0 * _SLOW / self._look)
+            if rate <= _AWAY * cancelled or rate <= 0.5 * near:  # it creeps to an end
                 return False
         most = max(self._greatest(number, response)[0] for number in range(self._behind + 1))
         return bool(rate * self._look > _AWAY * most)
