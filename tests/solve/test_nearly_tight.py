@@ -5,7 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import pytest
 
+import vibopt as vo
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.branch import Judge, Search
@@ -112,3 +114,22 @@ def test_boxes_of_many_coefficients_end_by_their_work() -> None:
     assert part.boxes < whole.boxes
     assert part.bound <= whole.value
     assert held.work.spent < 5 * held.work.most
+
+
+def test_a_list_of_nothing_but_zero_leaves_the_proof_to_the_others() -> None:
+    mount = {"between": ["pump", "ground"], "stiffness": {"to": "10 MN/m"}, "damping_ratio": {"one_of": [0]}}
+    machine = {
+        "bodies": {"pump": {"mass": "500 kg"}},
+        "links": {"mount": mount},
+        "excitations": {"e": {"kind": "unbalance", "on": "pump", "unbalance": "50 kg cm", "speed": "300 rpm"}},
+        "limits": {
+            "isolated": {"response": "transmissibility", "into": "ground", "at_most": 0.1},
+            "sag": {"response": "static_deflection", "of": "mount", "at_most": "140 mm"},
+        },
+        "goal": {"minimise": "displacement", "of": "pump"},
+    }
+    answer: Any = vo.solve(vo.from_dict(machine))
+    assert answer.status == "optimal"
+    stiffness = 500.0 * 9.80665 / 0.14  # as soft as the sag lets it be
+    rest = abs(500.0 * (10.0 * np.pi) ** 2 - stiffness)
+    assert answer.goal[1].value == pytest.approx(0.5 * (10.0 * np.pi) ** 2 / rest, rel=2e-6)

@@ -275,8 +275,9 @@ class Search:
     def _split(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Halve every box along its relatively widest side; boxes too small to halve are left out."""
         program = self.judge.program
-        whole = np.log(np.maximum(program.high, 1e-300)) - np.log(np.maximum(program.low, program.high * 1e-12))
-        width = np.log(np.maximum(high, 1e-300)) - np.log(np.maximum(low, program.high * 1e-12))
+        least = np.maximum(program.high * 1e-12, 1e-300)
+        whole = np.log(np.maximum(program.high, 1e-300)) - np.log(np.maximum(program.low, least))
+        width = np.log(np.maximum(high, 1e-300)) - np.log(np.maximum(low, least))
         width = width / np.where(whole > 0, whole, 1.0)
         side = width.argmax(axis=1)
         rows = np.arange(len(low))

@@ -82,7 +82,7 @@ def log_box(program: Program) -> tuple[FloatArray, FloatArray]:
     A range that begins at zero or has no end is cut far off its natural size.
     """
     pairs = [_ends(axis, natural_size(program, axis)) for axis in program.axes]
-    ends = np.log(np.array(pairs)).reshape(-1, 2)
+    ends = np.log(np.maximum(np.array(pairs), 1e-300)).reshape(-1, 2)  # a list of nothing but zero is a point
     return ends[:, 0], ends[:, 1]
 
 
