@@ -835,12 +835,14 @@ def test_a_motion_that_turns_too_often_to_be_followed_is_refused(monkeypatch: py
 
 @pytest.mark.parametrize("damping", [100.0, 5000.0])
 def test_what_dampers_alone_hold_creeps_to_where_it_stays(damping: float) -> None:
-    """200 kg on a damper: a momentum is a way times the damper, however the momentum came."""
-    mass, speed, push, length = 200.0, 2.0, 2000.0, 0.01
+    """200 kg on a damper: a momentum is a way times the damper, however it came, and a sine ends beside its middle."""
+    mass, speed, push, length, omega = 200.0, 2.0, 2000.0, 0.01, 30.0
     blow = {"kind": "pulse", "shape": "half sine", "on": "m", "amplitude": f"{push} N", "duration": f"{length} s"}
+    sine = {"kind": "force", "on": "m", "amplitude": f"{push} N", "speed": f"{omega} rad/s", "begins": "suddenly"}
     loads = {
         mass * speed: {"kind": "release", "on": "m", "velocity": f"{speed} m/s"},
         2.0 * push * length / np.pi: blow,
+        push / omega * (1.0 + damping / np.hypot(damping, mass * omega)): sine,
     }
     for momentum, load in loads.items():
         answer: Any = vo.solve(

@@ -476,5 +476,6 @@ class Creeping:
 
 def test_what_creeps_is_as_fast_as_no_spin_and_ends_the_search() -> None:
     """At rest rounding alone says that it goes round; it was followed towards rest for ever."""
-    ends = (_Look.at(Creeping(), spin, 1) for spin in (0.0, 2.0))  # type: ignore[arg-type]
-    assert _crossings(Creeping(), *ends) == []  # type: ignore[arg-type]
+    creeping: Any = Creeping()
+    ends = (_Look.at(creeping, spin, 1) for spin in (0.0, 2.0))
+    assert _crossings(creeping, *ends) == []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 import vibopt as vo
@@ -38,7 +40,7 @@ direction = "z"
 SAG = '[limits.sag]\nresponse = "static_deflection"\nof = "g"\nat_most = "4 mm"\n'
 
 
-def solved(low: str, high: str, more: str = SAG) -> vo.Answer:  # type: ignore[type-arg]
+def solved(low: str, high: str, more: str = SAG) -> Any:
     return vo.solve(
         vo.from_text(TEXT.replace("FROM", low).replace("TO", high) + more), method="one_range", explain=False
     )

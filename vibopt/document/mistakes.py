@@ -178,7 +178,7 @@ def _misplaced(found: list[Any], base: Path, table: object, mistakes: Mistakes) 
         {one["loc"][:-1]: one for one in found if one["type"] == kind and one["loc"] and one["loc"][-1] in _PLACES}
         for kind in ("extra_forbidden", "missing")
     )
-    both = wrong.keys() & lacking.keys()
+    both = [where for where in wrong if where in lacking]
     for where in both:
         inner = tuple(step for step in wrong[where]["loc"] if not _is_tag(step))
         path, needed, given = base + inner, lacking[where]["loc"][-1], toml_text(given_at(table, inner))

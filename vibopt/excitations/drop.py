@@ -7,15 +7,14 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Transient
+from vibopt.excitations.at_once import AtOnce
 from vibopt.excitations.segments import AFTER, line
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
 
 
-class Drop(Transient):
+class Drop(AtOnce):
     """`kind = "drop"`: the velocity of a base changes at once: it falls and comes to rest, or it is struck.
 
     Keys
@@ -55,19 +54,8 @@ class Drop(Transient):
     def blows(self) -> dict[float, float]:
         return {0.0: self.kick}
 
-    @property
-    def length(self) -> float:
-        return AFTER
-
-    @property
-    def joints(self) -> tuple[float, ...]:
-        return (0.0, AFTER)
-
     def segments(self) -> tuple[Segment, ...]:
         return (replace(line(AFTER, 0.0, 0.0), blows=np.array([self.kick])),)
-
-    def signal(self, time: FloatArray) -> FloatArray:
-        return np.zeros(time.shape)
 
 
 __all__ = ["Drop"]

@@ -6,14 +6,13 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Transient
+from vibopt.excitations.at_once import AtOnce
 from vibopt.excitations.segments import AFTER, line
 from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
 
 
-class Release(Transient):
+class Release(AtOnce):
     """`kind = "release"`: a body is let go from a place beside its rest, or with a velocity; no force acts on it.
 
     Keys
@@ -38,19 +37,8 @@ class Release(Transient):
         displacement, velocity = (0.0 if one is None else one.value for one in (self.displacement, self.velocity))
         return displacement, velocity
 
-    @property
-    def length(self) -> float:
-        return AFTER
-
-    @property
-    def joints(self) -> tuple[float, ...]:
-        return (0.0, AFTER)
-
     def segments(self) -> tuple[Segment, ...]:
         return (replace(line(AFTER, 0.0, 0.0), released=np.array([self.start])),)
-
-    def signal(self, time: FloatArray) -> FloatArray:
-        return np.zeros(time.shape)
 
 
 __all__ = ["Release"]

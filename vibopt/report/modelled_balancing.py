@@ -10,6 +10,7 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.errors import InputError
+from vibopt.excitations.excitation import Excitation
 from vibopt.mechanics.harmonic import motion
 from vibopt.mechanics.machine import Machine
 from vibopt.report.absorber_parts import chosen_in
@@ -59,32 +60,13 @@ def balancing_document(design: Design) -> dict[str, Any]:
         There is no design, not one unbalance, no displacement asked, a limit that a balancing job does not have,
         bearings that differ in both planes, or a whirl without end.
     """
-    scene, machine = design.scene, machine_in(design)
-    if machine is None:
-        raise InputError(f"{scene.name}: there is no design ({design.status}), so no rotor to balance.")
-    if unlike := in_planes(scene):
-        raise InputError(
-            f"{scene.name}: bearings.{unlike[0]} is not alike in both planes, where an unbalance moves a place along "
-            "an ellipse, and a balancing job reads circles. Leave --save-coefficients out."
-        )
-    sensors, planes = _sensors(scene), [disc.name for rotor in scene.rotors.values() for disc in rotor.discs]
-    there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
-    for lacks in (words for words, one in there.items() if not one):
-        raise InputError(f"{scene.name}: {lacks}")
-    (name, one), *_ = scene.excitations.items()
-    if one.anywhere or len(one.loose) > 1:
-        raise InputError(
-            f"{scene.name}: excitations.{name} is an unbalance at places or angles that nobody knows, so nothing says "
-            "what to take back. Leave or_on and angles out."
-        )
-    if len(scene.excitations) > 1:
-        raise InputError(f"{scene.name}: {_ONE}")
+    scene = design.scene
+    machine, sensors, planes, unbalance = _modelled(design)
     speeds, part = held_between(scene, machine, planes, sensors, _speeds(scene, machine))
     effects = {plane: _effects(scene, design, machine, plane, list(sensors), speeds) for plane in planes}
     found = sum(
-        excitation.swung * part * _effects(scene, design, machine, place, list(sensors), speeds)
-        for excitation in scene.excitations.values()
-        for place, part in excitation.acts.items()
+        unbalance.swung * share * _effects(scene, design, machine, place, list(sensors), speeds)
+        for place, share in unbalance.acts.items()
     )
     written = [f"{speed * _RPM:.15g} rpm" for speed in speeds]
     runs = [
@@ -116,6 +98,31 @@ def balancing_document(design: Design) -> dict[str, Any]:
         **({"limits": limits} if limits else {}),
         "goal": {"minimise": "residual", "combine": "worst"},
     }
+
+
+def _modelled(design: Design) -> tuple[Machine, dict[str, list[str]], list[str], Excitation]:
+    """The machine as built, its points with their limits, its discs, and the one unbalance that shakes it."""
+    scene, machine = design.scene, machine_in(design)
+    if machine is None:
+        raise InputError(f"{scene.name}: there is no design ({design.status}), so no rotor to balance.")
+    if unlike := in_planes(scene):
+        raise InputError(
+            f"{scene.name}: bearings.{unlike[0]} is not alike in both planes, where an unbalance moves a place along "
+            "an ellipse, and a balancing job reads circles. Leave --save-coefficients out."
+        )
+    sensors, planes = _sensors(scene), [disc.name for rotor in scene.rotors.values() for disc in rotor.discs]
+    there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
+    for lacks in (words for words, one in there.items() if not one):
+        raise InputError(f"{scene.name}: {lacks}")
+    (name, one), *others = scene.excitations.items()
+    if one.anywhere or len(one.loose) > 1:
+        raise InputError(
+            f"{scene.name}: excitations.{name} is an unbalance at places or angles that nobody knows, so nothing says "
+            "what to take back. Leave or_on and angles out."
+        )
+    if others:
+        raise InputError(f"{scene.name}: {_ONE}")
+    return machine, sensors, planes, one
 
 
 def _sensors(scene: Scene) -> dict[str, list[str]]:

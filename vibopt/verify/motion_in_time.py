@@ -63,21 +63,22 @@ class MotionInTime:
     @cached_property
     def _look(self) -> float:
         """How long a look behind the load is [s]: some periods of the slowest mode, or a part of all that fades."""
-        slow = self._slowest
+        slow, turn = self._slowest, max((one.length for one in self._lasting), default=0.0)
+        if not np.isfinite(slow):  # no spring: all creeps to where it stays
+            fades = np.abs(self.machine.poles().imag)
+            creeps = fades[fades > NONE * fades.max(initial=0.0)]
+            if len(creeps):
+                long = -math.log(GONE) / float(creeps.min())
+                return (min(long, _BESIDE * turn) if turn else long) / _LOOKS + turn
+            return max(excitation.length for excitation in self.excitations) or 1.0
         if self._lasting:
             poles = self.machine.poles()
             decays = np.abs(poles.imag)
             moving, rings = decays[decays > NONE * slow], (decays <= NONE * slow) & (np.abs(poles) > MET * slow)
             faded = -np.log(GONE) / float(moving.min()) if len(moving) else PERIODS * 2.0 * np.pi / slow
             faded = faded if len(moving) + rings.sum() == len(decays) else np.inf
-            return min(faded, _BESIDE * 2.0 * np.pi / slow) / _LOOKS + max(one.length for one in self._lasting)
-        if np.isfinite(slow):
-            return PERIODS * 2.0 * np.pi / slow
-        fades = np.abs(self.machine.poles().imag)  # no spring: all creeps to where it stays
-        creeps = fades[fades > NONE * fades.max(initial=0.0)]
-        if len(creeps):
-            return -math.log(GONE) / float(creeps.min()) / _LOOKS
-        return max(excitation.length for excitation in self.excitations) or 1.0
+            return min(faded, _BESIDE * 2.0 * np.pi / slow) / _LOOKS + turn
+        return PERIODS * 2.0 * np.pi / slow
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:

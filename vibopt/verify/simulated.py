@@ -140,7 +140,10 @@ class Simulated(MotionInTime):
         return best
 
     def _free(self, response: TransientResponse) -> tuple[ComplexArray, ComplexArray]:
-        """Rates of free vibrations beside what lasts, one of each pair, and the wave of each at the first look."""
+        """Rates of free motions beside what lasts, one of each pair, and the wave of each at the first look.
+
+        A place to which dampers alone let it creep is one, of a rate of zero.
+        """
         from scipy.linalg import eig
 
         system, loads = self._states.matrices
@@ -156,7 +159,9 @@ class Simulated(MotionInTime):
                 free = free - np.imag(follows * np.exp(1j * speed * low))
         known: Any = eig(system, left=True, right=True)
         rates, left, shapes = known
-        once = (rates.imag >= 0.0) & (np.abs(rates) > NONE * np.abs(rates).max())
+        once = rates.imag >= 0.0
+        if np.isfinite(self._slowest):
+            once &= np.abs(rates) > NONE * np.abs(rates).max()
         rates, left, shapes = rates[once], left[:, once].conj().T, shapes[:, once]
         if not len(rates) or np.linalg.cond(left @ shapes) > _DEFECTIVE:
             return np.zeros(0, dtype=complex), np.zeros(0, dtype=complex)
