@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.special import ndtri
 
@@ -54,8 +54,9 @@ def stiffest(share: float, mass: float, spring: float) -> float:
     return low
 
 
+@example(mass=4.0, spring=1.0, wanted=60.0)  # the machines of the verdict happen to be worse than those drawn before
 @settings(max_examples=12)
-@given(st.floats(0.5, 5.0), st.floats(0.5, 8.0), st.sampled_from([60.0, 90.0, 95.0, 99.0]))
+@given(mass=st.floats(0.5, 5.0), spring=st.floats(0.5, 8.0), wanted=st.sampled_from([60.0, 90.0, 95.0, 99.0]))
 def test_enough_machines_bear_the_design_and_hardly_more_than_that(mass: float, spring: float, wanted: float) -> None:
     design = solved(mass, spring, wanted)
     assert design.status == "feasible"

@@ -25,6 +25,8 @@ from vibopt.records import dataclass
 from vibopt.signals import Line
 
 _POWERS = {INERTIA: 2, DAMPING: 1}
+_ROUNDING = 1e-13
+"""Part by which coefficients may be off, so that no box around a singular machine is too narrow to count."""
 Array = FloatArray | ComplexArray
 
 
@@ -113,6 +115,7 @@ class Linear:
     def on(self, boxes: Boxes) -> tuple[Scalar, FloatArray]:
         """The response on boxes, and what each axis adds to its uncertainty (n_boxes, n_axes)."""
         sizes, half = powers_on(boxes, self.exponents, self.powers), boxes.half
+        sizes = sizes._replace(rest=sizes.rest + _ROUNDING * np.abs(sizes.at))
         return self._moved(*sizes, sizes.spread(half[:, None, :]), half)
 
     def _moved(

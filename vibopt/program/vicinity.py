@@ -56,7 +56,7 @@ class Vicinity:
 
     def of_modes(self, form: ModeFrequency) -> bool:
         rates = self._rates(form)
-        return bool(rates) and self._covered(self._regular(), rates, self._budget)
+        return bool(rates) and self._covered(self._regular(form), rates, self._budget)
 
     def of_weights(self, form: UnderWeights) -> bool:
         return np.isfinite(self.level) and self._covered(self._static(form), [Band(0.0, 0.0)], self._budget)
@@ -97,17 +97,27 @@ class Vicinity:
         if isinstance(part, Limit) and part.side == "outside":
             return [Band(part.bound * (1.0 + self.margin), part.upper * (1.0 - self.margin))]
         rest = np.array([axis.rest for axis in self.axes])
-        nominal = natural_frequencies(part.model, part.model.values(rest))[form.index]
-        kept = nominal > self.level if self.least else nominal < self.level
+        kept = self._beyond(form, rest) < 0.0
         return [Band(self.level, self.level)] if kept else []
 
-    def _regular(self) -> Kept:
+    def _beyond(self, form: ModeFrequency, machine: FloatArray) -> float:
+        """By how much the mode of a machine (n_factors,) passes the level, or is inside the band that is kept free."""
+        part = self.part
+        rate = float(natural_frequencies(part.model, part.model.values(machine))[form.index])
+        if isinstance(part, Limit) and part.side == "outside":
+            return min(rate - part.bound, part.upper - rate)
+        return self.level - rate if self.least else rate - self.level
+
+    def _regular(self, form: ModeFrequency) -> Kept:
         linear = Linear.of_modes(self.part.model)
 
         def kept(boxes: Boxes) -> tuple[BoolArray, FloatArray, FloatArray]:
             value, weights = linear.on(boxes)
             good: BoolArray = np.isfinite(value.rest)
-            return good, _spread(weights, boxes.half, boxes), np.full(len(good), -1.0)
+            excess = np.full(len(good), -1.0)
+            for first in np.flatnonzero(~good)[:1]:
+                excess[first] = self._beyond(form, boxes.middle[first, :-1])
+            return good, _spread(weights, boxes.half, boxes), excess
 
         return kept
 

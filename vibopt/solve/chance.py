@@ -9,7 +9,7 @@ tells; the answer is then judged on machines that neither has seen.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -39,6 +39,8 @@ _ROUNDS, _REHEARSALS, _STRAIGHT = 8, 5, 2
 _SETTLED = 1e-6
 _SPARE = 0.05
 """Standard deviations by which a share may be better than it must, before the design is driven on."""
+_MORE = 0.0, 0.1, 0.3
+"""Standard deviations by which more is asked, where the machines of the verdict happen to be worse than those drawn."""
 _EVEN = 1e-6
 _TIMES, _FEW = 4, 64
 """Machines that are looked at again near a design: by how many times more, and by how many, than may break a limit."""
@@ -101,9 +103,8 @@ def by_chance(
     both = strict.tolerances
     if both is not None and both.variables:
         starts.insert(0, np.array([both.variables[variable.path].value for variable in scene.variables]))
-    x = None if scene.goal is None and held else _Search(scene, names).best(starts, method, progress)
-    for one in filter(lambda x: x is not None, (x, *held)):
-        sought = _judged(scene, np.asarray(one), both)
+    for x in _candidates(scene, names, starts, held, method, progress):
+        sought = _judged(scene, x, both)
         if sought is not None:
             return sought
     both = both or side_by_side(scene, None, Robust(Found("", None, "", "")), {})
@@ -111,6 +112,23 @@ def by_chance(
     if strict.status == "infeasible":
         claim += f"; for the worst machine there is none: {strict.claim}"
     return Sought(Found("unproven", None, claim, DRAWN), both)
+
+
+def _candidates(
+    scene: Scene,
+    names: Mapping[str, float],
+    starts: list[FloatArray],
+    held: list[FloatArray],
+    method: str | Method | None,
+    progress: Progress | None,
+) -> Iterator[FloatArray]:
+    """Designs (n_vars,) to be judged, the best first; the last is the one that holds for the worst machine."""
+    for more in _MORE if scene.goal is not None or not held else ():
+        x = _Search(scene, names, more).best(starts, method, progress)
+        if x is None:
+            break
+        yield x
+    yield from held
 
 
 def _judged(scene: Scene, x: FloatArray, both: Tolerances | None) -> Sought | None:
@@ -206,6 +224,7 @@ class _Asked:
         count: int,
         confidence: float,
         whole: FloatArray | None,
+        more: float,
     ) -> None:
         if whole is not None:
             self.wanted = self.aim = (np.ceil(wanted * len(whole) - _SETTLED) - _HALF) / len(whole)
@@ -214,13 +233,14 @@ class _Asked:
         few = count if far is not None else min(_LEARNED_FROM, count)
         self.wanted = 1.0 - (1.0 - wanted) / (far.part if far is not None else 1.0)
         self.aim = sure_share(self.wanted, count, confidence)
+        self.aim = _moved(self.aim, more) if more else self.aim
         self.learned = _Machines(far.machines(few, "design") if far else drawn(doubts, few, "design", evenly=True))
         self.rehearsal = _Machines(far.machines(count, "rehearsal") if far else drawn(doubts, count, "rehearsal"))
 
 
 class _Search:
-    def __init__(self, scene: Scene, names: Mapping[str, float]) -> None:
-        self.scene, self.names = scene, names
+    def __init__(self, scene: Scene, names: Mapping[str, float], more: float) -> None:
+        self.scene, self.names, self.more = scene, names, more
         self.doubts = uncertain(scene)
         parts = self._parts(self._around(np.array([max(variable.low, 1e-300) for variable in scene.variables])))
         cost = max(sum(one.cost for one in many) for many in parts.values())
@@ -234,7 +254,7 @@ class _Search:
     def _asked(self, key: Key, far: Beyond | None) -> _Asked:
         wanted = self.names[key[0]]
         far = far if wanted > RARE else None
-        return _Asked(self.doubts, wanted, far, self.count, self.confidence, self.whole)
+        return _Asked(self.doubts, wanted, far, self.count, self.confidence, self.whole, self.more)
 
     def _around(self, x: FloatArray) -> Program:
         return around(self.scene, x)
