@@ -104,6 +104,54 @@ def test_a_peak_is_never_below_its_tangents_less_their_rests(
             assert all(n.rest <= 1e-3 * t.rest + 1e-12 * value for n, t in zip(near, tangents, strict=True))
 
 
+@few
+@given(seed=st.integers(0, 100_000), heavy=st.sampled_from([1.0, 1e-3, 10.0]))
+def test_a_peak_is_never_below_its_floor(tmp_path_factory: pytest.TempPathFactory, seed: int, heavy: float) -> None:
+    """On boxes of any width; on narrow ones the floor is next to the peak."""
+    rng = np.random.default_rng(seed)
+    limited, aimed = (ASKED[i] for i in rng.permutation(3)[:2])
+    program = posed(tmp_path_factory.mktemp("shock"), machine(rng, wide=1e2, heavy=heavy), limited, aimed, 1.0)
+    for one in program.parts:
+        floors = one.form.floors(one.model)
+        assert floors is not None
+        x = rng.uniform(np.log(program.low), np.log(program.high), (40, 2))
+        half = 10.0 ** rng.uniform(-4.0, 1.0, (40, 2))
+        low, high = (
+            np.exp(np.maximum(x - half, np.log(program.low))),
+            np.exp(np.minimum(x + half, np.log(program.high))),
+        )
+        least, lost = floors.on(low, high)
+        corners = np.where(rng.random(low.shape) < 0.5, low, high)
+        for there in (np.exp(rng.uniform(np.log(low), np.log(high))), corners, low, high):
+            assert (least <= one.form.values(one.model, there) * (1.0 + 1e-9)).all()
+        near, narrow = np.exp(x), floors.on(np.exp(x) * (1.0 - 1e-6), np.exp(x) * (1.0 + 1e-6))[0]
+        assert np.median(narrow / one.form.values(one.model, near)) > 0.98
+        assert (lost >= 0.0).all()
+
+
+def test_floors_are_of_one_mass_on_springs_and_dampers_under_one_load(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    two = posed(tmp_path, machine(rng, bodies=2), ASKED[0], ASKED[1], 1.0)
+    fast = posed(tmp_path, machine(np.random.default_rng(0)), ASKED[0], ASKED[3], 1.0)  # of what a base carries along
+    assert "base" in fast.model.points
+    assert all(one.form.floors(one.model) is None for one in (*two.parts, fast.parts[-1]))
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_over_wide_ranges_the_best_mount_is_proven_and_no_grid_beats_it(seed: int, tmp_path: Path) -> None:
+    """Stiffness and damping over six decades, under a limit of the room."""
+    rng = np.random.default_rng(seed)
+    text = machine(rng, wide=1e3)
+    program = posed(tmp_path, text, ASKED[0], ASKED[2], 1.0)
+    grid = np.array(np.meshgrid(*np.exp(np.linspace(np.log(program.low), np.log(program.high), 25)).T)).reshape(2, -1).T
+    limit, aim = program.parts
+    room, force = (one.form.values(one.model, grid) for one in (limit, aim))
+    program = posed(tmp_path, text, ASKED[0], ASKED[2], float(np.quantile(room, 0.3)))
+    found = Tangents().solve(program)
+    assert found.status == "optimal"
+    assert found.bound <= force[room <= program.limits[0].bound].min()
+
+
 def test_without_its_rest_a_tangent_would_be_too_high(tmp_path: Path) -> None:
     """The rest is needed, and no more than some thirty times greater than it must be."""
     rng = np.random.default_rng(3)

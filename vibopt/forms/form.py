@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from vibopt.forms.asking import ConvexRows, LogRows, OneVariable, Proof
     from vibopt.forms.bounds import FormBounds
     from vibopt.forms.damped import OfPoles
+    from vibopt.forms.floors import Floors
     from vibopt.forms.modulus import Modulus
     from vibopt.forms.monomials import Monomials
     from vibopt.forms.peak_in_time import PeakInTime
@@ -192,6 +193,10 @@ class Form:
         Only of forms that have `tangents_of`; `level` and `times` [s] say where it is worth looking.
         """
         return [[] for _ in x]
+
+    def floors(self, model: Model) -> Floors | None:
+        """What says how little it can be on boxes of designs, however wide; only of forms that have `tangents_of`."""
+        return None
 
     @property
     def tangents_of(self) -> tuple[float, ...]:

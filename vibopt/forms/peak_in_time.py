@@ -18,6 +18,7 @@ from vibopt.records import dataclass
 from vibopt.signals import Output, Segment
 
 if TYPE_CHECKING:
+    from vibopt.forms.floors import Floors
     from vibopt.forms.reduce import Reach
     from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
@@ -117,6 +118,11 @@ class PeakInTime(Form):
         for i, tangent in zip(which, self._tangents(model, x[which], reach[which], within, part), strict=True):
             found[i] += [tangent] if np.isfinite(tangent.rest) else []
         return found
+
+    def floors(self, model: Model) -> Floors | None:
+        from vibopt.forms.floors import floors
+
+        return floors(self, model)
 
     def _tangents(
         self, model: Model, x: FloatArray, reach: FloatArray, within: IntArray, part: FloatArray

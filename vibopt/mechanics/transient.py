@@ -12,7 +12,7 @@ Many like machines go through the load side by side: all that is of one has thei
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 
@@ -164,37 +164,54 @@ class Transient:
 
     def glimpses(self, reading: Reading, behind: FloatArray) -> FloatArray:
         """Greatest size of a reading at many times of the load and so long behind it [s], (...), its peak or less."""
-        sizes = [np.abs(values).max(axis=(-2, -1)) for _, values in self._samples(reading, behind)]
+        sizes = [np.abs(values[0]).max(axis=(-2, -1)) for _, values in self._samples([reading], behind)]
         return np.asarray(np.max(sizes, axis=0))
+
+    def few_samples(self, readings: Sequence[Reading], behind: FloatArray, few: int) -> tuple[FloatArray, FloatArray]:
+        """About so many times [s] of machines in a row, (n, many), and all readings there, (n_readings, n, many).
+
+        Some early, with growing distances, and those at which the first reading is greatest.
+        """
+        every: list[tuple[FloatArray, FloatArray]] = []
+        for times, values in self._samples(readings, behind):
+            flat = values.reshape(*values.shape[:2], -1)
+            early = np.unique(np.geomspace(1.0, flat.shape[-1], few).astype(int)) - 1
+            top = np.abs(flat[0]).argmax(axis=-1)[:, None]
+            chosen = np.concatenate([np.broadcast_to(early, (len(top), len(early))), top], axis=1)
+            times = np.broadcast_to(times, values.shape[1:]).reshape(len(top), -1)
+            every.append((np.take_along_axis(times, chosen, 1), np.take_along_axis(flat, chosen[None], 2)))
+        return np.concatenate([one for one, _ in every], axis=1), np.concatenate([one for _, one in every], axis=2)
 
     def times_above(self, reading: Reading, levels: FloatArray, times: FloatArray) -> FloatArray:
         """About the first times [s] at which a reading is as great in size, (...); `times` where none is earlier."""
         first = np.array(times)
         load = sum((one.length for one in self.finite), np.zeros(()))
-        for at, values in self._samples(reading, np.maximum(times - load, 0.0)):
+        for at, (values,) in self._samples([reading], np.maximum(times - load, 0.0)):
             above = np.where(np.abs(values) >= levels[..., None, None], at, np.inf)
             first = np.minimum(first, above.min(axis=(-2, -1)))
         return first
 
-    def _samples(self, reading: Reading, behind: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
-        """Times [s] and values at them, (..., n, many): of each segment of a stretch, and of what follows so long."""
+    def _samples(self, readings: Sequence[Reading], behind: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+        """Times [s], (..., n, many), and each reading at them: of all segments of a stretch, and of what follows so
+        long.
+        """
         ended: FloatArray = np.zeros(())
         for stretch in self.stretches:
-            parts, values = self._sampled(reading, stretch.a, stretch.starts, stretch.length)
+            parts, values = self._sampled(readings, stretch.a, stretch.starts, stretch.length)
             begins = ended[..., None] + np.arange(stretch.starts.shape[-2]) * stretch.length[..., None]
             yield begins[..., None] + parts * wide(stretch.length), values
             ended = ended + stretch.starts.shape[-2] * stretch.length
         a, start = self.onward(self.left)
-        parts, values = self._sampled(reading, a * wide(self.rate * behind), start[..., None, :], behind)
+        parts, values = self._sampled(readings, a * wide(self.rate * behind), start[..., None, :], behind)
         yield wide(ended) + parts * wide(behind), values
 
     def _sampled(
-        self, reading: Reading, a: Numbers, starts: Numbers, length: FloatArray
+        self, readings: Sequence[Reading], a: Numbers, starts: Numbers, length: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
-        """Parts of pieces of so many seconds, (many,), and values there from each start, (..., n, many)."""
+        """Parts of pieces of so many seconds, (many,), and each reading there from each start, (..., n, many)."""
         count = int(np.clip(_LOOKED_AT * float(np.max(self.rate * length)), _FEW, _MANY))
-        row = self.row(reading, a / wide(np.maximum(self.rate * length, 1e-300)))
-        rows = stepped(exponential(a / count).mT, row, count)
+        whole = a / wide(np.maximum(self.rate * length, 1e-300))
+        rows = stepped(exponential(a / count).mT, np.stack([self.row(one, whole) for one in readings]), count)
         return np.arange(count + 1) / count, starts @ rows.mT
 
     def at(self, reading: Reading, within: int | IntArray, part: float | FloatArray) -> Numbers:

@@ -33,6 +33,8 @@ _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
 _KNOWN, _APART = 3, 0.01
 """Times of a peak that are kept for the boxes that follow, and the part of itself by which a new one must differ."""
+_FAR = 0.5
+"""Part of a floor lost for one variable from which on tangents say no more."""
 _WIDE = 4.0
 """A side whose ends are further apart than this factor is halved in logarithms."""
 
@@ -43,7 +45,7 @@ class Tangents:
     name = "tangents"
     summary = "branch and bound on tangents of peaks in time, each with a bound of what it leaves out"
 
-    def __init__(self, gap: float = 1e-6, most: int = 1000, near: Sequence[float] | None = None) -> None:
+    def __init__(self, gap: float = 1e-6, most: int = 1500, near: Sequence[float] | None = None) -> None:
         self.gap = gap
         self.most = most
         self.near = near
@@ -87,6 +89,9 @@ class _Part:
     size: float
     times: list[float] = field(default_factory=list)
 
+    def __post_init__(self) -> None:
+        self.floors = self.of.form.floors(self.of.model) if _sign(self.of) > 0.0 else None
+
     def learn(self, x: FloatArray) -> None:
         """Keep the time of the peak at a design."""
         form = self.of.form.in_time
@@ -105,12 +110,17 @@ class _Part:
             yield box, [one.signed(sign).scaled(sign * self.bound, self.size) for one in some]
 
 
-@dataclass
+@dataclass(eq=False)
 class _Box:
-    """Designs x (1 + s), |s| <= reach, with what is known of their limits (at most 0 where kept) and of their goal."""
+    """Designs x (1 + s), |s| <= reach, with what is known of their limits (at most 0 where kept) and of their goal.
+
+    The goal is no less than `floor`; `lost` (n_vars,) is about what part of floors is lost for each variable's sake.
+    """
 
     low: FloatArray
     high: FloatArray
+    floor: float
+    lost: FloatArray
     limits: list[Tangent] = field(default_factory=list)
     goals: list[Tangent] = field(default_factory=list)
     middle_feasible: bool = True
@@ -127,7 +137,7 @@ class _Box:
             bends += np.minimum(one.sides, 1e9)
             slopes += np.abs(one.slope) * self.reach
         if not (bends + slopes).any():
-            slopes = self.reach.copy()
+            slopes = self.lost.copy() if self.lost.any() else self.reach.copy()
         low, high = self.low[None], self.high[None]
         for _ in range(times):
             side = int(np.argmax(bends + slopes))
@@ -164,7 +174,6 @@ class _Search:
             if self.best_x is not None and self.program.aim is None:
                 break
             _, low, high = frontier.take(_AT_ONCE)
-            self.budget.spend(len(low))
             left = list(self.look(low, high))
             times = next(k for k in range(_DEEP, 0, -1) if k == 1 or len(left) << k <= _AT_ONCE)
             for goal, box in left:  # the fewer there are, the smaller the next: many take little more than one
@@ -202,7 +211,11 @@ class _Search:
         holds = np.ones(len(low), dtype=bool)
         for limit, bounds in self.others:
             holds &= may_hold(limit, bounds, low, high)
-        boxes = self.aimed(self.limited([_Box(*ends) for ends in zip(low[holds], high[holds], strict=True)]))
+        boxes = self.floored(low[holds], high[holds])
+        self.budget.spend(max(1, len(boxes)))
+        wide = [one for one in boxes if one.lost.max() > _FAR]
+        yield from ((one.floor, one) for one in wide)
+        boxes = self.aimed(self.limited([one for one in boxes if one not in wide]))
         for box in sorted((one for one in boxes if one.middle_feasible), key=self.middle):
             if self.better(box):
                 self.offer(improved(self.program, box.x, self.judge) if self.judge.feasible(box.x) else box.x)
@@ -210,6 +223,22 @@ class _Search:
             goal = _together(box)
             if goal is not None and goal < self.bar:
                 yield goal, box
+
+    def floored(self, low: FloatArray, high: FloatArray) -> list[_Box]:
+        """Those of the boxes (n, n_vars) on which no limit, and not the goal, is greater than it may be for sure."""
+        least, lost = np.full(len(low), -np.inf), np.zeros(low.shape)
+        for part in [*self.limits, *self.aims]:
+            if part.floors is None or not len(low):
+                continue
+            floor, sides = part.floors.on(low, high)
+            lost += sides
+            if isinstance(part.of, Limit):
+                left = floor <= part.bound + SAFETY * part.size
+            else:
+                least = np.maximum(least, floor)
+                left = floor < self.bar
+            low, high, least, lost = low[left], high[left], least[left], lost[left]
+        return [_Box(*one) for one in zip(low, high, least, lost, strict=True)]
 
     def limited(self, boxes: list[_Box]) -> list[_Box]:
         """Take up what the limits are no less than; boxes on which they may all be kept."""
@@ -282,7 +311,7 @@ def _together(box: _Box) -> float | None:
     The weights of a linear program are only a proposal: any weights of what is known give a bound.
     """
     reach = box.reach
-    alone = max((goal.least(reach) for goal in box.goals), default=-np.inf)
+    alone = max([box.floor, *(goal.least(reach) for goal in box.goals)])
     if not box.limits:
         return alone
     if box.goals:
