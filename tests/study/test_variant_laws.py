@@ -13,8 +13,8 @@ from vibopt.scene.read import read, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen
-from vibopt.study.variant_cells import Cell, marked
-from vibopt.study.variants import Row, Variants, compare
+from vibopt.study.variant_cells import Cell, Row, marked
+from vibopt.study.variants import Variants, compare
 
 PRESS = Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_34.toml"
 PARTS = {"feet": ("hard", 4, 20.0, 300e3), "top": ("soft", 1, 12.5, 150e3)}

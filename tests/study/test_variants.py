@@ -16,7 +16,8 @@ from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen
 from vibopt.study.rounded import rounded
-from vibopt.study.variants import Row, Variants, compare
+from vibopt.study.variant_cells import Row
+from vibopt.study.variants import Variants, compare
 from vibopt.verify.as_built import machine_of
 
 PROBLEMS = Path(__file__).parents[2] / "problems"

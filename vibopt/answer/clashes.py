@@ -128,6 +128,3 @@ class _Map(Generic[K]):
             if not more:
                 break
             more = (more - 1) & rest
-
-
-__all__ = ["MOST", "Clashes", "every_clash"]

@@ -181,6 +181,3 @@ def _reduced(total: int, which: Sequence[bool], most: Sequence[int], widths: Seq
         else:
             found.append(width)
     return found
-
-
-__all__ = ["Console", "Grid", "columns", "fitted", "wrapped"]

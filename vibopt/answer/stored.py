@@ -104,6 +104,3 @@ def alike(one: Any, other: Any) -> bool:
     if isinstance(one, dict) and isinstance(other, dict):
         return one.keys() == other.keys() and all(alike(one[key], other[key]) for key in one)
     return bool(one == other)
-
-
-__all__ = ["NotStoredError", "alike", "packed", "unpacked"]

@@ -82,6 +82,3 @@ def _shown(value: object, key: str) -> str:
     if key.startswith("margin") and isinstance(value, float) and isfinite(value):
         return f"{plain(0.0 if abs(value) < _ROUNDING else 100.0 * value, _DIGITS)} %"
     return plain(value, _DIGITS) if isinstance(value, float) and isfinite(value) else str(value)
-
-
-__all__ = ["Tabular"]

@@ -224,6 +224,3 @@ def _job(job: Any, told: Any) -> Any:
             raise ValueError("no places were chosen")
         made = fitting[0]
     return made if made.asked is job else replace(made, asked=job)
-
-
-__all__ = ["MOST_ANSWERS", "MOST_BYTES", "OFF", "Asked", "folder", "keep", "kept"]

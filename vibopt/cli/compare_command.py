@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.jobs import Job
     from vibopt.study.scenarios import Stepped
-    from vibopt.study.variants import Cell, Row, Variants
+    from vibopt.study.variant_cells import Cell, Row
+    from vibopt.study.variants import Variants
 
 BEST = "*"
 TABLES = (".csv", ".txt")

@@ -16,7 +16,8 @@ from vibopt.study.points import Heads
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
-    from vibopt.study.sweep import Point, Sweep
+    from vibopt.study.points import Point
+    from vibopt.study.sweep import Sweep
     from vibopt.values.fact_at import FactAt
 
 
@@ -97,6 +98,3 @@ def rows_text(rows: Iterable[Sequence[object]]) -> str:
     stream = StringIO()
     csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
-
-
-__all__ = ["GrowingTable", "csv_text", "journal_of", "rows_text"]

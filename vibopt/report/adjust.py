@@ -178,6 +178,3 @@ def _root(function: Callable[[float], float], low: float, at_low: float, high: f
         if abs(value) < 1e-13:
             return middle
     return low
-
-
-__all__ = ["GROWTH", "Adjusting", "End", "adjusting"]

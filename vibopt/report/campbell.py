@@ -141,6 +141,3 @@ def _table(rows: list[FloatArray]) -> FloatArray:
     """Rows of as many whirls as all of them have."""
     count = min(len(row) for row in rows)
     return np.array([row[:count] for row in rows])
-
-
-__all__ = ["Campbell", "campbell_of"]

@@ -158,6 +158,3 @@ def free_words(design: Design) -> str:
     proof = "proven" if free["status"] == "optimal" else "the best found"
     proof += ", with nothing off" if design.tolerances is not None else ""
     return f"{design.goal[0]} {goal.shown} instead of {design.goal[1].shown}, with {values} ({proof})"
-
-
-__all__ = ["choice_rows", "choices_of", "dropped_rows", "free_words", "parts_words", "tied"]

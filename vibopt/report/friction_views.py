@@ -203,6 +203,3 @@ def _unit(one: _Asked, value: float) -> tuple[str, float]:
         return "", 1.0
     unit = best_unit(value if isfinite(value) else 1.0, kind)
     return unit, to_unit(1.0, unit, kind)
-
-
-__all__ = ["friction_notes", "friction_panels"]

@@ -221,6 +221,3 @@ def _zones(asked: _Asked, factor: float, span: tuple[float, float], unit: str) -
         return []
     words = f"{asked.name}: at most {show(asked.bound, unit, asked.response.dimension)}"
     return [Zone(asked.name, words, *span, sign * factor * asked.bound, sign > 0.0) for sign in (1.0, -1.0)]
-
-
-__all__ = ["histories"]

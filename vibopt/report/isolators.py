@@ -245,16 +245,3 @@ def asked(scene: Scene, machine: Machine, kind: str, **words: object) -> Checked
     if mistakes.found:
         return None
     return measured_row(scene, machine, "asked", response)
-
-
-__all__ = [
-    "MODES",
-    "TITLE",
-    "Isolator",
-    "asked",
-    "blocks_of",
-    "isolation_words",
-    "isolator_block",
-    "isolators_of",
-    "mode_block",
-]

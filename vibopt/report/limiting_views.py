@@ -269,6 +269,3 @@ def _panel(one: Limiting) -> Panel:
         own=(), excitation="", log_x=False, log_y=False, x_span=span,
         y_span=(0.0, per_y * top) if isfinite(top) else (0.0, 1.0),
     )  # fmt: skip
-
-
-__all__ = ["Limiting", "limiting", "limiting_block", "limiting_panels"]

@@ -171,4 +171,3 @@ def shake_words(scene: Scene, name: str) -> str:
 
 
 _SIZES = ("amplitude", "unbalance", "grade", "displacement", "velocity", "acceleration", "height", "density")
-__all__ = ["Link", "Piece", "Shake", "Sketch", "notes_of", "shake_words", "sketch_of"]

@@ -178,6 +178,3 @@ def _step(said: Sequence[Part]) -> str:
     if one.way != other.way or one.body == other.body:
         return ""
     return ", in step" if one.sense * other.sense > 0.0 else ", against each other"
-
-
-__all__ = ["Part", "Shape", "shapes_of", "words_of"]

@@ -280,6 +280,3 @@ def _effects(
 def _phasor(value: complex, times: float, unit: str) -> str:
     """With all digits, its angle counted ahead in the sense of rotation."""
     return f"{abs(value) * times:.15g} {unit} @ {degrees(np.angle(value)):.15g} deg"
-
-
-__all__ = ["balancing_document"]

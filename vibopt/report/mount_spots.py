@@ -63,6 +63,3 @@ def sums_of(spots: list[Spot]) -> dict[str, float]:
 def markers_of(machine: SpaceMachine) -> dict[str, tuple[str, str]]:
     """Marker of each group."""
     return {name: MARKERS[i % len(MARKERS)] for i, name in enumerate(machine.groups)}
-
-
-__all__ = ["Spot", "markers_of", "spots_of", "sums_of"]

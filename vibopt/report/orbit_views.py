@@ -105,6 +105,3 @@ def _orbit(design: Design, model: Model, x: FloatArray, one: HarmonicResponse, f
         curves=curves, zones=(), marks=(), own=(), excitation=drive.name, log_x=False, log_y=False,
         x_span=(-span, span), y_span=(-span, span),
     )  # fmt: skip
-
-
-__all__ = ["orbit_panels"]

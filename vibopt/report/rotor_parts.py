@@ -65,6 +65,3 @@ def _known(design: Design, path: str, value: Value | None) -> float:
 def _shown(design: Design, path: str, value: Value) -> str:
     chosen = design.variables.get(path)
     return chosen.value.shown if chosen is not None else f"{_known(design, path, value):.4g} kg"
-
-
-__all__ = ["rotors_of"]

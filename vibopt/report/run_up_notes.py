@@ -120,6 +120,3 @@ def _torque(scene: Scene, machine: Machine, name: str) -> list[str]:
 def _run(scene: Scene, name: str) -> str:
     begins, stays = ends_of(scene.excitations[name])
     return "run-up" if stays > begins else "run-down"
-
-
-__all__ = ["run_up_notes"]

@@ -326,6 +326,3 @@ _SHAPES: dict[str, list[list[tuple[float, float]]]] = {
     "inerter": [[(0.0, 0.0), (0.4, 0.0)], [*_POT, _POT[0]], [(0.5, -1.0), (0.5, 1.0)], [(0.6, 0.0), (1.0, 0.0)]],
     "bar": [[(0.0, 0.0), (1.0, 0.0)]],
 }
-
-
-__all__ = ["levels", "sketch_figure"]

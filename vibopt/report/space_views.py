@@ -229,6 +229,3 @@ def machine_figure(design: Design, title: str = "") -> Figure | None:
         ]
         return rotor_figure(rotors_of(design), title, [line for note in notes for line in wrap(note, 118)])
     return None if is_spatial(design.scene) else sketch_figure(sketch_of(design), title=title)
-
-
-__all__ = ["machine_figure"]

@@ -283,6 +283,3 @@ class _Drawn:
         """That of the load where it is of this kind, else by size."""
         given = (getattr(self.scene.excitations[name], kind, None) for name in self.of.name.split(" and "))
         return next((str(one.unit) for one in given if isinstance(one, Fact)), "") or best_unit(size, kind)
-
-
-__all__ = ["DAMPING", "ShockSpectrum", "shock_spectrum", "spectrum_asked", "spectrum_panels"]

@@ -223,6 +223,3 @@ def _told(scene: Scene, path: str) -> bool:
     if family == "absorbers":
         return True
     return family in _DEVICES and bool(steps) and steps[0].removeprefix("torsional_") in _WORDS
-
-
-__all__ = ["build_rows", "machine_in", "verified"]

@@ -90,6 +90,3 @@ def campbell_drawn(design: Design) -> list[tuple[str, Figure]]:
     with suppress(InputError):
         return [("Campbell diagram", campbell_figure(campbell_of(design), ""))]
     return []
-
-
-__all__ = ["asks_whirls", "campbell_drawn", "whirls_block", "whirls_json"]

@@ -230,6 +230,3 @@ def _verdicts(other: Design) -> str:
         "feasible": "every limit holds",
         "violated": broken,
     }.get(other.status, other.status)
-
-
-__all__ = ["Absorbers", "Consequence", "consequences", "study_absorbers"]

@@ -132,6 +132,3 @@ def _still(table: Mapping[str, Any], gone: set[str], driven: set[str]) -> bool:
         table["due_to"] = [one for one in due if one not in driven]
         return bool(table["due_to"])
     return True
-
-
-__all__ = ["locked", "lost", "plain_document", "undamped"]

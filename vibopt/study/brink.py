@@ -93,6 +93,3 @@ def _zero(height: Callable[[float], float], good: float, bad: float) -> float:
             below *= 0.5 if side > 0 else 1.0
             bad, above, side = t, here, 1
     return t
-
-
-__all__ = ["brink", "follows"]

@@ -275,6 +275,3 @@ def stretches(sweep: Sweep) -> Iterator[Stretch]:
         values = [one[0] for one in run]
         if status not in ("good", "met"):
             yield Stretch(values[0], values[-1], status)
-
-
-__all__ = ["CLOSE", "Boundary", "Stretch", "boundaries", "state_of", "stretches"]

@@ -110,6 +110,3 @@ def _told(chosen: tuple[str, ...], names: tuple[str, ...], fewer: int, alike: in
         words += f"; {counted(fewer, 'sets')} of fewer planes cannot keep the limits, {known}"
     words += f"; of the {alike} sets of as many the one with the best goal" if untouched and alike > 1 else ""
     return FewestPlanes(chosen, untouched, f"{words}.")
-
-
-__all__ = ["FewestPlanes", "fewest_planes"]

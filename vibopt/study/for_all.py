@@ -70,6 +70,3 @@ class OneForAll(Tabular):
             "limits": worst, "variables": self.variables,
             "scenarios": {name: {"limits": rows} for name, rows in self.limits.items()},
         }  # fmt: skip
-
-
-__all__ = ["AS_IT_IS", "OneForAll"]

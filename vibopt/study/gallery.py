@@ -180,6 +180,3 @@ def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
 
 def _count(number: int, word: str) -> str:
     return f"{number} {word}{'s' * (number != 1)}"
-
-
-__all__ = ["AT_FAULT", "MEANINGS", "gallery"]

@@ -237,6 +237,3 @@ def _of_absorber(kept: Scene, name: str, word: str) -> Iterator[float]:
 
 def _within(variable: Variable, value: float) -> bool:
     return variable.low * (1.0 - _EDGE) <= value <= variable.high * (1.0 + _EDGE)
-
-
-__all__ = ["DIGITS", "Grid", "Number", "grids", "numbers", "x_of"]

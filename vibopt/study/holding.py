@@ -394,6 +394,3 @@ def difference(before: State, after: State, names: Mapping[str, str] | None = No
     words = [f"{', '.join(news)} take{'s' * (len(news) == 1)} over"] if news else []
     words += [f"{', '.join(gone)} let{'s' * (len(gone) == 1)} go"] if gone else []
     return " and ".join(words) or "nothing changes"
-
-
-__all__ = ["LEAST_WORK", "Road", "SpentError", "State", "difference", "measured_by", "state_of"]

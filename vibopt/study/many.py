@@ -250,6 +250,3 @@ def _agree(scene: Job, together: Columns, index: int, point: Point) -> bool:
 
 def _near(alone: float, other: float, size: float) -> bool:
     return alone == other or abs(alone - other) <= _SAME * max(size, abs(alone))
-
-
-__all__ = ["Answered", "answered", "answers", "batch", "changed_at", "one_point"]

@@ -118,6 +118,3 @@ def most_missed(scene: Scene) -> tuple[float, str]:
     here = Margins(scene, FactAt("", 0.0, "", "ratio"))
     here.programs[0.0] = around(scene, np.zeros(0)) if uncertain(scene) else pose(scene)
     return here.most(0.0), here.name(0.0)
-
-
-__all__ = ["LARGE", "Margins", "most_missed"]

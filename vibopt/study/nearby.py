@@ -304,6 +304,3 @@ def _plain(found: Rounded, asked: str) -> dict[str, Any]:
         "broken_by": found.by if math.isfinite(found.by) else None,
         "enough_digits": found.enough,
     }
-
-
-__all__ = ["Near", "Rounded", "Rounding", "Value"]

@@ -273,6 +273,3 @@ def _snapped(program: Program, x: FloatArray) -> FloatArray:
     for tie in program.ties:
         found[list(tie.axes)] = tie.table[tie.chosen(found)]
     return found
-
-
-__all__ = ["PATIENCE", "nearest_to", "slid", "with_nearest"]

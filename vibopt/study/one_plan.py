@@ -174,6 +174,3 @@ def _reason(asked: Mapping[str, _Asked], solved: Solved) -> str:
         return solve_question(_merged([question(*one) for one in by.items()])).status != "infeasible"
 
     return clash(tuple(own), possible, lambda _: [], solved.claim, 1 + len(own), solved.work, allowance(), {})[1]
-
-
-__all__ = ["one_plan"]

@@ -483,6 +483,3 @@ def _at_nothing(points: list[tuple[float, float]], end: float) -> float:
     large = -0.5 * (inner + math.copysign(math.sqrt(square), inner))
     roots = [a + large / bend, *([a + first / large] if large else [])]
     return min(roots, key=lambda one: abs(one - end))
-
-
-__all__ = ["NO_STEP", "Along", "Axis", "axis_of", "rounded"]

@@ -122,18 +122,3 @@ def range_rows(prices: Prices) -> Iterator[tuple[str, str]]:
     for row in prices.rows:
         words = range_words(row.now, row.ways).removeprefix("the same holds ")
         yield row.name, words or f"{row.now.shown}: {row.why}"
-
-
-__all__ = [
-    "CAPS",
-    "FACTS",
-    "GAIN",
-    "HEADS",
-    "LIMITS",
-    "first_words",
-    "percent",
-    "range_rows",
-    "range_words",
-    "rows_of",
-    "words_of",
-]

@@ -526,18 +526,3 @@ def _price(found: Answer[Any], key: str, row: Ranked) -> Price | None:
     ways = row.ways if row.ranged else ()
     said, rate = words_of(found, row.now, way, ways), (found.rates or {}).get(key)
     return Price(said, way.value, way.goal, way.ends if way.beyond == GAIN else None, rate, ways)
-
-
-__all__ = [
-    "ALLOWANCE",
-    "PATIENCE",
-    "Prices",
-    "Ranked",
-    "answered",
-    "asked_of",
-    "length_of",
-    "priced",
-    "prices",
-    "prices_of_limits",
-    "with_prices",
-]

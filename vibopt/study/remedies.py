@@ -328,6 +328,3 @@ def _none(axis: Axis, ways: tuple[int, ...], sort: str) -> str:
     fact = axis.fact
     shown = " or ".join(shown_value(fact, end).shown for end in ends)
     return f"no value looked at up to {shown} helps alone"
-
-
-__all__ = ["Remedies", "Remedy", "remedies", "without_design"]

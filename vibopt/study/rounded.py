@@ -125,6 +125,3 @@ def goal_on(scene: Any, goal: Goal) -> Entry | None:
         asked = replace(asked, off=goal_machine(asked, judged(asked, np.zeros(0)).hits))
     found = goal_of(asked, {})
     return None if found is None else found[1]
-
-
-__all__ = ["goal_on", "rounded"]

@@ -88,6 +88,3 @@ def _comments(job: Job, found: Answer[Any], changes: Sequence[str]) -> str:
     taken = list(chosen(job, found))
     lines += [f"Chosen: {', '.join(taken)}."] if taken else []
     return "\n".join(f"# {' '.join(line.split())}" for line in lines)
-
-
-__all__ = ["moved", "saved_text"]

@@ -232,6 +232,3 @@ def part_of(step: str) -> float:
     if "%" not in step or not part > -1.0 or part == 0.0:
         raise InputError(f'--limits "{step}" is no part of a bound. Write --limits "-20 %, +20 %".')
     return part
-
-
-__all__ = ["AS_IT_IS", "OneForAll", "Stepped", "one_for_all", "part_of", "stepped", "variants_of"]

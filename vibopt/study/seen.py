@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
-from vibopt.answer.entry import Entry, Value, Word
+from vibopt.answer.entry import Entry, Value
 from vibopt.balancing import is_rotor
 from vibopt.errors import InputError
 from vibopt.jobs import is_open, is_scene, kept_plan
@@ -100,6 +100,3 @@ def kept(job: Job, found: Answer[Any]) -> Job:
     if not (found.variables or found.places):
         raise InputError(f"{job.name}: there is no design to keep: {found.status}. Solve the scene first.")
     return frozen(found.scene, found.x)
-
-
-__all__ = ["Word", "chosen", "chosen_from", "goal_of", "goal_word", "is_measured", "kept", "reason", "results"]

@@ -219,6 +219,3 @@ def between(low: float, high: float, count: int) -> FloatArray:
     """Places inside of an interval, by ratios where it is wide."""
     spaced = np.geomspace if low > 0.0 and high > 3.0 * low else np.linspace
     return np.asarray(spaced(low, high, count + 2)[1:-1])
-
-
-__all__ = ["BETWEEN", "Span", "Violations", "between", "spans_of"]

@@ -242,6 +242,3 @@ def _check_count(job: Job, what: Sequence[Varied], count: tuple[int, int | None]
             f"{points} points are {points} answers, some {work} of work, more than the {MOST_POINTS} that are answered "
             "unasked. Take fewer --points, or add --yes."
         )
-
-
-__all__ = ["MOST_POINTS", "Point", "Points", "Sweep", "sweep"]

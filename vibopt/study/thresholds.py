@@ -274,6 +274,3 @@ def broken(scene: Scene, fact: FactAt, value: float) -> tuple[float, str]:
     margins = Margins(scene, fact)
     most = margins.most(value)
     return (most, margins.name(value)) if most > -LARGE else (0.0, "")
-
-
-__all__ = ["METHOD", "REACH", "Threshold", "broken", "thresholds"]

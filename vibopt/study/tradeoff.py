@@ -457,6 +457,3 @@ class _Front:
 def weighs(point: Point) -> str:
     """Limits that hold a point back."""
     return ", ".join(name for name, margin in point.margins.items() if abs(margin) <= ACTIVE)
-
-
-__all__ = ["KNEE", "Tradeoff", "tradeoff", "weighs"]

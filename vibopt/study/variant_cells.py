@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import isfinite
 
-from vibopt.answer.entry import Entry
+from vibopt.answer.entry import Entry, Value
 from vibopt.devices.part import Part
 from vibopt.records import dataclass
 from vibopt.report.machine_words import listed
@@ -44,6 +44,14 @@ class Row:
     name: str
     unit: str
     cells: tuple[Cell | None, ...]
+
+
+def row_of(kind: str, name: str, values: Sequence[Value | None]) -> Row:
+    """A line of numbers or words as an answer has them; the unit is that of the first number."""
+    unit = next((one.si for one in values if isinstance(one, Entry)), "")
+    numbers = [one.value if isinstance(one, Entry) else None for one in values]
+    cells = [None if one is None else Cell(one.shown, number) for one, number in zip(values, numbers, strict=True)]
+    return Row(kind, name, unit, tuple(cells))
 
 
 def marked(
@@ -120,6 +128,3 @@ def _not_bought(design: Design, designs: Sequence[Design]) -> list[str]:
     own = [f"links.{name}" for name in scene.links] + [f"mounts.{name}" for name in scene.mounts]
     others = dict.fromkeys(path for one in designs for path in bought(one.scene))
     return [path.split(".", 1)[1] for path in others if path in own and path not in mine]
-
-
-__all__ = ["SAME", "Cell", "Row", "bought", "comparable", "marked", "price_of", "price_words"]

@@ -1,44 +1,71 @@
-"""Rows of a table of variants: goals, choices, facts that differ, price, limits, measures, natural frequencies."""
+"""Rows of a table of variants: goals, choices, facts that differ, price, limits, measures, natural frequencies.
+
+Machines are compared by what they are as built, balancing plans by their weights and what is left.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import at_words, spoken
-from vibopt.answer.entry import Checked, Entry
+from vibopt.answer.entry import Checked, Entry, Word
 from vibopt.arrays import FloatArray
+from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError
+from vibopt.jobs import facts
+from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.catalogue_choices import tied
 from vibopt.responses.response import place_of
-from vibopt.scene.facts import FactAt, facts
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import MEASURED, frozen, goal_as_shown
 from vibopt.study.rounded import goal_on
-from vibopt.study.variant_cells import SAME, Cell, Row, bought, comparable, marked, price_of, price_words
-from vibopt.units import si_unit
+from vibopt.study.seen import chosen, goal_of, results, shown_value
+from vibopt.study.variant_cells import SAME, Cell, Row, bought, comparable, marked, price_of, price_words, row_of
 from vibopt.values.fields import Fact, rule_of
 from vibopt.verify.as_built import machine_of
+
+if TYPE_CHECKING:
+    from vibopt.balancing import BalancingJob
 
 MOST_MODES = 6
 
 
 def rows_of(designs: Sequence[Design]) -> list[Row]:
-    """All rows of the table, in the order in which they are read."""
-    rows = verdict_rows(designs)
-    rows += _goal_rows(designs)
-    rows += _chosen_rows(designs)
+    """All rows of the table of machines, in the order in which they are read."""
+    rows = [*_verdict_rows(designs), *_goal_rows(designs), *_chosen_rows(designs)]
     rows += _fact_rows(designs, {row.name for row in rows})
-    rows += _price_rows(designs)
-    rows += limit_rows(designs)
-    rows += _measure_rows(designs)
+    rows += [*_price_rows(designs), *_limit_rows(designs)]
+    rows += _measure_rows([_measures(design) for design in designs])
     return rows + _mode_rows(designs)
 
 
-def verdict_rows(found: Sequence[Answer[Any]]) -> list[Row]:
+def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) -> list[Row]:
+    """The same of balancing plans."""
+    names = dict.fromkeys(one.goal[0] for one in found if one.goal is not None)
+    goals = [
+        _goal_row(f"least {name.replace('_', ' ')}", -1.0, [_goal_of_plan(one, name) for one in found], found)
+        for name in names
+    ]
+    taken = [chosen(job, one) for job, one in zip(jobs, found, strict=True)]
+    paths = dict.fromkeys(path for job in jobs for path in job.choices)
+    said = [{fact.path: Entry(fact.value, fact.dimension, fact.unit) for fact in facts(job)} for job in jobs]
+    left = [_measures(one) | results(job, one) for job, one in zip(jobs, found, strict=True)]
+    return [
+        *_verdict_rows(found),
+        *goals,
+        *(row_of("chosen", path, [one.get(path) for one in taken]) for path in paths),
+        *_differing(said, lambda k, path: None),
+        *_limit_rows(found),
+        *_measure_rows(left),
+    ]
+
+
+def _verdict_rows(found: Sequence[Answer[Any]]) -> list[Row]:
     """Verdicts, and why an answer cannot be used."""
     rows = [Row("verdict", "verdict", "", tuple(Cell(one.status) for one in found))]
     reasons = [_reason(one) for one in found]
@@ -82,7 +109,7 @@ def _goal_rows(designs: Sequence[Design]) -> list[Row]:
         goal = goal_in(design.scene)
         if goal is not None:
             goals.setdefault(_goal_name(goal), goal)
-    return [_goal_row(name, goal, designs) for name, goal in goals.items()]
+    return [_goal_row_of(name, goal, designs) for name, goal in goals.items()]
 
 
 def _goal_name(goal: Goal) -> str:
@@ -90,18 +117,25 @@ def _goal_name(goal: Goal) -> str:
     return f"{what} {spoken(goal.response.response, place_of(goal.response))}"
 
 
-def _goal_row(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
+def _goal_row_of(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
     sense = 1.0 if goal.sense == MAXIMISE else -1.0
     if goal.response.response == "price":
         return _price_row("goal", name, sense, designs)
-    return goal_row(name, sense, [_goal_of(design, name, goal) for design in designs], designs)
+    return _goal_row(name, sense, [_goal_of(design, name, goal) for design in designs], designs)
 
 
-def goal_row(name: str, sense: float, shown: Sequence[Entry | None], found: Sequence[Answer[Any]]) -> Row:
+def _goal_row(name: str, sense: float, shown: Sequence[Entry | None], found: Sequence[Answer[Any]]) -> Row:
     """One goal on every answer that has it; `sense` is 1 where more is better, else -1."""
-    unit = next((one.si for one in shown if one is not None), "")
-    cells = [None if one is None else Cell(one.shown, one.value) for one in shown]
-    return Row("goal", name, unit, marked(cells, sense, [one.exit_code == 0 for one in found]))
+    row = row_of("goal", name, shown)
+    return replace(row, cells=marked(row.cells, sense, [one.exit_code == 0 for one in found]))
+
+
+def _goal_of_plan(found: Answer[Any], name: str) -> Entry | None:
+    """The goal of an answer, or the measure that it became in a saved plan."""
+    if found.goal is not None:
+        return goal_of(found.job, found) if found.goal[0] == name else None
+    row = found.measures.get(MEASURED[MINIMISE])
+    return row.value if row is not None and row.response == name else None
 
 
 def _goal_of(design: Design, name: str, goal: Goal) -> Entry | None:
@@ -127,45 +161,48 @@ def _chosen_rows(designs: Sequence[Design]) -> list[Row]:
     """Parts, places and values that any variant chooses, with what the others have there."""
     placed = dict.fromkeys(path for design in designs for path in design.places)
     free = dict.fromkeys(path for design in designs for path in design.variables if not _of_part(path, design))
-    rows = [Row("chosen", path, "", tuple(_place_cell(design, path) for design in designs)) for path in placed]
-    for path in free:
-        cells = tuple(_value_cell(design, path) for design in designs)
-        unit = next(design.variables[path].value.si for design in designs if path in design.variables)
-        rows.append(Row("chosen", path, unit, cells))
-    return rows
+    rows = [row_of("chosen", path, [_place_at(design, path) for design in designs]) for path in placed]
+    return rows + [row_of("chosen", path, [_value_at(design, path) for design in designs]) for path in free]
 
 
 def _fact_rows(designs: Sequence[Design], known: set[str]) -> list[Row]:
-    """Numbers and parts of the files that differ from variant to variant; bounds stand with their limits."""
-    said = [{fact.path.removesuffix(".value"): fact for fact in facts(design.scene)} for design in designs]
+    """Numbers and parts of the files that differ from variant to variant."""
+    names = [_bought(design.scene) for design in designs]
     rows = []
-    for path in dict.fromkeys(path for one in designs for path in _bought(one.scene)):
-        names = [_bought(one.scene).get(path) for one in designs]
-        if path not in known and len(set(names)) > 1:
-            rows.append(Row("fact", path, "", tuple(None if name is None else Cell(name) for name in names)))
+    for path in dict.fromkeys(path for one in names for path in one):
+        parts = [one.get(path) for one in names]
+        if path not in known and len(set(parts)) > 1:
+            rows.append(row_of("fact", path, [None if name is None else Word(name) for name in parts]))
+    said = [_facts_of(design.scene) for design in designs]
+    return rows + _differing(said, lambda k, path: _brought(designs[k], path), known)
+
+
+def _differing(
+    said: Sequence[Mapping[str, Entry]], brought: Callable[[int, str], Entry | None], known: Collection[str] = ()
+) -> list[Row]:
+    """Numbers that differ from file to file, but for `known`; bounds stand with their limits.
+
+    What the k-th file does not say at a path may be `brought` by a part.
+    """
+    rows = []
     for path in dict.fromkeys(path for one in said for path in one):
         if path in known or path.startswith("limits."):
             continue
-        found = [one.get(path) for one in said]
-        cells = tuple(
-            _brought_cell(design, path) if one is None else _fact_cell(one)
-            for one, design in zip(found, designs, strict=True)
-        )
-        if len({cell.value for cell in cells if cell is not None}) > 1:
-            unit = next(si_unit(one.dimension) for one in found if one is not None)
-            rows.append(Row("fact", path, unit, cells))
+        values = [one[path] if path in one else brought(k, path) for k, one in enumerate(said)]
+        if len({one.value for one in values if one is not None}) > 1:
+            rows.append(row_of("fact", path, values))
     return rows
 
 
-def _fact_cell(one: FactAt) -> Cell:
-    return Cell(Entry(one.value, one.dimension, one.unit, amplitude=one.amplitude).shown, one.value)
+def _facts_of(scene: Scene) -> dict[str, Entry]:
+    """Every number of a file by its path, as the file has it."""
+    return {fact.path.removesuffix(".value"): shown_value(fact, fact.value) for fact in facts(scene)}
 
 
-def _brought_cell(design: Design, path: str) -> Cell | None:
+def _brought(design: Design, path: str) -> Entry | None:
     """A number of a link that its part brings, chosen or fixed; None where it brings none."""
     if path in design.variables:
-        chosen = design.variables[path].value
-        return Cell(chosen.shown, chosen.value)
+        return design.variables[path].value
     family, name, *steps = path.split(".")
     table = design.scene.links.get(name) if family == "links" else None
     if table is None or len(steps) != 1 or steps[0] not in table.brought:
@@ -173,7 +210,7 @@ def _brought_cell(design: Design, path: str) -> Cell | None:
     value, rule = getattr(table, steps[0]), rule_of(type(table), steps[0])
     if not isinstance(value, Fact) or rule is None:
         return None
-    return Cell(Entry(value.value, rule.dimension, value.unit).shown, value.value)
+    return Entry(value.value, rule.dimension, value.unit)
 
 
 def _bought(scene: Scene) -> dict[str, str]:
@@ -186,23 +223,21 @@ def _of_part(path: str, design: Design) -> bool:
     return ".part." in path or path in tied(design.scene)
 
 
-def _place_cell(design: Design, path: str) -> Cell | None:
+def _place_at(design: Design, path: str) -> Word | None:
+    """A place or a part, chosen or of the file."""
     if path in design.places:
-        return Cell(design.places[path].value)
-    here: object = design.scene.document
-    for step in path.split("."):
-        here = here.get(step) if isinstance(here, Mapping) else None
+        return Word(design.places[path].value)
+    here = inside(design.scene.document, path)
     if isinstance(here, Mapping):
         here = here.get("name")
-    return Cell(here) if isinstance(here, str) else None
+    return Word(here) if isinstance(here, str) else None
 
 
-def _value_cell(design: Design, path: str) -> Cell | None:
+def _value_at(design: Design, path: str) -> Entry | None:
+    """A number, chosen, of the file or brought by a part."""
     if path in design.variables:
-        value = design.variables[path].value
-        return Cell(value.shown, value.value)
-    found = (fact for fact in facts(design.scene) if fact.path.removesuffix(".value") == path)
-    return next((_fact_cell(one) for one in found), None) or _brought_cell(design, path)
+        return design.variables[path].value
+    return _facts_of(design.scene).get(path) or _brought(design, path)
 
 
 def _price_rows(designs: Sequence[Design]) -> list[Row]:
@@ -215,25 +250,17 @@ def _price_rows(designs: Sequence[Design]) -> list[Row]:
 
 def _price_row(kind: str, name: str, sense: float, designs: Sequence[Design]) -> Row:
     """Prices of variants; of those that differ in what is bought none is the best."""
-    shown = [price_of(design, _chosen(design)) if has_machine(design) else None for design in designs]
-    cells = [
-        None if price is None else Cell(price_words(price, design, designs), price.value)
-        for design, price in zip(designs, shown, strict=True)
+    prices = [price_of(design, chosen_in(design)) if has_machine(design) else None for design in designs]
+    said = [
+        None if price is None else replace(price, text=price_words(price, design, designs))
+        for design, price in zip(designs, prices, strict=True)
     ]
     rivals = [design.exit_code == 0 and fair for design, fair in zip(designs, comparable(designs), strict=True)]
-    unit = next((one.si for one in shown if one is not None), "")
-    return Row(kind, name, unit, marked(cells, sense, rivals))
+    row = row_of(kind, name, said)
+    return replace(row, cells=marked(row.cells, sense, rivals))
 
 
-def _chosen(design: Design) -> dict[str, float]:
-    return (
-        {variable.path: float(v) for variable, v in zip(design.scene.variables, design.x, strict=True)}
-        if design.x
-        else {}
-    )
-
-
-def limit_rows(designs: Sequence[Answer[Any]]) -> list[Row]:
+def _limit_rows(designs: Sequence[Answer[Any]]) -> list[Row]:
     """The room of every limit."""
     names = dict.fromkeys(name for design in designs for name in design.limits)
     rows = []
@@ -257,16 +284,14 @@ def limit_words(checked: Checked) -> str:
     return f"{checked.value.shown}{f' at {at}' if at else ''}\n{room}"
 
 
-def _measure_rows(designs: Sequence[Design]) -> list[Row]:
-    goals = set(MEASURED.values())
-    names = dict.fromkeys(name for design in designs for name in design.measures if name not in goals)
-    rows = []
-    for name in names:
-        shown = [design.measures[name].value if name in design.measures else None for design in designs]
-        unit = next(one.si for one in shown if one is not None)
-        cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
-        rows.append(Row("measure", name, unit, cells))
-    return rows
+def _measures(found: Answer[Any]) -> dict[str, Entry]:
+    return {name: row.value for name, row in found.measures.items()}
+
+
+def _measure_rows(measured: Sequence[Mapping[str, Entry]]) -> list[Row]:
+    """What was measured of each, but for what was its goal."""
+    names = dict.fromkeys(name for one in measured for name in one if name not in MEASURED.values())
+    return [row_of("measure", name, [one.get(name) for one in measured]) for name in names]
 
 
 def _mode_rows(designs: Sequence[Design]) -> list[Row]:
@@ -276,13 +301,9 @@ def _mode_rows(designs: Sequence[Design]) -> list[Row]:
     rows = []
     for k in range(count):
         shown = [Entry(float(mode[k]), "angular_rate", "Hz") if k < len(mode) else None for mode in modes]
-        cells = tuple(None if one is None else Cell(one.shown, one.value) for one in shown)
-        rows.append(Row("frequency", f"natural frequency {k + 1}", "rad/s", cells))
+        rows.append(row_of("frequency", f"natural frequency {k + 1}", shown))
     return rows
 
 
 def _modes(design: Design) -> FloatArray:
-    return np.sort(np.asarray(machine_of(design.scene, _chosen(design)).natural_frequencies(), dtype=float))
-
-
-__all__ = ["Cell", "Row", "goal_in", "has_machine", "limit_words", "rows_of"]
+    return np.sort(np.asarray(machine_of(design.scene, chosen_in(design)).natural_frequencies(), dtype=float))

@@ -12,8 +12,8 @@ from vibopt.records import dataclass
 from vibopt.report.machine_words import listed
 from vibopt.solve.method import Progress
 from vibopt.study.many import answers
-from vibopt.study.variant_plans import rows_of_plans
-from vibopt.study.variant_rows import Cell, Row, rows_of
+from vibopt.study.variant_cells import Row
+from vibopt.study.variant_rows import rows_of, rows_of_plans
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -85,6 +85,3 @@ def _check(jobs: Mapping[str, Job]) -> None:
     if len(kinds) > 1:
         said = listed([f"{name} is {noun}" for noun, name in kinds.items()])
         raise InputError(f"{said}: what is measured on one does not exist on another. Compare jobs of one kind.")
-
-
-__all__ = ["Cell", "Row", "Variants", "compare"]

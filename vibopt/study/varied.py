@@ -252,6 +252,3 @@ def _drawn(facts: tuple[Varied, ...], count: int, sample: Sample, seed: int) -> 
         simplefilter("ignore")  # a number of points that is no power of two is a little less even
         parts = engine.random(count)
     return Points(facts, np.stack([fact.at(parts[:, i]) for i, fact in enumerate(facts)], axis=-1), ())
-
-
-__all__ = ["DECIBEL", "SAMPLES", "Points", "Sample", "Varied", "how_many", "is_variable", "points_of", "varied"]

@@ -361,6 +361,3 @@ def _own(scene: Scene) -> FloatArray | None:
     found = answer(scene, explain=False, brief=True)
     x = np.array(found.x, dtype=float)
     return x if len(x) == len(scene.variables) and all(map(isfinite, x)) else None
-
-
-__all__ = ["Window", "percent", "window"]

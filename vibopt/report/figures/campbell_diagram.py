@@ -61,6 +61,3 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
     points = np.concatenate([*every, np.column_stack([rpm, rpm / 60.0])])
     place(marks, axes.transData.transform(points[np.isfinite(points).all(axis=1)]))
     return figure
-
-
-__all__ = ["campbell_figure"]

@@ -155,6 +155,3 @@ def fitted_rows(labels: Sequence[tuple[float, float]], width: float) -> list[tup
         ends[row].append((x, x + size))
         found[k] = row, x
     return [found[k] for k in range(len(labels))]
-
-
-__all__ = ["Box", "Canvas", "along", "caption_height", "captions", "captions_levels", "fitted_rows", "spread", "wide"]

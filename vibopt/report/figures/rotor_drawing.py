@@ -96,6 +96,3 @@ def _levels(words: Sequence[tuple[float, str]], letter: float) -> list[int]:
         ends[level : level + 1] = [at + half]
         found[k] = level
     return [found[k] for k in range(len(words))]
-
-
-__all__ = ["Rotor", "rotor_figure"]

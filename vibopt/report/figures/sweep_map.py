@@ -141,6 +141,3 @@ def _edges(data: Map) -> dict[tuple[str, str] | None, list[tuple[Spot, Spot]]]:
                 pairs = list(zip(spots[::2], spots[1::2], strict=False))
                 found.setdefault(kind, []).extend(pairs)
     return {kind: lines for kind, lines in found.items() if lines}
-
-
-__all__ = ["map_figure"]

@@ -38,6 +38,3 @@ def tradeoff_figure(front: Front) -> Figure:
     figure.draw_without_rendering()
     place(marks, axes.transData.transform(np.column_stack([front.x, front.y])))
     return figure
-
-
-__all__ = ["tradeoff_figure"]

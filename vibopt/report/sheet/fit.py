@@ -97,6 +97,3 @@ def _limits(said: Mapping[str, Any], size: float) -> float:
 def _list(lines: Sequence[str], size: float) -> float:
     small = SMALL * size
     return sum(LINE * _lines(line, HALF - size, small) + 0.1 for line in lines) * small
-
-
-__all__ = ["SIZES", "density_of", "height_of"]

@@ -246,15 +246,3 @@ def proof_of(design: Design) -> list[str]:
         said.append("Not proven: that no better choice exists.")
     said.append("Not part of any proof: the numbers given, and what is assumed beside.")
     return said
-
-
-__all__ = [
-    "HELD",
-    "LimitRow",
-    "Verdict",
-    "assumptions_of",
-    "limit_rows",
-    "measure_rows",
-    "proof_of",
-    "verdict_of",
-]

@@ -112,6 +112,3 @@ def _varies(given: object) -> str:
 
 def _from(table: Mapping[str, Any]) -> str:
     return f", given at {said(table['amplitude_at'])}" if "amplitude_at" in table else ""
-
-
-__all__ = ["body_rows", "excitation_rows"]

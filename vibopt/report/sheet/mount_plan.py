@@ -126,6 +126,3 @@ def _dress(axes: Any) -> None:
     axes.set_axisbelow(True)
     for spine in axes.spines.values():
         spine.set_color(GRID)
-
-
-__all__ = ["plan_figure", "said"]

@@ -108,6 +108,3 @@ def digests_of(path: str | Path, scene: Scene) -> dict[str, str]:
         except FileFault:  # gone since it was read: nothing can be said of it
             continue
     return found
-
-
-__all__ = ["BROWSERS", "browser", "digests_of", "pages_of", "pdf"]

@@ -254,6 +254,3 @@ def _figure(design: Design, machine: Machine | None, unit: str) -> Any:
     if drawn is None and machine is not None:
         drawn, title = sketch_figure(sketch_of(design), SKETCH, looked_at=False), "Schematic"
     return "" if drawn is None else Markup(inline(saved(drawn, "svg").decode(), "sheet", title))
-
-
-__all__ = ["asks_for_one_design", "html", "machine_in", "printed"]
