@@ -408,8 +408,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "two links": (
         {"links": {"mount": LINK, "other": {**LINK, "friction_force": "1 N"}}},
         "links.mount.friction_force rubs beside links.other: where friction holds, what it joins moves as one, and "
-        "which links hold changes in every cycle. Dry friction is answered for one body along a line, on one of its "
-        "links.",
+        "which of several hold changes in every cycle. Dry friction is answered on one link between bodies with a mass "
+        "that move along a line, beside links and absorbers that do not rub.",
     ),
     "loss factor beside it": (
         {"links": {"mount": LINK, "other": {"between": ["press", "ground"], "stiffness": "1 N/m", "loss_factor": 1}}},

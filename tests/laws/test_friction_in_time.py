@@ -163,11 +163,13 @@ def test_what_a_pulse_does_friction_and_damper_take_and_the_spring_keeps(
     nodes, weights = np.polynomial.legendre.leggauss(20)
     work = lost = 0.0
     for one in motion.pieces:
+        if one.length == np.inf:  # held for good
+            break
         part, v = 0.5 * (nodes + 1.0), 0.5 * one.length * weights
         rate = np.polynomial.chebyshev.chebval(2.0 * part - 1.0, one.law.row(speed, one.side) @ one.states)
         time = one.begin + part * one.length
         push = np.where(time < length, 3000.0 * np.sin(pi * time / length), 0.0)
-        assert (one.side * rate >= -1e-9).all()
+        assert (one.side * rate <= 1e-9).all()  # the mount ends at the ground
         work += float(v @ (push * rate))
         lost += float(v @ (friction * np.abs(rate) + damping * rate**2))
         end = one.states.sum(axis=1)

@@ -11,6 +11,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq, fsolve
 
+from rubbing_route import follow
 from vibopt.units import read_quantity
 
 FOLDER = Path(__file__).parents[2] / "problems/friction"
@@ -69,7 +70,8 @@ def recorded(name: str) -> dict[str, float]:
     document = tomllib.loads((FOLDER / f"{name}.toml").read_text(encoding="utf-8"))
     found = {}
     for one in document["expected"]:
-        kind = "length" if one["value"].endswith("mm") else "force" if one["value"].endswith("N") else "ratio"
+        kinds = {"mm": "length", "N": "force", "m/s2": "acceleration"}
+        kind = next((kind for unit, kind in kinds.items() if one["value"].endswith(f" {unit}")), "ratio")
         found[one["path"].removesuffix(".value").rpartition(".")[2]] = read_quantity(one["value"], kind).value
     return found
 
@@ -104,3 +106,21 @@ def test_the_records_of_what_was_chosen() -> None:
     assert steady(over(200.0, 5e4, 100.0), posed["friction_force"] / 1000.0)[1] == pytest.approx(2.0, rel=1e-6)
     found = steady(over(660.0, 5e4, 100.0), posed["friction_force"] / 1000.0)[1]
     assert found == pytest.approx(posed["goal"], rel=1e-6)
+
+
+def test_the_records_of_a_drawer_that_rubs_in_a_rack() -> None:
+    """Places over the floor; at the friction that is recorded the drawer goes as far as it may."""
+    found = recorded("drawer_on_rails")
+    shape = np.array([[1.0, -1.0], [-1.0, 1.0]])
+
+    def floor(t: float) -> float:
+        return 30.0 * np.sin(np.pi * t / 0.06) if t < 0.06 else 0.0
+
+    way, drawer, rack = follow(
+        (np.diag([180.0, 40.0]), np.diag([1500.0, 0.0]), np.diag([4e5, 0.0]) + 2e4 * shape), np.array([-1.0, 1.0]),
+        found["friction_force"], lambda t: np.array([-180.0, -40.0]) * floor(t), (0.06, 0.5),
+        lambda t, place, _, faster, rubs: (place[1] - place[0], faster[1] + floor(t), faster[0] + floor(t)),
+    )  # fmt: skip
+    assert way == pytest.approx(15e-3, rel=1e-6)
+    assert drawer == pytest.approx(found["goal"], rel=1e-6)
+    assert rack == pytest.approx(found["rack"], rel=1e-6)

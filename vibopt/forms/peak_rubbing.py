@@ -1,4 +1,4 @@
-"""Greatest response in time of a body on links of which one rubs, at a design."""
+"""Greatest response in time of a machine of which one link rubs, at a design."""
 
 from __future__ import annotations
 
@@ -20,8 +20,9 @@ if TYPE_CHECKING:
     from vibopt.mechanics.sliding import Sliding
     from vibopt.mechanics.transient import Reading
 
-_KEPT, _NEAR, _ROUNDED = 16, 1e-7, 1e-9
-"""Motions that are kept; parts of itself and of what would move without friction by which both routes may differ."""
+_KEPT, _NEAR, _ROUNDED, _NOTHING = 16, 1e-7, 1e-9, 1e-13
+"""Motions that are kept; parts of itself and of what would move without friction by which both routes may differ; part
+of its terms below which a sum is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +50,9 @@ class PeakRubbing(PeakInTime):
         blows = np.array([np.abs(one.blows) for one in self.segments]).max(axis=0)
         forces = np.abs(self.loads[0]) + mass * np.abs(self.loads[1:]).sum(axis=0)
         return float(forces @ (sizes + speed * blows)) or 1.0
+
+    def reach(self, model: Model) -> None:
+        return None
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         return by_differences(lambda at: self.value(model, at), x)
@@ -83,12 +87,38 @@ class PeakRubbing(PeakInTime):
         known: dict[tuple[bytes, ...], Sliding] = vars(model).setdefault("sliding", {})
         arrays = ((np.array(one.length), one.start, one.rates, one.read, one.blows) for one in self.segments)
         said = (one.tobytes() for every in arrays for one in every)  # each response has segments of its own
-        key = self.loads.tobytes(), np.asarray(x, dtype=float).tobytes(), *said
+        released = self.segments[0].released
+        begins = b"" if released is None else released.tobytes()
+        key = self.loads.tobytes(), begins, np.asarray(x, dtype=float).tobytes(), *said
         if key not in known:
             if len(known) >= _KEPT:
                 known.pop(next(iter(known)))
-            rows = matrices(model, model.values(x))
-            across, friction = model.links[model.rubbing[0]], friction_of(model, x)
-            known[key] = Sliding(*rows, self.loads, self.segments, across, friction)
-        read = reading(model, self.output, model.values(x))
+            turned, whole = _turned(model)
+            n = model.n_free
+            loads = np.vstack([whole[:n, :n].T @ self.loads[:n], self.loads[n:]])
+            begun: FloatArray = np.zeros((len(whole), 2))
+            if released is not None:
+                begun = np.asarray(np.linalg.solve(whole, self.loads @ released))
+            rows = matrices(turned, model.values(x))
+            known[key] = Sliding(*rows, n, loads, self.segments, begun, friction_of(model, x))
+        turned, whole = _turned(model)
+        read = reading(turned, replace(self.output, row=self.output.row @ whole), model.values(x))
         return known[key], replace(read, grip=grip_of(model, self.output.signs))
+
+
+def _turned(model: Model) -> tuple[Model, FloatArray]:
+    """The model in stretches of links, that of the one that rubs first, and coordinates from these; bases stay.
+
+    What rides on a base that goes far away keeps its digits.
+    """
+    known: dict[str, tuple[Model, FloatArray]] = vars(model).setdefault("in_stretches", {})
+    if not known:
+        assert model.rubbing is not None
+        n, name = model.n_free, model.rubbing[0]
+        rows = [model.links[name]]
+        for row in [*model.links.values(), *np.eye(model.n_coords)[:n]]:
+            if np.linalg.matrix_rank(np.array([*rows, row])[:, :n]) > len(rows):
+                rows.append(row)
+        whole = np.linalg.inv(np.vstack([*rows, np.eye(model.n_coords)[n:]]))
+        known[name] = model.through(whole, _NOTHING), whole
+    return next(iter(known.values()))

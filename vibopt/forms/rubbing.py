@@ -248,7 +248,7 @@ class Rubbing(Form):
         kinds = [model.kinds == kind for kind in (STIFFNESS, DAMPING, INERTIA)]
         stiffness, damping, mass = (float((p * own**2)[some].sum()) for some in kinds)
         natural = float(np.sqrt(stiffness / mass))
-        grip = grip_of(model, signs)
+        grip = across[0] * grip_of(model, signs)
         left = p * own * (signs - grip * own)
         parts = np.array([np.full(speeds.shape, left[some].sum()) for some in kinds])
         parts[self.output.power] += float(self.output.row[0])
@@ -295,11 +295,11 @@ def friction_of(model: Model, x: FloatArray) -> float:
 
 
 def grip_of(model: Model, signs: FloatArray) -> float:
-    """Part of friction, against a slip of the body forward, in what takes forces with such signs (n_terms,)."""
+    """Part of friction, against a stretch of the link, in what takes forces with such signs (n_terms,)."""
     assert model.rubbing is not None
     name = model.rubbing[0]
     owned = [term.owner == name and term.across for term in model.terms]
-    return float(model.links[name][0] * signs[owned][0])
+    return float(signs[owned][0])
 
 
 def natural_frequency(model: Model, x: FloatArray) -> float:

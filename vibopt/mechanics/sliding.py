@@ -1,35 +1,43 @@
-"""Motion of one body on links of which one rubs, from rest, under loads that change with time: from event to event.
+"""Motion of a machine of which one link rubs, from rest, under loads that change with time: from event to event.
 
-While it slips, and while friction holds it, body, bases and load together follow z' = A z: states go on by exponentials
-of matrices, on panels on which each is the polynomial through its nodes.  A slip ends at a root of its speed, a hold
-where friction would have to be more than it is.  Behind the load two motions under one force never move apart in
-energy: it goes on until it is held, turns so often that no later turn is greater, or repeats under a sine that lasts.
+While it slips, and while friction holds it, bodies, bases and load together follow z' = A z: states go on by
+exponentials of matrices, on panels on which each is the polynomial through its nodes.  A slip ends at a root of its
+speed, a hold where friction would have to be more than it is.  Behind the load what friction takes only lowers the
+energy: it goes on until it is held for good, and then rings as a linear machine does, until no later turn can be
+greater, or repeats under a sine that lasts.
 
-States are slip and its speed, the force of friction, places and speeds of the bases, and those of the signals.
+The first coordinate is the slip.  States are slip and its speed, the force of friction, the other places, bases last,
+their rates, and those of the signals.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import islice
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError
-from vibopt.mechanics.panels import COEFFICIENTS, NODES, SLOPES, exponentials, peaks_of
-from vibopt.mechanics.ringing import Peak
+from vibopt.mechanics.panels import COEFFICIENTS, NODES, SLOPES, exponential, exponentials, greatest, peaks_of
+from vibopt.mechanics.ringing import HORIZON, Peak
 from vibopt.mechanics.transient import Reading
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
 _PANEL, _FADED = 2.5, 42.0
 """Radians of the fastest motion on a panel; exponent behind which a motion is gone."""
-_SAFE, _ROUND, _BEGUN = 0.02, 1e-12, 1e-6
-"""Part of the greatest below which nothing falls between nodes; rounding; part of a panel that is its beginning."""
-_TURNS, _LASTING, _REPEATS, _MOST = 12, 1500, 1e-11, 100_000
-"""Turns behind a load; of a sine that lasts, at most, and part of the states by which one may differ from the next;
-panels in all."""
+_SAFE, _ROUND, _NOISE, _BEGUN = 0.02, 1e-12, 1e-13, 1e-6
+"""Part of the greatest below which nothing falls between nodes; rounding, and of values on a panel; part of it that is
+its beginning."""
+_LASTING, _REPEATS, _MOST, _TOGETHER = 1500, 1e-11, 100_000, 24
+"""Turns of a sine that lasts, at most, and part of the states by which one may differ from the next; panels in all, and
+those behind the load between two looks at what may still come."""
+_FIRST, _SWUNG, _SLOW, _STOPPED = 4.0, 100.0, 1e-9, 1e-11
+"""Periods of the slowest motion in the first look at what rings, each further one twice as long, and those over
+which slips and holds are followed that never end; part of the fastest rate from which on it is one, and of the greatest
+speed of a base at which it stands still."""
 _FINE, _LONGER = 2001, 10
 """Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded."""
 _TOO_OFTEN = (
@@ -46,8 +54,10 @@ _ENDLESS = (
 class Law:
     """How the states change on a segment: rates while it slips and while it is held, (n, n) [1/s], and what that takes.
 
-    places, speeds, faster
-        Rows of all coordinates and of their rates, of second ones while it slips, (n_coords, n).
+    places, speeds
+        Rows of all coordinates and of their rates, (n_coords, n).
+    faster, along
+        Of second ones, while it slips and while it is held.
     carries
         Row of what friction holds while nothing slips [N].
     """
@@ -57,12 +67,19 @@ class Law:
     places: FloatArray
     speeds: FloatArray
     faster: FloatArray
+    along: FloatArray
     carries: FloatArray
 
     @cached_property
     def rates(self) -> FloatArray:
         """Of all motions (n,), complex [1/s]."""
         return np.concatenate([np.linalg.eigvals(self.slips), np.linalg.eigvals(self.held)])
+
+    @cached_property
+    def period(self) -> float:
+        """Of the slowest motion while it slips [s]."""
+        sizes = np.abs(self.rates[: len(self.slips)])
+        return float(2.0 * np.pi / sizes[sizes > _SLOW * sizes.max()].min())
 
     @cached_property
     def _known(self) -> dict[tuple[int, float], FloatArray]:
@@ -85,22 +102,18 @@ class Law:
 
     def row(self, reading: Reading, side: int) -> FloatArray:
         """What a reading is of the states (n,)."""
-        motion = self.places, self.speeds, self.faster if side else self._along
+        motion = self.places, self.speeds, self.faster if side else self.along
         found = reading.row @ motion[reading.power] + reading.rates @ motion[1] + reading.inertia @ motion[2]
         rubbed = np.eye(len(self.slips))[2] if side else self.carries
         return np.asarray(found + reading.grip * rubbed)
 
-    @cached_property
-    def _along(self) -> FloatArray:
-        """As `faster`, while nothing slips."""
-        found = self.faster.copy()
-        found[0] -= self.slips[1]
-        return found
-
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """Part of a motion: its beginning and length [s], the sense of slip, 0 of a hold, and states (n, 17) as series."""
+    """Part of a motion: its beginning and length [s], the sense of slip, 0 of a hold, and states (n, 17) as series.
+
+    Of the last one, which is held for good and goes on for ever, the states with which it begins, (n, 1).
+    """
 
     begin: float
     length: float
@@ -108,49 +121,99 @@ class Piece:
     law: Law
     states: FloatArray
 
+    @property
+    def start(self) -> FloatArray:
+        """States at its beginning (n,)."""
+        return np.asarray(self.states @ _basis(0.0)[: self.states.shape[1]])
+
 
 @dataclass(frozen=True)
 class Sliding:
-    """A body at rest, and the load that then comes.
+    """A machine at rest, and the load that then comes.
 
     mass, damping, stiffness
-        Of all coordinates, those of the bases last, (n_coords, n_coords) [kg, N s/m, N/m].
+        Of all coordinates, the slip first, those of the bases last, (n_coords, n_coords) [kg, N s/m, N/m].
+    n_free
+        Number of free coordinates.
     loads
-        (n_coords, n_signals): force on the body [N], acceleration of bases [m/s^2], for a signal of one.
-    across, friction
-        How far the link that rubs is apart, as a row (n_coords,), and its friction [N].
+        (n_coords, n_signals): force on free coordinates [N], acceleration of bases [m/s^2], for a signal of one.
+    begun
+        Coordinates and rates with which it begins, (n_coords, 2).
+    friction
+        Against any slip [N].
     """
 
     mass: FloatArray
     damping: FloatArray
     stiffness: FloatArray
+    n_free: int
     loads: FloatArray
     segments: tuple[Segment, ...]
-    across: FloatArray
+    begun: FloatArray
     friction: float
 
     def peak(self, reading: Reading) -> Peak:
         """Greatest size of a reading from the beginning on, for ever."""
-        rows = [one.law.row(reading, one.side) @ one.states for one in self.pieces]
-        sizes = peaks_of(np.array(rows), np.zeros(len(rows)))
+        best, seen = Peak(0.0, 0.0), 0
+        load = np.inf if self.segments[-1].endless else sum(one.length for one in self.segments)
+        while some := self._from(seen):
+            best, seen = self._higher(some, reading, best), seen + len(some)
+            last = some[-1]
+            if last.begin >= load and self._most(reading, last) <= abs(best.value):
+                break
+        return best
+
+    def _higher(self, pieces: list[Piece], reading: Reading, best: Peak) -> Peak:
+        """The greatest on some pieces, where it is above the best so far."""
+        rows = [one.law.row(reading, one.side) for one in pieces]
+        if pieces[-1].length == np.inf:
+            value, time = _rung(pieces[-1].law, self._swings, rows.pop(), pieces[-1].start, abs(best.value))
+            best = Peak(value, pieces[-1].begin + time) if value else best
+        if not rows:
+            return best
+        read = [row @ one.states for row, one in zip(rows, pieces, strict=False)]
+        sizes = peaks_of(np.array(read), np.zeros(len(read)))
+        if sizes.max() <= abs(best.value) * (1.0 + _ROUND):
+            return best
         at = int(np.argmax(sizes >= sizes.max() * (1.0 - _ROUND)))
         places = np.linspace(0.0, 1.0, _FINE)
-        values = rows[at] @ _basis(places)
+        values = read[at] @ _basis(places)
         top = int(np.abs(values).argmax())
-        time = self.pieces[at].begin + self.pieces[at].length * float(places[top])
+        time = pieces[at].begin + pieces[at].length * float(places[top])
         return Peak(float(np.copysign(sizes[at], values[top])), time)
+
+    def _most(self, reading: Reading, last: Piece) -> float:
+        """What a reading is never above behind a piece without a load: at rest, by all energy and by all friction."""
+        if last.length == np.inf:
+            return 0.0
+        n, end, row = self.n_free, last.states.sum(axis=1), last.law.row(reading, 1)
+        places, rates, bases, led = self._numbers
+        mass, stiff = self.mass[:n, :n], self.stiffness[:n, :n]
+        if np.linalg.matrix_rank(stiff) < n or (self.stiffness[:n, n:] @ end[led]).any() or row[bases] @ end[led]:
+            return np.inf
+        rest = -np.linalg.solve(stiff, self.stiffness[:n, n:] @ end[bases] + self.damping[:n, n:] @ end[led])
+        away, fast, by_place, by_rate = end[places] - rest, end[rates], row[places], row[rates]
+        energy = away @ stiff @ away + fast @ mass @ fast
+        per = by_place @ np.linalg.solve(stiff, by_place) + by_rate @ np.linalg.solve(mass, by_rate)
+        still = by_place @ rest + row[bases] @ end[bases] + row[led] @ end[led]
+        return float(abs(still) + np.sqrt(per * energy) + abs(row[2]) * self.friction)
 
     def history(self, reading: Reading, times: FloatArray) -> FloatArray:
         """The reading at times [s], (n,); what is not followed stays as it ended."""
-        begins = np.array([one.begin for one in self.pieces])
+        while (not self._known or self._known[-1].begin < times.max(initial=0.0)) and self._from(len(self._known)):
+            pass
+        begins = np.array([one.begin for one in self._known])
         which = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
         found = []
-        for time, one in zip(times, (self.pieces[k] for k in which), strict=True):
-            part = min((time - one.begin) / one.length, 1.0)
-            found.append(float(one.law.row(reading, one.side) @ one.states @ _basis(part)))
+        for time, one in zip(times, (self._known[k] for k in which), strict=True):
+            row = one.law.row(reading, one.side)
+            if one.length == np.inf:
+                found.append(float(row @ exponential(one.law.held * (time - one.begin)) @ one.start))
+            else:
+                found.append(float(row @ one.states @ _basis(min((time - one.begin) / one.length, 1.0))))
         return np.array(found)
 
-    @cached_property
+    @property
     def pieces(self) -> list[Piece]:
         """The whole motion.
 
@@ -159,17 +222,30 @@ class Sliding:
         InputError
             It moves to and fro too often.
         """
-        found = list[Piece]()
-        for one in self._followed():
-            found.append(one)
-            if len(found) > _MOST:
+        while self._from(len(self._known)):
+            pass
+        return self._known
+
+    @cached_property
+    def _known(self) -> list[Piece]:
+        """Pieces so far."""
+        return []
+
+    @cached_property
+    def _coming(self) -> Iterator[Piece]:
+        return self._followed()
+
+    def _from(self, seen: int) -> list[Piece]:
+        """Pieces from a number on, some more where there are none yet; empty where it is over."""
+        if seen == len(self._known):
+            self._known.extend(islice(self._coming, _TOGETHER))
+            if len(self._known) > _MOST:
                 raise InputError(_TOO_OFTEN)
-        return found
+        return self._known[seen:]
 
     def _followed(self) -> Iterator[Piece]:
-        time, own, side = 0.0, np.zeros(3 + 2 * (len(self.across) - 1)), 0
-        if self.segments[0].released is not None:
-            own[:2] = self.loads[0] @ self.segments[0].released
+        time, own, led = 0.0, self._struck_by(self.begun), self._numbers[3]
+        most = np.zeros(len(led))
         for segment in self.segments:
             own = own + self._struck @ segment.blows
             law = self._law(segment)
@@ -177,25 +253,46 @@ class Sliding:
                 before, state = own, np.concatenate([own, segment.start])
                 for one in self._along(law, time, segment.length, state):
                     yield one
-                    state, side = one.states.sum(axis=1), one.side
+                    state, most = one.states.sum(axis=1), np.maximum(most, np.abs(one.states[led]).sum(axis=1))
                 time, own = time + segment.length, state[: len(own)]
                 if np.abs(own - before).max() <= _REPEATS * np.abs(own).max():
                     break
             else:
                 if segment.endless:
                     raise InputError(_ENDLESS)
-        if self.segments[-1].endless:
-            return
+        if not self.segments[-1].endless:
+            own[led] = np.where(np.abs(own[led]) <= _STOPPED * most, 0.0, own[led])  # rounding would carry bases away
+            yield from self._behind(time, own)
+
+    def _behind(self, time: float, own: FloatArray) -> Iterator[Piece]:
+        """Pieces behind the load, until it is held for good, creeps to where it stays, or swings on and on."""
         still = Segment(1.0, np.zeros(0), np.zeros((0, 0)), np.zeros((self.loads.shape[1], 0)), np.zeros(0))
-        law, turned, most = self._law(still), 0, 0.0
+        law, before, most = self._law(still), 1, 0.0
         for one in self._along(law, time, np.inf, own):
-            yield one
-            turned, side = turned + (one.side == -side), one.side
-            end, fast = one.states.sum(axis=1), float(np.abs(one.states[1]).sum())
-            most = max(most, fast)
-            rests = not (law.carries[3:] @ end[3:] or law.carries @ (law.held @ end))
-            if turned > _TURNS or (one.side == 0 and rests) or (one.side and fast <= _ROUND * most):
+            if one.side == 0 and before and self._holds(law, one.start):
+                yield Piece(one.begin, np.inf, 0, law, one.start[:, None])
                 return
+            yield one
+            before, fast = one.side, float(np.abs(one.states[self._numbers[1]]).sum())
+            most = max(most, fast)
+            if (one.side and fast <= _ROUND * most) or one.begin - time > _SWUNG * law.period:
+                return
+
+    def _holds(self, law: Law, state: FloatArray) -> bool:
+        """Whether friction holds for good."""
+        return _rung(law, self._swings, law.carries, state, self.friction, any_above=True)[0] == 0.0
+
+    @cached_property
+    def _numbers(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+        """Numbers of states: places and rates of the free coordinates, the slip first, then of the bases."""
+        n, m = self.n_free, len(self.mass)
+        others, rates = np.arange(3, 2 + m), np.arange(2 + m, 1 + 2 * m)
+        return np.insert(others[: n - 1], 0, 0), np.insert(rates[: n - 1], 0, 1), others[n - 1 :], rates[n - 1 :]
+
+    @cached_property
+    def _swings(self) -> IntArray:
+        """Numbers of the states that move freely while friction holds: places, then rates."""
+        return np.concatenate([one[1:] for one in self._numbers[:2]])
 
     def _along(self, law: Law, time: float, length: float, state: FloatArray) -> Iterator[Piece]:
         """Pieces from a state on, over so many seconds."""
@@ -221,13 +318,12 @@ class Sliding:
                 fresh = False
                 continue
             age, fresh = 0.0, True
-            carried = float(law.carries @ state)
             if side:
                 was, state[1] = side, 0.0
-                side = 0 if abs(carried) <= self.friction else int(np.sign(carried))
+                side = self._sense(law, state)
                 side = 0 if side == was else side
             else:
-                side = int(np.sign(carried))
+                side = int(np.sign(law.carries @ state))
 
     def _sense(self, law: Law, state: FloatArray) -> int:
         """Of slip at the beginning of a segment: that of its speed, or what the load pushes."""
@@ -245,9 +341,12 @@ class Sliding:
         if seen.min() > _SAFE * seen.max():
             return None
         roots = _roots(speed, _BEGUN if begins else 0.0, whole)
-        first = float(roots[0]) if len(roots) else whole
-        if begins and speed @ _basis(0.5 * first) <= 0.0:
-            return 0.0
+        if begins:
+            early = speed @ _basis(0.5 * np.append(roots, whole))
+            told = np.flatnonzero(np.abs(early) > _NOISE * np.abs(values).max())  # before, roots are of rounding
+            if not len(told) or early[told[0]] < 0.0:
+                return 0.0
+            roots = roots[told[0] :]
         return next((float(one) for one in roots if SLOPES @ speed @ _basis(one) <= 0.0), None)
 
     def _leaves(self, law: Law, states: FloatArray, side: int, whole: float, *, fresh: bool) -> float | None:
@@ -262,21 +361,24 @@ class Sliding:
             over[0] -= self.friction
             roots = _roots(over, _BEGUN if fresh else 0.0, whole)
             found += [float(one) for one in roots if SLOPES @ over @ _basis(one) > 0.0][:1]
+        if not found and abs(values[-1]) > self.friction:  # it was so from the beginning
+            return _BEGUN
         return max(min(found), 1e-300) if found else None
+
+    def _struck_by(self, changes: FloatArray) -> FloatArray:
+        """States without those of signals, from places and rates of all coordinates (n_coords, 2)."""
+        places, rates = changes.T
+        return np.concatenate([[places[0], rates[0], 0.0], places[1:], rates[1:]])
 
     @cached_property
     def _struck(self) -> FloatArray:
         """Changes of the states by blows of one of each signal, (n, n_signals)."""
-        bases = len(self.across) - 1
-        found = np.zeros((3 + 2 * bases, self.loads.shape[1]))
-        found[3 + bases :] = self.loads[1:]
-        found[1] = self.loads[0] / self.mass[0, 0] - self._ride @ self.loads[1:]
-        return found
-
-    @property
-    def _ride(self) -> FloatArray:
-        """How far the body goes with each base where nothing slips, (n_bases,)."""
-        return np.asarray(-self.across[0] * self.across[1:])
+        n = self.n_free
+        pushed = self.loads[:n] - self.mass[:n, n:] @ self.loads[n:]
+        fast = np.linalg.solve(self.mass[:n, :n], pushed)
+        fast = np.where(np.abs(fast) <= _ROUND * np.abs(fast).max(axis=0, initial=0.0), 0.0, fast)
+        every = np.vstack([fast, self.loads[n:]])
+        return np.array([self._struck_by(np.array([0.0 * one, one]).T) for one in every.T]).T
 
     def _law(self, segment: Segment) -> Law:
         """On a segment; kept, for a record has thousands alike."""
@@ -287,30 +389,55 @@ class Sliding:
         return known[key]
 
     def _made(self, segment: Segment) -> Law:
-        bases = len(self.across) - 1
-        signals = segment.read.shape[1]
-        unit = np.eye(3 + 2 * bases + signals)
-        slip, speed, rubbed, own = unit[0], unit[1], unit[2], unit[3 + 2 * bases :]
-        base, fast = unit[3 : 3 + bases], unit[3 + bases : 3 + 2 * bases]
-        pushed, led = self.loads[0] @ segment.read @ own, self.loads[1:] @ segment.read @ own
-        places = np.vstack([slip + self._ride @ base, base])
-        speeds = np.vstack([speed + self._ride @ fast, fast])
-        pulled = _cleared(self.stiffness[0] @ places, self.stiffness[0, 0])
-        pulled = pulled + _cleared(self.damping[0] @ speeds, self.damping[0, 0])
-        faster = (pushed - rubbed - pulled - self.mass[0, 1:] @ led) / self.mass[0, 0] - self._ride @ led
-        carries = self.mass[0, 0] * faster + rubbed
-        slips = np.zeros(unit.shape)
-        slips[0], slips[1], slips[3 : 3 + bases], slips[3 + bases : 3 + 2 * bases] = speed, faster, fast, led
-        slips[3 + 2 * bases :, 3 + 2 * bases :] = segment.rates / segment.length
-        held = slips.copy()
-        held[:2] = 0.0
-        accelerations = np.vstack([faster + self._ride @ led, led])
-        return Law(slips, held, places, speeds, accelerations, carries)
+        n, m = self.n_free, len(self.mass)
+        size = 1 + 2 * m
+        unit = np.eye(size + segment.read.shape[1])
+        places, speeds = unit[[0, *range(3, 2 + m)]], unit[[1, *range(2 + m, size)]]
+        acting = self.loads @ segment.read @ unit[size:]
+        pulled = self.stiffness[:n] @ places + self.damping[:n] @ speeds + self.mass[:n, n:] @ acting[n:]
+        forces = acting[:n] - pulled
+        slipped = np.linalg.solve(self.mass[:n, :n], forces - np.outer(np.eye(n)[0], unit[2]))
+        followed = np.linalg.solve(self.mass[1:n, 1:n], forces[1:])
+        carries = forces[0] - self.mass[0, 1:n] @ followed
+        faster: FloatArray = np.vstack([slipped, acting[n:]])
+        along: FloatArray = np.vstack([0.0 * unit[0], followed, acting[n:]])
+        slips, held = np.zeros(unit.shape), np.zeros(unit.shape)
+        for rates, moved in ((slips, faster), (held, along)):
+            rates[3 : 2 + m], rates[2 + m : size] = speeds[1:], moved[1:]
+            rates[size:, size:] = segment.rates / segment.length
+        slips[0], slips[1] = speeds[0], faster[0]
+        return Law(slips, held, places, speeds, faster, along, carries)
 
 
-def _cleared(row: FloatArray, size: float) -> FloatArray:
-    """A row without what rounding leaves of links that end where the one that rubs does."""
-    return np.where(np.abs(row) <= _ROUND * size, 0.0, row)
+def _rung(
+    law: Law, free: IntArray, row: FloatArray, state: FloatArray, least: float, *, any_above: bool = False
+) -> tuple[float, float]:
+    """Greatest size of row . z above `least` while friction holds from a state on, for ever, and when; else zeros.
+
+    Infinite where it does not go on as it is.  `free` are numbers of the states that move; `any_above` is an early one.
+    """
+    a = law.held[np.ix_(free, free)]
+    lasts = np.setdiff1d(np.arange(len(state)), free)
+    led = law.held[np.ix_(free, lasts)]
+    moves = law.held[np.ix_(lasts, lasts)] @ state[lasts]
+    try:
+        rates, shapes = np.linalg.eig(a)
+        about = -np.linalg.solve(a, led @ state[lasts])
+        waves = (row[free] @ shapes) * np.linalg.solve(shapes, (state[free] - about).astype(complex))
+    except np.linalg.LinAlgError:
+        return np.inf, 0.0
+    if (led @ moves).any() or row[lasts] @ moves:
+        return np.inf, 0.0
+    still = abs(row[free] @ about + row[lasts] @ state[lasts])
+    best, gone, length = (0.0, 0.0), 0.0, _FIRST * law.period
+    while True:
+        least = max(least, abs(best[0]))
+        may = still + float(np.abs(waves) @ np.exp(rates.real * gone))
+        if may <= least * (1.0 + _ROUND) or gone >= HORIZON * law.period or (any_above and best[0]):
+            return best
+        found = greatest(law.held[None] * length, row[None], state[None, None], np.array([least]))
+        best = (float(found.value[0]), gone + float(found.at[0]) * length) if found.value[0] else best
+        state, gone, length = exponential(law.held * length) @ state, gone + length, 2.0 * length
 
 
 def _basis(part: FloatArray | float) -> FloatArray:

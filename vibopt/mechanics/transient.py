@@ -45,7 +45,7 @@ class Reading:
     """row . u + rates . u' + inertia . u'', differentiated `power` times; rows (..., n_coords), real or complex.
 
     grip
-        Dry friction in it, against a slip of the body forward.
+        Dry friction in it, against a stretch of the link that rubs.
     """
 
     row: Numbers

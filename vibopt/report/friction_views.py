@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from math import isfinite, pi
 from typing import cast
 
@@ -169,17 +168,11 @@ def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Pan
     curves = [Curve("slips", per * times, y, every)]
     if any(held):
         curves.append(Curve("held by friction", per * times, np.where(held, y, np.nan), every, worst=True))
-    panel = _against_nothing(one, f"{_title(one)}, two cycles at {shown}", slow, unit)
-    return replace(
-        panel, curves=tuple(curves), marks=(Mark(one.where, "greatest", per * times[at], float(y[at])),),
-        x_span=(0.0, per * float(times[-1])), y_span=(-1.35 * top, 1.35 * top),
-    )  # fmt: skip
-
-
-def _against_nothing(one: _Asked, title: str, slow: str, unit: str) -> Panel:
     return Panel(
-        title=title, x_label=f"time [{slow}]", y_label=_label(one, unit), curves=(), zones=(), marks=(), own=(),
-        excitation=one.form.shaken[0].name, log_x=False, log_y=False, x_span=(0.0, 1.0), y_span=(0.0, 1.0),
+        title=f"{_title(one)}, two cycles at {shown}", x_label=f"time [{slow}]", y_label=_label(one, unit),
+        curves=tuple(curves), zones=(), marks=(Mark(one.where, "greatest", per * times[at], float(y[at])),), own=(),
+        excitation=one.form.shaken[0].name, log_x=False, log_y=False, x_span=(0.0, per * float(times[-1])),
+        y_span=(-1.35 * top, 1.35 * top),
     )  # fmt: skip
 
 

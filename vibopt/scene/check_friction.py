@@ -1,19 +1,24 @@
-"""Whether dry friction is asked of what can be answered: one body on links, under what."""
+"""Whether dry friction is asked of what can be answered: one link that rubs, beside what, and under what."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from vibopt.devices import Device
+from vibopt.devices.absorber import AbsorberTable
+from vibopt.devices.body import BodyTable
 from vibopt.devices.link import LinkTable
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.responses import Response, TransientResponse
+from vibopt.mechanics.builder import GROUND
+from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 
 _BESIDE = (
-    "where friction holds, what it joins moves as one, and which links hold changes in every cycle. Dry friction is "
-    "answered for one body along a line, on one of its links."
+    "where friction holds, what it joins moves as one, and which of several hold changes in every cycle. Dry friction "
+    "is answered on one link between bodies with a mass that move along a line, beside links and absorbers that do not "
+    "rub."
 )
 
 
@@ -26,24 +31,33 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
     others = [
         f"{family}.{one}"
         for family, one, table in places.devices(scene)
-        if one not in supports and not (isinstance(table, LinkTable) and (one == name or _linear(table)))
+        if one not in supports and one != name and not _linear(table)
     ]
-    bodies = [other for other in others if other.startswith("bodies.")]
-    others = [other for other in others if other not in bodies[:1]]
     if others:
         mistakes.add(path, f"{where} rubs beside {others[0]}: {_BESIDE}")
-    lossy = [one for one, link in scene.links.items() if one != name and link.loss_factor is not None]
+    lossy = [
+        f"{family}.{one}"
+        for family, one, table in places.devices(scene)
+        if one != name and isinstance(table, (LinkTable, AbsorberTable)) and table.loss_factor is not None
+    ]
     if lossy:
         mistakes.add(
             path,
-            f"{where} rubs beside links.{lossy[0]}.loss_factor, which knows harmonic motion only, and a motion that "
+            f"{where} rubs beside {lossy[0]}.loss_factor, which knows harmonic motion only, and a motion that "
             "rubs is not harmonic. Write damping or damping_ratio there.",
         )
+    loose = _loose(scene)
     if not places.springs(scene):
         mistakes.add(
             path,
             f"links.{name} has a friction_force but no stiffness that brings it back: it slips away, and where it "
             'stays nobody knows. Add stiffness = "200 kN/m".',
+        )
+    elif loose:
+        mistakes.add(
+            path,
+            f"{where} rubs, and no spring brings bodies.{loose[0]} back: it slips away, and where it stays nobody "
+            f'knows. Join bodies.{loose[0]} by a link with stiffness = "200 kN/m" to what is held.',
         )
     _shaken(scene, where, path, mistakes)
     doubts = uncertain(scene)
@@ -99,8 +113,21 @@ def _shaken(scene: Scene, where: str, path: Path, mistakes: Mistakes) -> None:
             )
 
 
-def _linear(link: LinkTable) -> bool:
-    return not link.rubs and not link.spreads_mass
+def _linear(table: Device) -> bool:
+    """Whether it may stand beside what rubs: forces that follow motion, and a mass along the line."""
+    if isinstance(table, LinkTable):
+        return not table.rubs and not table.spreads_mass
+    if isinstance(table, BodyTable):
+        return not table.massless and not table.turns and table.geared_to is None
+    return isinstance(table, AbsorberTable)
+
+
+def _loose(scene: Scene) -> list[str]:
+    """Bodies that no chain of springs joins to a support."""
+    held, ends = {GROUND, *places.supports(scene)}, places.ends(scene)
+    for _ in scene.bodies:
+        held |= {end for link in places.springs(scene) if held & {*ends[link]} for end in ends[link]}
+    return [one for one in scene.bodies if one not in held]
 
 
 def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
@@ -111,6 +138,10 @@ def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
     if isinstance(response, TransientResponse) and response.combine is not None:
         why = "of one excitation is no part of that of several, for all together decide when it slips"
         way = "Leave combine out: then all act together, from one beginning."
+    moving = [f"bodies.{one}" for one in scene.bodies] + [f"absorbers.{one}" for one in scene.absorbers]
+    if isinstance(response, HarmonicResponse) and len(moving) > 1:
+        why = f"is answered in steady vibration of one body alone, and here {moving[0]} and {moving[1]} move"
+        way = f'Ask in time: begins = "suddenly" in the excitation, and response = "peak_{response.response}".'
     if not rubbing or not why:
         return False
     mistakes.add(path, f"{dotted(path)}: with links.{rubbing[0]}.friction_force, {response.response} {why}. {way}")

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -48,6 +48,7 @@ class MotionInTime:
 
     machine: Machine
     excitations: tuple[Once, ...]
+    looks: ClassVar[int] = _LOOKS
 
     @cached_property
     def _lasting(self) -> tuple[Once, ...]:
@@ -84,12 +85,12 @@ class MotionInTime:
     def _spans(self) -> list[tuple[float, float]]:
         """Stretches of time without joints, those behind the load last [s]."""
         look, joints = self._look, sorted({*self._joints, *self._late})
-        return [*pairwise(joints), *((joints[-1] + i * look, joints[-1] + (i + 1) * look) for i in range(_LOOKS))]
+        return [*pairwise(joints), *((joints[-1] + i * look, joints[-1] + (i + 1) * look) for i in range(self.looks))]
 
     @property
     def _behind(self) -> int:
         """Number of the first stretch behind the load."""
-        return len(self._spans) - _LOOKS
+        return len(self._spans) - self.looks
 
     @cached_property
     def _runs(self) -> list[Any]:

@@ -68,7 +68,7 @@ class Simulated(MotionInTime):
         if self._lasting:
             best, steady = self._beating(best, response), self._steady(response)
             return (steady, float("inf")) if steady > best[0] * (1.0 + _EVEN) else best
-        return self._ringing(best, response)
+        return self._ringing(best, response, (self._behind, len(self._spans) - 1), self._states.matrices[0])
 
     def _steady(self, response: TransientResponse) -> float:
         """Greatest of a response to what goes on for ever, when all else has faded."""
@@ -265,27 +265,29 @@ class Simulated(MotionInTime):
             left, right = closer[rows, np.maximum(at - 1, 0)], closer[rows, np.minimum(at + 1, _ACROSS - 1)]
         return found
 
-    def _ringing(self, best: tuple[float, float], response: TransientResponse) -> tuple[float, float]:
-        """The greater of the best so far and of what rings on behind the last look, by modes.
+    def _ringing(
+        self, best: tuple[float, float], response: TransientResponse, looks: tuple[int, int], system: FloatArray
+    ) -> tuple[float, float]:
+        """The greater of the best so far and of what rings on behind the last of some looks, by modes of a system.
 
         What swings does so about what stays: what has drifted and where a value that stays holds the machine.
         """
         from scipy.linalg import eig
 
-        low = self._spans[self._behind][0]
-        known: Any = eig(self._states.matrices[0], left=True, right=True)
+        low, begin = self._spans[looks[0]][0], self._spans[looks[1]][1] - self._spans[looks[0]][0]
+        known: Any = eig(system, left=True, right=True)
         swings = np.abs(known[0]) > _AWAY * np.abs(known[0]).max()
         rates, left, shapes = known[0][swings], known[1][:, swings].conj().T, known[2][:, swings]
         if not len(rates) or np.linalg.cond(shapes) > _DEFECTIVE:
             return best
-        state: FloatArray = np.asarray(self._run(self._behind)(low), dtype=float)
+        state: FloatArray = np.asarray(self._run(looks[0])(low), dtype=float)
         shares = np.linalg.solve(left @ shapes, left @ state + (left @ self._held) / rates)
         rest, quiet = (state - (shapes @ shares).real)[:, None], np.array([2.0 * self._spans[-1][1]])
         still = float(np.ravel(response.trace(self.machine, self._course(quiet, rest)))[0])
         waves = self._read(response, shapes * shares)[1]
         if self._held.any() and abs(still) > best[0] * (1.0 + _EVEN):
             best = abs(still), math.inf
-        begin, end = self._spans[-1][1] - low, self._look / PERIODS * _HORIZON
+        seen, end = begin, self._look / PERIODS * _HORIZON
         step = 2.0 * np.pi / (_SAMPLES * max(float(np.abs(rates.imag).max()), 1e-300))
 
         def value(times: FloatArray) -> FloatArray:
@@ -301,7 +303,7 @@ class Simulated(MotionInTime):
                     best = float(top.max()), low + float(fine[top.argmax()])
             begin = float(times[-1])
             faded = np.abs(np.exp(rates.real * begin)).max(where=np.abs(rates.imag) > 0.0, initial=0.0)
-            if faded < _FADED * np.abs(np.exp(rates.real * (self._spans[-1][1] - low))).max():
+            if faded < _FADED * np.abs(np.exp(rates.real * seen)).max():
                 break
         return best
 

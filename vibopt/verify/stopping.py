@@ -6,7 +6,7 @@ signals as functions of time, each step by Duhamel's integral and Taylor's serie
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -27,7 +27,9 @@ value by which an earlier one may be less."""
 
 @dataclass(frozen=True)
 class Stopping(Simulated):
-    """The greatest in the motion of one body on joints of which one rubs, under what comes over it once."""
+    """The greatest in the motion of a machine of which one joint rubs, under what comes over it once."""
+
+    looks: ClassVar[int] = 20
 
     @cached_property
     def joint(self) -> Joint:
@@ -40,12 +42,39 @@ class Stopping(Simulated):
 
     @cached_property
     def _apart(self) -> FloatArray:
-        """Row that tells how far the body is from what it rubs on, over the places."""
-        row = np.array([float(name in self.machine.masses) for name in self._places])
-        return row - [float(name in self.joint.ends and name in self.machine.bases) for name in self._places]
+        """Row that tells how far the joint that rubs is apart, over the places."""
+        first, second = ([float(name == end) for name in self._places] for end in self.joint.ends)
+        return np.subtract(second, first)
+
+    @cached_property
+    def _given(self) -> FloatArray:
+        """Accelerations of the places by a friction of one [N], (n,)."""
+        bodies = tuple(self.machine.masses)
+        found = States(self.machine, bodies).matrices[1][len(self._places) :] @ self._apart[: len(bodies)]
+        return np.asarray(found)
+
+    @cached_property
+    def _holding(self) -> tuple[FloatArray, FloatArray]:
+        """As `matrices` of the states, while friction holds: it gives what a slip would gain."""
+        bound = np.eye(len(self._places)) - np.outer(self._given, self._apart) / (self._apart @ self._given)
+        system, loads = self._states.matrices
+        return np.kron(np.eye(2), bound) @ system, np.kron(np.eye(2), bound) @ loads
+
+    @cached_property
+    def _quiet(self) -> dict[float, FloatArray]:
+        """Rates of the states and of a one behind them, by the sense of the slip, where no load acts."""
+        found, count = {}, len(self._places)
+        for side in (-1.0, 0.0, 1.0):
+            found[side] = np.zeros((2 * count + 1, 2 * count + 1))
+            found[side][:-1, :-1] = self._states.matrices[0] if side else self._holding[0]
+            found[side][count:-1, -1] = -side * self.joint.friction * self._given
+        return found
+
+    def _is_quiet(self, span: tuple[float, float]) -> bool:
+        return not self._lasting and span[0] >= self._spans[self._behind][0]
 
     def _slip(self, states: FloatArray) -> FloatArray:
-        """Place and speed of the body on what it rubs on, (2, ...), at states (2 n, ...)."""
+        """Stretch of the joint that rubs and its rate, (2, ...), at states (2 n, ...)."""
         return np.tensordot(self._apart, states.reshape(2, len(self._places), *states.shape[1:]), axes=(0, 1))
 
     def _read_at(self, time: FloatArray, span: tuple[float, float]) -> FloatArray:
@@ -54,23 +83,31 @@ class Stopping(Simulated):
 
     def _carries(self, states: FloatArray, signals: FloatArray) -> FloatArray:
         """What friction must carry so that nothing slips more or less [N], against a slip forward, (n_times,)."""
-        faster = self._apart @ self._states.read(states, signals)[2]
-        return np.asarray(next(iter(self.machine.masses.values())) * faster)
+        return np.asarray(self._apart @ self._states.read(states, signals)[2] / (self._apart @ self._given))
 
     def _onward(
         self, states: FloatArray, begin: FloatArray, length: FloatArray, side: FloatArray, span: tuple[float, float]
     ) -> FloatArray:
-        """States (2 n, n_times) so much later; where friction holds the body it goes with what it rubs on."""
-        (system, loads), count = self._states.matrices, len(self._places)
-        places = (0.5 + PLACES)[:, None]
-        pushed = loads @ self._read_at((begin + places * length).ravel(), span)
-        pushed[count] -= np.tile(side * self.joint.friction / next(iter(self.machine.masses.values())), len(PLACES))
-        left = np.concatenate([length, ((1.0 - places) * length).ravel()])
-        pushed = pushed * (WEIGHTS[:, None] * length).ravel()
-        every = carried(system, np.hstack([states, pushed]), left)
-        found: FloatArray = every.reshape(len(states), len(PLACES) + 1, len(begin)).sum(axis=1)
-        held, off = side == 0.0, self._slip(found) - [self._slip(states)[0], np.zeros(len(begin))]
-        found[[0, count]] -= np.where(held, off, 0.0)
+        """States (2 n, n_times) so much later, each as it slips or is held."""
+        found = np.empty(states.shape)
+        if self._is_quiet(span):
+            for sense, system in self._quiet.items():
+                those = np.flatnonzero(side == sense)
+                if len(those):
+                    start = np.vstack([states[:, those], np.ones(len(those))])
+                    found[:, those] = carried(system, start, length[those])[:-1]
+            return found
+        for held, (system, loads) in ((False, self._states.matrices), (True, self._holding)):
+            those, count = np.flatnonzero((side == 0.0) == held), len(self._places)
+            if not len(those):
+                continue
+            places, long = (0.5 + PLACES)[:, None], length[those]
+            pushed = loads @ self._read_at((begin[those] + places * long).ravel(), span)
+            pushed[count:] -= np.outer(self._given, np.tile(side[those] * self.joint.friction, len(PLACES)))
+            left = np.concatenate([long, ((1.0 - places) * long).ravel()])
+            pushed = pushed * (WEIGHTS[:, None] * long).ravel()
+            every = carried(system, np.hstack([states[:, those], pushed]), left)
+            found[:, those] = every.reshape(len(states), len(PLACES) + 1, len(those)).sum(axis=1)
         return found
 
     def _run(self, number: int) -> Any:
@@ -97,7 +134,7 @@ class Stopping(Simulated):
                 was, fresh = side, part < 1.0
                 state = after
                 if fresh:
-                    state[[0, len(self._places)]] -= [0.0, float(self._slip(state)[1])]
+                    state = self._stopped(state)
                     side = self._pushed(state, time, span, released=not was)
                     side = 0.0 if was and side == was else side
         times, sides, states = (np.array(one) for one in zip(*steps, strict=True))
@@ -110,6 +147,13 @@ class Stopping(Simulated):
             return found if np.ndim(at) else found[:, 0]
 
         return run
+
+    def _stopped(self, state: FloatArray) -> FloatArray:
+        """States at a slip that has come to rest, without what rounding leaves of its speed."""
+        body = next(self._places.index(one) for one in self.joint.ends if one in self.machine.masses)
+        state = state.copy()
+        state[len(self._places) + body] -= self._apart[body] * float(self._slip(state)[1])
+        return state
 
     @cached_property
     def _senses(self) -> list[tuple[float, float]]:
@@ -145,15 +189,14 @@ class Stopping(Simulated):
         return part, after(part)[:, 0]
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
-        course, body = super()._course(time, states), next(iter(self.machine.masses))
+        course = super()._course(time, states)
         begins, sides = np.array(self._senses).T
         side = sides[np.maximum(np.searchsorted(begins, time, side="right") - 1, 0)]
         rubs = np.where(side == 0.0, self._carries(states, self._signals(time)), side * self.joint.friction)
-        points, under = dict(course.points), next((one for one in self.machine.bases if one in self.joint.ends), "")
-        faster = points[body][2] - rubs / self.machine.masses[body]
-        points[body] = np.array([*points[body][:2], np.where(side == 0.0, points[under][2] if under else 0.0, faster)])
-        turned = 1.0 if self.joint.ends[1] == body else -1.0
-        return Course(points, course.forces, {self.joint.name: turned * rubs})
+        points = dict(course.points)
+        for name, given in zip(self._places, self._given, strict=True):
+            points[name] = points[name] - np.outer([0.0, 0.0, given], rubs)
+        return Course(points, course.forces, {self.joint.name: rubs})
 
     def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
         """Forces and accelerations jump where the slip turns or ends: just before is looked at, too."""
@@ -166,9 +209,6 @@ class Stopping(Simulated):
         most = max(every)[0]
         return most, min(time for value, time in every if value >= most * (1.0 - _EVEN))
 
-    def _runs_away(self, response: TransientResponse) -> bool:
-        return False
-
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:
         if not self._lasting:
@@ -178,7 +218,7 @@ class Stopping(Simulated):
 
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         if not self._lasting:
-            return super().peak(response)
+            return self._over_once(response)
         best, before = (0.0, 0.0), np.zeros(0)
         for number, (_, end) in enumerate(self._spans):
             best = max(best, self._greatest(number, response), key=lambda one: one[0])
@@ -186,6 +226,20 @@ class Stopping(Simulated):
             if number and np.abs(state - before).max() <= _REPEATS * np.abs(state).max():
                 break
             before = state
+        return best
+
+    def _over_once(self, response: TransientResponse) -> tuple[float, float]:
+        """As `peak`, under loads that end: behind them until friction holds, and what then rings."""
+        best, senses = (0.0, 0.0), self._senses
+        for number, (low, high) in enumerate(self._spans):
+            found = self._greatest(number, response)
+            best = found if found[0] > best[0] * (1.0 + _EVEN) else best
+            if number < self._behind:
+                continue
+            if found[0] < 0.5 * best[0] or (number > self._behind and len(self.machine.masses) == 1):
+                return best
+            if not any(side for time, side in senses if low <= time < high):
+                return self._ringing(best, response, (number, number), self._holding[0])
         return best
 
 
