@@ -189,9 +189,9 @@ class _Runs:
         errors = left.conj().T @ self.Y[kept]
         if self.scatter is None:
             return np.asarray((np.abs(errors) ** 2).sum(axis=0))
-        raw = np.array([run.readings for run in self.learnt.runs])[kept]
+        turn = self.learnt.turn[kept]
         return np.array([
-            _in_scatter(errors[:, s], left, np.exp(1j * np.angle(raw[:, s])), *(one[kept, s] for one in self.scatter))
+            _in_scatter(errors[:, s], left, turn[:, s], *(one[kept, s] for one in self.scatter))
             for s in range(self.Y.shape[1])
         ])  # fmt: skip
 

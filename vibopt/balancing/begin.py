@@ -20,6 +20,7 @@ from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.plan_values import coefficients, quality_values, todo, trial_advice, trims
+from vibopt.balancing.plane_options import decided_of
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import impasse, limits_at, rates_of
@@ -97,8 +98,8 @@ def answered(job: RotorJob, posed: Posed, solver: Solver = solve_question) -> So
     """The correction that is best, or the one that is decided in every plane."""
     if job.choices:
         return solver(posed.question)
-    u = np.array([0.0 if option is None else option.u[0] for option in posed.options], dtype=complex)
-    return Solved(u, "met", GIVEN, chosen=tuple(-1 if option is None else 0 for option in posed.options))
+    chosen = tuple(-1 if option is None else 0 for option in posed.options)
+    return Solved(decided_of(posed.options), "met", GIVEN, chosen=chosen)
 
 
 def kept_or_broken(limits: Mapping[str, Checked]) -> tuple[str, str]:

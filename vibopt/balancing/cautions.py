@@ -75,14 +75,8 @@ def penalised(question: Question, free: Sequence[int]) -> Question:
     weight = np.linalg.svd(A, compute_uv=False)[0] / ALIKE
     extra = np.zeros((len(free), question.n_planes), dtype=complex)
     extra[np.arange(len(free)), list(free)] = weight
-    return replace(
-        question,
-        y0=np.concatenate([question.y0, np.zeros(len(free))]),
-        H=np.concatenate([question.H, extra]),
-        importance=np.concatenate([question.importance, np.ones(len(free))]),
-        limits=np.concatenate([question.limits, np.full(len(free), np.inf)]),
-        goal="rms",
-    )
+    n = len(free)
+    return replace(question.with_rows(np.zeros(n, dtype=complex), extra, np.ones(n), np.full(n, np.inf)), goal="rms")
 
 
 def remedy_of(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:

@@ -127,9 +127,14 @@ def judged(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     if not plan.plan.fittings:
         said = f"{claim}; as they stand, {plan.claim}"
         return replace(plan, status="unproven", claim=said, reason="", conflict=None)
-    todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {odd}."
     bands = "; the bands hold what is left whichever it is" if plan.plan.rows and plan.plan.rows[0].band else ""
-    return replace(plan, status="unproven", claim=f"{claim}{bands}").with_plan(words=(todo, *plan.plan.words))
+    return _to_repeat(plan, f"{claim}{bands}", odd)
+
+
+def _to_repeat(plan: Answer[RotorJob], claim: str, odd: str) -> Answer[RotorJob]:
+    """Unproven until one of the runs is made again."""
+    todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {odd}."
+    return replace(plan, status="unproven", claim=claim).with_plan(words=(todo, *plan.plan.words))
 
 
 def _kept_by_bands(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
@@ -150,8 +155,7 @@ def _kept_by_bands(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
         f"whether the limit of {row.limit.shown} on {row.sensor} at {at} is met is not known: with one run to spare "
         f"and no scatter given up to {row.band[1].shown} can be left, and any run may be wrong ({either})"
     )
-    todo = f"Repeat one of these runs before anything is fitted, add it to the file and solve again: {either}."
-    return replace(plan, status="unproven", claim=claim).with_plan(words=(todo, *plan.plan.words))
+    return _to_repeat(plan, claim, either)
 
 
 def _named(job: RotorJob, runs: Sequence[int]) -> str:

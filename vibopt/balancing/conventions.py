@@ -172,10 +172,10 @@ def read_reading(text: object, conventions: Conventions, unit: str = "") -> tupl
     return amplitude, conventions.reading(amplitude.value, angle or 0.0), angle is not None
 
 
-def show_reading(y: complex, unit: str, dimension: str, conventions: Conventions, digits: int = 4) -> str:
+def show_reading(y: complex, unit: str, dimension: str, conventions: Conventions) -> str:
     """An internal reading as the user writes it, "8.6 mil pp @ 63 deg"; `unit` has its detector word."""
-    amount = show(abs(y), unit, dimension, digits=digits)
-    return f"{amount} @ {show_angle(conventions.reading_angle(y), digits)}" if conventions.readings else amount
+    amount = show(abs(y), unit, dimension)
+    return f"{amount} @ {show_angle(conventions.reading_angle(y))}" if conventions.readings else amount
 
 
 def _is_bare(text: str) -> bool:

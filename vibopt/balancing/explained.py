@@ -7,9 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
 from vibopt.balancing import is_engine, is_known
-from vibopt.balancing.engine.engine_job import EngineJob
-from vibopt.balancing.known.known_job import KnownJob
-from vibopt.balancing.rotor_job import RotorJob
 from vibopt.errors import counted
 from vibopt.units import plain, show
 
@@ -30,11 +27,11 @@ def said_by(job: RotorJob | KnownJob | EngineJob) -> dict[str, Any]:
 
 
 def _rotor(job: RotorJob) -> dict[str, Any]:
-    limits = len(job.residual_limits) + len(job.correction_limits)
+
     counts = {"planes": len(job.planes), "sensors": len(job.sensors), "runs": len(job.runs), "speeds": len(job.speeds)}
     notes = (*(job.conventions.sentences() if job.runs else ()), *job.notes)
     return {
-        "title": job.title, **counts, "limits": limits, "expected": len(job.expected),
+        "title": job.title, **counts, "limits": len(job.every_limit), "expected": len(job.expected),
         "asked": _rotor_goal(job), "choices": {f"planes.{plane.name}": _plane(plane) for plane in job.planes},
         "notes": list(notes),
     }  # fmt: skip
@@ -142,7 +139,7 @@ def of_rotor(job: RotorJob, found: Answer[Any]) -> tuple[Model, Methods]:
 def _not_closed(job: RotorJob) -> str:
     """What the closed form does not take; "" where it takes the job."""
     free = [plane for plane in job.planes if not plane.keep]
-    limits = [*(limit.name for limit in job.residual_limits), *(limit.name for limit in job.correction_limits)]
+    limits = [limit.name for limit in job.every_limit]
     reasons = (
         (any(plane.is_discrete for plane in free), "no holes with weights of a shelf"),
         (any(plane.split for plane in free), "no holes"),

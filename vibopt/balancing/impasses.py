@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Generic, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 
-from vibopt.answer.answer import Conflict, Least, Nearest
+from vibopt.answer.answer import Answer, Conflict, Least, Nearest
 from vibopt.answer.clashes import every_clash
 from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.balancing.optimisers import THOROUGH, allowance
@@ -17,6 +17,7 @@ from vibopt.records import dataclass
 from vibopt.values.soft import softness, widened
 from vibopt.work import Budget, late, metered
 
+A = TypeVar("A", bound=Answer[Any])
 T = TypeVar("T")
 B = TypeVar("B", bound=Bounded)
 Step = tuple[str, Entry, Entry]
@@ -144,8 +145,8 @@ class Asking(Generic[S, B]):
     thorough: bool
     least: Callable[[str], float | None] | None = None
 
-    def unmet(self, claim: str) -> Unmet:
-        """What stands in the way, and what comes nearest; `claim` is the proof that there is no answer."""
+    def told(self, none: A) -> A:
+        """The answer that there is none with what stands in the way, and what comes nearest."""
         near, budget, limits = self._nearest(), allowance(self.thorough), self.limits
 
         def possible(kept: tuple[str, ...]) -> bool:
@@ -155,8 +156,10 @@ class Asking(Generic[S, B]):
             return [step for name in names if (step := self._loosening(name))]
 
         solves = (1 if self.least is None else 3) * len(limits) + 1
-        conflict, reason = clash(tuple(limits), possible, loosened, claim, solves, self.work, budget, softness(limits))
-        return Unmet(near, conflict, with_together(reason, near), left_words(near))
+        conflict, reason = clash(
+            tuple(limits), possible, loosened, none.claim, solves, self.work, budget, softness(limits)
+        )
+        return with_nearest(replace(none, conflict=conflict, reason=reason), near)
 
     def _kept(self, bounds: Mapping[str, float], others: Iterable[str] = ()) -> S | None:
         """The answer with these bounds, and others as they are; None where there is none."""
@@ -210,23 +213,11 @@ class Asking(Generic[S, B]):
         )
 
 
-@dataclass(frozen=True)
-class Unmet:
-    """What is said where no answer keeps the limits: what comes nearest, what clashes, why, and what was left out."""
-
-    nearest: Nearest | None = None
-    conflict: Conflict | None = None
-    reason: str = ""
-    notes: tuple[str, ...] = ()
-
-
-def with_together(reason: str, near: Nearest | None) -> str:
-    """Why there is no answer, and by how much all limits at once have to give way."""
-    return " ".join(filter(None, (reason, *(near.together if near is not None else ()))))
-
-
-def left_words(near: Nearest | None) -> tuple[str, ...]:
-    """What was left out because of the work, and what computes it."""
+def with_nearest(none: A, near: Nearest | None) -> A:
+    """The answer with what comes nearest, by how much all limits at once have to give way, and what was left out."""
     if near is None:
-        return (f"The nearest weights were not looked for, which would exceed the budget. {THOROUGH} looks for them.",)
-    return (f"What {', '.join(near.left)} could be alone was not looked for. {THOROUGH} does.",) if near.left else ()
+        left = [f"The nearest weights were not looked for, which would exceed the budget. {THOROUGH} looks for them."]
+    else:
+        left = [f"What {', '.join(near.left)} could be alone was not looked for. {THOROUGH} does."] if near.left else []
+    reason = " ".join(filter(None, (none.reason, *(near.together if near is not None else ()))))
+    return replace(none, nearest=near, reason=reason, notes=(*none.notes, *left))

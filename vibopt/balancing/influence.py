@@ -62,6 +62,17 @@ class Learnt:
         W = np.array([run.weights for run in self.runs])
         return np.concatenate([np.ones((len(self.runs), 1)), W[:, list(self.planes)]], axis=1)
 
+    @cached_property
+    def read(self) -> ComplexArray:
+        """Readings as they were read, runout included (n_runs, n_sensors)."""
+        return np.array([run.readings for run in self.runs])
+
+    @property
+    def turn(self) -> ComplexArray:
+        """Directions of the readings as they were read, of length one (n_runs, n_sensors)."""
+        turn: ComplexArray = np.exp(1j * np.angle(self.read))
+        return turn
+
     @property
     def spare(self) -> int:
         """Runs beyond the unknowns."""

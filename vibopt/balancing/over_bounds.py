@@ -80,7 +80,7 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
         return None
     if conditioning(question, job.free).alike:
         return None
-    numbers = [[*(plane.most for plane in one.planes), *(limit.at_most for limit in _limits(one))] for one in jobs]
+    numbers = [[*(plane.most for plane in one.planes), *(limit.at_most for limit in one.every_limit)] for one in jobs]
     known = [one for one in map(law, zip(*numbers, strict=True)) if one is not None]
     if len(known) < len(numbers[0]):
         return None
@@ -99,31 +99,23 @@ def _joined(parts: Sequence[Plans]) -> Plans:
 
 def _is_plain(job: RotorJob, question: Question) -> bool:
     """Whether the weights are free, and least squares or the worst residual are asked for."""
-    total = any(isinstance(limit, CorrectionLimit) and limit.plane is None for limit in _limits(job))
-    free = all(plane.is_plain for plane in job.planes)
-    return bool(job.choices) and free and not (job.pairs or total or job.goal.robust) and question.goal in _GOALS
-
-
-_GOALS = ("rms", "worst")
+    free = all(plane.is_plain for plane in job.planes) and job.total_cap == np.inf
+    return bool(job.choices) and free and not (job.pairs or job.goal.robust) and question.goal in ("rms", "worst")
 
 
 def _alike(one: RotorJob, other: RotorJob) -> bool:
     """Whether two jobs have measured the same and differ in the size of bounds alone."""
     planes = [[replace(plane, cap=0.0) for plane in job.planes] for job in (one, other)]
-    limits = [[replace(limit, at_most=0.0) for limit in _limits(job)] for job in (one, other)]
+    limits = [[replace(limit, at_most=0.0) for limit in job.every_limit] for job in (one, other)]
     said = (one.goal, one.scatter, one.sensors) == (other.goal, other.scatter, other.sensors)
     measured = one.runs is other.runs and one.influence is other.influence
     return measured and said and planes[0] == planes[1] and limits[0] == limits[1]
 
 
-def _limits(job: RotorJob) -> tuple[ResidualLimit | CorrectionLimit, ...]:
-    return (*job.residual_limits, *job.correction_limits)
-
-
 def _rows(job: RotorJob, named: Sequence[FloatArray], caps: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Limits of all rows (n_values, n_rows) [SI peak] and caps [kg m], from those of the file and of the planes."""
     limits = np.full((len(caps), len(job.readings)), np.inf)
-    for limit, bound in zip(_limits(job), named, strict=True):
+    for limit, bound in zip(job.every_limit, named, strict=True):
         if isinstance(limit, ResidualLimit):
             rows = rows_of(job, limit.sensor, limit.speed)
             limits[:, rows] = np.minimum(limits[:, rows], bound[:, None])
@@ -150,7 +142,7 @@ def _plans(job: RotorJob, identified: Identified, question: Question, bounds: Fl
     apart = np.abs(shown_with(job, masses * radii, angles, taken) - left) / np.maximum(scale, 1e-300)
     status[(status == "optimal") & ~(apart <= AGREES).all(axis=1)] = ""
     margins = {}
-    for limit, bound in zip(_limits(job), named, strict=True):
+    for limit, bound in zip(job.every_limit, named, strict=True):
         value = masses[:, limit.plane or 0] if isinstance(limit, CorrectionLimit) else _greatest(job, limit, left)
         margins[limit.name] = (bound - value) / np.where(bound > 0.0, bound, 1.0)
     by_sensor = left.reshape(len(left), -1, len(job.sensors)).max(axis=1)
@@ -163,7 +155,7 @@ def _pulls(job: RotorJob, bounds: FloatArray, rows: tuple[FloatArray, FloatArray
     by_row = np.zeros(limits.shape, dtype=bool)
     by_row[:, of.held_rows], by_plane = of.pulling[:, : len(of.held_rows)], of.pulling[:, len(of.held_rows) :]
     found = np.zeros(bounds.shape, dtype=bool)
-    for k, limit in enumerate((*range(n), *_limits(job))):
+    for k, limit in enumerate((*range(n), *job.every_limit)):
         bound = bounds[:, k, None] * (1.0 - KEPT)
         if isinstance(limit, ResidualLimit):
             own = rows_of(job, limit.sensor, limit.speed)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from math import inf, isclose, pi, tau
 from typing import Any
@@ -83,6 +83,19 @@ def _fan(plane: Plane, conventions: Conventions) -> Fan | None:
     used = [hole for hole in plane.holes if plane.may_sit_at(hole)]
     each = plane.drill.most * plane.radius if plane.drill is not None else inf
     return Fan.of([float(np.angle(conventions.weight(1.0, hole))) + turn for hole in used], each)
+
+
+def caps_of(planes: Sequence[Plane], bounds: Iterable[tuple[int, float]]) -> FloatArray:
+    """Greatest unbalance of each plane [kg m], under `bounds` [kg; kg m] on planes by index, too."""
+    most = [0.0 if plane.keep else plane.most for plane in planes]
+    for plane, bound in bounds:
+        most[plane] = min(most[plane], bound)
+    return np.array([one * plane.radius for one, plane in zip(most, planes, strict=True)])
+
+
+def decided_of(options: Sequence[Options | None]) -> ComplexArray:
+    """Unbalances of planes of which nothing is chosen (n_planes,) [kg m]."""
+    return np.array([0.0 if option is None else option.u[0] for option in options], dtype=complex)
 
 
 def counted(planes: Sequence[Plane]) -> dict[float, float]:

@@ -253,6 +253,11 @@ class Corrected:
     document: Mapping[str, Any]
 
     @property
+    def choices(self) -> tuple[str, ...]:
+        """Paths of the numbers that the answer chooses."""
+        return tuple(f"planes.{one.name}.{word}" for one in self.planes if one.is_open for word in one.chosen_words)
+
+    @property
     def decided_at(self) -> tuple[str, ...]:
         """Where the weights stand that are chosen freely, once they are decided."""
         return tuple(

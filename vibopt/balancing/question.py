@@ -132,6 +132,16 @@ class Question:
             option_uses=picked(self.option_uses) if self.option_uses else (),
         )
 
+    def with_rows(self, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray) -> Question:
+        """The same with further readings below its own."""
+        return replace(
+            self,
+            y0=np.concatenate([self.y0, y0]),
+            H=np.concatenate([self.H, H]),
+            importance=np.concatenate([self.importance, importance]),
+            limits=np.concatenate([self.limits, limits]),
+        )
+
     def residual(self, u: ComplexArray) -> ComplexArray:
         """What is left at the readings (..., n_readings) after the correction u (..., n_planes)."""
         left: ComplexArray = self.y0 + u @ self.H.T

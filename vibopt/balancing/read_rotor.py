@@ -43,11 +43,8 @@ def read_pairs(
         if table is None:
             continue
         if table.kind not in ("static", "couple"):
-            mistakes.value(
-                (*path, "kind"),
-                table.kind,
-                'is no kind of pair. Write kind = "static" (same angle) or kind = "couple" (opposite).',
-            )
+            way = 'Write kind = "static" (same angle) or kind = "couple" (opposite).'
+            mistakes.value((*path, "kind"), table.kind, f"is no kind of pair. {way}")
             continue
         if not isinstance(table.planes, list) or len(table.planes) != 2 or not set(table.planes) <= set(names):
             mistakes.value(
@@ -57,11 +54,8 @@ def read_pairs(
         first, second = (names.index(one) for one in table.planes)
         if first == second:
             other = next((one for one in names if one != names[first]), "right")
-            mistakes.value(
-                (*path, "planes"),
-                table.planes,
-                f'is one plane with itself. Write two planes, for example planes = ["{names[first]}", "{other}"].',
-            )
+            way = f'Write two planes, for example planes = ["{names[first]}", "{other}"].'
+            mistakes.value((*path, "planes"), table.planes, f"is one plane with itself. {way}")
             continue
         bare = [one for one in (planes[first], planes[second]) if one.kind == MASS and not one.radii]
         if len(bare) == 1:
@@ -213,12 +207,10 @@ def _job(
         [plane.name for plane in planes],
     )
     job = RotorJob(
-        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes),
-        statement=_text(document, "statement", "", mistakes),
-        conventions=conventions, planes=planes, sensors=measured.sensors, runs=measured.runs, speeds=measured.speeds,
-        speed_units=measured.speed_units, influence=influence, scatter=scatter, residual_limits=residual,
-        correction_limits=correction, goal=goal, pairs=pairs,
-        rotor_mass=machine.mass.value if machine else None,
+        name=mistakes.name, title=_title(document, mistakes), conventions=conventions, planes=planes,
+        sensors=measured.sensors, runs=measured.runs, speeds=measured.speeds, speed_units=measured.speed_units,
+        influence=influence, scatter=scatter, residual_limits=residual, correction_limits=correction, goal=goal,
+        pairs=pairs, rotor_mass=machine.mass.value if machine else None,
         trial_force=machine.trial_force.value if machine and machine.trial_force else 0.1,
         quality=quality, has_phase=with_angles, expected=_expected(document, mistakes),
         notes=(*measured.notes, *pair_notes(pairs, planes), *grade_notes(document)), document=document,
@@ -236,10 +228,7 @@ def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
     speed = machine.speed.value if machine and machine.speed else None
     quality = read_quality(document, conventions, machine.mass.value if machine else None, speed, mistakes)
     job = RotorJob(
-        name=mistakes.name, title=_text(document, "title", mistakes.name, mistakes),
-        statement=_text(document, "statement", "", mistakes),
-        conventions=conventions, planes=(), sensors=(), runs=(), speeds=(), speed_units=(), influence={}, scatter=None,
-        residual_limits=(), correction_limits=(), goal=RotorGoal(), quality=quality,
+        name=mistakes.name, title=_title(document, mistakes), conventions=conventions, quality=quality,
         expected=_expected(document, mistakes), notes=grade_notes(document), document=document,
     )  # fmt: skip
     mistakes.raise_any()
@@ -283,12 +272,12 @@ def _check_importance(measured: Measured, goal: RotorGoal, document: Mapping[str
         )
 
 
-def _text(document: Mapping[str, Any], key: str, default: str, mistakes: Mistakes) -> str:
-    value = document.get(key, default)
-    if isinstance(value, str):
-        return value
-    mistakes.value((key,), value, "is not a text. Write it in quotation marks.")
-    return default
+def _title(document: Mapping[str, Any], mistakes: Mistakes) -> str:
+    """The title, or the name of the file; `statement` is for who reads the file."""
+    for key in ("title", "statement"):
+        if not isinstance(document.get(key, ""), str):
+            mistakes.value((key,), document[key], "is not a text. Write it in quotation marks.")
+    return str(document.get("title", mistakes.name))
 
 
 def _expected(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Mapping[str, Any], ...]:

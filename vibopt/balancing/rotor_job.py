@@ -151,18 +151,17 @@ class RotorJob(Corrected):
     views: ClassVar[str] = "vibopt.balancing.plan_views"
     name: str
     title: str
-    statement: str
     conventions: Conventions
-    planes: tuple[Plane, ...]
-    sensors: tuple[Sensor, ...]
-    runs: tuple[Run, ...]
-    speeds: tuple[float, ...]
-    speed_units: tuple[str, ...]
-    influence: Mapping[tuple[int, int, int], complex]
-    scatter: Scatter | None
-    residual_limits: tuple[ResidualLimit, ...]
-    correction_limits: tuple[CorrectionLimit, ...]
-    goal: RotorGoal
+    planes: tuple[Plane, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+    runs: tuple[Run, ...] = ()
+    speeds: tuple[float, ...] = ()
+    speed_units: tuple[str, ...] = ()
+    influence: Mapping[tuple[int, int, int], complex] = field(default_factory=dict)
+    scatter: Scatter | None = None
+    residual_limits: tuple[ResidualLimit, ...] = ()
+    correction_limits: tuple[CorrectionLimit, ...] = ()
+    goal: RotorGoal = RotorGoal()
     pairs: tuple[tuple[str, int, int, float], ...] = ()
     rotor_mass: float | None = None
     trial_force: float = 0.1
@@ -181,9 +180,18 @@ class RotorJob(Corrected):
 
     @cached_property
     def choices(self) -> tuple[str, ...]:
-        """Paths of the numbers that the answer chooses."""
-        free = [plane for plane in self.planes if plane.is_open] if self.runs else []
-        return tuple(f"planes.{one.name}.{word}" for one in free for word in one.chosen_words)
+        """The same, none of a grade alone."""
+        return super().choices if self.runs else ()
+
+    @property
+    def every_limit(self) -> tuple[ResidualLimit | CorrectionLimit, ...]:
+        """On what is left, then on what is fitted."""
+        return (*self.residual_limits, *self.correction_limits)
+
+    @property
+    def total_cap(self) -> float:
+        """Greatest correction of all planes together [kg]; inf without one."""
+        return min((limit.at_most for limit in self.correction_limits if limit.plane is None), default=inf)
 
     @cached_property
     def readings(self) -> tuple[tuple[int, int], ...]:

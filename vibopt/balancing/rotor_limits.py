@@ -38,11 +38,7 @@ def _left(question: Question, budget: Budget) -> float | None:
 def limits_at(job: RotorJob, posed: Posed, u: ComplexArray) -> dict[str, Checked]:
     """Every limit of the file at the correction u, by name."""
     greatest = greatest_readings(job)
-    return {limit.name: measured(job, posed, limit, u, greatest) for limit in _limits_of(job)}
-
-
-def _limits_of(job: RotorJob) -> tuple[Limit, ...]:
-    return (*job.residual_limits, *job.correction_limits)
+    return {limit.name: measured(job, posed, limit, u, greatest) for limit in job.every_limit}
 
 
 def rates_of(job: RotorJob, question: Question, solved: Solved) -> dict[str, float] | None:
@@ -93,8 +89,7 @@ def with_limits(job: RotorJob, posed: Posed) -> Question:
     times = -(-posed.question.n_readings // posed.n_rows)
     rows = np.tile(row_limits(job), times)[: posed.question.n_readings]
     full = np.where(np.isfinite(posed.question.limits), rows, np.inf)
-    total = min((limit.at_most for limit in job.correction_limits if limit.plane is None), default=np.inf)
-    return replace(posed.question, limits=full, caps=caps(job), total_cap=total)
+    return replace(posed.question, limits=full, caps=caps(job), total_cap=job.total_cap)
 
 
 def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = False) -> tuple[Conflict | None, str]:
@@ -102,7 +97,7 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
 
     What the proof took that there is none is expected of each further solution.
     """
-    limits = _limits_of(job)
+    limits = job.every_limit
 
     def possible(kept: tuple[str, ...]) -> bool:
         residual = tuple(limit for limit in job.residual_limits if limit.name in kept)

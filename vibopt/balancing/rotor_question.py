@@ -9,10 +9,9 @@ from typing import cast
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.plane_options import Options, choices_of
-from vibopt.balancing.planes import Plane
+from vibopt.balancing.plane_options import Options, caps_of, choices_of
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
@@ -46,7 +45,7 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
         importance=job.importance,
         limits=row_limits(job),
         caps=caps(job),
-        total_cap=min((limit.at_most for limit in job.correction_limits if limit.plane is None), default=inf),
+        total_cap=job.total_cap,
         goal=cast(Goal, job.goal.goal),
         huber=job.goal.huber,
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
@@ -61,24 +60,11 @@ def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question
         return question
     if job.goal.robust == "mean":
         y0, H, importance = mean_rows(job, identified, noise)
-        return _with_rows(question, y0, H, importance, np.full(len(y0), inf))
+        return question.with_rows(y0, H, importance, np.full(len(y0), inf))
     y0, H = scenario_rows(job, identified, noise)
     times = len(y0) // question.n_readings
-    return replace(
-        _with_rows(question, y0, H, np.tile(question.importance, times), np.tile(question.limits, times)), goal="worst"
-    )
-
-
-def _with_rows(
-    question: Question, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray
-) -> Question:
-    return replace(
-        question,
-        y0=np.concatenate([question.y0, y0]),
-        H=np.concatenate([question.H, H]),
-        importance=np.concatenate([question.importance, importance]),
-        limits=np.concatenate([question.limits, limits]),
-    )
+    many = question.with_rows(y0, H, np.tile(question.importance, times), np.tile(question.limits, times))
+    return replace(many, goal="worst")
 
 
 def row_limits(job: RotorJob) -> FloatArray:
@@ -97,14 +83,7 @@ def rows_of(job: RotorJob, sensor: int | None, speed: int | None) -> list[int]:
 
 def caps(job: RotorJob) -> FloatArray:
     """Greatest unbalance of each plane [kg m]."""
-    return np.array([_cap(job, index, plane) for index, plane in enumerate(job.planes)])
-
-
-def _cap(job: RotorJob, index: int, plane: Plane) -> float:
-    if plane.keep:
-        return 0.0
-    own = min([plane.most, *(limit.at_most for limit in job.correction_limits if limit.plane == index)])
-    return own * plane.radius
+    return caps_of(job.planes, [(one.plane, one.at_most) for one in job.correction_limits if one.plane is not None])
 
 
 def without_plane(question: Question, planes: Sequence[int]) -> Question:

@@ -12,7 +12,7 @@ from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, as_told, begun, nothing, plan_of
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.fitting import amplitude, fitting_of, put_back
-from vibopt.balancing.impasses import left_words, with_together
+from vibopt.balancing.impasses import with_nearest
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.phaseless import solve_without_phase
@@ -53,10 +53,7 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
     if solved.u is None:
         none = nothing(job, identified, posed, solved, thorough=thorough)
         if job.residual_limits:
-            near = nearest_plan(job, identified, posed, solved, thorough=thorough)
-            none = replace(
-                none, nearest=near, notes=(*none.notes, *left_words(near)), reason=with_together(none.reason, near)
-            )
+            none = with_nearest(none, nearest_plan(job, identified, posed, solved, thorough=thorough))
         return judged(of, _unless_felt(of, idle, none, solver))
     fitting = _fitting(of, identified, posed, solved)
     plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise))

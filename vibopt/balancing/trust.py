@@ -64,7 +64,7 @@ def seen_noise(identified: Identified) -> Noise | None:
 
 
 def _given(scatter: Scatter, job: RotorJob, learnt: Learnt) -> tuple[FloatArray, FloatArray]:
-    size = np.abs(np.array([run.readings for run in learnt.runs]))
+    size = np.abs(learnt.read)
     along = np.hypot(scatter.ratio * size, scatter.amplitude)
     return along, np.hypot(scatter.angle * size, 0.0 if scatter.angle else along)
 
@@ -83,15 +83,9 @@ def covariances(job: RotorJob, identified: Identified, noise: Noise, u: ComplexA
     """Covariance (real, imaginary) of what is left after u, per row (n_rows, 2, 2) [SI²]."""
     found = []
     for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
-        found.append(covariance_of(learnt, along, across, learnt.weights_of(u)))
+        turn = learnt.weights_of(u)[:, None] * learnt.turn
+        found.append(_covariance(turn * along) + _covariance(1j * turn * across))
     return np.concatenate(found)
-
-
-def covariance_of(learnt: Learnt, along: FloatArray, across: FloatArray, c: ComplexArray) -> FloatArray:
-    """Covariance (real, imaginary) of the readings times factors c (n_runs,), per sensor (n_sensors, 2, 2) [SI²]."""
-    raw = np.array([run.readings for run in learnt.runs])
-    turn = c[:, None] * np.exp(1j * np.angle(raw))
-    return _covariance(turn * along) + _covariance(1j * turn * across)
 
 
 def _covariance(steps: ComplexArray) -> FloatArray:
@@ -176,9 +170,8 @@ def scenario_rows(job: RotorJob, identified: Identified, noise: Noise) -> tuple[
     for _ in range(SCENARIOS):
         errors = {}
         for speed, (learnt, along, across) in enumerate(zip(identified.learnt, noise.along, noise.across, strict=True)):
-            turn = np.exp(1j * np.angle(np.array([run.readings for run in learnt.runs])))
             drawn = dice.standard_normal((2, *along.shape))
-            errors[speed] = turn * (along * drawn[0] + 1j * across * drawn[1])
+            errors[speed] = learnt.turn * (along * drawn[0] + 1j * across * drawn[1])
         one_y0, one_H = with_readings(job, identified, errors)
         y0.append(one_y0)
         H.append(one_H)
@@ -195,13 +188,11 @@ class Conditioning:
         Planes that act almost alike, by index; empty where all are told apart.
     near
         These, or planes that act nearly alike, which are compared with fewer planes.
-    idle
-        Planes that no sensor feels.
+
     """
 
     number: float
-    alike: tuple[int, ...]
-    idle: tuple[int, ...]
+    alike: tuple[int, ...] = ()
     near: tuple[int, ...] = ()
 
 
@@ -211,16 +202,14 @@ def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
     size = np.linalg.norm(A, axis=0)
     most = float(size.max(initial=0.0))
     felt = np.flatnonzero(size > 1e-12 * most).tolist()
-    idle = tuple(plane for column, plane in enumerate(free) if column not in felt)
     if len(felt) < 2:
-        return Conditioning(1.0, (), idle)
+        return Conditioning(1.0)
     level = A[:, felt] / size[felt]
     values = np.linalg.svd(level, compute_uv=False)
-    if len(values) < len(felt):
-        values = np.append(values, np.zeros(len(felt) - len(values)))
+    values = np.append(values, np.zeros(len(felt) - len(values)))
     number = float(values[0] / values[-1]) if values[-1] > 1e-16 * values[0] else float("inf")
     if number < NEAR:
-        return Conditioning(number, (), idle)
+        return Conditioning(number)
     weak = np.abs(np.linalg.svd(level)[2][-1])
     near = tuple(free[felt[column]] for column in np.flatnonzero(weak > 0.3 * weak.max()))
-    return Conditioning(number, near if number >= ALIKE else (), idle, near)
+    return Conditioning(number, near if number >= ALIKE else (), near)

@@ -12,7 +12,7 @@ from vibopt.arrays import FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineGoalTable, EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
-from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn, peaks
+from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn, peaks, size_of
 from vibopt.balancing.lengths import Box, Least, Lengths, excess, least
 from vibopt.errors import counted
 from vibopt.records import dataclass
@@ -113,7 +113,7 @@ def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, und
 def _rank(job: EngineJob, found: Arms, answer: Least) -> tuple[float, ...]:
     """The goal and the responses that decide between equals, each relative to its size."""
     now = found.at(answer.x if answer.x is not None else np.zeros(box_of(job).size))
-    sizes = [size_of(job, False), size_of(job, True)]
+    sizes = [size_of(job, couple, rotating=False) for couple in (False, True)]
     then = [EngineLimitTable(response=one) for one in (job.goal.then if job.goal is not None else ())]
     goal = goal_table(job)
     size, here = sizes[goal.is_couple], of_order(now, goal.is_couple, goal.of_order)
@@ -128,15 +128,6 @@ def _compare(rank: tuple[float, ...], best: tuple[float, ...]) -> int:
         if abs(one - other) > ALIKE:
             return -1 if one < other else 1
     return 0
-
-
-def size_of(job: EngineJob, couple: bool) -> float:
-    """Sum of all primary forces [N] or couples [N m], for comparing."""
-    lever = [abs(cylinder.at) if couple else 1.0 for cylinder in job.cylinders]
-    return (
-        float(sum(r * cylinder.reciprocating for r, cylinder in zip(lever, job.cylinders, strict=True))) * job.speed**2
-        or 1.0
-    )
 
 
 def goal_table(job: EngineJob) -> EngineLimitTable:
@@ -218,7 +209,7 @@ def _shared_out(job: EngineJob, answer: Least) -> Least:
 
 def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, first: Least, solver: Solver) -> Least:
     """Of all weights with the same goal the lightest: so that none is there for nothing."""
-    size = size_of(job, goal_table(job).is_couple)
+    size = size_of(job, goal_table(job).is_couple, rotating=False)
     start = len(box.shares)
     picks = np.zeros((len(box.caps), box.size), dtype=complex)
     for k in range(len(box.caps)):

@@ -21,12 +21,12 @@ from vibopt.balancing.engine.shaking import (
     arms,
     at_crank,
     carried_shares,
-    free_shares,
-    free_weights,
     of_order,
     peak,
+    size_of,
+    turning_weights,
 )
-from vibopt.balancing.impasses import Asking, Unmet
+from vibopt.balancing.impasses import Asking
 from vibopt.balancing.lengths import least
 from vibopt.units import show
 from vibopt.work import metered
@@ -46,12 +46,7 @@ def simulated(job: EngineJob, found: Balanced, couple: bool) -> float:
         opposite = sum(part * share.of(cylinder) for share, part in zip(job.shares, shares, strict=True))
         carried = cylinder.rotating - opposite
         total += lever * (along * np.exp(1j * cylinder.bank) + carried * job.speed**2 * np.exp(1j * crank))
-    free, first = free_weights(job), len(free_shares(job))
-    for k, weight in enumerate(job.weights):
-        u = weight.fixed
-        if u is None:
-            at = first + 2 * free.index(k)
-            u = complex(*found.x[at : at + 2])
+    for weight, u in zip(job.weights, turning_weights(job, found.x), strict=True):
         lever = weight.at if couple else 1.0
         path = u * np.exp(1j * weight.sense * weight.order * turn)
         total += lever * -_second_derivative(path.real) * job.speed**2
@@ -88,14 +83,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         status, claim = _checked(job, found, here, limits)
     goal = goal_table(job)
     value = _measured(job, found, goal)
-    none = Unmet()
-    if status == "infeasible" and job.limits:
-        none = Asking(
-            job.limits, lambda limits: balance(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
-            lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough,
-            lambda name: least_bound(job, name),
-        ).unmet(claim)  # fmt: skip
-    return Answer(
+    answer = Answer(
         job=job,
         status=status,
         claim=claim,
@@ -104,13 +92,17 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = lea
         measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
-        nearest=none.nearest,
-        notes=(*_notes(job, found, here), *none.notes),
+        notes=_notes(job, found, here),
         rates=found.rates,
         details={"classes": found.tried, "as_good": found.alike},
-        reason=none.reason,
-        conflict=none.conflict,
     )
+    if status != "infeasible" or not job.limits:
+        return answer
+    return Asking(
+        job.limits, lambda limits: balance(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
+        lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough,
+        lambda name: least_bound(job, name),
+    ).told(answer)  # fmt: skip
 
 
 def _rows(job: EngineJob, found: Balanced, tables: Mapping[str, EngineLimitTable]) -> dict[str, Checked]:
@@ -123,7 +115,7 @@ def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Chec
     if not job.truncated:
         for couple in (False, True):
             shown = simulated(job, found, couple)
-            size = _size(job, couple)
+            size = size_of(job, couple)
             gap = abs(shown - peak(here.at(found.x), couple)) / size
             beyond = job.ratio ** (job.orders // 2 * 2 + 1)
             if gap > 1e-5 + beyond:
@@ -134,13 +126,6 @@ def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Chec
     if broken:
         return "check_failed", "limits that the chosen weights break: " + ", ".join(broken)
     return found.status, found.claim
-
-
-def _size(job: EngineJob, couple: bool) -> float:
-    """Sum of the primary forces [N] or couples [N m], for telling zero from rounding."""
-    levers = [abs(cylinder.at) if couple else 1.0 for cylinder in job.cylinders]
-    masses = [cylinder.reciprocating + cylinder.rotating for cylinder in job.cylinders]
-    return sum(a * b for a, b in zip(levers, masses, strict=True)) * job.speed**2 or 1.0
 
 
 def _clean(value: float, size: float) -> float:
@@ -156,7 +141,7 @@ def _measured(job: EngineJob, found: Balanced, table: EngineLimitTable) -> float
         value = at_crank(now, table.is_couple, table.of_order, table.when.value)
     else:
         value = of_order(now, table.is_couple, table.of_order)
-    return _clean(value, _size(job, table.is_couple))
+    return _clean(value, size_of(job, table.is_couple))
 
 
 def _held(job: EngineJob, found: Balanced, name: str, table: EngineLimitTable) -> Checked:
@@ -164,7 +149,7 @@ def _held(job: EngineJob, found: Balanced, name: str, table: EngineLimitTable) -
     order = f"of order {table.order}" if table.order else ""
     bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
     value = Entry(_measured(job, found, table), table.dimension, table.unit, amplitude=table.when is None)
-    size = _size(job, table.is_couple)
+    size = size_of(job, table.is_couple)
     return at_most(name, table.response, order, value, bound, None if bound is None or bound.value else size)
 
 
@@ -173,14 +158,12 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
     values: dict[str, Value] = {}
     for k, cylinder in enumerate(job.cylinders):
         values[f"cylinders.{k + 1}.crank"] = direction_of(np.exp(1j * found.cranks[cylinder.throw]))
-    first = len(free_shares(job))
     for share, carried in zip(job.shares, carried_shares(job, found.x), strict=True):
         values[share.name] = Entry(carried, "ratio")
-    for k, index in enumerate(free_weights(job)):
-        weight = job.weights[index]
-        u = complex(*found.x[first + 2 * k : first + 2 * k + 2])
-        values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
-        values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
+    for weight, u in zip(job.weights, turning_weights(job, found.x), strict=True):
+        if weight.fixed is None:
+            values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
+            values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
     values.update(_orders(job, here.at(found.x)))
     if len(job.cylinders) > 1:
         firing = best_firing(job, found.cranks)
@@ -195,7 +178,7 @@ def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Value]:
     """Force and couple of each order that the series has, and the greatest of all together over a turn."""
     values: dict[str, Value] = {}
     for couple, word, dimension in ((False, "force", "force"), (True, "couple", "moment")):
-        size = _size(job, couple)
+        size = size_of(job, couple)
         for order in (1, *range(2, (2 if job.truncated else job.orders) + 1, 2)):
             values[f"orders.{order}.{word}"] = Entry(
                 _clean(of_order(now, couple, order), size), dimension, amplitude=True
@@ -222,10 +205,10 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
         (here if job.truncated is cut else arms(job, found.cranks, truncated=cut)).at(found.x) for cut in (False, True)
     )
     for couple, word, unit in ((False, "force", "N"), (True, "couple", "N m")):
-        full, cut = (_clean(peak(one, couple), _size(job, couple)) for one in (exact, short))
-        if max(full, cut) > _TINY * _size(job, couple):
+        full, cut = (_clean(peak(one, couple), size_of(job, couple)) for one in (exact, short))
+        if max(full, cut) > _TINY * size_of(job, couple):
             said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"
-            notes.append(f"{said}; exact kinematics {_more(full, cut, cut > _TINY * _size(job, couple), unit)}.")
+            notes.append(f"{said}; exact kinematics {_more(full, cut, cut > _TINY * size_of(job, couple), unit)}.")
     if job.spaced and job.weights:
         places = [cylinder.at + job.reference for cylinder in job.cylinders]
         first, last, middle = (

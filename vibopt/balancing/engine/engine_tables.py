@@ -19,8 +19,11 @@ _LONGEST_CRANK = 0.9999
 """Part of the rod; the series of its orders have some 21 / (1 - ratio) terms."""
 
 
-def _known_order(order: int | None) -> None:
-    """Refuse an order that no series goes up to."""
+def _known_order(order: int | None, key: str, response: str) -> None:
+    """Refuse an order that no series goes up to, or beside the response under `key` that says its own."""
+    if order is not None and response not in ("force", "couple"):
+        plain = "couple" if response.endswith("couple") else "force"
+        raise word(f'has an order, but {response} says its own. Write {key} = "{plain}".')
     if order is not None and not 1 <= order <= HIGHEST_ORDER:
         raise word(f"has order = {order}. Write a number from 1 to {HIGHEST_ORDER}.")
 
@@ -199,10 +202,7 @@ class EngineLimitTable(Bounded):
 
     @model_validator(mode="after")
     def _bound(self) -> EngineLimitTable:
-        if self.order is not None and self.response not in ("force", "couple"):
-            plain = "couple" if self.is_couple else "force"
-            raise word(f'has an order, but {self.response} says its own. Write response = "{plain}".')
-        _known_order(self.order)
+        _known_order(self.order, "response", self.response)
         if self.at_most is not None:
             if self.when is not None or self.kinematics is not None:
                 raise word("has a bound, but when and kinematics are for [measures.NAME] only. Leave them out.")
@@ -240,8 +240,5 @@ class EngineGoalTable(Table):
 
     @model_validator(mode="after")
     def _knows(self) -> EngineGoalTable:
-        if self.order is not None and self.minimise not in ("force", "couple"):
-            plain = "couple" if self.minimise.endswith("couple") else "force"
-            raise word(f'has an order, but {self.minimise} says its own. Write minimise = "{plain}".')
-        _known_order(self.order)
+        _known_order(self.order, "minimise", self.minimise)
         return self

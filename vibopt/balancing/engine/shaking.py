@@ -91,6 +91,19 @@ def carried_shares(job: EngineJob, x: FloatArray) -> list[float]:
     return [float(x[free.index(share)]) if share.is_free else share.low for share in job.shares]
 
 
+def turning_weights(job: EngineJob, x: FloatArray) -> list[complex]:
+    """Unbalance of every weight at crank angle zero at the choices x, as given or as chosen [kg m]."""
+    chosen = iter(x[len(free_shares(job)) :].reshape(-1, 2).tolist())
+    return [complex(*next(chosen)) if weight.fixed is None else weight.fixed for weight in job.weights]
+
+
+def size_of(job: EngineJob, couple: bool, *, rotating: bool = True) -> float:
+    """Sum of the primary forces [N] or couples [N m] of all cylinders, with or without rotating masses; 1 for none."""
+    levers = [abs(cylinder.at) if couple else 1.0 for cylinder in job.cylinders]
+    masses = [cylinder.reciprocating + cylinder.rotating * rotating for cylinder in job.cylinders]
+    return sum(a * b for a, b in zip(levers, masses, strict=True)) * job.speed**2 or 1.0
+
+
 def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = None) -> Arms:
     """Arms of all orders for given crank angles per throw [rad]; x: free shares, then re and im of each free weight."""
     short = job.truncated if truncated is None else truncated

@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob
-from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn
+from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn, size_of
 from vibopt.balancing.figures.dials import MOST, Cell, Disc, Row, Spot, rows_of
 from vibopt.balancing.figures.drawing import AFTER, BEFORE, COMPACT, page
 from vibopt.records import dataclass
@@ -22,7 +22,7 @@ from vibopt.units import best_unit, to_unit
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-VISIBLE = 1e-3
+VISIBLE, _ROUNDING = 1e-3, 1e-9
 _KINDS = ((False, "force", "force"), (True, "couple", "moment"))
 SMALL = SIZE - 1.5
 
@@ -32,18 +32,11 @@ def engine_figure(outcome: Answer[EngineJob], job: EngineJob, *, compact: bool =
     if outcome.status in ("infeasible", "unbounded"):
         return None
     after, before = shaken(outcome, job)
-    kinds = [kind for kind in _KINDS if np.abs(after[int(kind[0])]).max() > _nil(job, kind[0])] or [_KINDS[0]]
-    rows = [_Shaking(after, before, *kind, tall=1.8 if compact else 2.7) for kind in kinds]
+    kinds = [kind for kind in _KINDS if np.abs(after[int(kind[0])]).max() > _ROUNDING * size_of(job, kind[0])]
+    rows = [_Shaking(after, before, *kind, tall=1.8 if compact else 2.7) for kind in kinds or _KINDS[:1]]
     key = [_BeforeAfter()] if before is not None else []
     crank = _crank(outcome, job, [row.word for row in rows], 0.6 if compact else MOST)
     return page([crank, *rows, *key], *(("", COMPACT) if compact else (job.title,)))
-
-
-def _nil(job: EngineJob, couple: bool) -> float:
-    """Below this a force [N] or couple [N m] is rounding."""
-    levers = [abs(cylinder.at) if couple else 1.0 for cylinder in job.cylinders]
-    masses = [cylinder.reciprocating + cylinder.rotating for cylinder in job.cylinders]
-    return 1e-9 * job.speed**2 * sum(a * b for a, b in zip(levers, masses, strict=True))
 
 
 def shaken(outcome: Answer[EngineJob], job: EngineJob) -> tuple[ComplexArray, ComplexArray | None]:

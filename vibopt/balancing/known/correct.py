@@ -23,7 +23,7 @@ from vibopt.balancing.known.shaft_statics import (
     unbalances,
 )
 from vibopt.balancing.optimisers import Solver, solve_question
-from vibopt.balancing.plane_options import Options, choices_of
+from vibopt.balancing.plane_options import Options, caps_of, choices_of, decided_of
 from vibopt.balancing.question import Goal, Question, Solved, breaks
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.records import dataclass
@@ -79,7 +79,8 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
         as_it_is = "nothing is corrected: the shaft as it is"
         return Correction(np.zeros(n, dtype=complex), "met", as_it_is, "none", None), (None,) * n
     if not job.choices:
-        return _given(options), options
+        claim = "nothing is chosen: the shaft with the weights as they are given"
+        return Correction(decided_of(options), "met", claim, "none", None), options
     if solver is None and job.goal.minimise != "reaction" and not question.is_search:
         exact = _exact(job, question)
         if exact is not None:
@@ -112,12 +113,6 @@ def _without_traces(job: KnownJob, question: Question) -> Solved:
     return replace(solved, u=fewer.u, value=fewer.value, chosen=fewer.chosen)
 
 
-def _given(options: Sequence[Options | None]) -> Correction:
-    """The weights that are decided, in planes that are not left untouched."""
-    u = np.array([0.0 if option is None else option.u[0] for option in options], dtype=complex)
-    return Correction(u, "met", "nothing is chosen: the shaft with the weights as they are given", "none", None)
-
-
 def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
     """The rows and limits of the job as a question: balance rows first, then the bearings', then those of the goal."""
     rows = [balance_rows(job)] + ([bearing_rows(job)] if job.bearings else [])
@@ -125,13 +120,17 @@ def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
     rows += [aim.rows] if aim is not None else []
     importance = _importance(aim, [len(row.names) for row in rows])
     options, choices = choices_of(job.planes, AS_WRITTEN)
-    caps = np.array([0.0 if plane.keep else plane.most * plane.radius for plane in job.planes])
+    bounds = [
+        (k, one.bound)
+        for one in job.limits.values() if one.response == "correction"
+        for k, plane in enumerate(job.planes) if one.of == plane.name
+    ]  # fmt: skip
     question = Question(
         y0=np.concatenate([row.masses @ known for row in rows]),
         H=np.concatenate([row.planes for row in rows]).astype(complex),
         importance=importance,
         limits=_limits(job, len(importance)),
-        caps=np.minimum(caps, _own_caps(job)),
+        caps=caps_of(job.planes, bounds),
         total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
         goal=_combined(job, aim),
         **choices,
@@ -184,16 +183,6 @@ def _limits(job: KnownJob, n_rows: int) -> FloatArray:
         rows, size = bounded_rows(job, table)
         limits[rows] = np.minimum(limits[rows], table.bound / size)
     return limits
-
-
-def _own_caps(job: KnownJob) -> FloatArray:
-    """Caps from limits on the correction of one plane [kg m]."""
-    caps = np.full(len(job.planes), inf)
-    for table in job.limits.values():
-        for k, plane in enumerate(job.planes):
-            if table.response == "correction" and table.of == plane.name:
-                caps[k] = min(caps[k], table.bound * plane.radius)
-    return caps
 
 
 def _exact(job: KnownJob, question: Question) -> Correction | None:

@@ -11,7 +11,7 @@ from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_
 from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import not_permitted
-from vibopt.balancing.impasses import Asking, Unmet
+from vibopt.balancing.impasses import Asking
 from vibopt.balancing.known.correct import Correction, bounded_rows, correct
 from vibopt.balancing.known.known_job import KnownGoalTable, KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
@@ -36,28 +36,25 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         found = correct(job, solver)
     limits = _rows(job, found, job.limits)
     status, claim = _status(job, found, limits)
-    none = Unmet()
-    if status == "infeasible" and job.limits:
-        none = Asking(
-            job.limits, lambda limits: correct(_with_limits(job, limits)), lambda one: _rows(job, one, job.limits),
-            lambda one: _values(job, one), meter.done, thorough,
-        ).unmet(claim)  # fmt: skip
-    return Answer(
+    answer = Answer(
         job=job,
-        nearest=none.nearest,
         status=status,
         claim=claim,
-        reason=none.reason,
-        conflict=none.conflict,
         values=_values(job, found),
         limits={} if status == "infeasible" else limits,
         measures=_rows(job, found, job.measures),
         goal=_goal(job, found),
         method=found.way,
-        notes=(*job.notes, *_notes(job, found), *none.notes),
+        notes=(*job.notes, *_notes(job, found)),
         plan=Plan((Fitting(found.planes, (), found.u),)),
         rates=found.rates,
     )
+    if status != "infeasible" or not job.limits:
+        return answer
+    return Asking(
+        job.limits, lambda limits: correct(_with_limits(job, limits)), lambda one: _rows(job, one, job.limits),
+        lambda one: _values(job, one), meter.done, thorough,
+    ).told(answer)  # fmt: skip
 
 
 def _with_limits(job: KnownJob, limits: Mapping[str, KnownLimitTable]) -> KnownJob:
@@ -115,12 +112,6 @@ def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
         return "correction", Entry(sum(amounts(found), 0.0), "mass")
     size = float(abs(unbalances(job)).sum()) * aim.scale
     return aim.name, Entry(_clean(aim.value(job, found.u), size), aim.dimension)
-
-
-def _value(job: KnownJob, found: Correction) -> float:
-    """The goal of an answer as a number."""
-    goal = _goal(job, found)
-    return float("nan") if goal is None else float(goal[1].value)
 
 
 def amounts(found: Correction) -> list[float]:

@@ -219,13 +219,6 @@ class KnownJob(Corrected):
     document: Mapping[str, Any] = field(default_factory=dict)
 
     @property
-    def choices(self) -> tuple[str, ...]:
-        """Paths of the numbers that the answer chooses."""
-        return tuple(
-            f"planes.{plane.name}.{word}" for plane in self.planes if plane.is_open for word in plane.chosen_words
-        )
-
-    @property
     def aim(self) -> str:
         """What is made least; "" for an analysis."""
         return self.goal.minimise if self.goal is not None else ""
