@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from math import degrees
 from typing import Any
 
-from vibopt.balancing.conventions import CHOICES, Conventions, read_amplitude, split_angle
+from vibopt.balancing.conventions import Conventions, read_amplitude, split_angle
 from vibopt.balancing.parse_machine import read_conventions
 from vibopt.balancing.parse_runs import Measured, kind_of, speed_index
 from vibopt.balancing.planes import MASS, Plane, read_weight
@@ -193,7 +193,7 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
         for column, plane in enumerate(job.planes)
         if not plane.keep or of.identified.H[row, column]
     ]
-    said = {key: getattr(job.conventions, key) for key in (*CHOICES, "zero") if getattr(job.conventions, key)}
+    said = {key: word for key, word in job.conventions.said().items() if word}
     return {"title": f"Influence coefficients of {job.title}", "conventions": said, "influence": rows}
 
 

@@ -25,19 +25,12 @@ PROGRAM = 10.0  # of nominal work [ms]
 
 def allowed_arcs(sectors: Sectors) -> tuple[Wedge, ...]:
     """What the forbidden sectors leave, as (middle, half width <= pi/2); empty where they leave nothing."""
-    return tuple(piece for low, high in (open_arcs(sectors) if sectors else ()) for piece in _halves(low, high))
-
-
-def _halves(low: float, high: float) -> list[Wedge]:
-    """The arc low..high in equal pieces of half a turn at most."""
-    pieces = int(np.ceil((high - low) / np.pi - 1e-12)) or 1
-    step = (high - low) / pieces
-    return [(low + (k + 0.5) * step, 0.5 * step) for k in range(pieces)]
-
-
-def covers_all(sectors: Sectors) -> bool:
-    """Whether no direction is left."""
-    return bool(sectors) and not allowed_arcs(sectors)
+    found = []
+    for low, high in open_arcs(sectors) if sectors else ():
+        pieces = int(np.ceil((high - low) / np.pi - 1e-12)) or 1  # equal ones of half a turn at most
+        step = (high - low) / pieces
+        found += [(low + (k + 0.5) * step, 0.5 * step) for k in range(pieces)]
+    return tuple(found)
 
 
 def into_set(value: complex, wedges: Sequence[Wedge], fan: Fan | None) -> complex:
@@ -150,7 +143,8 @@ def free_planes(question: Question) -> Free:
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(whole != 0, question.caps[:, None] / np.abs(whole), np.inf).min(axis=0)
     for column in range(whole.shape[1]):
-        if covers_all(_sectors(question, whole[:, column])):
+        sectors = _sectors(question, whole[:, column])
+        if sectors and not allowed_arcs(sectors):
             reach[column] = 0.0
     H = question.H @ whole
     kept = [c for c in range(whole.shape[1]) if reach[c] > 0 and (np.any(H[:, c] != 0) or _must(question, whole, c))]
@@ -229,7 +223,8 @@ def _list(question: Question, column: ComplexArray) -> List:
         fits &= np.abs(option[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
         given = question.option_masses[p] if question.option_masses else None
         weighs = np.abs(option[near]) * question.densities[p] if given is None else given[near]
-        fits &= _capped(question, int(p), weighs)
+        # a cap is one on masses: weights that act against each other weigh more than what they do together
+        fits &= weighs <= question.caps[p] * question.densities[p] * (1.0 + SAME)
         masses += weighs
     uses = question.option_uses[listed[0]] if len(question.stock) else None
     if uses is not None:
@@ -244,11 +239,6 @@ def _allowed(question: Question, plane: int, values: ComplexArray) -> BoolArray:
     for low, high in question.sectors[plane] if question.sectors else ():
         fine &= ~inside_arc(values, low, high, slack)
     return np.asarray(fine)
-
-
-def _capped(question: Question, plane: int, masses: FloatArray) -> BoolArray:
-    """Which masses a cap allows: weights that act against each other weigh more than what they do together."""
-    return np.asarray(masses <= question.caps[plane] * question.densities[plane] * (1.0 + SAME))
 
 
 def _nearest_option(options: ComplexArray, wanted: ComplexArray) -> IntArray:
@@ -351,8 +341,7 @@ def solve_continuous(question: Question, budget: Budget | None = None) -> Solved
         return plain
     free = free_planes(question)
     scene = scaled(free.question)
-    sectors = free.question.sectors
-    return _solved(question, free, scene, solve_pieces(scene, sectors, budget))
+    return _solved(question, free, scene, solve_pieces(scene, free.question.sectors, budget))
 
 
 def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> Solved:

@@ -87,6 +87,10 @@ class Conventions:
         """Angle to write for an internal reading, 0 to 2 pi [rad]."""
         return _turn(self.reading_sense * cmath.phase(y))
 
+    def said(self) -> dict[str, str]:
+        """The words by their keys in the file."""
+        return {key: getattr(self, key) for key in (*CHOICES, "zero")}
+
     def sentences(self, has_readings: bool = True) -> tuple[str, ...]:
         """The conventions in plain words, to stand above every answer; none where the file has none."""
         if not self.angles:
@@ -144,10 +148,10 @@ def read_angle(text: object, *, whose: bool = False) -> float:
 
 def read_amplitude(text: str, detector: Detector, unit: str = "") -> Amplitude:
     """An amplitude at the door; `unit` is taken where the text has none, `detector` where neither has a word."""
-    if unit and _is_bare(text):
+    if unit and not split_detector(behind := behind_number(text))[0]:
         own = split_detector(text)[2]
         bare = split_detector(unit)[0] if own else unit
-        text = f"{_number(text)} {bare} {own}".strip()
+        text = f"{text.strip().removesuffix(behind).strip()} {bare} {own}".strip()
     failed: list[QuantityError] = []
     for dimension in AMPLITUDES:
         try:
@@ -178,17 +182,9 @@ def show_reading(y: complex, unit: str, dimension: str, conventions: Conventions
     return f"{amount} @ {show_angle(conventions.reading_angle(y))}" if conventions.readings else amount
 
 
-def _is_bare(text: str) -> bool:
-    return not split_detector(_unit(text))[0]
-
-
-def _unit(text: str) -> str:
+def behind_number(text: str) -> str:
+    """What stands behind a number: its unit."""
     return text.strip().lstrip("+-0123456789.eE ")
-
-
-def _number(text: str) -> str:
-    unit = _unit(text)
-    return text.strip()[: len(text.strip()) - len(unit)].strip() if unit else text.strip()
 
 
 def _no_amplitude(text: str, error: QuantityError) -> QuantityError:
@@ -208,6 +204,6 @@ def _turn(angle: float) -> float:
 
 __all__ = [
     "AGAINST", "AMPLITUDES", "CHOICES", "LAG", "LEAD", "MARK", "PHASE", "WITH",
-    "Amplitude", "Conventions", "read_amplitude", "read_angle", "read_reading",
+    "Amplitude", "Conventions", "behind_number", "read_amplitude", "read_angle", "read_reading",
     "show_angle", "show_reading", "split_angle",
 ]  # fmt: skip

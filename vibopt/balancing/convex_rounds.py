@@ -109,7 +109,6 @@ def _along_normals(scene: Scaled, plane: int, normals: ComplexArray) -> FloatArr
 
 def _arcs(scene: Scaled, cones: Cones) -> None:
     """Allowed arcs of half a turn at most: two half planes each; and what one hole bears."""
-    n = scene.n_planes
     for plane, fan in scene.fans.items():
         if len(fan.faces) and np.isfinite(fan.each):
             cones.linear(_along_normals(scene, plane, fan.faces), np.full(len(fan.faces), fan.each))
@@ -117,13 +116,11 @@ def _arcs(scene: Scaled, cones: Cones) -> None:
         if wedge is None:
             continue
         middle, half = wedge
-        edges = np.array([middle - half - 0.5 * np.pi, middle + half + 0.5 * np.pi])  # outward normals
-        dense = np.zeros((2, 2 * n))
-        dense[:, plane], dense[:, n + plane] = np.cos(edges), np.sin(edges)
+        edges = np.array([middle - half - 0.5 * np.pi, middle + half + 0.5 * np.pi])
+        normals = np.cos(edges) + 1j * np.sin(edges)  # outward
         if half < 1e-12:  # a ray: forward along it as well
-            dense = np.vstack([dense, np.zeros(2 * n)])
-            dense[2, plane], dense[2, n + plane] = -np.cos(middle), -np.sin(middle)
-        cones.linear(dense, np.zeros(len(dense)))
+            normals = np.append(normals, -np.cos(middle) - 1j * np.sin(middle))
+        cones.linear(_along_normals(scene, plane, normals), np.zeros(len(normals)))
 
 
 Places = IntArray

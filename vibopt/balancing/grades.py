@@ -52,6 +52,16 @@ class Quality:
     least_share: float = 0.0
     most_share: float = inf
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Places of both bearings."""
+        return self.bearings[0][1], self.bearings[1][1]
+
+    @property
+    def places(self) -> Mapping[str, float]:
+        """Places of the correction planes by name, of the bearings where none are given."""
+        return self.planes or dict(self.bearings)
+
 
 @dataclass(frozen=True)
 class Permitted:
@@ -97,40 +107,33 @@ class Earned:
 def permitted(quality: Quality) -> Permitted:
     """What the rotor may keep."""
     whole = permissible_unbalance(quality.grade, quality.mass, quality.speed)
-    names, ends = [name for name, _ in quality.bearings], [place for _, place in quality.bearings]
     allowed = whole * shares(quality)
-    places = dict(quality.planes) or dict(quality.bearings)
-    carried = _carried(quality, allowed, places)
+    carried = _carried(quality, allowed)
     return Permitted(
         whole,
         whole / quality.mass,
-        dict(zip(names, allowed.tolist(), strict=True)),
+        dict(zip(dict(quality.bearings), allowed.tolist(), strict=True)),
         carried,
         {name: value - quality.measurement_error for name, value in carried.items()},
-        not min(ends) <= quality.centre_of_mass <= max(ends),
+        not min(quality.ends) <= quality.centre_of_mass <= max(quality.ends),
     )
 
 
 def shares(quality: Quality) -> FloatArray:
     """Part of U that each bearing plane may keep, (2,)."""
-    (_, first), (_, second) = quality.bearings
-    far = np.array([second - quality.centre_of_mass, quality.centre_of_mass - first])
-    lever = np.abs(far) / abs(second - first)
+    lever = np.abs(levers(*quality.ends, np.array([quality.centre_of_mass])))[:, 0]
     return np.asarray(np.clip(lever, quality.least_share, quality.most_share), dtype=float)
 
 
-def levers(quality: Quality, places: list[float]) -> FloatArray:
-    """Unbalance in the bearing planes per unit in planes at `places`, (2, n)."""
-    (_, first), (_, second) = quality.bearings
-    z = np.array(places)
-    return np.stack([(second - z), (z - first)]) / (second - first)
+def levers(first: float, second: float, places: FloatArray) -> FloatArray:
+    """Unbalance in the planes of bearings at `first` and `second` per unit in planes at `places` (n,), (2, n)."""
+    return np.stack([second - places, places - first]) / (second - first)
 
 
 def earned(quality: Quality, left: Mapping[str, complex]) -> Earned:
     """The grade of the unbalances `left` [kg m, phasors] in the correction planes by name."""
-    places = dict(quality.planes) or dict(quality.bearings)
-    names = [name for name in left if name in places]
-    K = levers(quality, [places[name] for name in names])
+    names = [name for name in left if name in quality.places]
+    K = levers(*quality.ends, np.array([quality.places[name] for name in names]))
     phasors: ComplexArray = np.array([left[name] for name in names], dtype=complex)
     error = quality.measurement_error * np.abs(K).sum(axis=1)
     found = np.abs(K @ phasors) + error
@@ -143,10 +146,10 @@ def earned(quality: Quality, left: Mapping[str, complex]) -> Earned:
     )
 
 
-def _carried(quality: Quality, allowed: FloatArray, places: Mapping[str, float]) -> dict[str, float]:
+def _carried(quality: Quality, allowed: FloatArray) -> dict[str, float]:
     """Per correction plane a part of what its nearest bearing plane may keep, the greatest that all angles allow."""
-    ends = np.array([place for _, place in quality.bearings])
-    K = np.abs(levers(quality, list(places.values())))
+    ends, places = np.array(quality.ends), quality.places
+    K = np.abs(levers(*quality.ends, np.array(list(places.values()))))
     reference = np.array([allowed[int(np.argmin(np.abs(ends - place)))] for place in places.values()])
     with np.errstate(divide="ignore", invalid="ignore"):
         most = np.where(K @ reference > 0.0, allowed / (K @ reference), inf).min()

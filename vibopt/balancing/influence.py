@@ -111,7 +111,7 @@ class Identified:
 
 def identify(job: RotorJob) -> Identified:
     """y0 and H from the runs of a job with phase."""
-    inverses = _Inverses()
+    inverses: Inverses = {}
     learnt = tuple(_learn(job, speed, inverses) for speed in range(len(job.speeds)))
     y0 = np.concatenate([one.theta[0] for one in learnt])
     return Identified(y0, np.concatenate([_spread(one, one.theta) for one in learnt]), learnt)
@@ -129,22 +129,20 @@ def with_readings(
     return np.concatenate(y0), np.concatenate(H)
 
 
-class _Inverses:
-    """Pseudo-inverses of X; at most speeds the same weights are tried, so that few of them are worked out."""
-
-    def __init__(self) -> None:
-        self._known: dict[tuple[bytes, int, float], ComplexArray] = {}
-
-    def of(self, X: ComplexArray, same: float) -> ComplexArray:
-        """X⁺ with its columns at one size; singular values below `same` of the greatest are none."""
-        key = (X.tobytes(), X.shape[1], same)
-        if key not in self._known:
-            size = np.abs(X).max(axis=0)
-            self._known[key] = np.linalg.pinv(X / size, rcond=same) / size[:, None]
-        return self._known[key]
+Inverses = dict[tuple[bytes, int, float], ComplexArray]
+"""Pseudo-inverses; at most speeds the same weights are tried, so that few of them are worked out."""
 
 
-def _learn(job: RotorJob, speed: int, inverses: _Inverses) -> Learnt:
+def _inverse(X: ComplexArray, same: float, known: Inverses) -> ComplexArray:
+    """X⁺ with its columns at one size; singular values below `same` of the greatest are none."""
+    key = (X.tobytes(), X.shape[1], same)
+    if key not in known:
+        size = np.abs(X).max(axis=0)
+        known[key] = np.linalg.pinv(X / size, rcond=same) / size[:, None]
+    return known[key]
+
+
+def _learn(job: RotorJob, speed: int, inverses: Inverses) -> Learnt:
     runs = job.runs_at(speed)
     n_sensors, n_planes = len(job.sensors), len(job.planes)
     known = np.zeros((n_sensors, n_planes), dtype=complex)
@@ -160,8 +158,7 @@ def _learn(job: RotorJob, speed: int, inverses: _Inverses) -> Learnt:
     readings = np.array([run.readings for run in runs]) - job.runout
     readings = readings - W @ known.T if ready else readings
     X = np.concatenate([np.ones((len(runs), 1)), W[:, list(planes)]], axis=1)
-    pseudo = inverses.of(X, same)
-    return Learnt(runs, planes, pseudo, known, readings)
+    return Learnt(runs, planes, _inverse(X, same, inverses), known, readings)
 
 
 def _spread(learnt: Learnt, theta: ComplexArray) -> ComplexArray:

@@ -11,7 +11,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.continuous import solve_pieces
 from vibopt.balancing.convex_rounds import KEPT, Convex
 from vibopt.balancing.question import Sectors
-from vibopt.balancing.rounding import NO_STOCK, Boxes, goal_bounds, judge, mass_bounds, ratio_bounds, short_of
+from vibopt.balancing.rounding import Boxes, goal_bounds, judge, mass_bounds, ratio_bounds, short_of
 from vibopt.balancing.scaled import Scaled
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass
@@ -111,7 +111,7 @@ class Open:
     @property
     def columns(self) -> tuple[np.ndarray[Any, Any], ...]:
         """As a frontier keeps them."""
-        return self.bound, self.cells, self.x, self.goal_weights, self.limit_weights
+        return tuple(vars(self).values())
 
 
 class Tree:
@@ -142,14 +142,9 @@ class Tree:
     """
 
     def __init__(
-        self,
-        scene: Scaled,
-        rows: Scaled,
-        planes: list[Cells | None],
-        v: ComplexArray,
-        sectors: tuple[Sectors, ...] = (),
-        stock: FloatArray = NO_STOCK,
-    ) -> None:
+        self, scene: Scaled, rows: Scaled, planes: list[Cells | None], v: ComplexArray, sectors: tuple[Sectors, ...],
+        stock: FloatArray,
+    ) -> None:  # fmt: skip
         self.scene, self.rows, self.planes, self.v = scene, rows, planes, v
         self.sectors = sectors or ((),) * len(planes)
         self.undecided, self.stock = np.inf, stock
@@ -247,8 +242,7 @@ class Tree:
             nodes.x[:, p] = boxes.clip(nodes.x[:, p], p)
         bound = nodes.bound.copy()
         if len(self.rows.f):
-            apart = nodes.x.copy()
-            ratio = ratio_bounds(self.rows, boxes, apart, nodes.limit_weights, self.rounds)
+            ratio = ratio_bounds(self.rows, boxes, nodes.x.copy(), nodes.limit_weights, self.rounds)
             bound[ratio > 1.0 + KEPT] = np.inf
         if self.rows.goal == "correction":
             for factor in (0.5, 1.0):
@@ -258,14 +252,10 @@ class Tree:
             bound = np.maximum(bound, own)
         bound[boxes.lightest.sum(axis=1) > self.scene.total * (1.0 + KEPT)] = np.inf
         if len(self.stock):
-            bound[short_of(self._fewest(nodes.cells), self.stock) > 0.0] = np.inf
+            fewest = sum(tree.fewest[nodes.cells[:, p]] for p, tree in enumerate(self.planes) if tree is not None)
+            bound[short_of(np.asarray(fewest), self.stock) > 0.0] = np.inf
         nodes.bound = bound
         return nodes.take(np.flatnonzero(np.isfinite(bound)))
-
-    def _fewest(self, cells: Places) -> FloatArray:
-        """Weights of each kind that any choice of these boxes takes, shape (n_boxes, n_kinds)."""
-        taken = [tree.fewest[cells[:, p]] for p, tree in enumerate(self.planes) if tree is not None]
-        return np.asarray(sum(taken))
 
     def _boxes(self, cells: Places) -> Boxes:
         centre, half = np.zeros(cells.shape, dtype=complex), np.zeros(cells.shape, dtype=complex)

@@ -18,6 +18,7 @@ from vibopt.balancing.rotor_tables import (
     QualityTable,
     ScatterTable,
     named_tables,
+    one_of,
     optional_table,
     place_of,
     read_table,
@@ -32,6 +33,7 @@ from vibopt.values import Fact
 COMBINE = ("rms", "worst", "sum", "huber")
 RESPONSES = ("residual", "correction")
 ROBUST = ("worst", "mean")
+_RESPONSE = "response of a measured rotor"
 
 
 def read_scatter(document: Mapping[str, Any], conventions: Conventions, mistakes: Mistakes) -> Scatter | None:
@@ -55,12 +57,9 @@ def read_scatter(document: Mapping[str, Any], conventions: Conventions, mistakes
 def _scatter_amplitude(given: object, conventions: Conventions) -> tuple[float, float]:
     """Part of the amplitude, or an amplitude."""
     try:
+        return 0.0, read_amplitude(str(given), conventions.detector).value
+    except QuantityError:
         return not_negative(given, "ratio"), 0.0
-    except QuantityError as error:
-        try:
-            return 0.0, read_amplitude(str(given), conventions.detector).value
-        except QuantityError:
-            raise error from None
 
 
 def not_negative(given: object, dimension: str) -> float:
@@ -99,11 +98,9 @@ def read_limits(
     for name, given in named_tables(document, "limits", mistakes).items():
         path: Path = ("limits", name)
         kind = given.get("response") if isinstance(given, Mapping) else None
-        if kind not in RESPONSES:
-            mistakes.value(
-                (*path, "response"), kind, f"is no response of a measured rotor.{way_out(str(kind), RESPONSES)}"
-            )
-        elif kind == "residual":
+        if not one_of((*path, "response"), kind, RESPONSES, _RESPONSE, mistakes):
+            continue
+        if kind == "residual":
             found = _residual(name, path, given, conventions, sensors, speeds, mistakes)
             residual += [found] if found else []
         else:
@@ -197,17 +194,9 @@ def read_goal(
     table = optional_table(GoalTable, document, "goal", mistakes)
     if table is None:
         return RotorGoal()
-    if table.minimise not in RESPONSES:
-        mistakes.value(
-            ("goal", "minimise"),
-            table.minimise,
-            f"is no response of a measured rotor.{way_out(table.minimise, RESPONSES)}",
-        )
+    one_of(("goal", "minimise"), table.minimise, RESPONSES, _RESPONSE, mistakes)
     combine = table.combine or "rms"
-    if combine not in COMBINE:
-        mistakes.value(
-            ("goal", "combine"), table.combine, f"is no way to combine amplitudes.{way_out(combine, COMBINE)}"
-        )
+    one_of(("goal", "combine"), combine, COMBINE, "way to combine amplitudes", mistakes)
     if table.minimise == "correction":
         return _least_correction(table, planes, document, mistakes)
     huber = inf
@@ -255,8 +244,7 @@ def _least_correction(
 def _robust(table: GoalTable, combine: str, scatter: Scatter | None, mistakes: Mistakes) -> str:
     if table.robust is None:
         return ""
-    if table.robust not in ROBUST:
-        mistakes.value(("goal", "robust"), table.robust, f"is no robust goal.{way_out(table.robust, ROBUST)}")
+    if not one_of(("goal", "robust"), table.robust, ROBUST, "robust goal", mistakes):
         return ""
     if scatter is None:
         mistakes.add(
@@ -295,17 +283,16 @@ def read_quality(
             table.bearings,
             'is not two bearings at two places. Write { A = "0 mm", B = "900 mm" }.',
         )
-    error = (
-        read_value((*path, "measurement_error"), table.measurement_error, mistakes, not_negative, "unbalance")
-        if table.measurement_error
-        else 0.0
-    )
+    error = 0.0
+    if table.measurement_error:
+        at = (*path, "measurement_error")
+        error = read_value(at, table.measurement_error, mistakes, not_negative, "unbalance") or 0.0
     residual = _residuals((*path, "residual"), table.residual or {}, planes or bearings, conventions, mistakes)
     if len(mistakes.found) > before or weight is None or turning is None:
         return None
     first, second = bearings.items()
     return Quality(
-        table.grade.value, weight, turning, (first, second), table.centre_of_mass.value, planes, error or 0.0, residual,
+        table.grade.value, weight, turning, (first, second), table.centre_of_mass.value, planes, error, residual,
         table.least_share.value if table.least_share else 0.0, table.most_share.value if table.most_share else inf,
     )  # fmt: skip
 

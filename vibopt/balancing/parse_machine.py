@@ -36,7 +36,7 @@ from vibopt.balancing.rotor_tables import (
     read_table,
     read_value,
 )
-from vibopt.document.mistakes import Mistakes, Path
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import QuantityError
 from vibopt.units import Detector
 from vibopt.units.spelling import split_detector
@@ -153,12 +153,12 @@ def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mist
     if bare == UNBALANCE and (table.weight is not None or table.shelf is not None or table.drill is not None):
         mistakes.add(
             path,
-            f"planes.{table_name(path)} has weights or a drill but no radius: what a mass does there is not known. "
+            f"{dotted(path)} has weights or a drill but no radius: what a mass does there is not known. "
             'Write radius = "150 mm", or cap its unbalance.',
         )
         return MASS, inf, ""
     if table.weight is not None and table.unbalance is not None:
-        mistakes.add(path, f"planes.{table_name(path)} has weight and unbalance. Keep one of them.")
+        mistakes.add(path, f"{dotted(path)} has weight and unbalance. Keep one of them.")
         return MASS, inf, ""
     if is_fitted(table.weight) or is_fitted(table.unbalance):
         return (UNBALANCE if table.unbalance is not None and not radii else MASS), inf, ""
@@ -173,10 +173,6 @@ def _cap(path: Path, table: PlaneTable, radii: tuple[float, ...], mistakes: Mist
         found = read_value((*path, "weight"), table.weight, mistakes, _range, "mass", '{ from = "0 g", to = "60 g" }')
         return MASS, *(found or (inf, ""))
     return bare, inf, ""
-
-
-def table_name(path: Path) -> str:
-    return str(path[1])
 
 
 def _range(given: object, dimension: str, example: str) -> tuple[float, str]:
@@ -224,7 +220,7 @@ def _holes(path: Path, given: object, mistakes: Mistakes) -> tuple[float, ...]:
         return ()
     holes = tuple(read_each(path, given, mistakes, read_angle))
     if len(holes) == len(given) and (twice := listed_twice(holes)):
-        mistakes.add(path, f"{'.'.join(map(str, path))} {twice}")
+        mistakes.add(path, f"{dotted(path)} {twice}")
     return holes
 
 
@@ -283,7 +279,7 @@ def _drill(path: Path, table: PlaneTable, mistakes: Mistakes) -> Drill | None:
     if not table.remove:
         mistakes.add(
             path,
-            f"planes.{table_name(path)} has a drill, but adds weights. Write remove = true, or leave the drill out.",
+            f"{dotted(path[:2])} has a drill, but adds weights. Write remove = true, or leave the drill out.",
         )
     drill = read_table(DrillTable, table.drill, path, mistakes)
     if drill is None:

@@ -67,15 +67,11 @@ def without_phase(job: RotorJob) -> Answers:
     Only as many as MOST_ANSWERS are kept.
     """
     rows = [_row(job, speed, sensor) for speed, sensor in job.readings]
-    combined: list[tuple[float, ComplexArray, ComplexArray]] = []
     per_row = [_agreeing(job, row, choices) for row, choices in enumerate(rows)]
-    for chosen in list(product(*per_row))[:MOST_ANSWERS]:
-        y0 = np.array([one[1] for one in chosen])
-        H = np.array([one[2] for one in chosen])
-        combined.append((sum(one[0] for one in chosen), y0, H))
-    combined.sort(key=lambda one: one[0])
+    combined = sorted(list(product(*per_row))[:MOST_ANSWERS], key=lambda chosen: sum(one[0] for one in chosen))
+    parts = [[np.array(part) for part in zip(*chosen, strict=True)] for chosen in combined]
     miss = np.array([max(circle.miss for circle in choices[0]) for choices in rows])
-    return Answers(tuple(Identified(y0, H, ()) for _, y0, H in combined), miss)
+    return Answers(tuple(Identified(y0, H, ()) for _, y0, H in parts), miss)
 
 
 def _row(job: RotorJob, speed: int, sensor: int) -> list[tuple[Circle, ...]]:
@@ -210,27 +206,24 @@ EXACT = 1e-6
 def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Answer[RotorJob]:
     """The plan, or all of them, that the amplitudes allow."""
     answers = without_phase(job)
-    solved, fittings, posed_of, kept = [], [], [], []
+    found = []
     for rotor in answers.rotors:
         posed = pose(job, rotor)
         one = answered(job, posed)
         if one.u is not None:
-            solved.append(one)
-            posed_of.append(posed)
-            kept.append(rotor)
-            fittings.append(fitting_of(job, rotor, one.u, posed.chosen_only(one.chosen).options))
-    if not solved:
+            found.append((rotor, posed, one, fitting_of(job, rotor, one.u, posed.chosen_only(one.chosen).options)))
+    if not found:
         first = pose(job, answers.rotors[0])
         plan = nothing(job, answers.rotors[0], first, solve_question(first.question), thorough=thorough)
         return replace(plan, method=METHOD)
-    if len(fittings) > 1:
-        return _open(job, answers, posed_of[0], solved[0], fittings)
-    notes = _miss_notes(job, answers)
-    plan = plan_of(job, kept[0], posed_of[0], solved[0], fittings[0], None, notes)
+    rotor, posed, solved, fitting = found[0]
+    if len(found) > 1:
+        return _open(job, answers, posed, solved, [one[-1] for one in found])
+    plan = plan_of(job, rotor, posed, solved, fitting, None, _miss_notes(job, answers))
     plan = replace(plan, method=METHOD, details={"miss": answers.miss.tolist()})
     if not plan.plan.fittings:
         return plan
-    status, claim = _one(job, answers, fittings[0], solved[0])
+    status, claim = _one(job, answers, fitting, solved)
     return as_told(replace(plan, status=kept_or_broken(plan.limits)[0] if status == "met" else status, claim=claim))
 
 
@@ -238,18 +231,15 @@ def _open(job: RotorJob, answers: Answers, posed: Posed, solved: Solved, fitting
     """Several plans, and the run that decides between them."""
     u = solved.u
     assert u is not None
-    status, claim = _several(fittings)
+    many = {2: "two", MOST_ANSWERS: f"at least {MOST_ANSWERS}"}.get(len(fittings), f"{len(fittings)}")
+    words = [f"Answer {k}: {plane.words}" for k, one in enumerate(fittings, start=1) for plane in one.planes]
     return begun(
-        job, status=status, claim=claim, goal=goal_of(job, posed.question.chosen_only(solved.chosen), u),
-        fittings=tuple(fittings), words=(OFF, *_words_of(fittings)), gap=solved.gap,
+        job, status="unproven", claim=f"the amplitudes leave {many} answers; one more trial run decides",
+        goal=goal_of(job, posed.question.chosen_only(solved.chosen), u),
+        fittings=tuple(fittings), words=(OFF, *words), gap=solved.gap,
         notes=(*_miss_notes(job, answers), *_ask(job, answers)), method=METHOD,
         condition=conditioning(posed.question, job.free).number, details={"miss": answers.miss.tolist()},
     )  # fmt: skip
-
-
-def _several(fittings: list[Fitting]) -> tuple[str, str]:
-    many = {2: "two", MOST_ANSWERS: f"at least {MOST_ANSWERS}"}.get(len(fittings), f"{len(fittings)}")
-    return "unproven", f"the amplitudes leave {many} answers; one more trial run decides"
 
 
 def _one(job: RotorJob, answers: Answers, fitting: Fitting, solved: Solved) -> tuple[str, str]:
@@ -289,14 +279,6 @@ def _by_squares(job: RotorJob, fitting: Fitting, solved: Solved, size: float) ->
     if checked.all():
         return solved.status, f"{solved.claim}; the squares of the amplitudes give the same residual"
     return solved.status, f"{solved.claim}; the rotor found, simulated, shows every run as it was read"
-
-
-def _words_of(fittings: list[Fitting]) -> tuple[str, ...]:
-    return tuple(
-        f"Answer {number}: {plane.words}"
-        for number, fitting in enumerate(fittings, start=1)
-        for plane in fitting.planes
-    )
 
 
 def _miss_notes(job: RotorJob, answers: Answers) -> tuple[str, ...]:

@@ -98,9 +98,8 @@ def _remaining(job: RotorJob, identified: Identified | None, u: ComplexArray | N
     """Unbalance left in the planes; empty where they have no place or radius, or readings do not tell them apart."""
     if identified is None or u is None or job.quality is None:
         return {}
-    places = dict(job.quality.planes) or dict(job.quality.bearings)
     names = [plane.name for plane in job.planes]
-    if not all(plane.name in places and (plane.radii or plane.kind != MASS) for plane in job.planes):
+    if not all(plane.name in job.quality.places and (plane.radii or plane.kind != MASS) for plane in job.planes):
         return {}
     if np.linalg.matrix_rank(identified.H / np.linalg.norm(identified.H, axis=0).clip(1e-300), tol=_TOLD) < len(names):
         return {}

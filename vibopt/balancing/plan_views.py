@@ -18,8 +18,6 @@ from vibopt.balancing.blocks_rotor import rotor_blocks
 if TYPE_CHECKING:
     from vibopt.balancing import BalancingJob
 
-_CONVENTIONS = ("phase", "readings", "angles", "detector", "zero")
-
 
 _AMOUNT = dict.fromkeys(("mass", "unbalance"), ref("number"))
 _WEIGHT = table(
@@ -77,8 +75,7 @@ def own_json(answer: Answer[BalancingJob]) -> dict[str, Any]:
     conventions = getattr(answer.job, "conventions", None)
     if conventions is None:
         return {}
-    spoken = {key: getattr(conventions, key) for key in _CONVENTIONS}
-    return {"conventions": {**spoken, "words": answer.plan.conventions}, **answer.plan.to_json()}
+    return {"conventions": {**conventions.said(), "words": answer.plan.conventions}, **answer.plan.to_json()}
 
 
 _PLAIN = {

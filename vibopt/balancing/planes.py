@@ -9,7 +9,7 @@ from math import inf, isclose, pi, tau
 from typing import Any
 
 from vibopt.answer.plan import Weight
-from vibopt.balancing.conventions import Conventions, read_angle, show_angle
+from vibopt.balancing.conventions import Conventions, behind_number, read_angle, show_angle
 from vibopt.balancing.fan import Fan
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
@@ -311,7 +311,7 @@ def unit_of(text: object, plane: Plane) -> str:
     if not isinstance(text, str):
         return ""
     amount = _at_radius(_HOLE.sub("", text).partition("@")[0])[0]
-    unit = amount.strip().lstrip("+-0123456789.eE ").strip()
+    unit = behind_number(amount).strip()
     return unit if unit and _maybe(f"1 {unit}", plane.dimension) is not None else ""
 
 

@@ -304,6 +304,13 @@ def positive(given: object, dimension: str) -> tuple[float, str]:
     return found.value, found.unit
 
 
+def one_of(path: Path, given: object, known: Sequence[str], what: str, mistakes: Mistakes) -> bool:
+    """Whether a word is one of those known; a mistake where it is not."""
+    if given not in known:
+        mistakes.value(path, given, f"is no {what}.{way_out(str(given), list(known))}")
+    return given in known
+
+
 def place_of(path: Path, name: str, what: str, known: Sequence[str], mistakes: Mistakes) -> int | None:
     """Index of a plane or a sensor by its name; None, and the mistake noted, where the job has none of that name."""
     if name in known:

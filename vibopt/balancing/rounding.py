@@ -14,6 +14,7 @@ from vibopt.records import dataclass
 NO_STOCK: FloatArray = np.empty(0)
 CHUNK = 2_000_000  # complex numbers held at once
 MOST_PAIRS = 3_000_000
+_SWEEPS = 6
 
 
 def judge(scene: Scaled, x: ComplexArray, masses: FloatArray) -> FloatArray:
@@ -49,7 +50,6 @@ def rounded(
     lists: list[ComplexArray],
     masses: list[FloatArray],
     x: ComplexArray,
-    sweeps: int = 6,
     uses: Sequence[FloatArray] = (),
     stock: FloatArray = NO_STOCK,
 ) -> tuple[list[int], float]:
@@ -60,7 +60,7 @@ def rounded(
     """
     chosen = [int(np.argmin(np.abs(options - x[p]))) for p, options in enumerate(lists)]
     best = np.inf
-    for _ in range(sweeps):
+    for _ in range(_SWEEPS):
         before = best
         for plane in range(len(lists)):
             chosen, best = _exchange(scene, lists, masses, chosen, (plane,), best, uses, stock)
@@ -158,8 +158,7 @@ def goal_bounds(
         z, conjugate = _multipliers(scene, t, weights)
         here = (z.conj() * t).real.sum(axis=1) - conjugate
         own = z @ scene.G.conj()
-        plain = here + boxes.fall(own, x).sum(axis=1)
-        best = np.maximum(best, plain)
+        best = np.maximum(best, here + boxes.fall(own, x).sum(axis=1))
         if constant:
             limits = (x @ slope.conj()).real + constant
             best = np.maximum(best, here + limits + boxes.fall(own + slope, x).sum(axis=1))

@@ -7,7 +7,6 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.answer.answer import Answer
-from vibopt.answer.plan import Fitting
 from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, as_told, begun, nothing, plan_of
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
@@ -17,7 +16,6 @@ from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.phaseless import solve_without_phase
 from vibopt.balancing.plan_values import quality_values, trial_advice
-from vibopt.balancing.question import Solved
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import AGREES, nearest_plan
 from vibopt.balancing.rotor_question import Posed, pose
@@ -55,7 +53,8 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
         if job.residual_limits:
             none = with_nearest(none, nearest_plan(job, identified, posed, solved, thorough=thorough))
         return judged(of, _unless_felt(of, idle, none, solver))
-    fitting = _fitting(of, identified, posed, solved)
+    options, bands = posed.chosen_only(solved.chosen).options, held_bands(of, solved.u)
+    fitting = fitting_of(job, identified, solved.u, options, bands)
     plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise))
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
     plan = judged(of, plan.with_plan(beside=beside(of, solved.u)))
@@ -73,12 +72,6 @@ def _unless_felt(of: Heard, idle: tuple[int, ...], none: Answer[RotorJob], solve
     names = " and ".join(of.job.planes[one].name for one in idle if one not in still)
     claim = f"without weights in {names}, which act within the scatter of the readings, the limits cannot be kept"
     return replace(none, status="unproven", claim=claim, reason="", conflict=None, notes=notes)
-
-
-def _fitting(of: Heard, identified: Identified, posed: Posed, solved: Solved) -> Fitting:
-    u = solved.u
-    assert u is not None
-    return fitting_of(of.job, identified, u, posed.chosen_only(solved.chosen).options, held_bands(of, u))
 
 
 def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:

@@ -311,10 +311,9 @@ class Row:
 
     def draw(self, canvas: Canvas) -> None:
         self.within(canvas, 0.0, canvas.width)
-        canvas.down(self.height)
 
     def within(self, canvas: Canvas, left: float, width: float) -> None:
-        """Drawn into a part of the width, nothing taken of the height."""
+        """Drawn into a part of the width."""
         wide, tall = width / self.columns, self.height
         left += 0.5 * (width - wide * len(self.shown))
         for k, one in enumerate(self.shown):

@@ -34,7 +34,9 @@ def page(parts: Iterable[Part], title: str, width: float = WIDTH) -> Figure:
     kept = list(parts)
     canvas = Canvas(width, sum(one.height for one in kept), title)
     for one in kept:
+        begun = canvas.used
         one.draw(canvas)
+        canvas.used = begun + one.height
     return canvas.figure
 
 
@@ -69,14 +71,12 @@ class Bars:
 
     def draw(self, canvas: Canvas) -> None:
         self.within(canvas, 0.0, canvas.width)
-        canvas.down(self.height)
 
-    def within(self, canvas: Canvas, left: float, width: float, height: float | None = None) -> None:
-        """Drawn into a part of the width, nothing taken of the height."""
+    def within(self, canvas: Canvas, left: float, width: float) -> None:
+        """Drawn into a part of the width."""
         letters = max((len(line) for bar in self.bars for line in bar.name.split("\n")), default=1)
         names = 0.62 * letters * (SIZE - 1) / 72.0 + 0.22
-        box = Box(left, self.height if height is None else height, width)
-        _draw(canvas.plot(box, left=names, below=0.48), self)
+        _draw(canvas.plot(Box(left, self.height, width), left=names, below=0.48), self)
 
 
 def _draw(axes: Any, given: Bars) -> None:
@@ -142,7 +142,6 @@ class Key:
             title="\n".join(self._lines),
             title_fontsize=SIZE - 0.5,
         )
-        canvas.down(self.height)
 
     def _entries(self) -> list[tuple[Any, str]]:
         from matplotlib.lines import Line2D
@@ -223,7 +222,6 @@ class Shaft:
             captions(axes, [(x(one.at), one.words) for one in some], start=start, away=away, span=span, size=SMALL)
         if self.note:
             axes.text(0.5 * canvas.width, 0.04 - low, self.note, ha="center", va="bottom", fontsize=SMALL, color=FAINT)
-        canvas.down(self.height)
 
     @staticmethod
     def _tall(some: Sequence[Piece]) -> float:

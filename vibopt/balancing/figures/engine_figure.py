@@ -33,7 +33,7 @@ def engine_figure(outcome: Answer[EngineJob], job: EngineJob, *, compact: bool =
         return None
     after, before = shaken(outcome, job)
     kinds = [kind for kind in _KINDS if np.abs(after[int(kind[0])]).max() > _ROUNDING * size_of(job, kind[0])]
-    rows = [_Shaking(after, before, *kind, tall=1.8 if compact else 2.7) for kind in kinds or _KINDS[:1]]
+    rows = [_Shaking(after, before, *kind, 1.8 if compact else 2.7) for kind in kinds or _KINDS[:1]]
     key = [_BeforeAfter()] if before is not None else []
     crank = _crank(outcome, job, [row.word for row in rows], 0.6 if compact else MOST)
     return page([crank, *rows, *key], *(("", COMPACT) if compact else (job.title,)))
@@ -155,7 +155,6 @@ class _Crank:
             axes.plot(ends, [y, y], color=FAINT, lw=1.8, zorder=2)
             _weight(axes, x(one.at), y, one.u)
             axes.text(0.05, y, f"{one.name}\n{one.pace}", fontsize=SMALL - 0.5, color=INK, va="center")
-        canvas.down(self._side)
 
 
 def _opposite(cell: Cell, angle: float) -> None:
@@ -252,17 +251,12 @@ class _Shaking:
     couple: bool
     word: str
     dimension: str
-    tall: float
-
-    @property
-    def height(self) -> float:
-        return self.tall
+    height: float
 
     def draw(self, canvas: Canvas) -> None:
         half = 0.5 * canvas.width
-        self._over_turn(canvas.plot(Box(0.0, self.tall, half), left=0.68, below=0.5))
-        self._by_order(canvas.plot(Box(half, self.tall, half), left=0.68, below=0.5))
-        canvas.down(self.tall)
+        self._over_turn(canvas.plot(Box(0.0, self.height, half), left=0.68, below=0.5))
+        self._by_order(canvas.plot(Box(half, self.height, half), left=0.68, below=0.5))
 
     def _over_turn(self, axes: Any) -> None:
         turn: FloatArray = np.linspace(0.0, 2.0 * np.pi, 361)
@@ -314,4 +308,3 @@ class _BeforeAfter:
         canvas.figure.legend(
             flat, words, loc="lower center", bbox_to_anchor=(0.5, y), ncols=2, fontsize=SIZE - 1, frameon=False
         )
-        canvas.down(self.height)

@@ -117,7 +117,6 @@ class _Beside:
     def draw(self, canvas: Canvas) -> None:
         self.row.within(canvas, 0.0, self.discs)
         self.bars.within(canvas, self.discs, canvas.width - self.discs)
-        canvas.down(self.height)
 
 
 def _compact(discs: list[Disc], bars: list[Bars]) -> list[Part]:
@@ -181,19 +180,17 @@ def _dials(job: RotorJob, rows: Sequence[RowAnswer]) -> list[Dial]:
 
 def _phasor(job: RotorJob, one: RowAnswer) -> Phasor:
     angle = job.conventions.reading_angle
-    return Phasor(
-        one.speed.shown,
-        (number(one.found) or 0.0, angle(one.y0)),
-        (number(one.residual) or 0.0, angle(one.left)),
-        number(one.limit),
-        None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0),
-    )
+    before, after = (number(one.found) or 0.0, angle(one.y0)), (number(one.residual) or 0.0, angle(one.left))
+    return Phasor(one.speed.shown, before, after, number(one.limit), _band(one))
+
+
+def _band(one: RowAnswer) -> tuple[float, float] | None:
+    return None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0)
 
 
 def _bar(one: RowAnswer, job: RotorJob) -> Bar:
     name = f"{one.sensor}\n{one.speed.shown}" if len(job.speeds) > 1 else one.sensor
-    band = None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0)
-    return Bar(name, number(one.found), number(one.residual), number(one.limit), band)
+    return Bar(name, number(one.found), number(one.residual), number(one.limit), _band(one))
 
 
 def titled(noun: str, name: str) -> str:

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.balancing.grades import levers
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.question import combined
 from vibopt.records import dataclass
@@ -30,7 +31,7 @@ def middle_and_arm(job: KnownJob) -> tuple[float, float]:
     """Place about which the couple is taken, and the arm it is divided by [m]."""
     places = [bearing.at for bearing in job.bearings]
     if not places:
-        places = [mass.at for mass in job.masses] + [plane.place for plane in job.planes]
+        places = [at for some in _places(job) for at in some]
     low, high = min(places), max(places)
     return 0.5 * (low + high), 0.5 * (high - low) or 1.0
 
@@ -38,8 +39,7 @@ def middle_and_arm(job: KnownJob) -> tuple[float, float]:
 def balance_rows(job: KnownJob) -> Rows:
     """Static, and unless all is in one plane, couple over arm [kg m]."""
     middle, arm = middle_and_arm(job)
-    mass_at = np.array([mass.at for mass in job.masses])
-    plane_at = np.array([plane.place for plane in job.planes])
+    mass_at, plane_at = (np.array(some, dtype=float) for some in _places(job))
     names, masses, planes = ["static"], [np.ones_like(mass_at)], [np.ones_like(plane_at)]
     if not job.flat:
         names.append("couple")
@@ -51,14 +51,13 @@ def balance_rows(job: KnownJob) -> Rows:
 def bearing_rows(job: KnownJob) -> Rows:
     """Unbalance that each bearing carries [kg m], by the lever rule."""
     first, second = job.bearings
-    span = second.at - first.at
-    mass_at = np.array([mass.at for mass in job.masses])
-    plane_at = np.array([plane.place for plane in job.planes])
-    return Rows(
-        (first.name, second.name),
-        np.array([(second.at - mass_at) / span, (mass_at - first.at) / span]),
-        np.array([(second.at - plane_at) / span, (plane_at - first.at) / span]).reshape(2, -1),
-    )
+    masses, planes = (levers(first.at, second.at, np.array(some, dtype=float)) for some in _places(job))
+    return Rows((first.name, second.name), masses, planes)
+
+
+def _places(job: KnownJob) -> tuple[list[float], list[float]]:
+    """Of the masses and of the planes [m]."""
+    return [mass.at for mass in job.masses], [plane.place for plane in job.planes]
 
 
 def end_rows(job: KnownJob) -> Rows:
