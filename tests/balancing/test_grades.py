@@ -50,7 +50,7 @@ def test_outboard_the_nearer_bearing_carries_more_than_the_whole() -> None:
 def test_planes_at_their_limit_keep_both_bearings_at_any_angles(places: tuple[float, float]) -> None:
     asked = quality(planes={"p": places[0], "q": places[1]})
     found = permitted(asked)
-    K = levers(asked, list(places))
+    K = levers(*asked.ends, np.array(places))
     turns = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 361))
     worst = np.abs(K[:, :1] * found.at_planes["p"] + K[:, 1:] * found.at_planes["q"] * turns).max(axis=1)
     allowed = np.array(list(found.at_bearings.values()))

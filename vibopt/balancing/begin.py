@@ -20,11 +20,11 @@ from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.plan_values import coefficients, quality_values, todo, trial_advice, trims
-from vibopt.balancing.plane_options import decided_of
+from vibopt.balancing.plane_options import Posed, decided_of
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import impasse, limits_at, rates_of
-from vibopt.balancing.rotor_question import Posed, caps, pose
+from vibopt.balancing.rotor_question import caps, pose
 from vibopt.balancing.trust import Noise, conditioning
 from vibopt.units import show
 

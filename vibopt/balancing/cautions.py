@@ -13,9 +13,10 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.fitting import amplitude, weight_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
+from vibopt.balancing.plane_options import Posed
 from vibopt.balancing.question import Question, first_greatest
 from vibopt.balancing.rotor_job import RotorJob
-from vibopt.balancing.rotor_question import Posed, rows_of, without_plane
+from vibopt.balancing.rotor_question import rows_of
 from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands
 from vibopt.units import plain, show
 
@@ -44,7 +45,7 @@ def remedies(
     question = posed.question
     tried: list[tuple[str, ComplexArray | None]] = [("as asked", u)]
     for k in found.near:
-        tried.append((f"{job.planes[k].name}{LEFT_OUT}", solve_question(without_plane(question, [k])).u))
+        tried.append((f"{job.planes[k].name}{LEFT_OUT}", solve_question(question.without([k])).u))
     single = [one for _, one in tried[1:] if one is not None]
     if found.alike and not question.is_discrete and question.goal != "correction":
         tried.append(("mass penalised", solve_question(penalised(question, job.free)).u))

@@ -133,7 +133,7 @@ def _plane(name: str, given: object, of: type[PlaneTable], mistakes: Mistakes) -
     )  # fmt: skip
     plane = with_fitted(path, plane, cast(Mapping[str, Any], given), mistakes)
     if len(mistakes.found) == before:
-        _check_plane(path, table, plane, mistakes)
+        _check_plane(path, plane, mistakes)
     return plane if len(mistakes.found) == before else None
 
 
@@ -292,19 +292,13 @@ def _drill(path: Path, table: PlaneTable, mistakes: Mistakes) -> Drill | None:
 
 def _density(given: object) -> float:
     """kg/m³ from "7850 kg/m³" or "7.85 g/cm³"."""
-    text = str(given).replace("m3", "m³").replace("m^3", "m³").strip()
-    for unit, factor in (("kg/m³", 1.0), ("g/cm³", 1e3), ("kg/dm³", 1e3)):
-        if text.endswith(unit):
-            try:
-                value = float(text[: -len(unit)])
-            except ValueError:
-                break
-            if value > 0.0:
-                return value * factor
-    raise QuantityError('is no density. Write "7850 kg/m³".')
+    try:
+        return float(positive(given, "density")[0])
+    except QuantityError:
+        raise QuantityError('is no density. Write "7850 kg/m³".') from None
 
 
-def _check_plane(path: Path, table: PlaneTable, plane: Plane, mistakes: Mistakes) -> None:
+def _check_plane(path: Path, plane: Plane, mistakes: Mistakes) -> None:
     """What the keys of one plane must be among themselves."""
     where = f"planes.{plane.name}"
     if plane.keep and plane.remove:

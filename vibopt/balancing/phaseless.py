@@ -24,10 +24,11 @@ from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plan_values import OFF
+from vibopt.balancing.plane_options import Posed
 from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Solved
 from vibopt.balancing.rotor_job import RotorJob
-from vibopt.balancing.rotor_question import Posed, pose
+from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import runs_without_phase, simulated_without_phase
 from vibopt.records import dataclass

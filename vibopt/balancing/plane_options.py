@@ -14,6 +14,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import Plane
+from vibopt.balancing.question import Question
 from vibopt.records import dataclass
 
 MOST_OPTIONS = 200_000
@@ -56,23 +57,43 @@ class Options:
         return tuple(self.offers[item] for item in self.items[index] if item >= 0)
 
 
-def choices_of(planes: Sequence[Plane], conventions: Conventions) -> tuple[tuple[Options | None, ...], dict[str, Any]]:
-    """What may be fitted in each plane (None: any size), and the same as fields of a question."""
+@dataclass(frozen=True)
+class Posed:
+    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each."""
+
+    question: Question
+    options: tuple[Options | None, ...]
+    n_rows: int
+
+    def chosen_only(self, chosen: Sequence[int]) -> Posed:
+        """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
+        if not chosen or not self.question.is_discrete:
+            return self
+        options = tuple(
+            None if option is None else option.only(k) for option, k in zip(self.options, chosen, strict=True)
+        )
+        return replace(self, question=self.question.chosen_only(chosen), options=options)
+
+
+def posed(planes: Sequence[Plane], conventions: Conventions, **asked: Any) -> Posed:
+    """The question with what may be fitted in each plane; `asked` are the other fields of it."""
     stock = counted([plane for plane in planes if plane.is_discrete])
     options = tuple(options_of(one, conventions, tuple(stock)) if one.is_discrete else None for one in planes)
     fans = tuple(_fan(plane, conventions) for plane in planes)
     listed = any(option is not None for option in options)
-    return options, {
-        "sectors": tuple(
+    question = Question(
+        sectors=tuple(
             () if plane.is_discrete or plane.split else plane.internal_sectors(conventions) for plane in planes
         ),
-        "options": tuple(None if option is None else option.u for option in options) if listed else (),
-        "mass_per_unbalance": np.array([1.0 / plane.radius for plane in planes]),
-        "option_masses": tuple(None if option is None else option.masses for option in options),
-        "stock": np.array(list(stock.values())),
-        "option_uses": tuple(None if option is None else option.uses for option in options) if stock else (),
-        "fans": fans if any(fan is not None for fan in fans) else (),
-    }
+        options=tuple(None if option is None else option.u for option in options) if listed else (),
+        mass_per_unbalance=np.array([1.0 / plane.radius for plane in planes]),
+        option_masses=tuple(None if option is None else option.masses for option in options),
+        stock=np.array(list(stock.values())),
+        option_uses=tuple(None if option is None else option.uses for option in options) if stock else (),
+        fans=fans if any(fan is not None for fan in fans) else (),
+        **asked,
+    )
+    return Posed(question, options, question.n_readings)
 
 
 def _fan(plane: Plane, conventions: Conventions) -> Fan | None:

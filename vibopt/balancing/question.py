@@ -132,6 +132,12 @@ class Question:
             option_uses=picked(self.option_uses) if self.option_uses else (),
         )
 
+    def without(self, planes: Sequence[int]) -> Question:
+        """The same with planes left untouched."""
+        caps = self.caps.copy()
+        caps[list(planes)] = 0.0
+        return replace(self, caps=caps)
+
     def with_rows(self, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray) -> Question:
         """The same with further readings below its own."""
         return replace(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import field
+from collections.abc import Container, Mapping
+from dataclasses import field, replace
 from itertools import product
 from math import inf
 from typing import Any, ClassVar
@@ -187,6 +187,12 @@ class RotorJob(Corrected):
     def every_limit(self) -> tuple[ResidualLimit | CorrectionLimit, ...]:
         """On what is left, then on what is fitted."""
         return (*self.residual_limits, *self.correction_limits)
+
+    def limited_to(self, kept: Container[str]) -> RotorJob:
+        """The same with only these limits, by name."""
+        residual = tuple(limit for limit in self.residual_limits if limit.name in kept)
+        correction = tuple(limit for limit in self.correction_limits if limit.name in kept)
+        return replace(self, residual_limits=residual, correction_limits=correction)
 
     @property
     def total_cap(self) -> float:

@@ -15,10 +15,11 @@ from vibopt.balancing.impasses import Step, clash, narrowest
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import allowance, solve_question
 from vibopt.balancing.plan_values import todo
+from vibopt.balancing.plane_options import Posed
 from vibopt.balancing.question import Question, Solved, first_greatest
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
-from vibopt.balancing.rotor_question import Posed, caps, row_limits, rows_of
+from vibopt.balancing.rotor_question import caps, row_limits, rows_of
 from vibopt.values.soft import softness, widened
 from vibopt.work import Budget
 
@@ -100,10 +101,7 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
     limits = job.every_limit
 
     def possible(kept: tuple[str, ...]) -> bool:
-        residual = tuple(limit for limit in job.residual_limits if limit.name in kept)
-        correction = tuple(limit for limit in job.correction_limits if limit.name in kept)
-        question = with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
-        return solve_question(question).status != "infeasible"
+        return solve_question(with_limits(job.limited_to(kept), posed)).status != "infeasible"
 
     budget = allowance(thorough)
     most = None if thorough or not posed.question.is_search else float(budget.most)
@@ -161,7 +159,7 @@ def nearest_plan(
     if not (put_back(job, identified, fitting)[1] <= AGREES).all():
         return None
     rows = limits_at(job, there, best.u)
-    alone = with_limits(replace(job, residual_limits=(), correction_limits=()), posed)
+    alone = with_limits(job.limited_to(()), posed)
     least = {}
     for limit in job.residual_limits:
         if (one := _alone(job, replace(posed, question=alone), limit, budget)) is not None:

@@ -11,35 +11,17 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.plane_options import Options, caps_of, choices_of
+from vibopt.balancing.plane_options import Posed, caps_of, posed
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
-from vibopt.records import dataclass
-
-
-@dataclass(frozen=True)
-class Posed:
-    """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each."""
-
-    question: Question
-    options: tuple[Options | None, ...]
-    n_rows: int
-
-    def chosen_only(self, chosen: Sequence[int]) -> Posed:
-        """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
-        if not chosen or not self.question.is_discrete:
-            return self
-        options = tuple(
-            None if option is None else option.only(k) for option, k in zip(self.options, chosen, strict=True)
-        )
-        return replace(self, question=self.question.chosen_only(chosen), options=options)
 
 
 def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle: Sequence[int] = ()) -> Posed:
     """The question of a job; rows for the scatter are added where the goal is robust, and `idle` planes get nothing."""
-    options, choices = choices_of(job.planes, job.conventions)
-    question = Question(
+    asked = posed(
+        job.planes,
+        job.conventions,
         y0=identified.y0,
         H=identified.H,
         importance=job.importance,
@@ -49,10 +31,9 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
         goal=cast(Goal, job.goal.goal),
         huber=job.goal.huber,
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
-        **choices,
     )
-    question = without_plane(question, idle) if len(idle) else question
-    return Posed(_robust(job, identified, noise, question), options, len(identified.y0))
+    question = asked.question.without(idle) if len(idle) else asked.question
+    return replace(asked, question=_robust(job, identified, noise, question))
 
 
 def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question: Question) -> Question:
@@ -84,10 +65,3 @@ def rows_of(job: RotorJob, sensor: int | None, speed: int | None) -> list[int]:
 def caps(job: RotorJob) -> FloatArray:
     """Greatest unbalance of each plane [kg m]."""
     return caps_of(job.planes, [(one.plane, one.at_most) for one in job.correction_limits if one.plane is not None])
-
-
-def without_plane(question: Question, planes: Sequence[int]) -> Question:
-    """The same with planes left untouched."""
-    limits = question.caps.copy()
-    limits[list(planes)] = 0.0
-    return replace(question, caps=limits)

@@ -16,9 +16,10 @@ from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.phaseless import solve_without_phase
 from vibopt.balancing.plan_values import quality_values, trial_advice
+from vibopt.balancing.plane_options import Posed
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import AGREES, nearest_plan
-from vibopt.balancing.rotor_question import Posed, pose
+from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise
 
 _ROUNDING = 1e-12

@@ -83,12 +83,12 @@ def named_known(job: KnownJob) -> Named:
     from vibopt.balancing.known.correct import bounded_rows, complete, pose
     from vibopt.posed.weights import Named
 
-    question = complete(job, pose(job)[0])
+    question = complete(job, pose(job).question)
     limits, caps = [], [f"planes.{one.name}.weight" for one in job.planes]
     total = "limits.total"
-    bare = pose(replace(job, limits={}))[0]
+    bare = pose(replace(job, limits={})).question
     for name, table in job.limits.items():
-        own = pose(replace(job, limits={name: table}))[0]
+        own = pose(replace(job, limits={name: table})).question
         bounded, size = bounded_rows(job, table)
         if bounded:
             limits.append((f"limits.{name}", np.array(bounded), np.full(len(bounded), table.bound / size)))

@@ -106,28 +106,21 @@ def _asked(whole: Job, name: str, job: Job) -> _Asked:
 
 def _shaft(job: KnownJob) -> _Asked:
     """Known masses, the goal counted as the file does: speeds may differ."""
-    question, aim = complete(job, pose_known(job)[0]), aim_of(job)
+    question, aim = complete(job, pose_known(job).question), aim_of(job)
     question = question if aim is None else replace(question, importance=question.importance * aim.scale)
 
     def with_only(kept: Sequence[str]) -> Question:
-        return pose_known(replace(job, limits={name: one for name, one in job.limits.items() if name in kept}))[0]
+        return pose_known(replace(job, limits={name: one for name, one in job.limits.items() if name in kept})).question
 
     return _Asked(question, job.limits, with_only, lambda solved: solve_known(job, solver=lambda _: solved))
 
 
 def _rotor(job: RotorJob) -> _Asked:
     _, _, idle, posed = asked_of(job)
-    rows: tuple[ResidualLimit | CorrectionLimit, ...] = (*job.residual_limits, *job.correction_limits)
-
-    def with_only(kept: Sequence[str]) -> Question:
-        residual = tuple(one for one in job.residual_limits if one.name in kept)
-        correction = tuple(one for one in job.correction_limits if one.name in kept)
-        return with_limits(replace(job, residual_limits=residual, correction_limits=correction), posed)
-
     return _Asked(
         posed.question,
-        {one.name: one for one in rows},
-        with_only,
+        {one.name: one for one in job.every_limit},
+        lambda kept: with_limits(job.limited_to(kept), posed),
         lambda solved: solve_job(job, solver=lambda _: solved),
         not idle,
     )

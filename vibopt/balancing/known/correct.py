@@ -23,7 +23,7 @@ from vibopt.balancing.known.shaft_statics import (
     unbalances,
 )
 from vibopt.balancing.optimisers import Solver, solve_question
-from vibopt.balancing.plane_options import Options, caps_of, choices_of, decided_of
+from vibopt.balancing.plane_options import Options, Posed, caps_of, decided_of, posed
 from vibopt.balancing.question import Goal, Question, Solved, breaks
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.records import dataclass
@@ -73,8 +73,8 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
     Complete balance is a set of linear equations.  Where it has one solution that breaks nothing, that is the answer;
     where it has many, the one with the least mass; where caps, lists or limits stand in the way, the program decides.
     """
-    question, options = pose(job)
-    n = len(job.planes)
+    asked = pose(job)
+    question, options, n = asked.question, asked.options, len(job.planes)
     if not n or job.goal is None:
         as_it_is = "nothing is corrected: the shaft as it is"
         return Correction(np.zeros(n, dtype=complex), "met", as_it_is, "none", None), (None,) * n
@@ -89,12 +89,8 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
         return _no_balance(job, question), options
     solved = _without_traces(job, question) if solver is None else solver(complete(job, question))
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
-    if solved.u is not None and question.is_discrete:
-        options = tuple(
-            None if option is None else option.only(k) for option, k in zip(options, solved.chosen, strict=True)
-        )
     found = Correction(np.asarray(u), solved.status, solved.claim, "program", _rates(job, question, solved))
-    return found, options if solved.u is not None else (None,) * n
+    return found, asked.chosen_only(solved.chosen).options if solved.u is not None else (None,) * n
 
 
 def _without_traces(job: KnownJob, question: Question) -> Solved:
@@ -104,28 +100,27 @@ def _without_traces(job: KnownJob, question: Question) -> Solved:
     traces = np.flatnonzero((size > 0.0) & (size < _TRACE))
     if solved.u is None or not len(traces):
         return solved
-    caps = question.caps.copy()
-    caps[traces] = 0.0
-    fewer = solve_question(replace(question, caps=caps))
+    fewer = solve_question(question.without(traces.tolist()))
     same = NOTHING * (question.densities.max() if question.goal == "correction" else 1.0) * _greatest(job, solved.u)
     if fewer.u is None or fewer.value > solved.value * (1.0 + NOTHING) + same:
         return solved
     return replace(solved, u=fewer.u, value=fewer.value, chosen=fewer.chosen)
 
 
-def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
+def pose(job: KnownJob) -> Posed:
     """The rows and limits of the job as a question: balance rows first, then the bearings', then those of the goal."""
     rows = [balance_rows(job)] + ([bearing_rows(job)] if job.bearings else [])
     known, aim = unbalances(job), aim_of(job)
     rows += [aim.rows] if aim is not None else []
     importance = _importance(aim, [len(row.names) for row in rows])
-    options, choices = choices_of(job.planes, AS_WRITTEN)
     bounds = [
         (k, one.bound)
         for one in job.limits.values() if one.response == "correction"
         for k, plane in enumerate(job.planes) if one.of == plane.name
     ]  # fmt: skip
-    question = Question(
+    return posed(
+        job.planes,
+        AS_WRITTEN,
         y0=np.concatenate([row.masses @ known for row in rows]),
         H=np.concatenate([row.planes for row in rows]).astype(complex),
         importance=importance,
@@ -133,9 +128,7 @@ def pose(job: KnownJob) -> tuple[Question, tuple[Options | None, ...]]:
         caps=caps_of(job.planes, bounds),
         total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
         goal=_combined(job, aim),
-        **choices,
     )
-    return question, options
 
 
 def complete(job: KnownJob, question: Question) -> Question:
