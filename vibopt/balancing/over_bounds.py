@@ -24,7 +24,7 @@ from vibopt.balancing.question import Question, felt
 from vibopt.balancing.rates import NOISE
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import AGREES
-from vibopt.balancing.rotor_question import rows_of
+from vibopt.balancing.rotor_question import limits_over, rows_of
 from vibopt.balancing.solve_rotor import asked_of
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import shown_with
@@ -112,28 +112,19 @@ def _alike(one: RotorJob, other: RotorJob) -> bool:
     return measured and said and planes[0] == planes[1] and limits[0] == limits[1]
 
 
-def _rows(job: RotorJob, named: Sequence[FloatArray], caps: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Limits of all rows (n_values, n_rows) [SI peak] and caps [kg m], from those of the file and of the planes."""
-    limits = np.full((len(caps), len(job.readings)), np.inf)
-    for limit, bound in zip(job.every_limit, named, strict=True):
-        if isinstance(limit, ResidualLimit):
-            rows = rows_of(job, limit.sensor, limit.speed)
-            limits[:, rows] = np.minimum(limits[:, rows], bound[:, None])
-        elif limit.plane is not None:
-            caps[:, limit.plane] = np.minimum(caps[:, limit.plane], bound)
-    return limits, caps * [plane.radius for plane in job.planes]
-
-
 def _plans(job: RotorJob, identified: Identified, question: Question, bounds: FloatArray) -> Plans:
     """Answer, put back and measure; `bounds` are caps of the planes, then limits of the file (n_values, n_bounds)."""
-    n_planes, named = len(job.planes), list(bounds[:, len(job.planes) :].T)
-    limits, caps = _rows(job, named, bounds[:, :n_planes].copy())
+    caps, own, others = np.split(bounds, np.cumsum([len(job.planes), len(job.residual_limits)]), axis=1)
+    limits, caps = limits_over(job, own), caps.copy()
+    for cap, bound in zip(job.correction_limits, others.T, strict=True):
+        caps[:, cap.plane] = np.minimum(caps[:, cap.plane], bound)
+    radii, taken = (np.array([getattr(plane, name) for plane in job.planes]) for name in ("radius", "remove"))
+    caps = caps * radii
     following = _Following(question, caps, limits)
     u, status, goal = following.answers()
     pulls = _pulls(job, bounds, (limits, caps), following)
     tiny = NOTHING * np.maximum(felt(identified.y0, identified.H), np.abs(u).max(axis=1, keepdims=True))
     u = np.where(np.abs(u) > tiny, u, 0.0)
-    radii, taken = (np.array([getattr(plane, name) for plane in job.planes]) for name in ("radius", "remove"))
     masses = np.abs(u) / radii
     angles = np.where(u != 0.0, job.conventions.weight_sense * np.angle(np.where(taken, -u, u)) % tau, 0.0)
     scale = np.abs(identified.y0) + np.abs(u) @ np.abs(identified.H).T
@@ -142,7 +133,7 @@ def _plans(job: RotorJob, identified: Identified, question: Question, bounds: Fl
     apart = np.abs(shown_with(job, masses * radii, angles, taken) - left) / np.maximum(scale, 1e-300)
     status[(status == "optimal") & ~(apart <= AGREES).all(axis=1)] = ""
     margins = {}
-    for limit, bound in zip(job.every_limit, named, strict=True):
+    for limit, bound in zip(job.every_limit, bounds[:, len(job.planes) :].T, strict=True):
         value = masses[:, limit.plane or 0] if isinstance(limit, CorrectionLimit) else _greatest(job, limit, left)
         margins[limit.name] = (bound - value) / np.where(bound > 0.0, bound, 1.0)
     by_sensor = left.reshape(len(left), -1, len(job.sensors)).max(axis=1)

@@ -137,12 +137,12 @@ def _amount(path: str, found: re.Match[str], dimensions: tuple[str, ...], detect
         name = "amplitude" if swings else dimension
         return FactAt(
             f"{path}.{name}" if several else path, value, written, dimension, swings, place=place,
-            around=_kept(behind, "{}") if several else "{}", detector=own,
+            around=f"{{}}{_safe(behind)}", detector=own,
         )  # fmt: skip
     if not several:
         return None
     name = "amplitude" if dimensions is AMPLITUDES else "amount"
-    return FactAt(f"{path}.{name}", float(number), "", "ratio", place=path, around=_kept(behind, f"{{}} {unit}"))
+    return FactAt(f"{path}.{name}", float(number), "", "ratio", place=path, around=f"{{}} {unit}{_safe(behind)}")
 
 
 def _rest(path: str, text: str, found: re.Match[str]) -> list[FactAt | None]:
@@ -159,7 +159,7 @@ def _rest(path: str, text: str, found: re.Match[str]) -> list[FactAt | None]:
                 one = read_quantity(said.strip(), dimension)
             except QuantityError:
                 continue
-            around = _kept(back, f"{_safe(front)}{{}}")
+            around = f"{_safe(front)}{{}}{_safe(back)}"
             parts.append(
                 FactAt(f"{path}.{name}", one.value, one.unit, dimension, signed=True, place=path, around=around)
             )
@@ -179,11 +179,8 @@ def _ends(path: str, text: str) -> tuple[FactAt, ...]:
     )
 
 
-def _kept(behind: str, front: str) -> str:
-    return f"{front}{_safe(behind)}"
-
-
 def _safe(text: str) -> str:
+    """Braces that stand for themselves."""
     return text.replace("{", "{{").replace("}", "}}")
 
 

@@ -50,10 +50,16 @@ def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question
 
 def row_limits(job: RotorJob) -> FloatArray:
     """Least limit on each row [SI peak], inf without one."""
-    limits = np.full(len(job.readings), inf)
-    for limit in job.residual_limits:
-        for row in rows_of(job, limit.sensor, limit.speed):
-            limits[row] = min(limits[row], limit.at_most)
+    limits: FloatArray = limits_over(job, np.array([[limit.at_most for limit in job.residual_limits]]))[0]
+    return limits
+
+
+def limits_over(job: RotorJob, bounds: FloatArray) -> FloatArray:
+    """The same for many bounds of the limits on what is left (n_values, n_limits), (n_values, n_rows)."""
+    limits = np.full((len(bounds), len(job.readings)), inf)
+    for limit, bound in zip(job.residual_limits, bounds.T, strict=True):
+        rows = rows_of(job, limit.sensor, limit.speed)
+        limits[:, rows] = np.minimum(limits[:, rows], bound[:, None])
     return limits
 
 

@@ -208,27 +208,32 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
         for k, table in enumerate(listed_tables(document, "cylinders", mistakes))
     ]
     cylinders = [one for one in listed if one is not None]
-    counterweights = read_tables(document, "counterweights", CounterweightTable, mistakes)
-    shafts = read_tables(document, "balance_shafts", BalanceShaftTable, mistakes)
+    weights: dict[str, Weights] = {
+        "counterweights": read_tables(document, "counterweights", CounterweightTable, mistakes),
+        "balance_shafts": read_tables(document, "balance_shafts", BalanceShaftTable, mistakes),
+    }
     limits = read_tables(document, "limits", EngineLimitTable, mistakes)
     measures = read_tables(document, "measures", EngineLimitTable, mistakes)
     not_soft(measures, mistakes)
     goal = optional_table(EngineGoalTable, document, "goal", mistakes)
     mistakes.raise_any()
     assert engine is not None
-    _check(engine, cylinders, counterweights, shafts, (limits, measures, goal), mistakes)
+    asked = limits, measures, goal
+    _check(engine, cylinders, weights, asked, mistakes)
     mistakes.raise_any()
-    return _job(document, mistakes.name, engine, cylinders, (counterweights, shafts), (limits, measures, goal))
+    return _job(document, mistakes.name, engine, cylinders, weights, asked)
+
+
+Tables = Mapping[str, EngineLimitTable]
+Asked = tuple[Tables, Tables, EngineGoalTable | None]
+"""Limits, measures and goal."""
+Weights = Mapping[str, CounterweightTable]
 
 
 def _job(
-    document: Mapping[str, Any],
-    name: str,
-    engine: EngineTable,
-    cylinders: list[CylinderTable],
-    weights: tuple[Mapping[str, CounterweightTable], Mapping[str, BalanceShaftTable]],
-    asked: tuple[Mapping[str, EngineLimitTable], Mapping[str, EngineLimitTable], EngineGoalTable | None],
-) -> EngineJob:
+    document: Mapping[str, Any], name: str, engine: EngineTable, cylinders: list[CylinderTable],
+    weights: dict[str, Weights], asked: Asked,
+) -> EngineJob:  # fmt: skip
     """The job in SI."""
     throws, cranks = _throws(engine, cylinders)
     places = _places(engine, cylinders)
@@ -238,7 +243,7 @@ def _job(
         title=str(document.get("title", name)),
         speed=engine.speed.value,
         ratio=engine.radius / engine.rod.value,
-        orders=max([engine.orders, *(one.of_order for one in _asked_of(*asked).values())]),
+        orders=max([engine.orders, *(one.of_order for one in _asked_of(asked).values())]),
         truncated=engine.kinematics == "truncated",
         cylinders=tuple(
             Cylinder(
@@ -253,8 +258,9 @@ def _job(
         cranks=cranks,
         offered=tuple(engine.cranks),
         shares=_shares(engine),
-        weights=tuple(_weight(own, "counterweights", one, middle) for own, one in weights[0].items())
-        + tuple(_weight(own, "balance_shafts", one, middle) for own, one in weights[1].items()),
+        weights=tuple(
+            _weight(own, family, one, middle) for family, tables in weights.items() for own, one in tables.items()
+        ),
         fires=tuple(engine.firing_order),
         strokes=engine.strokes,
         even_firing=engine.even_firing,
@@ -268,10 +274,9 @@ def _job(
     )
 
 
-def _asked_of(
-    limits: Mapping[str, EngineLimitTable], measures: Mapping[str, EngineLimitTable], goal: EngineGoalTable | None
-) -> dict[tuple[str, ...], EngineLimitTable]:
+def _asked_of(asked: Asked) -> dict[tuple[str, ...], EngineLimitTable]:
     """Every response that is asked for, by where."""
+    limits, measures, goal = asked
     found: dict[tuple[str, ...], EngineLimitTable] = {("limits", name): one for name, one in limits.items()}
     found |= {("measures", name): one for name, one in measures.items()}
     return found if goal is None else {**found, ("goal",): EngineLimitTable(response=goal.minimise, order=goal.order)}
@@ -286,10 +291,7 @@ def _shares(engine: EngineTable) -> tuple[Share, ...]:
     """Both shares where one is given: the other is all of the rotating mass, or none of the reciprocating."""
     if engine.counterweight_share is None and engine.rotating_share is None:
         return ()
-    return (
-        _share(RECIPROCATING, engine.counterweight_share, 0.0),
-        _share(ROTATING, engine.rotating_share, 1.0),
-    )
+    return _share(RECIPROCATING, engine.counterweight_share, 0.0), _share(ROTATING, engine.rotating_share, 1.0)
 
 
 def _share(name: str, given: Fact | Choice | None, default: float) -> Share:
@@ -329,15 +331,10 @@ def _weight(name: str, family: str, table: CounterweightTable, middle: float) ->
 
 
 def _check(
-    engine: EngineTable,
-    cylinders: list[CylinderTable],
-    counterweights: Mapping[str, CounterweightTable],
-    shafts: Mapping[str, BalanceShaftTable],
-    asked: tuple[Mapping[str, EngineLimitTable], Mapping[str, EngineLimitTable], EngineGoalTable | None],
-    mistakes: Mistakes,
+    engine: EngineTable, cylinders: list[CylinderTable], weights: dict[str, Weights], asked: Asked, mistakes: Mistakes
 ) -> None:
     """What the tables say of each other."""
-    limits, measures, goal = asked
+    limits, _, goal = asked
     if not cylinders:
         mistakes.add(("cylinders",), "there is no cylinder. Write [[cylinders]] once for each.")
         return
@@ -355,7 +352,7 @@ def _check(
     if wanted and wanted != len(engine.cranks):
         mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
     unbounded(limits, mistakes)
-    for path, one in _asked_of(limits, measures, goal).items():
+    for path, one in _asked_of(asked).items():
         if one.of_order > _TEXTBOOK and (one.kinematics or engine.kinematics) == "truncated":
             where = "engine" if one.kinematics is None else ".".join(path)
             mistakes.add(
@@ -363,10 +360,7 @@ def _check(
                 f"{'.'.join(path)}.order = {one.of_order}, but truncated kinematics ends at {_TEXTBOOK}. Write "
                 f'kinematics = "exact" in [{where}].',
             )
-    sizes = [counterweight.unbalance for counterweight in counterweights.values()] + [
-        shaft.unbalance for shaft in shafts.values()
-    ]
-    free = [size for size in sizes if isinstance(size, Choice)]
+    free = [one for own in weights.values() for one in own.values() if isinstance(one.unbalance, Choice)]
     shares = [engine.counterweight_share, engine.rotating_share]
     if isinstance(engine.rotating_share, Choice) and not any(
         _mass(cylinder.rotating, engine.rotating) > 0.0 for cylinder in cylinders

@@ -25,6 +25,7 @@ from vibopt.balancing.known.shaft_statics import (
 )
 from vibopt.balancing.optimisers import Solver
 from vibopt.balancing.planes import MASS, Plane
+from vibopt.records import dataclass
 from vibopt.work import metered
 
 _TINY, _OPEN = 1e-9, 1e-10
@@ -96,6 +97,23 @@ def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tup
     return found.status, found.claim
 
 
+@dataclass(frozen=True)
+class Left:
+    """What is left on the shaft, as it stands and as it turns: zero where it is rounding, or left open by a program."""
+
+    static: complex
+    couple: complex
+    reactions: dict[str, complex]
+
+    @staticmethod
+    def of(job: KnownJob, u: ComplexArray) -> Left:
+        """With the correction u; the couple is about the middle."""
+        static, couple = left_over(job, u)
+        size = float(abs(unbalances(job)).sum())
+        forces = {name: _clean(one, size * (job.speed or 1.0) ** 2) for name, one in reactions(job, u).items()}
+        return Left(_clean(static, size), _clean(couple, size * middle_and_arm(job)[1]), forces)
+
+
 def left_over(job: KnownJob, u: ComplexArray) -> tuple[complex, complex]:
     """Static [kg m] and couple unbalance about the middle [kg m²] with the correction u."""
     rows = balance_rows(job)
@@ -111,7 +129,7 @@ def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
     if aim is None:
         return "correction", Entry(sum(amounts(found), 0.0), "mass")
     size = float(abs(unbalances(job)).sum()) * aim.scale
-    return aim.name, Entry(_clean(aim.value(job, found.u), size), aim.dimension)
+    return aim.name, Entry(abs(_clean(aim.value(job, found.u), size)), aim.dimension)
 
 
 def amounts(found: Correction) -> list[float]:
@@ -125,21 +143,14 @@ def _values(job: KnownJob, found: Correction) -> dict[str, Value]:
     for plane, one in zip(job.planes, found.planes, strict=True):
         values.update(_plane_values(plane, one))
     for when, u in (("as_found", 0.0 * found.u), ("residual", found.u)):
-        static, couple = left_over(job, u)
-        size = float(abs(unbalances(job)).sum())
-        values[f"{when}.static"] = Entry(_clean(abs(static), size), "unbalance")
-        if _clean(abs(static), size):
-            values[f"{when}.static_angle"] = direction_of(static)
-        if not job.flat:
-            length = middle_and_arm(job)[1]
-            values[f"{when}.couple"] = Entry(_clean(abs(couple), size * length), "couple_unbalance")
-            if _clean(abs(couple), size * length):
-                values[f"{when}.couple_angle"] = direction_of(couple)
-        for name, force in reactions(job, u).items():
-            value, path = _clean(abs(force), size * (job.speed or 1.0) ** 2), f"{when}.bearings.{name}"
-            values[f"{path}.reaction"] = Entry(value, "force")
-            if value:
-                values[f"{path}.angle"] = direction_of(force)
+        left = Left.of(job, u)
+        sizes = [("static", "static_angle", left.static, "unbalance")]
+        sizes += [] if job.flat else [("couple", "couple_angle", left.couple, "couple_unbalance")]
+        sizes += [(f"bearings.{n}.reaction", f"bearings.{n}.angle", z, "force") for n, z in left.reactions.items()]
+        for size, angle, z, dimension in sizes:
+            values[f"{when}.{size}"] = Entry(abs(z), dimension)
+            if z:
+                values[f"{when}.{angle}"] = direction_of(z)
         if not job.planes:
             break
     return values
@@ -171,23 +182,22 @@ def _weight_words(plane: Plane, weight: Weight) -> str:
     return f"{plane.show(weight.mass)} {where}"
 
 
-def _clean(value: float, size: float) -> float:
+def _clean(value: complex, size: float) -> complex:
     """Zero where a sum cancels to rounding, or to what a program leaves open."""
-    return 0.0 if value < _OPEN * size else float(value)
+    return 0.0 if abs(value) < _OPEN * size else value
 
 
 def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -> Checked:
     """A limit or measure on the corrected shaft, by the masses turned by hand where it is a sum."""
-    static, couple = left_over(job, found.u)
-    size = float(abs(unbalances(job)).sum())
+    left, place = Left.of(job, found.u), ""
     if table.response == "static_unbalance":
-        place, value = "", _clean(abs(static), size)
+        value = abs(left.static)
     elif table.response == "couple_unbalance":
-        place, value = "", _clean(abs(couple), size * middle_and_arm(job)[1])
+        value = abs(left.couple)
     elif table.response == "bearing_reaction":
-        all_forces = {n: abs(force) for n, force in reactions(job, found.u).items()}
+        forces = {name: abs(force) for name, force in left.reactions.items()}
         place = f"of {table.of}" if table.of else ""
-        value = _clean(all_forces[table.of] if table.of else max(all_forces.values()), size * (job.speed or 1.0) ** 2)
+        value = forces[table.of] if table.of else max(forces.values())
     else:
         masses = dict(zip((plane.name for plane in job.planes), amounts(found), strict=True))
         place = f"of {table.of}" if table.of else "in total"
