@@ -72,8 +72,10 @@ class Conics:
         ]
         return bool(least > SLACK * size)
 
-    def extreme(self, way: float) -> FloatArray:
-        """Corner points with the greatest k (`way` 1) or the least (-1), shape (m, 2); none where the set is empty."""
+    def extreme(self, way: float, axis: int = 0) -> FloatArray:
+        """Corner points with the greatest k (`way` 1) or the least (-1), of c with `axis` 1; none where it is empty."""
+        if axis:
+            return Conics(self.rows[:, [1, 0, 3, 2, 4]], self.low[::-1], self.high[::-1]).extreme(way)[:, ::-1]
         found: FloatArray = self._outermost(way) * self._unit()
         return found
 

@@ -29,6 +29,8 @@ MOST_SLICES = 5000
 _COST = 5.0
 """Work of a slice, in exact measurements."""
 _ROUNDS = 40
+_BOLDER, _MOST_ASKED = 16.0, 0.25
+"""By how many times more is asked of the goal behind a design that was better, and at most [part of the goal]."""
 _FIRST = 13
 _TRIED = 128
 _NEAR = 48
@@ -191,20 +193,21 @@ class _Run:
         self.speeds = [known or other for known, other in zip(self.speeds, first, strict=True)]
 
     def _exchanged(self) -> bool:
-        """For a goal in the stiffness alone: the best that the rows at a few speeds leave, until all speeds allow it.
+        """For a goal in stiffness or damping alone: the best that rows at a few speeds leave, until all allow it.
 
         What meets the limits at some of its speeds only is no worse than the best, so nothing is left to be polished.
         """
         aim = self.program.aim
-        power = self.plane.power_of_stiffness(aim.form) if aim is not None and self.plane.other < 0 else 0.0
+        axis, power = self.plane.power_of(aim.form) if aim is not None and self.plane.other < 0 else (0, 0.0)
         if aim is None or not power:
             return False
         for _ in range(_ROUNDS):
             conics = self.plane.conics(list(zip(self.program.limits, self.speeds, strict=False)), (1.0, 1.0))
-            corners = np.zeros((0, 2)) if conics is None else conics.extreme(-np.sign(aim.sense * power))
+            corners = np.zeros((0, 2)) if conics is None else conics.extreme(-np.sign(aim.sense * power), axis)
             if not len(corners):
                 return False
-            x = self.plane.design(float(corners[0, 0]), float(corners[:, 1].min()), 1.0)
+            k, c = corners[corners[:, 1 - axis].argmin()].tolist()
+            x = self.plane.design(k, c, 1.0)
             if self._learn(x) <= _MET:
                 self.best, self.value = x, self.judge.goal(x).value
                 return True
@@ -296,44 +299,58 @@ class _Run:
         return [(interval[0], middle), (middle, interval[1])]
 
     def _empty_at(self, v: float) -> bool:
-        """Learn worst speeds until the rows leave nothing at one v; whether that came to no end."""
+        """Learn worst speeds until the rows leave nothing at one v; whether that came to no end.
+
+        Behind a better design one that is better by far is asked for, so that no way of many small steps is gone.
+        """
+        asked, room, floor = self.gap, True, -np.inf
         for _ in range(_ROUNDS):
             self.rounds += 1
-            corners = self._corners((v, v))
+            corners = self._corners((v, v), asked, room=room)
             if corners is None or not len(corners):
-                return False
+                if asked <= self.gap:
+                    return False
+                floor = self.value - asked * abs(self.value)
+                asked = max(float(np.sqrt(self.gap * asked)), self.gap)
+                continue
             if self.budget.over:
                 return True
-            before = sum(len(speed) for speed in self.speeds)
-            if not self._try(corners, v) and sum(len(speed) for speed in self.speeds) == before:
-                return True
+            before, known = sum(len(speed) for speed in self.speeds), np.isfinite(self.value)
+            if self._try(corners, v):
+                left = (self.value - floor) / max(abs(self.value), 1e-300)
+                asked = max(min(_BOLDER * asked, _MOST_ASKED, 0.5 * left), self.gap) if known else asked
+            elif sum(len(speed) for speed in self.speeds) == before:
+                if not room:
+                    return True
+                room = False  # what was tried misses a limit by rounding: what meets it may be left
         return True
 
-    def _corners(self, interval: Interval) -> FloatArray | None:
-        conics = self._rows(interval, self.speeds)
+    def _corners(self, interval: Interval, better: float | None = None, *, room: bool = True) -> FloatArray | None:
+        """Corner points of what the rows leave of an interval that is better than the best by a part of it."""
+        conics = self._rows(interval, self.speeds, self.gap if better is None else better, room=room)
         if conics is None:
             return None
         corners = conics.corners()
         self._conics = conics
         return corners
 
-    def _rows(self, interval: Interval, every: list[list[float]]) -> Conics | None:
-        """What limits leave at these speeds of each part, and what of it is better than the best by the gap."""
+    def _rows(self, interval: Interval, every: list[list[float]], better: float, *, room: bool = True) -> Conics | None:
+        """What limits leave at these speeds of each part, and what of it is better than the best by a part of it."""
         limits = []
         for part, speeds in zip(self.parts, every, strict=True):
             if isinstance(part, Aim):
                 if not np.isfinite(self.value):
                     continue
-                wanted = part.sense * (self.value - self.gap * max(abs(self.value), 1e-300))
+                wanted = part.sense * (self.value - better * max(abs(self.value), 1e-300))
                 limits.append((as_limit(part, wanted), speeds))
             else:
-                limits.append((_widened(part), speeds))
+                limits.append((_widened(part) if room else part, speeds))
         return self.plane.conics(limits, interval)
 
     def _left_empty(self, interval: Interval) -> bool:
         """Whether one sum of the rows at the worst speeds of the best design shows that nothing is better."""
         assert self.best is not None
-        conics = self._rows(interval, self._worst)
+        conics = self._rows(interval, self._worst, self.gap)
         return conics is not None and conics.left_empty(np.array(self.plane.point(self.best)))
 
     def _try(self, corners: FloatArray, v: float) -> bool:

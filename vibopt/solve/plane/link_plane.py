@@ -156,10 +156,12 @@ class LinkPlane:
         """The link by whose mounts a response is divided."""
         return limit.form.harmonic.output.shared_by if limit.form.harmonic is not None else ""
 
-    def power_of_stiffness(self, form: Form) -> float:
-        """Power of k that a form is, but for a factor; 0 where it is none."""
+    def power_of(self, form: Form) -> tuple[int, float]:
+        """Which of k and c (0, 1) a form is a power of, but for a factor, and that power; 0.0 where it is none."""
         powers = self._powers(form.powers) if form.powers is not None and len(form.powers.scale) == 1 else None
-        return 0.0 if powers is None or powers[1] or powers[2].any() else powers[0]
+        if powers is None or powers[2].any() or (powers[0] and powers[1]):
+            return 0, 0.0
+        return (1, powers[1]) if powers[1] else (0, powers[0])
 
     def _only_other(self, form: Monomials) -> bool:
         used = np.flatnonzero(form.exponents.any(axis=0))
