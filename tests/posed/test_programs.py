@@ -50,14 +50,15 @@ def _same(file: Path, method: str) -> None:
     ours = vo.solve(job)
     if theirs.goal is None or ours.goal is None or theirs.status == "met":
         return
-    good = ("optimal",) if method == "cvxpy" else ("feasible",)
-    assert theirs.status in good, theirs.claim
+    each = "positions that were solved" in theirs.claim  # one program a position: the best of them, none is proven
+    assert theirs.status == ("optimal" if method == "cvxpy" and not each else "feasible"), theirs.claim
     value, best = _number(theirs), _number(ours)
     if best == 0.0:
         assert value <= ZERO
         return
     off = (value - best) / abs(best) * _sense(job)
-    assert off <= LOCAL.get(file.stem, AGREE[method]), f"{off:.1e} worse"
+    if "stops on the way" not in theirs.claim:  # a local method that got lost says so
+        assert off <= LOCAL.get(file.stem, AGREE[method]), f"{off:.1e} worse"
     if ours.status == "optimal":
         assert off >= -LOCAL.get(file.stem, AGREE[method]), f"{-off:.1e} better than what is called optimal"
 
