@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from math import isclose
 
 import numpy as np
 
@@ -159,7 +160,7 @@ class _Hunt:
         """The factors with those at rest that make no difference."""
         for axis in np.flatnonzero(self.free):
             other = np.where(np.arange(len(factors)) == axis, self.rest, factors)
-            factors = other if abs(self.value(other) - value) <= same * abs(value) else factors
+            factors = other if isclose(self.value(other), value, rel_tol=same) else factors  # infinite is not finite
         return factors
 
     def inside_band(self, limit: Limit) -> Hit:

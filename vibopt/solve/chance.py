@@ -24,7 +24,7 @@ from vibopt.program.worst_case import around, hit, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import Uncertain, uncertain
-from vibopt.solve.deviations import goal_machine, rows_over, side_by_side
+from vibopt.solve.deviations import goal_machine, limits_over, measures_over, side_by_side
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.odds import DRAWN, MOST_WORK, rows_drawn
 from vibopt.solve.rare import RARE, beyond, proven_beyond
@@ -134,7 +134,8 @@ def _candidates(
 def _judged(scene: Scene, x: FloatArray, both: Tolerances | None) -> Sought | None:
     """A design x (n_vars,) by machines that the search has not seen; None where not enough of them keep a limit."""
     best = judged(scene, x)
-    limits, measures = rows_over(scene, x, best)
+    measures, best = measures_over(scene, x, best)
+    limits = limits_over(scene, x, best)
     limits, odds = rows_drawn(scene, x, limits)
     if any(one.verdict != MET for one in odds.values()):
         return None

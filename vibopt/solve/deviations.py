@@ -11,13 +11,13 @@ import numpy as np
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
-from vibopt.errors import counted
 from vibopt.mechanics.combine import FOUND, foremost
 from vibopt.program.program import Program
 from vibopt.program.worst_case import Hit, around, doubts_at, hit, measured_around, missed
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.solve.method import Found
+from vibopt.solve.proof import decided
 from vibopt.solve.robust import Robust
 from vibopt.verify.as_built import differing
 from vibopt.verify.checked import Offs, checked_limits, checked_measures, chosen_of, goal_of, limit_rows
@@ -56,15 +56,13 @@ def limit_offs(scene: Scene, x: FloatArray, hits: Mapping[int, Hit]) -> Offs:
     return found
 
 
-def measure_offs(scene: Scene, x: FloatArray) -> Offs:
-    """The machine on which each measure is worst."""
-    doubts, found = doubts_at(scene, x), {}
-    for name, response in scene.measures.items():
-        if response.outside_bands:
-            continue
-        program, part = measured_around(scene, x, name)
-        found[name] = [_named(doubts, hit(part, program.axes).factors)]
-    return found
+def _measure_offs(scene: Scene, x: FloatArray, hits: Mapping[str, Hit]) -> Offs:
+    """Machines on which each measure is measured: as those of a limit."""
+    doubts = doubts_at(scene, x)
+    corners = _corners(doubts)
+    return {
+        name: [_named(doubts, one.factors), *([] if one.proven or one.sure else corners)] for name, one in hits.items()
+    }
 
 
 def goal_machine(scene: Scene, hits: Mapping[int, Hit]) -> dict[str, float]:
@@ -72,22 +70,31 @@ def goal_machine(scene: Scene, hits: Mapping[int, Hit]) -> dict[str, float]:
     return _named(uncertain(scene), hits[-1].factors) if -1 in hits else {}
 
 
-def rows_over(scene: Scene, x: FloatArray, robust: Robust) -> tuple[dict[str, Checked], dict[str, Checked]]:
-    """Limits and measures on the worst machines around a design."""
+def limits_over(scene: Scene, x: FloatArray, robust: Robust) -> dict[str, Checked]:
+    """Limits on the worst machines around a design."""
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
-    limits = checked_limits(scene, chosen, limit_offs(scene, x, robust.hits))
-    return limits, checked_measures(scene, chosen, measure_offs(scene, x))
+    return checked_limits(scene, chosen, limit_offs(scene, x, robust.hits))
+
+
+def measures_over(scene: Scene, x: FloatArray, robust: Robust) -> tuple[dict[str, Checked], Robust]:
+    """Measures on the worst machines around a design, and what is proven of them beside limits and goal."""
+    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
+    hits, left = {}, list(robust.open)
+    for name in scene.measures:
+        program, part = measured_around(scene, x, name)
+        hits[name], told = decided(part, program.axes, hit(part, program.axes))
+        left += [] if told else [f"measures.{name}"]
+    rows = checked_measures(scene, chosen, _measure_offs(scene, x, hits))
+    return rows, replace(robust, open=tuple(left), measured=hits)
 
 
 def analysed(design: Design, robust: Robust) -> Design:
     """An analysis measured over the tolerances: what is said of machines that were not looked at."""
-    tried = robust.tried
     words = "for every machine within the tolerances, proven"
     if robust.open and design.status == "met":
-        worst = f"the worst of {counted(tried, 'machines')} found"
-        words = f"over the tolerances: {worst}, not proven for {', '.join(robust.open)}"
+        words = f"over the tolerances: {robust.doubt}"
     elif design.status == "violated":
-        words = "by a machine within the tolerances"
+        words = "by a machine within the tolerances" + (f"; {robust.doubt}" if robust.open else "")
     machine = goal_machine(design.scene, robust.hits) if design.goal is not None else {}
     both = side_by_side(design.scene, None, robust, differing(design.scene, machine))
     return replace(design, claim=f"{design.claim}; {words}", tolerances=both)
@@ -109,4 +116,4 @@ def _named(doubts: tuple[Uncertain, ...], factors: FloatArray) -> dict[str, floa
     return dict(zip((doubt.path for doubt in doubts), factors.tolist(), strict=True))
 
 
-__all__ = ["analysed", "goal_machine", "limit_offs", "measure_offs", "rows_over", "side_by_side"]
+__all__ = ["analysed", "goal_machine", "limits_over", "measures_over", "side_by_side"]

@@ -43,12 +43,17 @@ def settled(program: Program, hits: Mapping[int, Hit]) -> tuple[dict[int, Hit], 
     """The worst machines, after a search that misses none, and the names of what is neither broken nor proven."""
     final, left = {}, []
     for index, part in parts_of(program).items():
-        one, sure = raised(part, program.axes, hits[index])
-        final[index] = replace(one, sure=sure)
-        broken = isinstance(part, Limit) and missed(part, one.value) > TOLERANCE
-        if not (sure or broken or _held(part, program.axes, one)):
+        final[index], told = decided(part, program.axes, hits[index])
+        if not told:
             left.append(part.name if isinstance(part, Limit) else "the goal")
     return final, tuple(dict.fromkeys(left))
+
+
+def decided(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bool]:
+    """The worst machine of one part after a search that misses none, and whether it is broken or proven."""
+    one, sure = raised(part, axes, one)
+    broken = isinstance(part, Limit) and missed(part, one.value) > TOLERANCE
+    return replace(one, sure=sure), sure or broken or _held(part, axes, one)
 
 
 def breaks(part: Limit | Aim, axes: tuple[Axis, ...], near: tuple[FloatArray, ...]) -> Hit | None:
@@ -93,7 +98,7 @@ def _pieces(part: Limit | Aim) -> tuple[Limit | Aim, ...]:
 
 def raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bool]:
     """The hit, or a worse one where the proof that there is none fails on a machine; whether it is proven to MARGIN."""
-    if one.proven:
+    if one.proven or (one.value == np.inf and not _least(part)):
         return one, True
     if isinstance(part, Limit) and part.side == "outside":
         return one, False
@@ -151,4 +156,4 @@ def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: boo
     return all(top > 0.0 and _covered(one, axes, top, least) for one, top in shares)
 
 
-__all__ = ["breaks", "kept_within", "parts_of", "raised", "settled", "tight", "worst_machines"]
+__all__ = ["breaks", "decided", "kept_within", "parts_of", "raised", "settled", "tight", "worst_machines"]

@@ -47,11 +47,13 @@ class Robust:
     hits
         Per limit of the program, and -1 for the goal.
     open
-        Names of limits (and the goal) of which the worst machine is found but not proven to be the worst.
+        Limits, "the goal" and measures ("measures.level") of which the worst machine is found but not proven to be so.
     reason
         Why there is no design, where parts are chosen.
     program
         The question on the machines that prove that there is no design.
+    measured
+        Of each measure, once it is looked at.
     """
 
     found: Found
@@ -59,11 +61,14 @@ class Robust:
     open: tuple[str, ...] = ()
     reason: str = ""
     program: Program | None = None
+    measured: Mapping[str, Hit] = field(default_factory=dict)
 
     @property
-    def tried(self) -> int:
-        """Machines looked at around the design."""
-        return sum(hit.tried for hit in self.hits.values())
+    def doubt(self) -> str:
+        """Of what the worst machine is found and not proven, in words; "" where all of it is."""
+        tried = sum(hit.tried for hit in (*self.hits.values(), *self.measured.values()))
+        worst = f"the worst of {counted(tried, 'machines')} found"
+        return f"{worst}, not proven for {', '.join(self.open)}" if self.open else ""
 
 
 def judged(scene: Scene, x: FloatArray) -> Robust:
@@ -194,17 +199,16 @@ class _Run:
     def _done(self, found: Found, hits: dict[int, Hit]) -> Robust:
         assert found.x is not None
         program = around(self.scene, found.x)
-        undecided = self.undecided
+        done = Robust(found, hits, self.undecided)
         status, words = found.status, "over the tolerances: all of it proven"
         if any(tight(program, index, hit) for index, hit in hits.items()):
             words += f" (to {100.0 * MARGIN:g} % of the bound where a limit is tight)"
-        if undecided:
-            tried = sum(hit.tried for hit in hits.values())
-            worst = f"the worst of {counted(tried, 'machines')} found"
-            words = f"over the tolerances: {worst}, not proven for {', '.join(undecided)}"
+        if done.open:
+            words = f"over the tolerances: {done.doubt}"
             status = "feasible" if status == "optimal" else status
         details = {**found.details, "machines": self.machines.count}
-        return Robust(replace(found, status=status, claim=f"{found.claim}; {words}", details=details), hits, undecided)
+        claimed = replace(found, status=status, claim=f"{found.claim}; {words}", details=details)
+        return replace(done, found=claimed)
 
     def locally(self, x: FloatArray) -> tuple[FloatArray, bool]:
         """A design near x that holds on all machines that are worst for it; whether there is one."""

@@ -171,7 +171,7 @@ def _over_tolerances(
     wish: _Wish,
 ) -> Design:
     """The answer that holds for every machine within the tolerances, beside the one without them."""
-    from vibopt.solve.deviations import goal_machine, rows_over, side_by_side
+    from vibopt.solve.deviations import goal_machine, limits_over, measures_over, side_by_side
     from vibopt.solve.robust import robust
     from vibopt.verify.as_built import differing
 
@@ -186,10 +186,13 @@ def _over_tolerances(
             design = _loosened(scene, design, found, asked, wish.patience)
             clock.stage("conflict")
         return replace(design, tolerances=side_by_side(scene, nominal, best, {}))
-    rows = rows_over(scene, np.asarray(found.x), best)
+    x = np.asarray(found.x)
+    measures, over = measures_over(scene, x, best)
+    if left := over.open[len(best.open) :]:
+        found = replace(found, claim=f"{found.claim}; the worst found, not proven, for {', '.join(left)}")
     machine = goal_machine(scene, best.hits)
-    both = side_by_side(scene, nominal, best, differing(scene, machine))
-    return _on_worst(scene, program, found, clock, rows, both, machine)
+    both = side_by_side(scene, nominal, over, differing(scene, machine))
+    return _on_worst(scene, program, found, clock, (limits_over(scene, x, best), measures), both, machine)
 
 
 def _on_worst(
@@ -290,12 +293,12 @@ def _analysis(scene: Scene, program: Program, clock: _Clock) -> Design:
     """Everything measured; a goal, where only places were open, on the machine that is worst for it."""
     robust, worst_of_goal = None, scene
     if uncertain(scene):
-        from vibopt.solve.deviations import analysed, goal_machine, rows_over
+        from vibopt.solve.deviations import analysed, goal_machine, limits_over, measures_over
         from vibopt.solve.robust import judged
 
-        robust = judged(scene, np.zeros(0))
+        measures, robust = measures_over(scene, np.zeros(0), judged(scene, np.zeros(0)))
+        limits = limits_over(scene, np.zeros(0), robust)
         worst_of_goal = replace(scene, off=goal_machine(scene, robust.hits))
-        limits, measures = rows_over(scene, np.zeros(0), robust)
     else:
         built = Built(scene, {}, program.model)
         limits, measures = built.limits({}), built.measures({})

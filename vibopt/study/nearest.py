@@ -17,7 +17,7 @@ from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.choose import modest
-from vibopt.solve.deviations import rows_over
+from vibopt.solve.deviations import limits_over
 from vibopt.solve.local import on_values
 from vibopt.solve.loosen import beside, left_out
 from vibopt.solve.measured_pieces import SLOPES, Exact, Piece, Point
@@ -101,7 +101,7 @@ def _chosen(scene: Scene, x: Sequence[float] | FloatArray) -> dict[str, float]:
 def _rows(scene: Scene, program: Program, x: FloatArray) -> dict[str, Checked]:
     """Every limit on the machine as built, the worst within its tolerances."""
     if uncertain(scene):
-        return rows_over(scene, x, judged(scene, x))[0]
+        return limits_over(scene, x, judged(scene, x))
     return checked_limits(scene, _chosen(scene, x), model=program.model)
 
 

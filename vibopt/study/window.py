@@ -347,7 +347,9 @@ def _over(scene: Scene, centre: FloatArray, part: float) -> Any:
         }
         for variable, x in zip(scene.variables, map(float, centre), strict=True)
     }
-    document = {key: one for key, one in changed(scene.document, said).items() if key not in ("goal", "expected")}
+    document = {
+        key: one for key, one in changed(scene.document, said).items() if key not in ("goal", "expected", "measures")
+    }
     try:
         return answer(of_document(document, Mistakes(scene.name, None)), explain=False)
     except InputError:

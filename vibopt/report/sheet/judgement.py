@@ -81,7 +81,7 @@ def _within(design: Design) -> str:
     if odds and design.tolerances is not None and len(design.tolerances.odds) == len(design.limits):
         return f": {odds}"
     every, found = " for every machine within the tolerances", " on the worst machines found within the tolerances"
-    within = found if design.tolerances.open else every
+    within = every if all(one.startswith("measures.") for one in design.tolerances.open) else found
     return f"{within}, but {odds}" if odds else within
 
 

@@ -1,0 +1,116 @@
+"""A measure over tolerances is told as the limit of the same question: worst machine, value, and what is proven."""
+
+from __future__ import annotations
+
+from math import inf
+
+import pytest
+
+from vibopt.answer.jsonable import as_json
+from vibopt.report.sheet.judgement import proof_of, verdict_of
+from vibopt.scene.read import from_text
+from vibopt.scene.scene import Design
+from vibopt.solve import solve
+from vibopt.study.window import window
+
+TURNS = 'kind = "unbalance"\nunbalance = "0.2 kg m"\nspeed = "1500 rpm"\n'
+SHAKEN = 'kind = "force"\namplitude = "5 kN"\nspeed = "300..1500 rpm"\n'
+PULSE = 'kind = "pulse"\nshape = "half sine"\namplitude = "5 kN"\n'
+JOBS = {
+    "a motor that sticks": (TURNS + 'run_up = { torque = "6 N m", inertia = "2 kg m2" }', "peak_displacement"),
+    "a rate of the speed": (TURNS + 'run_up = { acceleration = "500 rpm/s" }', "peak_displacement"),
+    "down": (TURNS + 'run_up = { from = "1500 rpm", to = "0 rpm", duration = "3 s" }', "peak_displacement"),
+    "a release": ('kind = "release"\ndisplacement = "5 mm"', "peak_displacement"),
+    "any duration": (PULSE + 'duration_up_to = "10 ms"', "peak_displacement"),
+    "suddenly": (SHAKEN.replace("300..", "") + 'begins = "suddenly"', "peak_displacement"),
+    "steady": (SHAKEN, "displacement"),
+}
+PROVEN = {"a motor that sticks", "steady"}
+
+
+def _answered(job: str, family: str, bound: str = "") -> Design:
+    excitation, response = JOBS[job]
+    return solve(
+        from_text(f"""
+[bodies.fan]
+mass = "200 kg"
+[links.springs]
+between = ["fan", "ground"]
+stiffness = {{ value = "800 kN/m", tolerance = "3 %" }}
+damping = {{ value = "1264.9 N s/m", tolerance = "40 %" }}
+[excitations.e]
+on = "fan"
+{excitation}
+[{family}.level]
+response = "{response}"
+of = "fan"
+{bound}
+""")
+    )
+
+
+@pytest.mark.parametrize("job", JOBS)
+def test_a_measure_is_judged_as_the_limit_of_the_same_question(job: str) -> None:
+    measured = _answered(job, "measures")
+    row = measured.measures["level"]
+    bound = row.value.value * 1.0005 if row.value.value < inf else 1.0
+    limited = _answered(job, "limits", f'at_most = "{bound:.12g} m"')
+    asked = limited.limits["level"]
+    assert (row.value.value, row.off) == (asked.value.value, asked.off)
+    assert (row.value.value == inf) is ("sticks" in job)
+    if "sticks" in job:
+        assert row.off == pytest.approx({"links.springs.damping": -0.4})
+    assert measured.proven == limited.proven == (job in PROVEN)
+    assert as_json(measured)["proven"] is measured.proven
+    assert measured.tolerances is not None
+    if measured.proven:
+        assert measured.claim.endswith("for every machine within the tolerances, proven")
+        assert measured.tolerances.open == ()
+    else:
+        assert measured.claim.endswith("machines found, not proven for measures.level")
+        assert measured.tolerances.open == ("measures.level",)
+        assert 'Not proven over the tolerances: "measures.level"' in " ".join(proof_of(measured))
+
+
+SPRINGS = """
+[bodies.fan]
+mass = { value = "200 kg", tolerance = "2 %" }
+[links.springs]
+between = ["fan", "ground"]
+stiffness = { from = "100 kN/m", to = "9 MN/m" }
+damping = { value = "1264.9 N s/m", tolerance = "10 %" }
+[excitations.e]
+kind = "force"
+on = "fan"
+amplitude = "5 kN"
+speed = "1500 rpm"
+begins = "suddenly"
+varies = "constant"
+[limits.steady]
+response = "transmitted_force"
+into = "ground"
+at_most = "2 kN"
+[measures.level]
+response = "peak_displacement"
+of = "fan"
+[goal]
+maximise = "stiffness"
+of = "springs"
+"""
+
+
+def test_a_design_whose_limits_are_proven_says_what_is_not_proven_of_its_measure() -> None:
+    design = solve(from_text(SPRINGS))
+    assert design.status == "optimal"
+    assert design.claim.endswith(
+        "all of it proven (to 0.1 % of the bound where a limit is tight); "
+        "the worst found, not proven, for measures.level"
+    )
+    assert not design.proven
+    assert "for every machine within the tolerances" in verdict_of(design).lines[0] + verdict_of(design).head
+
+
+def test_a_measure_takes_nothing_from_what_is_proven_of_a_window() -> None:
+    text = SPRINGS.replace('{ value = "200 kg", tolerance = "2 %" }', '"200 kg"')
+    text = text.replace('{ value = "1264.9 N s/m", tolerance = "10 %" }', '"1264.9 N s/m"')
+    assert window(from_text(text)).proven
