@@ -17,6 +17,8 @@ from refusals import refused
 from vibopt.mechanics import sliding
 from vibopt.program.pose import form_of, pose
 from vibopt.report.curves import panels
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.stopping import Stopping
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=16)
 SHAPES = ("half sine", "versed sine", "sine", "rectangle", "triangle", "rising sawtooth", "falling sawtooth")
@@ -191,6 +193,18 @@ def test_a_sudden_start_that_never_settles_is_refused(monkeypatch: pytest.Monkey
         "What rubs does not move alike from turn to turn within 1500 turns of what begins suddenly: hardly anything "
         "damps it, or it grows without end. Write more friction or damping, or ask for the steady vibration alone.",
     )
+
+
+def test_what_begins_sharply_makes_no_step_short_once_it_is_over() -> None:
+    """Let go in an instant, and pushed by three slow pulses: thirty steps in a turn of the machine."""
+    slow = {"on": "press", "shape": "triangle", "amplitude": "2 kN", "duration": "0.3 s", "times": 3, "every": "0.6 s"}
+    document = press({"kind": "pulse", **slow})
+    document["excitations"]["let_go"] = {"kind": "release", "on": "press", "displacement": "20 mm"}
+    scene = vo.from_dict(document)
+    followed = Stopping(machine_of(scene, {}), tuple(one.once for one in scene.excitations.values() if one.once))
+    assert followed.peak(scene.measures["speed"])[0] > 0.0
+    begins = np.hstack(followed._senses)[0]
+    assert len(begins) < 60 * begins[-1] * sqrt(1000.0) / (2.0 * pi)
 
 
 def test_a_drop_and_a_record_are_right_by_both_routes_and_friction_comes_near_the_best_of_all(tmp_path: Path) -> None:

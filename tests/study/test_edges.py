@@ -14,7 +14,7 @@ from vibopt.solve import solve
 from vibopt.study.edges import CLOSE, stretches
 from vibopt.study.seen import GOOD
 from vibopt.study.sweep import sweep
-from vibopt.study.sweep_series import strips
+from vibopt.study.sweep_series import change_words, strips
 from vibopt.units import to_unit
 
 PRESS = Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_34.toml"
@@ -99,6 +99,18 @@ def test_a_point_without_a_design_says_nothing_about_single_limits_and_one_event
     # the second order of one piston, m r w^2 r / l, is at its bound
     exact = 0.6 * 0.045**2 * (4000.0 * np.pi / 30.0) ** 2 / 1600.0
     assert edge.at == pytest.approx(exact, rel=0.03)
+
+
+def test_one_edge_is_told_where_a_limit_begins_to_hold_and_which_limit_it_is() -> None:
+    """A spring that is a hundredth of all moves the frequency little: rounding is a wide part of it."""
+    bounded = table("limits.note", response="natural_frequency", mode=1, at_least="5 Hz")
+    held = table("links.stop", between=["fan", "ground"], stiffness="10 kN/m")
+    scene = from_text(shaken_fan({"stiffness": "98 kN/m"}, held, bounded))
+    found = sweep(scene, "links.stop.stiffness", "0.5 kN/m..20 kN/m", 3)
+    (edge,) = found.boundaries
+    assert (edge.before, edge.after) == (("violated", ("note",)), ("met", ()))
+    assert edge.at == pytest.approx(100.0 * (10.0 * np.pi) ** 2 - 98e3, rel=2e-6)
+    assert change_words(edge) == "holds; below, note broken"
 
 
 def test_lines_of_a_figure_bend_where_the_answer_changes() -> None:

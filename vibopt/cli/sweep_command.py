@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import UNPROVEN
+from vibopt.answer.entry import ACTIVE
 from vibopt.cli import completing
 from vibopt.cli.options import (
     Once,
@@ -309,8 +310,8 @@ def _numbers(scene: Job, points: Sequence[Point], keep_design: bool) -> list[str
 
 def _tight(point: Point, drawn: Sequence[str]) -> str:
     """Limits that are broken, or of which machines that were drawn tell nothing; else those without any margin."""
-    short = [name for name, margin in point.margins.items() if margin < -1e-6]
+    short = point.broken
     unsure = "cannot be told" if point.status == "unproven" else "BROKEN or cannot be told" if short[1:] else "BROKEN"
     broken = [f"{name} {unsure if name in drawn else 'BROKEN'}" for name in short]
-    active = [name for name, margin in point.margins.items() if abs(margin) <= 1e-6]
+    active = [name for name, margin in point.margins.items() if abs(margin) <= ACTIVE]
     return ", ".join(broken or active)

@@ -133,7 +133,7 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
 def state_of(point: Point, fine: float) -> State:
     """What is told apart: whether there is a design, and which limits are active; without one, which are broken."""
     if point.status in ("met", "violated"):
-        return point.status, tuple(sorted(name for name, margin in point.margins.items() if margin < -ACTIVE))
+        return point.status, tuple(sorted(point.broken))
     if not point.good:
         return point.status, ()
     return "good", tuple(sorted(name for name, margin in point.margins.items() if abs(margin) <= fine))

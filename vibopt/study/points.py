@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
-from vibopt.answer.entry import Entry, Word
+from vibopt.answer.entry import TOLERANCE, Entry, Word
 from vibopt.answer.jsonable import number
 from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
@@ -48,6 +48,11 @@ class Point:
     def good(self) -> bool:
         """Whether there is a design, or the limits of what is there hold."""
         return self.status in GOOD
+
+    @property
+    def broken(self) -> tuple[str, ...]:
+        """Limits that do not hold, or of which too few machines were drawn; none of a good answer."""
+        return () if self.good else tuple(name for name, margin in self.margins.items() if margin < -TOLERANCE)
 
     def to_json(self) -> dict[str, Any]:
         """The value of one fact, or those of several by path, then the answer there."""

@@ -137,8 +137,9 @@ class MotionInTime:
         return self._states.places
 
     def _fastest(self, number: int) -> float:
-        """Fastest rate on a stretch [1/s]: of the machine, and of the signals while they last."""
-        acting = self.excitations if self._loaded(number) else self._lasting
+        """Fastest rate on a stretch [1/s]: of the machine, and of the signals that are not over."""
+        begin = self._spans[number][0]
+        acting = (one for one in self.excitations if one in self._lasting or one.joints[-1] > begin)
         return max([self._own_rate, *(one.fastest for one in acting)])
 
     @cached_property

@@ -138,7 +138,7 @@ class Stopping(Simulated):
                     side = self._pushed(state, time, span, released=not was)
                     side = 0.0 if was and side == was else side
         times, sides, states = (np.array(one) for one in zip(*steps, strict=True))
-        self._senses.extend(zip(times.tolist(), sides.tolist(), strict=True))
+        self._senses.append(np.array([times, sides]))
 
         def run(at: Any) -> FloatArray:
             some = np.atleast_1d(np.asarray(at, dtype=float))
@@ -156,8 +156,8 @@ class Stopping(Simulated):
         return state
 
     @cached_property
-    def _senses(self) -> list[tuple[float, float]]:
-        """When each step so far began [s], and the sense of its slip, 0 where it was held."""
+    def _senses(self) -> list[FloatArray]:
+        """Of each stretch so far when its steps began [s], and the senses of their slips, 0 where held: (2, n)."""
         return []
 
     def _pushed(self, state: FloatArray, time: float, span: tuple[float, float], *, released: bool = False) -> float:
@@ -174,23 +174,24 @@ class Stopping(Simulated):
         def after(part: float) -> FloatArray:
             return self._onward(state[:, None], np.array([time]), np.array([part * step]), np.array([side]), span)
 
-        def left(part: float) -> float:
+        def left(part: float, there: FloatArray | None = None) -> float:
             """What is left of the slip, or of the friction that holds."""
-            there = after(part)
+            there = after(part) if there is None else there
             if side:
                 return side * float(self._slip(there)[1, 0])
             carries = self._carries(there, self._read_at(np.array([time + part * step]), span))
             return self.joint.friction - abs(float(carries[0]))
 
-        if left(1.0) > 0.0:
-            return 1.0, after(1.0)[:, 0]
+        whole = after(1.0)
+        if left(1.0, whole) > 0.0:
+            return 1.0, whole[:, 0]
         first = _BEGUN if fresh else 0.0
         part = float(brentq(left, first, 1.0, xtol=1e-14)) if left(first) > 0.0 else first or 1e-9
         return part, after(part)[:, 0]
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
         course = super()._course(time, states)
-        begins, sides = np.array(self._senses).T
+        begins, sides = np.hstack(self._senses)
         side = sides[np.maximum(np.searchsorted(begins, time, side="right") - 1, 0)]
         rubs = np.where(side == 0.0, self._carries(states, self._signals(time)), side * self.joint.friction)
         points = dict(course.points)
@@ -201,7 +202,7 @@ class Stopping(Simulated):
     def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
         """Forces and accelerations jump where the slip turns or ends: just before is looked at, too."""
         found, run, (low, high) = super()._measured(number, response), self._run(number), self._spans[number]
-        begins, sides = np.array(self._senses).T
+        begins, sides = np.hstack(self._senses)
         turned = np.nextafter(begins[1:][sides[1:] != sides[:-1]], low)
         at = turned[(turned > low) & (turned < high)]
         values = np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
@@ -230,15 +231,15 @@ class Stopping(Simulated):
 
     def _over_once(self, response: TransientResponse) -> tuple[float, float]:
         """As `peak`, under loads that end: behind them until friction holds, and what then rings."""
-        best, senses = (0.0, 0.0), self._senses
-        for number, (low, high) in enumerate(self._spans):
+        best = 0.0, 0.0
+        for number in range(len(self._spans)):
             found = self._greatest(number, response)
             best = found if found[0] > best[0] * (1.0 + _EVEN) else best
             if number < self._behind:
                 continue
             if found[0] < 0.5 * best[0] or (number > self._behind and len(self.machine.masses) == 1):
                 return best
-            if not any(side for time, side in senses if low <= time < high):
+            if not self._senses[number][1].any():
                 return self._ringing(best, response, (number, number), self._holding[0])
         return best
 
