@@ -230,6 +230,8 @@ def without_insensitive(
         rows, planes = slice(row, row + learnt.readings.shape[1]), list(learnt.planes)
         moves |= (learnt.known != 0.0).any(axis=0)
         moves[planes] |= (np.abs(identified.H[rows, planes]) > _floor(learnt, noise, speed)).any(axis=0)
+        if moves.all():
+            return identified, ()
         row = rows.stop
     idle = tuple(int(plane) for plane in np.flatnonzero(~moves) if not job.planes[plane].keep)
     if not idle:

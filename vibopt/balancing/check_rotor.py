@@ -46,9 +46,13 @@ def check_runs(
     if not has_phase:
         _check_without_phase(measured, planes, mistakes)
         return
+    trials: list[list[Run]] = [[] for _ in measured.speeds]
+    for run in measured.runs:
+        if not run.is_initial:
+            trials[run.speed].append(run)
     told: set[bytes] = set()
-    for speed in range(len(measured.speeds)):
-        _check_speed(speed, measured, planes, influence, told, mistakes)
+    for speed, own in enumerate(trials):
+        _check_speed(speed, measured, own, planes, influence, told, mistakes)
 
 
 def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
@@ -96,12 +100,12 @@ def _any_vibration(measured: Measured) -> bool:
 
 
 def _check_speed(
-    speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, told: set[bytes], mistakes: Mistakes
-) -> None:
-    """Whether the runs at a speed tell every plane apart; `told` are sets of weights that do."""
+    speed: int, measured: Measured, trials: Sequence[Run], planes: Sequence[Plane], influence: Influence,
+    told: set[bytes], mistakes: Mistakes,
+) -> None:  # fmt: skip
+    """Whether the runs with weights at a speed tell every plane apart; `told` are sets of weights that do."""
     if influence:
         _check_coefficients(speed, measured, planes, influence, mistakes)
-    trials = [run for run in measured.runs if run.speed == speed and not run.is_initial]
     W: ComplexArray = np.array([run.weights for run in trials]).reshape(len(trials), len(planes))
     given = {plane for at, _, plane in influence if at == speed}
     weighed = (W != 0.0).any(axis=0).tolist()

@@ -216,7 +216,7 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
         rows = np.flatnonzero((multipliers > 0.0) | (off > 0.0))
         if not len(rows) or float(np.abs(off[rows]).max()) <= ROUNDED:
             return np.where(size > caps, x * (caps / np.maximum(size, 1e-300)), x)
-        steep = (x.conj()[:, None] * inverse * x).real[np.ix_(rows, rows)] / size[rows, None] ** 2
+        steep = (x.conj()[:, None] * inverse * x).real[rows[:, None], rows] / size[rows, None] ** 2
         multipliers[rows] += np.linalg.solve(steep, off[rows])
         multipliers = np.maximum(multipliers, 0.0)
     return None

@@ -31,8 +31,8 @@ class Learnt:
         The runs used, initial ones included.
     planes
         Planes learnt from runs, by index; where all that have weights are ready, those that the runs refine.
-    pseudo
-        X⁺, shape (1 + n_learnt, n_runs): theta = pseudo @ readings.
+    design, pseudo
+        X = (1, weights of the planes learnt) per run, (n_runs, 1 + n_learnt), and X⁺: theta = pseudo @ readings.
     known
         Ready coefficients (n_sensors, n_planes), zero where learnt; what is learnt comes on top.
     readings
@@ -41,6 +41,7 @@ class Learnt:
 
     runs: tuple[Run, ...]
     planes: tuple[int, ...]
+    design: ComplexArray
     pseudo: ComplexArray
     known: ComplexArray
     readings: ComplexArray
@@ -55,12 +56,6 @@ class Learnt:
     def misfit(self) -> ComplexArray:
         """Readings less what the fit says (n_runs, n_sensors)."""
         return self.readings - self.design @ self.theta
-
-    @cached_property
-    def design(self) -> ComplexArray:
-        """X = (1, weights of the planes learnt) per run, (n_runs, 1 + n_learnt)."""
-        W = np.array([run.weights for run in self.runs])
-        return np.concatenate([np.ones((len(self.runs), 1)), W[:, list(self.planes)]], axis=1)
 
     @cached_property
     def read(self) -> ComplexArray:
@@ -158,7 +153,7 @@ def _learn(job: RotorJob, speed: int, inverses: Inverses) -> Learnt:
     readings = np.array([run.readings for run in runs]) - job.runout
     readings = readings - W @ known.T if ready else readings
     X = np.concatenate([np.ones((len(runs), 1)), W[:, list(planes)]], axis=1)
-    return Learnt(runs, planes, _inverse(X, same, inverses), known, readings)
+    return Learnt(runs, planes, X, _inverse(X, same, inverses), known, readings)
 
 
 def _spread(learnt: Learnt, theta: ComplexArray) -> ComplexArray:

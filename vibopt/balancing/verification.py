@@ -69,16 +69,16 @@ def _shown(job: RotorJob, targets: ComplexArray) -> FloatArray:
     """Amplitudes with the unbalances `targets` (n_plans, n_planes) added, (n_plans, n_rows) [SI peak]."""
     states = _states(job)
     sizes, peaks = _cosines(job, [run.written for run in job.runs], job.sensors)
-    shown = []
-    known: dict[Any, ComplexArray] = {}
-    for speed in range(len(job.speeds)):
-        places = list(job.places_at(speed))
-        own, ready = states[places], _ready(job, speed)
-        key = (own.tobytes(), *ready)
-        if key not in known:
-            known[key] = _mixture(ready, own, targets)
-        shown.append(_amplitude(_signal(job, speed, own, sizes[places], peaks[places], targets, known[key])))
-    return np.concatenate(shown, axis=1)
+    alike: dict[Any, list[int]] = {}
+    for speed in range(len(job.speeds)):  # most have the same weights in their runs: all of these at once
+        key = (states[list(job.places_at(speed))].tobytes(), *([-1, speed] if _ready(job, speed) else ()))
+        alike.setdefault(key, []).append(speed)
+    shown = np.empty((len(targets), len(job.speeds), len(job.sensors)))
+    for speeds in alike.values():
+        places = np.array([job.places_at(speed) for speed in speeds])
+        signal = _signal(job, speeds[0], states[places[0]], sizes[places], peaks[places], targets)
+        shown[:, speeds] = _amplitude(signal)
+    return shown.reshape(len(targets), -1)
 
 
 def _states(job: RotorJob) -> ComplexArray:
@@ -132,16 +132,16 @@ def _cosines(
 ) -> tuple[FloatArray, FloatArray]:
     """Sizes [SI peak] of readings and shaft angles of their peaks since the reference pulse (n_runs, n_sensors)."""
     size, angle = np.full((2, len(written), len(sensors)), np.nan)
-    known = {row: one for row, one in enumerate(written) if one is not None}
-    scales: dict[Any, tuple[FloatArray, FloatArray]] = {}
-    for one in known.values():
-        if (units := (one.units, one.turns)) not in scales:
-            own = [_reading_unit(sensor, unit) for sensor, unit in zip(sensors, one.units, strict=True)]
-            scales[units] = np.array(own), np.array([_unit(turn, "angle") if turn else 1.0 for turn in one.turns])
-    if known:
-        factors = [scales[one.units, one.turns] for one in known.values()]
-        size[list(known)] = _numbers([one.amounts for one in known.values()]) * [one for one, _ in factors]
-        angle[list(known)] = _numbers([one.angles for one in known.values()]) * [one for _, one in factors]
+    alike: dict[tuple[tuple[str, ...], tuple[str, ...]], dict[int, Written]] = {}
+    for row, one in enumerate(written):
+        if one is not None:
+            alike.setdefault((one.units, one.turns), {})[row] = one
+    for (units, turns), own in alike.items():
+        scales = [_reading_unit(sensor, unit) for sensor, unit in zip(sensors, units, strict=True)]
+        size[list(own)] = _numbers([one.amounts for one in own.values()]) * scales
+        angle[list(own)] = _numbers([one.angles for one in own.values()]) * [
+            _unit(turn, "angle") if turn else 1.0 for turn in turns
+        ]
     return size, _sense(job) * angle
 
 
@@ -183,23 +183,28 @@ def _mixture(ready: Sequence[int], states: ComplexArray, targets: ComplexArray) 
 
 
 def _signal(
-    job: RotorJob, speed: int, states: ComplexArray, sizes: FloatArray, peaks: FloatArray, targets: ComplexArray,
-    shares: ComplexArray,
-) -> FloatArray:  # fmt: skip
-    """What the sensors show over one turn with so much of each run (n_plans, n_sensors, SAMPLES) [SI peak]."""
-    shifted = _TURN + np.angle(shares)[..., None]
-    signals = sizes[:, :, None] * np.cos(shifted[:, :, None, :] - peaks[:, :, None])
+    job: RotorJob, speed: int, states: ComplexArray, sizes: FloatArray, peaks: FloatArray, targets: ComplexArray
+) -> FloatArray:
+    """What the sensors show over one turn with each plan (n_plans, n_speeds, n_sensors, SAMPLES) [SI peak].
+
+    Sizes and peaks (n_speeds, n_runs, n_sensors) are those at speeds that have the same weights `states` in their
+    runs (n_runs, n_planes), or at one speed where there are ready coefficients.
+    """
+    ready = _ready(job, speed)
+    shares = _mixture(ready, states, targets)
+    shifted = _TURN + np.angle(shares)[:, None, :, None]
+    signals = sizes[..., None] * np.cos(shifted[..., None, :] - peaks[..., None])
     declared = job.document.get("sensors", {})
     for column in [place for place, sensor in enumerate(job.sensors) if declared and sensor.name in declared]:
         own = Written.of([str(declared[job.sensors[column].name].get("runout", ""))])
         if own is not None:
             size, peak = _cosines(job, [own], [job.sensors[column]])
-            signals[:, :, column] -= size * np.cos(shifted - peak)
-    for plane in _ready(job, speed):
+            signals[..., column, :] -= size * np.cos(shifted - peak)
+    for plane in ready:
         signals -= _unit_signals(job, speed, plane, states[:, plane], shifted)
-    mixed = np.einsum("nr,nrst->nst", np.abs(shares), signals)
-    for plane in _ready(job, speed):
-        mixed += _unit_signals(job, speed, plane, targets[:, plane], _TURN)
+    mixed = np.einsum("nr,nvrst->nvst", np.abs(shares), signals)
+    for plane in ready:
+        mixed += _unit_signals(job, speed, plane, targets[:, plane], _TURN)[:, None]
     return np.asarray(mixed)
 
 
