@@ -4,18 +4,20 @@ With N and D multi-affine in the impedances kappa of groups of terms (`rational`
 
     N / N0 = 1 + n,  D / D0 = 1 + d,  n and d sums over sets S of N_S / N0 and D_S / D0 times prod of delta kappa,
 
-log|1 + d| is at most Re d + |d|^2 / 2, and log|1 + n| at least Re n - |n|^2 / (2 (1 - |n|)) while |n| < 1.  What of n
-and d is linear in the logs is the slope; all else is bounded by its size.  On wide boxes the least |N| and the greatest
-|D| with each impedance in a disc around its range say more.
+log|1 + d| is at most Re d + |d|^2 / 2, and Re d + (Im d / (1 - |Re d|))^2 / 2 while |Re d| < 1; log|1 + n| is at least
+Re n - (Re n)^2 / (2 (1 - |Re n|)) while |Re n| < 1.  What of n and d is linear in the logs is the slope; all else is
+bounded by its size.  On wide boxes the least |N| and the greatest |D| with each impedance in a disc around its range
+say more.
 """
 
 from __future__ import annotations
 
 from itertools import permutations
+from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.forms.rational import Sampled
 from vibopt.mechanics.model import INERTIA
 from vibopt.records import dataclass
@@ -57,6 +59,10 @@ class Rows:
             *(np.take_along_axis(one, at, axis=1) for one, at in ((self.value, best), (self.slope, best[..., None])))
         )
 
+    def of(self, boxes: IntArray) -> Rows:
+        """On some of the boxes."""
+        return Rows(self.value[boxes], self.slope[boxes])
+
     @classmethod
     def joined(cls, every: list[Rows]) -> Rows:
         """All of several."""
@@ -72,10 +78,16 @@ def response_rows(line: Sampled, middle: FloatArray, half: FloatArray) -> Rows:
     top, bottom = (_moved(one, kappa) for one in (turned.top, turned.bottom))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         at = np.log(np.abs(top[..., 0])) - np.log(np.abs(bottom[..., 0]))
-        n_slope, n_rest, n_size = _parts(top, turn, beyond, size)
-        d_slope, d_rest, d_size = _parts(bottom, turn, beyond, size)
-        fall = np.where(n_size < 1.0, n_rest + 0.5 * n_size**2 / (1.0 - n_size), np.inf)
-        slope, value = (n_slope - d_slope).real, at - fall - d_rest - 0.5 * d_size**2
+        n_slope, n_rest = _parts(top, turn, beyond, size)
+        d_slope, d_rest = _parts(bottom, turn, beyond, size)
+        n_along, d_along, d_across = (
+            (np.abs(way) * half[:, None]).sum(axis=-1) + rest
+            for way, rest in ((n_slope.real, n_rest), (d_slope.real, d_rest), (d_slope.imag, d_rest))
+        )
+        fall = np.where(n_along < 1.0, n_rest + 0.5 * n_along**2 / (1.0 - n_along), np.inf)
+        beside = np.where(d_along < 1.0, d_across / (1.0 - d_along), np.inf)
+        rise = d_rest + 0.5 * np.minimum(beside**2, d_along**2 + d_across**2)
+        slope, value = (n_slope - d_slope).real, at - fall - rise
         flat = _hull(turned, terms)
         known = np.isfinite(value) & np.isfinite(slope).all(axis=-1)
         linear = known & (Rows(value, slope).lows(half) > flat)
@@ -182,7 +194,7 @@ class _Terms:
     p, reach
         Each term at the middles, and how far its log may be away, shape (n_boxes, n_terms).
     each
-        What each term adds to each group, shape (n_samples, n_terms, G).
+        What each term adds to each group, shape (n_terms, n_samples, G).
     exponents
         Shape (n_terms, n_vars).
     half
@@ -220,23 +232,32 @@ class _Terms:
         used = np.array([t for g in left for t in members[g]], dtype=np.intp)
         reach = half @ np.abs(exponents[used]).T
         return cls(
-            values[:, used], reach, each[:, used][:, :, left], exponents[used], half, tuple(masses), tuple(steps)
+            values[:, used],
+            reach,
+            each[:, used][:, :, left].swapaxes(0, 1),
+            exponents[used],
+            half,
+            tuple(masses),
+            tuple(steps),
         )
 
     def discs(self) -> tuple[ComplexArray, FloatArray]:
         """Discs around all that each group may be."""
-        kappa = np.einsum("bt,stg->bsg", self.p * np.cosh(self.reach), self.each)
         wide, each = np.abs(self.p) * np.sinh(self.reach), self.each
-        real, imag = (np.einsum("bt,stg->bsg", wide, np.abs(one)) for one in (each.real, each.imag))
-        return kappa, np.hypot(real, imag)
+        real, imag = (_summed(wide, np.abs(one)) for one in (each.real, each.imag))
+        return _summed(self.p * np.cosh(self.reach), each), np.hypot(real, imag)
 
     def ways(self) -> _Moving:
         """Each group as it moves; shapes (n_boxes, n_samples, G), the slopes with n_vars behind."""
-        kappa = np.einsum("bt,stg->bsg", self.p, self.each)
-        turn = np.einsum("bt,stg,tv->bsgv", self.p, self.each, self.exponents, optimize=True)
-        left = np.abs(self.p) * (np.expm1(self.reach) - self.reach)
-        beyond = np.einsum("bt,stg->bsg", left, np.abs(self.each))
-        return kappa, turn, beyond, (np.abs(turn) * self.half[:, None, None, :]).sum(axis=-1) + beyond
+        turn = _summed(self.p, self.each[..., None] * self.exponents[:, None, None])
+        beyond = _summed(np.abs(self.p) * (np.expm1(self.reach) - self.reach), np.abs(self.each))
+        size = (np.abs(turn) * self.half[:, None, None, :]).sum(axis=-1) + beyond
+        return _summed(self.p, self.each), turn, beyond, size
+
+
+def _summed(p: FloatArray, each: Any) -> Any:
+    """Terms (n_boxes, n_terms) times what each adds (n_terms, ...), shape (n_boxes, ...)."""
+    return (p @ each.reshape(len(each), -1)).reshape(len(p), *each.shape[1:])
 
 
 def _paired(line: Sampled) -> tuple[ComplexArray, ComplexArray, tuple[_Pair, ...]]:
@@ -312,20 +333,17 @@ def power_rows(scale: FloatArray, exponents: FloatArray, middle: FloatArray, hal
 
 def _moved(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:
     """Coefficients (n_samples, 2**G) of a multi-affine function about kappa (n_boxes, n_samples, G)."""
-    count = kappa.shape[-1]
-    table = np.broadcast_to(coefficients, (*kappa.shape[:-1], coefficients.shape[-1]))
-    table = table.reshape(*kappa.shape[:-1], *([2] * count))
-    for g in range(count):
-        axis = 2 + g
-        low, high = np.take(table, 0, axis=axis), np.take(table, 1, axis=axis)
-        table = np.stack([low + high * kappa[..., g].reshape(*kappa.shape[:-1], *([1] * (count - 1))), high], axis=axis)
-    return table.reshape(*kappa.shape[:-1], -1)
+    table = np.repeat(coefficients[None], len(kappa), axis=0)
+    for g in range(kappa.shape[-1]):
+        halves = table.reshape(*kappa.shape[:-1], 1 << g, 2, -1)  # a view: it is written to
+        halves[..., 0, :] += halves[..., 1, :] * kappa[..., g, None, None]
+    return table
 
 
 def _parts(
     moved: ComplexArray, turn: ComplexArray, beyond: FloatArray, size: FloatArray
-) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Of the sum over all sets but the empty one, over the empty one: its slope, the rest, its size."""
+) -> tuple[ComplexArray, FloatArray]:
+    """Of the sum over all sets but the empty one, over the empty one: its slope, and the size of the rest."""
     count = size.shape[-1]
     parts = moved / moved[..., :1]
     sizes, slope = np.abs(parts), np.zeros(turn.shape[:2] + turn.shape[-1:], dtype=complex)
@@ -337,7 +355,7 @@ def _parts(
         slope += parts[..., at, None] * turn[..., g, :]
         single += sizes[..., at] * size[..., g]
         rest += sizes[..., at] * beyond[..., g]
-    return slope, rest + np.maximum(whole - single, 0.0), whole
+    return slope, rest + np.maximum(whole - single, 0.0)
 
 
 __all__ = ["Rows", "coefficients", "power_rows", "response_rows"]

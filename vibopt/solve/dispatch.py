@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -79,14 +79,15 @@ def best_of(
 
 def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
     """The answer with the better of what boxes and what any passive device say of the best possible."""
-    passive = with_bound(program, found)
+    passive = cache(partial(with_bound, program, found))  # only asked for where boxes do not prove all of it
     boxes = found
     if by_boxes and found.status in OPEN:
         from vibopt.solve.relaxed import with_least
 
-        boxes = with_least(program, found, passive.bound)
-    better = boxes.status != "feasible" or boxes.bound >= passive.bound or np.isnan(passive.bound)
-    return boxes if better else passive
+        boxes = with_least(program, found, lambda: passive().bound)
+    if boxes.status != "feasible" or boxes.bound >= passive().bound or np.isnan(passive().bound):
+        return boxes
+    return passive()
 
 
 def _hopeless(

@@ -8,8 +8,9 @@ Boxes are split, those that promise most first, until none promises more than th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field, replace
+from typing import Any
 
 import numpy as np
 
@@ -35,9 +36,11 @@ _PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
 looked at before any search whether there is a design."""
 _PLANE = 2
 """Variables up to which a search for a design is as quick as boxes that say there is none."""
-_BATCH, _SPEEDS = 64, 64
-_ROWS, _ROUNDS = 10, 6
-"""Rows of the goal and of the limits that are weighed, and rounds of it."""
+_BATCH, _SPEEDS = 128, 64
+_ROWS, _STEPS = 16, 10
+"""Rows of the goal and of the limits that are weighed, and steps of it."""
+_LOW, _TINY = 1e3, 1e-14
+"""How far below the others a row says nothing, in slopes over a box, and what rounding may take of these."""
 _NOTHING, _LONG = -1e3, 1e-9
 """A bound that is none, and the weight of the length of a side beside what its halves promise."""
 _TOLD = 0.02
@@ -48,11 +51,11 @@ near (in logs) to what is to be proven: farther away promises are not kept."""
 _HOLDS = 1e-8
 
 
-def with_least(program: Program, found: Found, known: float = float("nan")) -> Found:
+def with_least(program: Program, found: Found, known: Callable[[], float] = lambda: float("nan")) -> Found:
     """An answer that starts have led to with what boxes prove about it: optimal, or how far from it at most.
 
-    They are not looked at to the end where they soon promise no better bound than the one `known`.  Where nothing was
-    found and no box may hold a design, that there is none.
+    They are not looked at to the end where they promise no better bound than the one `known`, which is asked for only
+    then.  Where nothing was found and no box may hold a design, that there is none.
     """
     aim = program.aim
     if found.status == "unproven":
@@ -66,8 +69,12 @@ def with_least(program: Program, found: Found, known: float = float("nan")) -> F
     boxes.learn(found.x)
     sign = float(np.sign(value))
     best = sign * float(np.log(abs(value)))
-    floor = max((sign * float(np.log(abs(one))) for one in (known, found.bound) if one * sign > 0.0), default=-np.inf)
-    least = boxes.search(best + float(np.log1p(-_GAP)), max(floor, best - _HOPELESS))
+
+    def floor() -> float:
+        bounds = [sign * float(np.log(abs(one))) for one in (known(), found.bound) if one * sign > 0.0]
+        return max([*bounds, best - _HOPELESS])
+
+    least = boxes.search(best + float(np.log1p(-_GAP)), floor)
     bound = sign * float(np.exp(sign * least))
     details = {**found.details, "boxes": boxes.budget.spent, "bound": bound}
     if best - least <= 1.01 * _GAP:
@@ -129,12 +136,12 @@ class _Relaxed:
         for line in self.lines.values():
             line.learn(x, open_)
 
-    def search(self, bar: float, floor: float = -np.inf) -> float:
+    def search(self, bar: float, floor: Callable[[], float] = lambda: -np.inf) -> float:
         """No design has a goal whose log is below this, which is no greater than `bar`; given up far below `floor`."""
         frontier, low, high = Frontier(self.budget), np.log(self.program.low)[None], np.log(self.program.high)[None]
         frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
         while frontier and not frontier.over:
-            if frontier.bound < floor and self.budget.spent > _PATIENCE * self.budget.most:
+            if self.budget.spent > _PATIENCE * self.budget.most and frontier.bound < floor():
                 break
             boxes = _Boxes(*frontier.take(_BATCH))
             if not (boxes.high > boxes.low).any():  # rounding leaves nothing to split
@@ -154,7 +161,7 @@ class _Relaxed:
         sides, rows = np.flatnonzero((high > low).any(axis=0)), np.arange(len(low))
         halves = [self._halves(low, high, np.full(len(low), side)) for side in sides]
         lows, highs = (np.stack(one, axis=1) for one in zip(*halves, strict=True))  # (2 n_boxes, n_sides, n_vars)
-        bound = self._on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]))
+        bound = self._on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]), bar)
         bound = np.maximum(bound.reshape(len(low), 2, -1), boxes.bound[:, None, None])
         gain = np.zeros(low.shape)
         gain[:, sides] = (np.clip(bound, _NOTHING, bar) - np.clip(boxes.bound, _NOTHING, bar)[:, None, None]).sum(
@@ -175,13 +182,19 @@ class _Relaxed:
         gain = boxes.gain.copy()
         gain[rows, side] *= _AGAIN
         twice = np.repeat(rows, 2)
-        bound = np.maximum(self._on(low, high), boxes.bound[twice])
+        bound = np.maximum(self._on(low, high, bar), boxes.bound[twice])
         return _Boxes(bound, low, high, gain[twice], boxes.turns[twice] - 1)
 
-    def _on(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """The bound on boxes of which each counts; none where they hold the other order of devices that are alike."""
-        bound = self.on(low, high)
-        self.budget.spend(len(bound))
+    def _on(self, low: FloatArray, high: FloatArray, bar: float) -> FloatArray:
+        """Bound of the log of the goal on boxes of logs (n_boxes, n_vars), (n_boxes,); above `bar` any is enough.
+
+        Each box counts; inf where they hold the other order of devices that are alike.
+        """
+        self.budget.spend(len(low))
+        x, half = np.exp(0.5 * (low + high)), 0.5 * (high - low)
+        goals = Rows.joined([self._rows(goal, x, half) for goal in self.goals]).highest(_ROWS)
+        limits = [self._rows(limit, x, half) for limit in self.limits]
+        bound = _weighed(goals, Rows.joined(limits).highest(_ROWS) if limits else None, half, bar)
         for i, j in self.orders:  # what boxes that touch share is in others, too
             gap, wide = low[:, i] - high[:, j], (high > low)[:, i] & (high > low)[:, j]
             bound[(gap > 0.0) | (wide & (gap == 0.0))] = np.inf
@@ -201,13 +214,6 @@ class _Relaxed:
             lows[:, i] = values[np.searchsorted(values, lows[:, i] - _LONG)]
             highs[:, i] = values[np.searchsorted(values, highs[:, i] + _LONG) - 1]
         return lows, highs
-
-    def on(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """Bound of the log of the goal on boxes of logs (n_boxes, n_vars), shape (n_boxes,)."""
-        x, half = np.exp(0.5 * (low + high)), 0.5 * (high - low)
-        goals = Rows.joined([self._rows(goal, x, half) for goal in self.goals]).highest(_ROWS)
-        limits = [self._rows(limit, x, half) for limit in self.limits]
-        return _weighed(goals, Rows.joined(limits).highest(_ROWS) if limits else None, half)
 
     def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray) -> Rows:
         log = 0.0 if isinstance(part, Aim) else float(np.log(part.bound))
@@ -287,47 +293,60 @@ class _Speeds:
             self.known += fresh
 
 
-def _weighed(goal: Rows, limits: Rows | None, half: FloatArray) -> FloatArray:
-    """The greatest bound that a few rounds of weighing rows against each other find."""
-    lows, boxes = goal.lows(half), np.arange(len(half))
-    first = lows.argmax(axis=1)
-    sums = _Sums(goal.value[boxes, first], goal.slope[boxes, first], lows[boxes, first])
-    dead = np.zeros(len(half), dtype=bool) if limits is None else np.asarray((limits.lows(half) > _HOLDS).any(axis=1))
-    for turn in range(_ROUNDS):
-        mixed = limits is not None and turn % 2 == 1
-        sums = sums.with_one(limits if mixed and limits is not None else goal, half, free=mixed)
-    return np.asarray(np.where(dead, np.inf, sums.bound))
+def _weighed(goal: Rows, limits: Rows | None, half: FloatArray, bar: float) -> FloatArray:
+    """The greatest bound that rows say alone or weighed against each other, (n_boxes,); above `bar` any is enough."""
+    bound = goal.lows(half).max(axis=1)
+    if limits is not None:
+        bound[(limits.lows(half) > _HOLDS).any(axis=1)] = np.inf
+    some = np.flatnonzero(bound < bar)
+    if len(some):
+        every = goal if limits is None else Rows.joined([goal, limits])
+        weighed = _best_weighed(every.of(some), np.arange(every.value.shape[1]) < goal.value.shape[1], half[some])
+        bound[some] = np.maximum(bound[some], weighed)
+    return np.asarray(bound)
 
 
-@dataclass(frozen=True, slots=True)
-class _Sums:
-    """A weighed sum of rows on each box, value (n_boxes,) and slope (n_boxes, n_vars), and the best bound so far."""
+def _best_weighed(rows: Rows, goal: BoolArray, half: FloatArray) -> FloatArray:
+    """The bound with the multipliers of: least z with rows of the goal <= z, and of limits <= 0, on each box.
 
-    value: FloatArray
-    slope: FloatArray
-    bound: FloatArray
+    A few steps of a primal-dual interior point method from outside (Wright, 1997), all boxes at once.  Any weights say
+    what is true, so the program need not be solved to its end; -inf where no row of the goal says anything.
+    """
+    (count, many), n = rows.value.shape, half.shape[1]
+    known = np.isfinite(rows.value)
+    slope, value = np.where(known[..., None], rows.slope * half[:, None], 0.0), np.where(known, rows.value, 0.0)
+    top = np.where(known & goal, value, -np.inf).max(axis=1, keepdims=True)
+    size = np.abs(slope).max(axis=(1, 2))[:, None] + _TINY
+    B, level = np.zeros((count, many + 2 * n, n + 1)), np.full((count, many + 2 * n), -1.0)
+    B[:, :many, :n], B[:, :many, n] = slope / size[..., None], -1.0 * goal
+    B[:, many:, :n] = np.concatenate([np.eye(n), -np.eye(n)])  # |t| <= 1
+    level[:, :many] = np.where(known, ((value - np.where(goal, top, 0.0)) / size).clip(-_LOW, _LOW), -_LOW)
+    x = np.tile(np.eye(n + 1)[n], (count, 1))  # t, z
+    room, y = np.maximum(-level - _times(B, x), 0.1), np.full(level.shape, 1.0 / many)
+    for _ in range(_STEPS):
+        missed, pull = level + _times(B, x) + room, np.eye(n + 1)[n] + _times(B.swapaxes(1, 2), y)
+        off = room * y - 0.1 / len(y[0]) * (room * y).sum(axis=1, keepdims=True)
+        matrix = B.swapaxes(1, 2) @ ((y / room)[..., None] * B)
+        right = -pull - _times(B.swapaxes(1, 2), (y * missed - off) / room)
+        step = np.linalg.solve(matrix + _TINY * np.eye(n + 1), right[..., None])[..., 0]
+        wider = -missed - _times(B, step)
+        more = -(off + y * wider) / room
+        x, room, y = x + _within(room, wider) * step, room + _within(room, wider) * wider, y + _within(y, more) * more
+    weights = np.where(known, y[:, :many], 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        weights /= (weights * goal).sum(axis=1, keepdims=True)
+    bound = (weights * value).sum(axis=1) - np.abs(_times(slope.swapaxes(1, 2), weights)).sum(axis=1)
+    return np.where(np.isfinite(bound), bound, -np.inf)
 
-    def with_one(self, rows: Rows, half: FloatArray, *, free: bool) -> _Sums:
-        """The best sum with one row more: a share of both, or (`free`) any weight of the other on top.
 
-        The bound bends where a part of the slope vanishes: the best is at one of those shares.
-        """
-        value, step = self.value[:, None], rows.slope if free else rows.slope - self.slope[:, None]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            share = -self.slope[:, None] / step
-        share = np.where(np.isfinite(share) & (share > 0.0), share, 0.0)  # (n_boxes, n_rows, n_vars)
-        share = share if free else np.minimum(share, 1.0)
-        known = np.isfinite(rows.value) & np.isfinite(value)
-        lift = np.where(known, rows.value - (0.0 if free else np.where(np.isfinite(value), value, 0.0)), 0.0)
-        tilted = np.abs(self.slope[:, None, None] + share[..., None] * step[:, :, None]) * half[:, None, None]
-        raised = np.where(known[..., None], value[..., None] + share * lift[..., None], -np.inf)
-        flat = (raised - tilted.sum(axis=-1)).reshape(len(half), -1)
-        best, boxes = flat.argmax(axis=1), np.arange(len(half))
-        row, at = best // half.shape[1], best % half.shape[1]
-        top = flat[boxes, best]
-        part = np.where(top > self.bound, share[boxes, row, at], 0.0)
-        moved = self.slope + part[:, None] * step[boxes, row]
-        return _Sums(self.value + part * lift[boxes, row], moved, np.maximum(self.bound, top))
+def _times(matrices: FloatArray, vectors: Any) -> Any:
+    """Of each box."""
+    return (matrices @ vectors[..., None])[..., 0]
+
+
+def _within(now: FloatArray, change: FloatArray) -> FloatArray:
+    """How much of a change, (n_boxes, 1), leaves numbers above zero, all of it at most."""
+    return np.asarray(1.0 / np.maximum((-change / now).max(axis=1, keepdims=True) / 0.95, 1.0))
 
 
 __all__ = ["hopeless", "none_holds", "with_least"]
