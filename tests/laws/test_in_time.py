@@ -18,6 +18,7 @@ from refusals import refused
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.excitations.pulse import Pulse, Shape
+from vibopt.excitations.record import Record
 from vibopt.excitations.segments import line, sine, together
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.program.pose import pose
@@ -623,8 +624,48 @@ def test_a_ground_record_says_all_itself(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("said", "unit"),
+    [("CM/S/S", 0.01), ("cm/sec2.", 0.01), ("CM / SEC / SEC", 0.01), ("GAL", 0.01), ("M/S**2, FILTERED", 1.0),
+     ("g. FILTER POINTS: HP=0.1 Hz", 9.80665), ("mm/s^2", 0.001)],
+)  # fmt: skip
+def test_a_ground_record_is_read_in_the_unit_of_its_heading(said: str, unit: float, tmp_path: Path) -> None:
+    file = tmp_path / "station.at2"
+    file.write_text(GROUND.format(count=5).replace("OF G", f"OF {said}"), encoding="utf-8")
+    record = Record.model_validate({"kind": "record", "on": "box", "file": file})
+    assert record.values[2] == pytest.approx(0.05 * unit, rel=1e-12)
+
+
+@pytest.mark.parametrize(
     ("text", "words"),
     [
+        (
+            GROUND.format(count=5).replace("ACCELERATION", "VELOCITY").replace("OF G", "OF CM/S"),
+            'station.AT2 says "VELOCITY TIME SERIES IN UNITS OF CM/S", and a velocity is not what a record says. Write '
+            "the acceleration that belongs to it.",
+        ),
+        (
+            GROUND.format(count=5).replace("ACCELERATION", "DISPLACEMENT"),
+            'station.AT2 says "DISPLACEMENT TIME SERIES IN UNITS OF G", and a displacement is not what a record says. '
+            "Write the acceleration that belongs to it.",
+        ),
+        (
+            GROUND.format(count=5).replace("OF G", "OF CM"),
+            'station.AT2, "ACCELERATION TIME SERIES IN UNITS OF CM", has the unit "cm", and a displacement is not what '
+            "a record says. Write the acceleration that belongs to it.",
+        ),
+        (
+            GROUND.format(count=5).replace("OF G", "OF COUNTS"),
+            'station.AT2, "ACCELERATION TIME SERIES IN UNITS OF COUNTS", has the unit "counts", of neither an '
+            'acceleration nor a force. Write it into the heading: "ACCELERATION TIME SERIES IN UNITS OF G", or CM/S/S.',
+        ),
+        (
+            GROUND.format(count=5).replace(".0200 SEC", "20 MSEC"),
+            'station.AT2 has a DT that is not in seconds. Write "DT= .0100 SEC" into its heading.',
+        ),
+        (
+            GROUND.format(count=5).replace(" IN UNITS OF G", ""),
+            'station.AT2 says no unit. Write it into its heading: "ACCELERATION TIME SERIES IN UNITS OF G", or CM/S/S.',
+        ),
         (
             GROUND.format(count=6),
             "station.AT2 has 5 samples 0.02 s apart, and its heading says 6. Mend the file.",

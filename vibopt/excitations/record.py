@@ -15,7 +15,6 @@ from vibopt.errors import InputError, QuantityError
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
 from vibopt.files.reading import FileFault, stamp_of
-from vibopt.mechanics.constants import GRAVITY
 from vibopt.signals import Segment
 from vibopt.units import best_unit, read_quantity, show
 from vibopt.values import Fact, number, word
@@ -29,6 +28,7 @@ _OTHERS = {
     "length": "a displacement is not what a record says. Write the acceleration that belongs to it",
     "velocity": "a velocity is not what a record says. Write the acceleration that belongs to it",
 }
+_GROUND_UNIT = re.compile(r"\bunits?\s*(?:of|:|=)\s*([^\s,;]+(?:\s*/\s*[^\s,;]+)*)", re.IGNORECASE)
 _GAP, _GAPS, _ALIKE, _REST = 20.0, 1.5, 0.01, 0.75
 """Times the usual step beyond which a record is none, and from which samples are missing where the rest is even; part
 by which even steps may differ, and part of all that is the rest."""
@@ -59,7 +59,7 @@ class Record(Transient):
     ----
     file: With a heading that says the unit, "acceleration [m/s²]" or "force [N]": `file = "record.csv"`. Times stand
         in a column "time [s]", or the samples are one `interval` apart. A ground record `.at2` of the PEER databases
-        says all itself.
+        says all itself, in the unit of its heading (G, CM/S/S, ...).
     column: The heading of the column to take, where there are several: `column = "acceleration"`.
     interval: Time from sample to sample, where the file has no column of times: `interval = "5 ms"`.
     factor: By which the record is multiplied: `factor = 1.5`.
@@ -165,12 +165,13 @@ def _samples_of(file: Path, column: str | None, interval: float | None) -> _Samp
 
 
 def _ground_record(file: Path, column: str | None, interval: float | None) -> _Samples:
-    """A ground record of the PEER databases: four lines of heading with NPTS and DT, then accelerations in g."""
+    """A ground record of the PEER databases: four lines of heading with the unit, NPTS and DT, then accelerations."""
     for key, given in (("column", column), ("interval", interval)):
         if given is not None:
             raise InputError(f"{file.name} is a ground record, whose heading says all. Remove {key}.")
     lines = text_of(file).splitlines()
-    found = [re.search(rf"{key}\s*=\s*([\d.eE+-]+)", " ".join(lines[:6]), re.IGNORECASE) for key in ("NPTS", "DT")]
+    heading = " ".join(lines[:6])
+    found = [re.search(rf"{key}\s*=\s*([\d.eE+-]+)", heading, re.IGNORECASE) for key in ("NPTS", "DT")]
     begin = next((i for i, one in enumerate(lines[:6], start=1) if re.search(r"NPTS", one, re.IGNORECASE)), 0)
     try:
         count, step = (float(one[1]) for one in found if one is not None)
@@ -184,7 +185,25 @@ def _ground_record(file: Path, column: str | None, interval: float | None) -> _S
         raise InputError(
             f"{file.name} has {len(values)} samples {step:g} s apart, and its heading says {count:g}. Mend the file."
         )
-    return _Samples(np.linspace(0.0, (len(values) - 1) * step, len(values)), values * GRAVITY, "acceleration")
+    if re.search(r"DT\s*=\s*[\d.eE+-]+\s*[mµu]", heading, re.IGNORECASE):
+        raise InputError(f'{file.name} has a DT that is not in seconds. Write "DT= .0100 SEC" into its heading.')
+    scale, kind = _ground_unit(file.name, lines[:begin])
+    return _Samples(np.linspace(0.0, (len(values) - 1) * step, len(values)), values * scale, kind)
+
+
+def _ground_unit(file: str, heading: list[str]) -> tuple[float, str]:
+    """SI value of one, and what it is, from "ACCELERATION TIME SERIES IN UNITS OF CM/S/S" in a heading."""
+    said = next((one for line in heading if (one := _GROUND_UNIT.search(line))), None)
+    if said is None:
+        raise InputError(
+            f'{file} says no unit. Write it into its heading: "ACCELERATION TIME SERIES IN UNITS OF G", or CM/S/S.'
+        )
+    line = said.string.strip()
+    for name, other in (("velocity", "velocity"), ("displacement", "length")):
+        if name in line.lower():
+            raise InputError(f'{file} says "{line}", and {_OTHERS[other]}.')
+    unit = re.sub(r"\s", "", said[1].rstrip(".").lower()).replace("sec", "s").replace("gal", "Gal")
+    return _unit(f'{file}, "{line}",', unit, 'ACCELERATION TIME SERIES IN UNITS OF G", or CM/S/S')
 
 
 def _columns_of(file: Path, column: str | None, interval: float | None) -> _Samples:
@@ -213,7 +232,8 @@ def _columns_of(file: Path, column: str | None, interval: float | None) -> _Samp
     names = [name.lower() for name, _ in headings]
     at_time = next((i for i, name in enumerate(names) if name in ("time", "t")), None)
     where = _column(file.name, headings, names, at_time, column)
-    scale, kind = _unit(file.name, headings[where])
+    name, unit = headings[where]
+    scale, kind = _unit(f'{file.name}, column "{name}",', unit, f'{name} [m/s²]", or [g] for gravity, or [N]')
     values = _numbers(file.name, sheet, where, headings[where][1]) * scale
     if at_time is not None and interval is not None:
         raise InputError(f"{file.name} has a column of times, beside interval in the problem file. Remove interval.")
@@ -242,22 +262,19 @@ def _column(
     raise InputError(f"{file} {said}. Write column = one of {known}.")
 
 
-def _unit(file: str, heading: tuple[str, str]) -> tuple[float, str]:
-    """SI value of one, and what it is."""
-    name, unit = heading
+def _unit(where: str, unit: str, way: str) -> tuple[float, str]:
+    """SI value of one, and what it is; `way` is what a heading may say instead."""
     for kind in ("acceleration", "force"):
         try:
             return read_quantity(f"1 {unit}", kind).value, kind
         except QuantityError:
             continue
     said = f'has the unit "{unit}", of neither an acceleration nor a force' if unit else "says no unit"
-    for other, way in _OTHERS.items():
+    for other, what in _OTHERS.items():
         with suppress(QuantityError):
             read_quantity(f"1 {unit}", other)
-            raise InputError(f'{file}, column "{name}", has the unit "{unit}", and {way}.')
-    raise InputError(
-        f'{file}, column "{name}", {said}. Write it into the heading: "{name} [m/s²]", or [g] for gravity, or [N].'
-    )
+            raise InputError(f'{where} has the unit "{unit}", and {what}.')
+    raise InputError(f'{where} {said}. Write it into the heading: "{way}.')
 
 
 def _is_number(text: str) -> bool:
