@@ -48,6 +48,7 @@ def told(document: dict[str, Any]) -> dict[str, float]:
     """Values of the measures; both routes agree on them."""
     answer = vo.solve(vo.from_dict(document))
     assert answer.status == "met", answer.claim
+    assert not any("damped" in note for note in answer.notes), "friction takes what nothing else damps"
     return {name: one.value.value for name, one in answer.measures.items()}
 
 

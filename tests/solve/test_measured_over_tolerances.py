@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import cache
 from math import inf
 
+import numpy as np
 import pytest
 
 from vibopt.answer.jsonable import as_json
+from vibopt.report.curves import panels
 from vibopt.report.sheet.judgement import proof_of, verdict_of
 from vibopt.scene.read import from_text
 from vibopt.scene.scene import Design
@@ -28,6 +31,7 @@ JOBS = {
 PROVEN = {"a motor that sticks", "steady"}
 
 
+@cache
 def _answered(job: str, family: str, bound: str = "") -> Design:
     excitation, response = JOBS[job]
     return solve(
@@ -70,6 +74,28 @@ def test_a_measure_is_judged_as_the_limit_of_the_same_question(job: str) -> None
         assert measured.claim.endswith("machines found, not proven for measures.level")
         assert measured.tolerances.open == ("measures.level",)
         assert 'Not proven over the tolerances: "measures.level"' in " ".join(proof_of(measured))
+
+
+@pytest.mark.parametrize("job", JOBS)
+def test_a_figure_shows_the_worst_machine_beside_the_one_as_designed(job: str) -> None:
+    design = _answered(job, "measures")
+    row, [panel] = design.measures["level"], panels(design)
+    if "sticks" in job:
+        assert panel.title == "Torque of the run-up of e: the worst machine sticks"
+        return
+    [mark] = panel.marks
+    first, *worst = [one for one in panel.curves if not one.before]
+    assert len(worst) == bool(row.off)
+    for one in worst:
+        assert one.worst
+        assert "as designed" in first.label
+        assert "worst machine within the tolerances" in one.label
+        assert np.abs(first.y).max() < abs(mark.y)
+    shown = (worst or [first])[0]
+    order = np.argsort(shown.x)  # a run-down falls
+    assert abs(np.interp(mark.x, shown.x[order], shown.y[order])) == pytest.approx(abs(mark.y), rel=1e-3)
+    assert np.abs(shown.y).max() == pytest.approx(abs(mark.y), rel=1e-3)
+    assert panel.x_span[0] <= mark.x <= panel.x_span[1]
 
 
 SPRINGS = """

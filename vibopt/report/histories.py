@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from math import isfinite
 from typing import cast
 
@@ -16,7 +17,7 @@ from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.ringing import Peak
-from vibopt.program.pose import form_of
+from vibopt.program.pose import form_of, pose
 from vibopt.records import dataclass
 from vibopt.report.series import Curve, Mark, Panel, Zone
 from vibopt.responses import TransientResponse
@@ -24,13 +25,13 @@ from vibopt.responses.response import place_of
 from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import best_unit, show, to_unit
-from vibopt.verify.as_built import machine_of
+from vibopt.verify.as_built import factors_of, machine_of
 from vibopt.verify.by_torque import ByTorque
 
 _POINTS, _FINE, _PERIODS, _EVEN = 600, 2500, 4.0, 1e-6
 """Points of a curve, and of one that beats; periods of the slowest mode that are shown behind the load; part by which
 two peaks that are as great may differ."""
-_SEEN = 4.0
+_SEEN, _WORST = 4.0, "worst machine within the tolerances"
 """How much of what a vibration would take is shown, in the motor's greatest torque."""
 
 
@@ -78,17 +79,65 @@ def _parts(scene: Scene, asked: _Asked) -> list[_Asked]:
     ]
 
 
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    """One machine whose motion is drawn: x is time [s] or speed [rad/s], y in SI; the greatest |y| stands at `at`.
+
+    label, worst
+        As of a curve.
+    steady
+        Beside a run-up the steady vibration: speeds [rad/s], values.
+    """
+
+    label: str
+    worst: bool
+    x: FloatArray
+    y: FloatArray
+    at: float
+    there: float
+    steady: tuple[FloatArray, FloatArray] | None = None
+    runs: str = ""
+
+
+def _machines(design: Design, model: Model, asked: _Asked) -> list[tuple[str, Scene, Model]]:
+    """The machine as designed and the worst within the tolerances, where that is another: label, scene and model."""
+    off = asked.row.off if asked.row is not None else {}
+    if asked.row is None and not asked.part and design.tolerances is not None:
+        off = design.tolerances.goal_off
+    if not off:
+        return [("", design.scene, model)]
+    worst = replace(design.scene, off=factors_of(design.scene, off))
+    return [("as designed", design.scene, model), (_WORST, worst, pose(worst).model)]
+
+
 def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
-    x, form = np.array(design.x), form_of(design.scene, model, asked.response)
-    if design.scene.excitations[names_for(design.scene, asked.response)[0]].ramp is not None:
-        return _against_speed(design, model, asked, cast("PeakInRunUp", form))
-    lasts = asked.part
-    if durations_of(design.scene, asked.response) is not None:
-        of_any = cast("PeakOverDurations", form)
-        duration = of_any.worst_of(model, x)[1]
-        form = of_any.lasting(duration)
-        lasts += f", pulse of {show(duration, best_unit(duration, 'time'), 'time')}"
-    assert isinstance(form, PeakInTime)
+    [name, *_] = names = names_for(design.scene, asked.response)
+    ramps = design.scene.excitations[name].ramp is not None
+    shown, lasts = [], asked.part
+    for label, scene, own in _machines(design, model, asked):
+        form, x = form_of(scene, own, asked.response), np.array(design.x)
+        if ramps:
+            one = _swept(label, own, cast("PeakInRunUp", form), x)
+            if one is None:
+                return _torques(
+                    replace(design, job=scene), name, "the worst machine" if label == _WORST else "the motor"
+                )
+        else:
+            if durations_of(scene, asked.response) is not None:
+                of_any = cast("PeakOverDurations", form)
+                duration = of_any.worst_of(own, x)[1]
+                form = of_any.lasting(duration)
+                lasts = f"{asked.part}, pulse of {show(duration, best_unit(duration, 'time'), 'time')}"
+            assert isinstance(form, PeakInTime)
+            one = _history(label, own, form, x, asked)
+            if one is None:
+                return None
+        shown.append(one)
+    return (_against_speed if ramps else _against_time)(design, asked, shown, names, lasts)
+
+
+def _history(label: str, model: Model, form: PeakInTime, x: FloatArray, asked: _Asked) -> _Shown | None:
+    """Motion against time; None where it has no end."""
     peak = form.peak(model, x)
     if not isfinite(peak.value):
         return None
@@ -102,38 +151,40 @@ def _panel(design: Design, model: Model, asked: _Asked) -> Panel | None:
     times = np.linspace(0.0, max(_end(model, form, peak, x), at if isfinite(at) else 0.0), _POINTS)
     if isfinite(peak.time):
         times = np.sort(np.append(times, at))
-    values = machine.history(reading, times) / count
-    dimension = asked.response.dimension
-    unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, dimension)
-    slow = "ms" if times[-1] < 1.0 else "s"
-    factor, per = to_unit(1.0, unit, dimension), to_unit(1.0, slow, "time")
-    top = factor * max(most, asked.bound or 0.0)
-    found = f"{show(most, unit, dimension)} at {show(peak.time, best_unit(peak.time, 'time'), 'time')}"
-    words = value_at(asked.row) if asked.row is not None else found
-    marks = [Mark(asked.name, f"{asked.name} {words}", per * at, float(np.copysign(factor * most, there)))]
-    span = (0.0, per * float(times[-1]))
+    return _Shown(label, label == _WORST, times, machine.history(reading, times) / count, at, there)
+
+
+def _against_time(design: Design, asked: _Asked, shown: list[_Shown], names: tuple[str, ...], lasts: str) -> Panel:
+    """Histories; the last of the machines is the one that the answer measures."""
+    last = shown[-1]
+    most = max(abs(one.there) for one in shown)
+    end = max(min(float(one.x[-1]) for one in shown), last.at if isfinite(last.at) else 0.0)  # as far as all are known
+    unit, words = _said(asked, abs(last.there), show(last.at, best_unit(last.at, "time"), "time"))
+    slow = "ms" if end < 1.0 else "s"
+    factor, per = to_unit(1.0, unit, asked.response.dimension), to_unit(1.0, slow, "time")
+    top, span = factor * max(most, asked.bound or 0.0), (0.0, per * end)
+    mark = Mark(asked.name, words, per * last.at, factor * last.there)
     return Panel(
         title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}{lasts}",
         x_label=f"time [{slow}]",
         y_label=f"{spoken(asked.response.response).removeprefix('peak ')} [{unit}]",
-        curves=(Curve("", per * times, factor * values, np.ones(len(times), dtype=bool)),),
+        curves=tuple(_curve(one.label, per * one.x, factor * one.y, worst=one.worst) for one in shown),
         zones=tuple(_zones(asked, factor, span, unit)),
-        marks=tuple(marks) if isfinite(peak.time) else (),
+        marks=(mark,) if isfinite(last.at) else (),
         own=(),
-        excitation=", ".join(names_for(design.scene, asked.response)),
+        excitation=", ".join(names),
         log_x=False,
         log_y=False,
         x_span=span,
-        y_span=(-1.3 * top, 1.3 * top) if values.min() < -0.02 * most else (0.0, 1.3 * top),
+        y_span=(-1.3 * top, 1.3 * top) if min(one.y.min() for one in shown) < -0.02 * most else (0.0, 1.3 * top),
     )
 
 
-def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunUp) -> Panel | None:
-    """A run-up: its envelope against the speed, beside the steady vibration."""
-    x = np.array(design.x)
+def _swept(label: str, model: Model, form: PeakInRunUp, x: FloatArray) -> _Shown | None:
+    """The envelope of a run-up against the speed, beside the steady vibration; None where it has no end."""
     peak, count = form.peak(model, x), mount_count(model, form.output, x)
     if not isfinite(peak.value):
-        return _torques(design, *names_for(design.scene, asked.response))
+        return None
     machine, row = form.run_up(model, x, model.values(x))
     sweep, length = machine.sweep, float(machine.sweep.times[-1])
     top_time = min(peak.time, length)
@@ -141,28 +192,34 @@ def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunU
     swept = sweep.at(times)
     modes = natural_frequencies(model, model.values(x))
     speeds = np.sort(np.append(swept, modes[(modes > swept.min()) & (modes < swept.max())]))
-    [name] = names_for(design.scene, asked.response)
-    unit_x, dimension, most = design.scene.excitations[name].speed.unit, asked.response.dimension, peak.value / count
-    unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, dimension)
-    factor, per = to_unit(1.0, unit, dimension), to_unit(1.0, unit_x, "angular_rate")
-    steady, at = machine.steady(row, speeds) / count, float(sweep.at(np.array(top_time)))
+    steady = speeds, machine.steady(row, speeds) / count
+    at, runs = float(sweep.at(np.array(top_time))), "run-up" if sweep.rates[0] > 0.0 else "run-down"
+    motion = machine.history(row, times) / count
+    return _Shown(label, label == _WORST, swept, motion, at, peak.value / count, steady, runs)
+
+
+def _against_speed(design: Design, asked: _Asked, shown: list[_Shown], names: tuple[str, ...], lasts: str) -> Panel:
+    """Run-ups, and the steady vibration of the first; the last of the machines is the one that the answer measures."""
+    [name], first, last = names, shown[0], shown[-1]
+    assert first.steady is not None
+    unit_x, most = design.scene.excitations[name].speed.unit, max(one.there for one in shown)
+    unit, words = _said(asked, last.there, show(last.at, unit_x, "angular_rate"))
+    factor, per = to_unit(1.0, unit, asked.response.dimension), to_unit(1.0, unit_x, "angular_rate")
+    speeds, steady = first.steady
     seen = 3.0 * max(most, asked.bound or 0.0)
     top = factor * max(most, asked.bound or 0.0, float(np.minimum(np.nan_to_num(steady), seen).max()))
-    found = f"{show(most, unit, dimension)} at {show(at, unit_x, 'angular_rate')}"
-    words = value_at(asked.row) if asked.row is not None else found
-    span = (per * float(swept.min()), per * float(swept.max()))
-    known = np.ones(len(speeds), dtype=bool)
-    runs = "run-up" if sweep.rates[0] > 0.0 else "run-down"
+    span = (per * float(first.x.min()), per * float(first.x.max()))
+    runs = [
+        _curve(", ".join(filter(None, (one.runs, one.label))), per * one.x, factor * one.y, worst=one.worst)
+        for one in shown
+    ]
     return Panel(
-        title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}",
+        title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}{lasts}",
         x_label=f"speed of {name} [{unit_x}]",
         y_label=f"{spoken(asked.response.response).removeprefix('peak ')} [{unit}]",
-        curves=(
-            Curve(runs, per * swept, factor * machine.history(row, times) / count, known[: len(times)]),
-            Curve("steady", per * speeds, factor * np.minimum(steady, 2.0 * seen), known, before=True),
-        ),
+        curves=(*runs, _curve("steady", per * speeds, factor * np.minimum(steady, 2.0 * seen), before=True)),
         zones=tuple(_zones(asked, factor, span, unit)[:1]),
-        marks=(Mark(asked.name, f"{asked.name} {words}", per * at, factor * most),),
+        marks=(Mark(asked.name, words, per * last.at, factor * last.there),),
         own=(),
         excitation=name,
         log_x=False,
@@ -172,7 +229,18 @@ def _against_speed(design: Design, model: Model, asked: _Asked, form: PeakInRunU
     )
 
 
-def _torques(design: Design, name: str) -> Panel | None:
+def _curve(label: str, x: FloatArray, y: FloatArray, *, worst: bool = False, before: bool = False) -> Curve:
+    return Curve(label, x, y, np.ones(len(x), dtype=bool), before=before, worst=worst)
+
+
+def _said(asked: _Asked, most: float, at: str) -> tuple[str, str]:
+    """Unit of the values, and what stands at the greatest of them."""
+    unit = (asked.row.value.unit if asked.row is not None else "") or best_unit(most, asked.response.dimension)
+    found = f"{show(most, unit, asked.response.dimension)} at {at}"
+    return unit, f"{asked.name} {value_at(asked.row) if asked.row is not None else found}"
+
+
+def _torques(design: Design, name: str, which: str) -> Panel | None:
     """Of a motor that sticks: its torque against the speed, beside that of load and vibration, and where they meet."""
     scene = design.scene
     motor, chosen = (
@@ -194,7 +262,7 @@ def _torques(design: Design, name: str) -> Panel | None:
     top = factor * min(max(full, float(needs.max())), _SEEN * full)
     at = factor * float(motor.driving.at(np.array([held]))[0])
     return Panel(
-        title=f"Torque of the run-up of {name}: the motor sticks",
+        title=f"Torque of the run-up of {name}: {which} sticks",
         x_label=f"speed of {name} [{unit}]", y_label=f"torque [{size}]",
         curves=(
             Curve("load and steady vibration", per * speeds, factor * needs, every),

@@ -223,8 +223,8 @@ def static_shapes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 
 def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
-    """What is said of peaks in time of a machine without any damping, which rings on for ever."""
-    if not any(response.sort == "transient" for response in scene.responses.values()):
+    """What is said of peaks in time of a machine without any damping or friction, which rings on for ever."""
+    if rubbing(scene) or not any(response.sort == "transient" for response in scene.responses.values()):
         return []
     machine = machine_of(scene, chosen)
     damping = machine.matrices()[1]
