@@ -542,3 +542,18 @@ def test_a_split_between_two_holes_makes_the_same_unbalance(angle: float, size: 
     made = sum(0.2 * one.mass * np.exp(1j * one.angle) for one in found)
     assert made == pytest.approx(size * np.exp(1j * angle), rel=1e-8)
     assert all(one.mass >= 0 for one in found)
+
+
+def test_how_much_wider_limits_must_be_looks_at_forbidden_sectors() -> None:
+    """Everywhere -5/3 leaves two thirds of both readings; where only what adds to them may sit, nothing is best."""
+    question = Question(
+        y0=np.array([1.0 + 0j, 1.0 + 0j]),
+        H=np.array([[1.0 + 0j], [0.2 + 0j]]),
+        importance=np.ones(2),
+        limits=np.full(2, 0.5),
+        caps=np.full(1, np.inf),
+    )
+    assert solve_continuous(question).least_factor == pytest.approx(4.0 / 3.0, rel=1e-7)
+    held = solve_continuous(replace(question, sectors=(((0.3, 2.0 * np.pi - 0.3),),)))
+    assert held.status == "infeasible"
+    assert held.least_factor == pytest.approx(2.0, rel=1e-7)

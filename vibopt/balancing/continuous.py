@@ -11,7 +11,17 @@ from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import open_arcs
-from vibopt.balancing.question import Prices, Question, Sectors, Solved, breaks, inside_arc, relative_gap, wider_words
+from vibopt.balancing.question import (
+    Prices,
+    Question,
+    Sectors,
+    Solved,
+    breaks,
+    inside_arc,
+    relative_gap,
+    wider_words,
+    worst_part,
+)
 from vibopt.balancing.scaled import Scaled, into_wedge, scaled
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass
@@ -349,8 +359,8 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
     details = {"programs": answer.rounds}
     if answer.x is None:
         if answer.factor > 1.0:
-            claim = wider_words(question, answer.factor)
-            return Solved(None, "infeasible", claim, least_factor=answer.factor, details=details)
+            factor = max(answer.factor, _wider(question) if any(free.question.sectors) or scene.fans else 0.0)
+            return Solved(None, "infeasible", wider_words(question, factor), least_factor=factor, details=details)
         return Solved(
             None, "unproven", "no correction was found, and that there is none is not proven", details=details
         )
@@ -367,6 +377,14 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
             f"cone program over the holes of split weights, {answer.rounds} solved, gap {gap:.1e} by our own dual bound"
         )
     return Solved(u, status, claim, value, low, gap, _prices(question, free, scene, answer), details=details)
+
+
+def _wider(question: Question) -> float:
+    """By how much wider limits on readings must be at least, arcs and holes looked at: the least worst part of them."""
+    if not question.limits.all():
+        return 0.0
+    bound = solve_continuous(worst_part(question, question.limits)).bound
+    return bound if np.isfinite(bound) else 0.0
 
 
 def _prices(question: Question, free: Free, scene: Scaled, answer: Convex) -> Prices | None:

@@ -264,6 +264,23 @@ def wider_words(question: Question, factor: float) -> str:
     return f"no correction keeps the limits: {which} would have to be at least {factor:.4g} times as wide"
 
 
+def worst_part(question: Question, limits: FloatArray) -> Question:
+    """The same without limits on readings, where the worst of them as a part of its limit is to be least.
+
+    limits
+        Per reading, above zero (n_readings,); infinite ones are left out.
+    """
+    rows = np.flatnonzero(np.isfinite(limits))
+    return replace(
+        question,
+        y0=question.y0[rows] / limits[rows],
+        H=question.H[rows] / limits[rows, None],
+        importance=np.ones(len(rows)),
+        limits=np.full(len(rows), np.inf),
+        goal="worst",
+    )
+
+
 def first_greatest(values: FloatArray) -> int:
     """Place of the greatest value; the first of several that differ by rounding alone."""
     return int(np.flatnonzero(values >= values.max() - 1e-7 * abs(values.max()))[0])

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.lengths import Box, Least, Lengths, into_box
-from vibopt.balancing.question import Question, Solved, breaks, relative_gap, wider_words
+from vibopt.balancing.question import Question, Solved, breaks, felt, relative_gap, wider_words, worst_part
 from vibopt.errors import InputError
 from vibopt.posed import conic
 from vibopt.posed import posed_engine as engine
@@ -25,6 +25,8 @@ NAMES = (CVXPY, IPOPT)
 MARGINS = (0.0, 2e-9, 2e-8)
 """Parts by which bounds are drawn in, one after the other, until the answer keeps the true ones to 1e-9."""
 KEPT = 1e-9
+_NOTHING = 1e-8
+"""Part of what the readings would feel below which a weight is none."""
 _IPOPT = 5.0
 """Nominal work of a run of IPOPT [ms]."""
 
@@ -63,6 +65,7 @@ def _cvxpy(named: Named) -> Solved:
         if not run.claims:
             return _none(named, run.status)
         u = _weights(named, problem)
+        u[np.abs(u) <= _NOTHING * felt(question.y0, question.H)] = 0.0  # no angle can be told of it
         if _kept(named, u):
             break
     else:
@@ -94,14 +97,8 @@ def _weights(named: Named, problem: Any) -> ComplexArray:
 def _none(named: Named, status: str) -> Solved:
     """No answer: infeasible where the least common factor on all limits is proven to be above one."""
     q = named.question
-    rows = np.flatnonzero(np.isfinite(q.limits))
-    if status.startswith("infeasible") and len(rows):
-        heads = np.maximum(q.limits[rows], named.zero)
-        wider = replace(
-            q, y0=q.y0[rows] / heads, H=q.H[rows] / heads[:, None], importance=np.ones(len(rows)),
-            limits=np.full(len(rows), np.inf), goal="worst",
-        )  # fmt: skip
-        least = Named.plain(wider)
+    if status.startswith("infeasible") and np.isfinite(q.limits).any():
+        least = Named.plain(worst_part(q, np.maximum(q.limits, named.zero)))
         factor = conic.solved(convex(least)).bound * least.size
         if factor > 1.0 + KEPT:
             return Solved(None, "infeasible", wider_words(q, factor), least_factor=factor)
