@@ -68,6 +68,7 @@ def motion_of(document: dict[str, Any], name: str) -> tuple[Any, Any]:
     length=st.floats(0.01, 0.3), friction=st.floats(50.0, 4000.0), damping=st.floats(50.0, 3000.0),
 )  # fmt: skip
 @example(kind="floor", ends=ENDS[0], length=0.06, friction=900.0, damping=0.0)
+@example(kind="drop", ends=ENDS[0], length=0.1, friction=40e3, damping=100.0)
 def test_every_peak_has_one_value_by_both_routes(
     kind: str, ends: tuple[str, str], length: float, friction: float, damping: float
 ) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from texts import STIFFEST, choice, floor, shaken_fan, table
 from vibopt import jobs
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
+from vibopt.study import edges
 from vibopt.study.edges import CLOSE, stretches
 from vibopt.study.seen import GOOD
 from vibopt.study.sweep import sweep
@@ -22,6 +24,14 @@ COUNTED = shaken_fan(
     {"stiffness": choice("10 kN/m", "1 MN/m"), "count": 4}, floor("20 N"),
     table("limits.stiff", response="stiffness", of="mount", at_least="400 kN/m"), STIFFEST,
 )  # fmt: skip
+
+RUBS = """
+title = "Press on mounts that rub"
+bodies.press = { mass = "300 kg" }
+links.mount = { between = ["press", "ground"], stiffness = "300 kN/m", damping = "500 N s/m", friction_force = "900 N" }
+excitations.press = { kind = "force", on = "press", amplitude = "2 kN", speed = "720 rpm" }
+limits.floor = { response = "transmitted_force", into = "ground", at_most = "1.3 kN" }
+"""
 
 
 @pytest.mark.parametrize(("low_high", "points"), [("5 mm..30 mm", 4), ("0.2 mm..40 mm", 5)])
@@ -123,3 +133,21 @@ def test_lines_of_a_figure_bend_where_the_answer_changes() -> None:
     ((_, end, _),) = drawn.shaded
     first = drawn.x[np.isfinite(drawn.strips[0].lines[0].y)].min()
     assert first == pytest.approx(end, rel=1e-5)
+
+
+def test_where_a_measured_bound_is_met_few_answers_say(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What rubs is answered one by one: the place lies on a line through two margins, not in the middle."""
+    asked: list[int] = []
+    one_by_one = edges.answered
+
+    def counted(job: Any, facts: Any, places: Any, **more: Any) -> Any:
+        asked.append(len(places))
+        return one_by_one(job, facts, places, **more)
+
+    monkeypatch.setattr(edges, "answered", counted)
+    found = sweep(from_text(RUBS), "links.mount.friction_force", "600 N..1900 N", 3)
+    (edge,) = found.boundaries
+    before, after = (side.margins["floor"] for side in edge.sides)
+    assert (edge.before[0], edge.after[0], edge.wide) == ("met", "violated", False)
+    assert before >= 0.0 > after
+    assert sum(asked) <= 11  # halves took 20

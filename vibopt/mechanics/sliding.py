@@ -269,7 +269,8 @@ class Sliding:
         still = Segment(1.0, np.zeros(0), np.zeros((0, 0)), np.zeros((self.loads.shape[1], 0)), np.zeros(0))
         law, before, most = self._law(still), 1, 0.0
         for one in self._along(law, time, np.inf, own):
-            if one.side == 0 and before and self._holds(law, one.start):
+            held = law, self._swings, law.carries, one.start, self.friction
+            if one.side == 0 and before and _rung(*held, any_above=True)[0] == 0.0:
                 yield Piece(one.begin, np.inf, 0, law, one.start[:, None])
                 return
             yield one
@@ -277,10 +278,6 @@ class Sliding:
             most = max(most, fast)
             if (one.side and fast <= _ROUND * most) or one.begin - time > _SWUNG * law.period:
                 return
-
-    def _holds(self, law: Law, state: FloatArray) -> bool:
-        """Whether friction holds for good."""
-        return _rung(law, self._swings, law.carries, state, self.friction, any_above=True)[0] == 0.0
 
     @cached_property
     def _numbers(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:

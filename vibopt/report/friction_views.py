@@ -27,6 +27,9 @@ from vibopt.values.speeds import ROTATION
 
 _SPEEDS, _TIMES, _SAME = 160, 400, 5e-3
 """Points of a curve; part by which two values must differ to be told apart in words."""
+_CLOSER, _BENT, _WIDE = 4, 0.03, 2.0
+"""How often points are added where a curve bends, by how much between two of its pieces [rad], in a figure that is so
+many times as wide as high."""
 _DEGENERATE = 1e-6
 """How near a natural frequency is to a whole multiple of that of the force, to be one."""
 
@@ -118,12 +121,18 @@ def _against_speed(design: Design, model: Model, x: FloatArray, one: _Asked) -> 
     high = min(known.high, max(1.2 * max(band.high for band in bands), 2.0 * natural))
     value, speed = one.form.tops(model, x)[0]
     speeds = np.union1d(np.geomspace(min(low, 0.5 * high), high, _SPEEDS), [speed, natural][: 1 + (natural < high)])
-    exact, other = (np.array([one.form.at(model, x, w, rough=rough) for w in speeds]) for rough in (False, True))
+    exact = one.form.sizes(model, x, speeds)
     unit, factor = _unit(one, value)
     per = to_unit(1.0, scene.excitations[name].speed.unit, ROTATION)
     bound = one.response.at_most
     limit = (1.0 - bound.value if one.response.complement else bound.value) if bound is not None else 0.0
     top = factor * max(4.0 * float(np.median(exact)), limit, value if isfinite(value) else 0.0)
+    for _ in range(_CLOSER):
+        steep = np.arctan2(np.diff(np.minimum(factor * exact / top, 1.5)), _WIDE * np.diff(speeds) / (high - speeds[0]))
+        bent = np.flatnonzero(np.abs(np.diff(steep)) > _BENT)
+        speeds = np.union1d(speeds, [0.5 * (speeds[bent + k] + speeds[bent + k + 1]) for k in (0, 1)])
+        exact = one.form.sizes(model, x, speeds)
+    other = np.array([one.form.at(model, x, w, rough=True) for w in speeds])
     every = np.ones(len(speeds), dtype=bool)
     said = "" if bound is None else show(bound.value, bound.unit, one.response.dimension)
     zones = [

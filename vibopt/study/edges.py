@@ -33,7 +33,7 @@ ALONG_EDGES = 1e-3
 _MOST_ROUNDS, _MOST_ANSWERS = 60, 4000
 _TOGETHER = 15
 """Places looked at between two sides at a time, where many answers cost little more than one."""
-_FINEST = 1e-9
+_FINEST, _HALVED, _ASIDE = 1e-9, 5, 0.05
 _ONE_EVENT = 4.0
 """Widths of a closed gap within which another is the same event."""
 
@@ -206,7 +206,7 @@ class _Narrowing:
         return bool(same and closed and 0.0 <= other.low[axis] - gap.high[axis] <= near)
 
     def all(self, gaps: list[_Gap]) -> list[_Gap]:
-        for _ in range(_MOST_ROUNDS):
+        for self.round in range(_MOST_ROUNDS):
             wide = [one for one in gaps if self.is_wide(one)]
             if not wide or len(wide) * self.inner > self.left:
                 break
@@ -235,10 +235,25 @@ class _Narrowing:
         one, low, high = self.varied[gap.axis], gap.low[gap.axis], gap.high[gap.axis]
         parts = np.arange(1, self.inner + 1) / (self.inner + 1)
         along = low * (high / low) ** parts if one.by_ratios else low + parts * (high - low)
+        if self.inner == 1 and not one.whole and (self.round + 1) % _HALVED:
+            along = self._met_between(gap, low, high, along)
         along = np.unique(np.clip(np.round(along), low + 1, high - 1)) if one.whole else along
         places = np.tile(gap.low, (len(along), 1))
         places[:, gap.axis] = along
         return places
+
+    def _met_between(self, gap: _Gap, low: float, high: float, middle: FloatArray) -> FloatArray:
+        """Where the one bound that is broken on one side alone is met on a straight line, a little to the far side."""
+        slack = ACTIVE if gap.before[0] == gap.after[0] else 0.0
+        before, after = ({name: one + slack for name, one in side.margins.items()} for side in gap.sides)
+        turned = [(one, after[name]) for name, one in before.items() if name in after and one * after[name] < 0.0]
+        measured = {gap.before[0], gap.after[0]} <= {"met", "violated"}
+        if not measured or len(turned) != 1 or not np.isfinite(turned).all():
+            return middle
+        [(first, last)] = turned
+        at, least = low + (high - low) * first / (first - last), 0.4 * self._known_to(gap)
+        off = max(least, _ASIDE * min(at - low, high - at))
+        return np.clip([at + (off if high - at > at - low else -off)], low + 0.1 * least, high - 0.1 * least)
 
 
 def _boundary(varied: Sequence[Varied], gap: _Gap, wide: bool) -> Boundary:

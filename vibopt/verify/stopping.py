@@ -57,8 +57,10 @@ class Stopping(Simulated):
     def _holding(self) -> tuple[FloatArray, FloatArray]:
         """As `matrices` of the states, while friction holds: it gives what a slip would gain."""
         bound = np.eye(len(self._places)) - np.outer(self._given, self._apart) / (self._apart @ self._given)
-        system, loads = self._states.matrices
-        return np.kron(np.eye(2), bound) @ system, np.kron(np.eye(2), bound) @ loads
+        twice = np.kron(np.eye(2), bound)
+        found = [(twice @ one, _ROUND * (np.abs(twice) @ np.abs(one))) for one in self._states.matrices]
+        system, loads = (np.where(np.abs(one) <= least, 0.0, one) for one, least in found)  # modes suffer from rounding
+        return system, loads
 
     @cached_property
     def _quiet(self) -> dict[float, FloatArray]:
@@ -69,9 +71,6 @@ class Stopping(Simulated):
             found[side][:-1, :-1] = self._states.matrices[0] if side else self._holding[0]
             found[side][count:-1, -1] = -side * self.joint.friction * self._given
         return found
-
-    def _is_quiet(self, span: tuple[float, float]) -> bool:
-        return not self._lasting and span[0] >= self._spans[self._behind][0]
 
     def _slip(self, states: FloatArray) -> FloatArray:
         """Stretch of the joint that rubs and its rate, (2, ...), at states (2 n, ...)."""
@@ -90,7 +89,7 @@ class Stopping(Simulated):
     ) -> FloatArray:
         """States (2 n, n_times) so much later, each as it slips or is held."""
         found = np.empty(states.shape)
-        if self._is_quiet(span):
+        if not self._lasting and span[0] >= self._spans[self._behind][0]:
             for sense, system in self._quiet.items():
                 those = np.flatnonzero(side == sense)
                 if len(those):
@@ -134,7 +133,8 @@ class Stopping(Simulated):
                 was, fresh = side, part < 1.0
                 state = after
                 if fresh:
-                    state = self._stopped(state)
+                    rounding = self._given / (self._apart @ self._given) * float(self._slip(state)[1])
+                    state = state - np.concatenate([0.0 * rounding, rounding])
                     side = self._pushed(state, time, span, released=not was)
                     side = 0.0 if was and side == was else side
         times, sides, states = (np.array(one) for one in zip(*steps, strict=True))
@@ -147,13 +147,6 @@ class Stopping(Simulated):
             return found if np.ndim(at) else found[:, 0]
 
         return run
-
-    def _stopped(self, state: FloatArray) -> FloatArray:
-        """States at a slip that has come to rest, without what rounding leaves of its speed."""
-        body = next(self._places.index(one) for one in self.joint.ends if one in self.machine.masses)
-        state = state.copy()
-        state[len(self._places) + body] -= self._apart[body] * float(self._slip(state)[1])
-        return state
 
     @cached_property
     def _senses(self) -> list[FloatArray]:
@@ -186,7 +179,7 @@ class Stopping(Simulated):
         if left(1.0, whole) > 0.0:
             return 1.0, whole[:, 0]
         first = _BEGUN if fresh else 0.0
-        part = float(brentq(left, first, 1.0, xtol=1e-14)) if left(first) > 0.0 else first or 1e-9
+        part = float(brentq(left, first, 1.0, xtol=1e-14, disp=False)) if left(first) > 0.0 else first or 1e-9
         return part, after(part)[:, 0]
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
