@@ -10,11 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.special import wofz
 
 import vibopt as vo
 from refusals import refused
 from vibopt.arrays import FloatArray
-from vibopt.mechanics.sweep_response import RunUp, Stretch
+from vibopt.mechanics.sweep_response import Modal, RunUp, Stretch, faddeeva_at_most
 from vibopt.mechanics.transient import Reading
 from vibopt.program.pose import pose
 from vibopt.report.curves import panels
@@ -137,6 +138,25 @@ def test_the_tangential_force_is_the_rest_of_the_acceleration_of_an_unbalance() 
     assert loose.history(place(), np.linspace(0.0, 7.0, 30)) == pytest.approx(np.ones(30), rel=1e-6)
 
 
+def test_no_quasi_steady_motion_is_greater_than_its_bound_and_beside_a_slow_pole_that_is_not_far_off() -> None:
+    """In speeds of a slow passage whose widest panel is as wide as the resonance; half as much again at most."""
+    machine = Modal(np.array([-1.0 + 60j]), np.array([1.0 + 0j]), 0j)
+    one = Stretch(machine, np.zeros(1, dtype=complex), 40.0, 0.05, 800.0, np.array([0.0, 0.0, 1.0], dtype=complex))
+    joints = np.linspace(0.0, 800.0, 81)
+    inside = joints[:-1, None] + np.linspace(0.0, 10.0, 41)
+    sizes = np.abs(one._pushed(inside.ravel())).reshape(inside.shape).max(axis=1)
+    bounds = one.bound(joints[:-1], joints[1:]) - one.fading(joints[:-1], joints[1:])
+    assert (sizes <= bounds * (1.0 + 1e-12)).all()
+    assert (bounds <= 1.5 * sizes).all()
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0, 1.3334, 1.5, 2.0, 4.0, 6.0])
+def test_the_faddeeva_function_is_no_greater_in_the_upper_half_plane_than_is_said(size: float) -> None:
+    further = size * np.geomspace(1.0, 30.0, 400)[:, None] * np.exp(1j * np.linspace(0.0, np.pi, 181))
+    most = float(np.abs(wofz(further)).max())
+    assert most <= faddeeva_at_most(np.array([size]))[0] * (1.0 + 1e-9) <= 1.35 * most
+
+
 def test_energy_is_kept_in_every_history() -> None:
     """What the force does is what the damper takes and what is stored."""
     machine = lone(0.04, 0.02, 0.2, 1.8, unbalance=True)
@@ -169,6 +189,31 @@ def test_no_cycle_costs_anything(monkeypatch: pytest.MonkeyPatch) -> None:
         lone(0.01, rate, 0.0, 3.0, unbalance=True).peak(place())
         counts.append(sum(taken))
     assert counts[1] < 3 * counts[0] < 60_000
+
+
+def test_of_many_stretches_only_those_beside_the_resonance_are_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A motor's run-up has a stretch for each little change of its acceleration; bounds rule most of them out."""
+    looked, own = [0], Stretch._pushed
+
+    def counted(one: Stretch, times: FloatArray) -> Any:
+        looked.append(len(times))
+        return own(one, times)
+
+    monkeypatch.setattr(Stretch, "_pushed", counted)
+    run_up = {"torque": "6 N m", "inertia": "2 kg m2"}
+    scene = vo.from_dict({
+        "bodies": {"fan": {"mass": "200 kg"}},
+        "links": {"springs": {"between": ["fan", "ground"], "stiffness": "800 kN/m", "damping": "1500 N s/m"}},
+        "excitations": {
+            "blades": {"kind": "unbalance", "on": "fan", "unbalance": "0.2 kg m", "speed": "1500 rpm", "run_up": run_up}
+        },
+        "limits": {"rattle": {"response": "peak_displacement", "of": "fan", "at_most": "12 mm"}},
+    })  # fmt: skip
+    (limit,) = pose(scene).limits
+    assert limit.worst(np.zeros(0)).value == pytest.approx(8.481257133e-3, rel=1e-9)
+    machine, _ = limit.form.run_up(limit.model, np.zeros(0), limit.model.values(np.zeros(0)))
+    assert len(looked) < 0.6 * len(machine.sweep.rates)
+    assert sum(looked) < 10_000
 
 
 @pytest.mark.parametrize("ratio", [0.5, 0.999999, 1.0, 1.0000001, 4.0, 1e4])

@@ -26,8 +26,12 @@ _SEEN = chebyshev.chebvander(_GRID, _DEGREE).T
 _AT_ODD = chebyshev.chebvander(np.array([2.0 * _ODD - 1.0]), _DEGREE)[0]
 _RESOLVED, _SURE, _SHAPED = 1e-12, 1e-13, 1e-3
 """Part of the greatest value that may be left over on a panel; rounding; and left over where a bound is read."""
+_NOISE = 2e-16
+"""Rounding of a value, for each radian that it has turned."""
+_APART = 2.0
+"""How far a function turns on a panel at the beginning [rad]."""
 _FIRST, _AT_ONCE, _ALL_AT_ONCE, _MOST, _NEWTON = 32, 128, 2048, 150_000, 5
-"""Panels at the beginning, looked at together at least and at most, and in all; steps of Newton's method."""
+"""Panels at the beginning at most, looked at together at least and at most, and in all; steps of Newton's method."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,20 +51,22 @@ class Envelope:
         At times (n,).
     bound, fading
         Of the modulus of the whole, and of what rings, on panels from `low` to `high`, (n,) each.
-    noise
-        Part of the bound that rounding may be.
+    fast
+        About the fastest rate at which it turns [rad/s].
     """
 
     driven: Callable[[FloatArray], ComplexArray]
     ringing: Callable[[FloatArray], ComplexArray]
     bound: Callable[[FloatArray, FloatArray], FloatArray]
     fading: Callable[[FloatArray, FloatArray], FloatArray]
-    noise: float
+    fast: float
 
 
 def greatest(envelope: Envelope, low: float, high: float, least: float = 0.0) -> Found | None:
     """Greatest modulus from `low` to `high`; None where it is not above `least`."""
-    search, joints, seen = _Search(least), np.linspace(low, high, _FIRST + 1), 0
+    search, seen, noise = _Search(least), 0, _NOISE * max(1.0, envelope.fast * high)
+    first = int(np.clip(envelope.fast * (high - low) / _APART, 1.0, _FIRST))
+    joints = np.linspace(low, high, first + 1)
     begin, end = joints[:-1], joints[1:]
     most = envelope.bound(begin, end)
     shortest = (high - low) * 2.0**-50
@@ -72,7 +78,7 @@ def greatest(envelope: Envelope, low: float, high: float, least: float = 0.0) ->
             break
         count = min(max(_AT_ONCE, len(begin) // 2), _ALL_AT_ONCE)
         now, later = slice(0, count), slice(count, None)
-        left, right, bound = _looked(envelope, search, begin[now], end[now], shortest)
+        left, right, bound = _looked(envelope, search, begin[now], end[now], (shortest, noise))
         seen += count
         middle = 0.5 * (left + right)
         fresh = np.concatenate([left, middle]), np.concatenate([middle, right])
@@ -83,9 +89,13 @@ def greatest(envelope: Envelope, low: float, high: float, least: float = 0.0) ->
 
 
 def _looked(
-    envelope: Envelope, search: _Search, begin: FloatArray, end: FloatArray, shortest: float
+    envelope: Envelope, search: _Search, begin: FloatArray, end: FloatArray, least: tuple[float, float]
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Panels that are to be halved after a look at them, with their bounds."""
+    """Panels that are to be halved after a look at them, with their bounds.
+
+    `least` is the shortest that is halved [s], and the part of a bound that rounding may be.
+    """
+    shortest, noise = least
     times = begin[:, None] + (end - begin)[:, None] * _POINTS
     driven = envelope.driven(times.ravel()).reshape(times.shape)
     coefficients = driven[:, :-1] @ _INTO
@@ -99,7 +109,7 @@ def _looked(
     values = driven + envelope.ringing(times.ravel()).reshape(times.shape)
     search.nodes(values, times)
     coefficients = values[:, :-1] @ _INTO
-    room = _RESOLVED * search.most + envelope.noise * envelope.bound(begin, end)
+    room = _RESOLVED * search.most + noise * envelope.bound(begin, end)
     done = (_left_over(coefficients, values) <= room) | (end - begin <= shortest)
     search.panels(coefficients[done], begin[done], end[done])
     return begin[~done], end[~done], bound[~done]

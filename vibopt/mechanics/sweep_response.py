@@ -23,13 +23,15 @@ from vibopt.signals import Sweep
 
 _FAR, _TERMS = 36.0, 20
 """Square of the argument of the Faddeeva function from which its asymptotic series is used, and its terms at most."""
+_TOP = 1.33234, 0.7488717463481
+"""Where |x w(x)| is greatest on the real axis, and how great."""
 _LOOSE = 2.0
 """On what is beyond the first term of that series, where a bound is asked for."""
 _ALIKE, _CIRCLE, _AROUND = 50.0, 16, 0.05
 """Condition of modes beyond which the damping goes round its value on a circle; points, and radius as a part."""
 _UNMOVED, _FAINT = 1e-12, 1e-9
 """Parts of what a pole might add, and of the most that one adds, below both of which it adds rounding alone."""
-_FIRST, _SURE, _NOISE, _ROUNDING = 4.0, 1e-12, 2e-16, 1e-17
+_FIRST, _SURE, _ROUNDING = 4.0, 1e-12, 1e-17
 """Periods of the slowest mode in the first window behind; rounding of a value, and of a phase."""
 
 
@@ -60,7 +62,11 @@ class RunUp:
                 return Peak(np.inf, time, len(self.sweep.rates) if time else 0)
         *turning, (begun, stays) = self.stretches(machine)
         best = Peak(0.0, 0.0)
-        for number, (begin, one) in enumerate(turning):
+        most = [float(one.bound(np.zeros(1), np.array([one.length]))[0]) for _, one in turning]
+        for number in np.argsort(-np.array(most), kind="stable").tolist():  # a resonance first: the others are less
+            if most[number] <= best.value:
+                break
+            begin, one = turning[number]
             found = greatest(one.envelope(one.length), 0.0, one.length, best.value)
             if found is not None:
                 best = Peak(found.value, begin + found.at, number, found.at, best.open or found.open)
@@ -219,7 +225,7 @@ class Stretch:
     def envelope(self, length: float) -> Envelope:
         """As a function of time up to `length` [s], for the search."""
         fast = float(np.abs(self.poles).max(initial=0.0)) + max(self.low, self.low + self.rate * length)
-        return Envelope(self._pushed, self._ringing, self.bound, self.fading, _NOISE * max(1.0, fast * length))
+        return Envelope(self._pushed, self._ringing, self.bound, self.fading, fast)
 
     def value(self, times: FloatArray) -> ComplexArray:
         """The reading in the frame that turns with the force, at times from the beginning of the stretch [s], (n,)."""
@@ -272,8 +278,8 @@ class Stretch:
             driven = (size + _LOOSE * later) / away
         q, rest = self._rest
         among = np.abs(q) @ fast ** np.arange(q.shape[1])[:, None]
-        among += np.abs(rest) * np.sqrt(0.5 * np.pi / abs(self.rate))  # the Faddeeva function is 1 at most
-        driven = np.where(away**2 < 2.0 * _FAR * abs(self.rate), among, driven)
+        among += np.abs(rest) * np.sqrt(0.5 * np.pi / abs(self.rate)) * faddeeva_at_most(abs(self._turn()) * away)
+        driven = np.where(away**2 < 2.0 * _FAR * abs(self.rate), among, np.minimum(driven, among))
         return np.asarray(np.abs(self.parts) @ driven + abs(self.through) * size + self.fading(low, high))
 
     @property
@@ -360,6 +366,17 @@ class Stretch:
                 best = Peak(found.value, begun + found.at, number, found.at, best.open or found.open)
             gone, length = gone + length, min(2.0 * length, HORIZON * period - gone - length)
         return replace(best, open=True)
+
+
+def faddeeva_at_most(size: FloatArray) -> FloatArray:
+    """No |w(z)| of the upper half plane is greater where |z| is `size` or more, shape of `size`.
+
+    |z w(z)| stays bounded there, so that it is greatest on the real axis: it rises to 0.7489 at 1.332, then falls.
+    """
+    from scipy.special import wofz
+
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.where(size > _TOP[0], np.abs(wofz(size)), np.minimum(_TOP[1] / size, 1.0)))
 
 
 def _polynomial(powers: Numbers, speed: FloatArray) -> Numbers:
