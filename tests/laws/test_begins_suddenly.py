@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from refusals import refused
-from vibopt.excitations.segments import together
+from vibopt.excitations.segments import sine, together
 from vibopt.mechanics.beating import highest
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.report.curves import panels
@@ -309,6 +310,16 @@ def test_no_sample_of_beating_waves_is_higher(seed: int, count: int, length: flo
     assert not left
     assert values.max() * (1.0 - 1e-9) <= value <= values.max() * (1.0 + 1e-4)
     assert abs((waves @ np.exp(rates * at)).real) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize("damping", [1e3, 1e5, 1e7])
+def test_a_far_too_great_damper_takes_a_sudden_sine_up_from_rest(damping: float) -> None:
+    """It is pushed one way for half a turn: twice the distance of the steady motion, once what is fast has faded."""
+    begins = replace(sine(0.2, 30.0, 0.0, 2.0 * np.pi), endless=True)
+    numbers = (np.array([[one]]) for one in (MASS, damping, 200.0))
+    found = Transient(*numbers, 1, np.ones((1, 1)), (begins,)).peak(Reading(np.ones(1), np.zeros(1), np.zeros(1)))
+    assert abs(found.value) == pytest.approx(2.0 * 30.0 / (damping * 10.0 * np.pi), rel=max(50.0 / damping, 1e-5))
+    assert found.time == pytest.approx(0.1, rel=max(200.0 / damping, 1e-4))
 
 
 def test_a_sum_over_several_times_is_drawn_part_by_part() -> None:

@@ -33,7 +33,7 @@ def chain(rng: np.random.Generator, count: int) -> tuple[FloatArray, FloatArray,
 
 
 def load(rng: np.random.Generator) -> tuple[Segment, ...]:
-    """One to three segments of any kind, some begun by a blow; the second of two signals pushes."""
+    """One to three segments of any kind, some begun by a blow; the second of two signals pushes.  Some stay at last."""
     found = []
     for _ in range(rng.integers(1, 4)):
         length = 10.0 ** rng.uniform(-1.0, 1.5)
@@ -48,7 +48,10 @@ def load(rng: np.random.Generator) -> tuple[Segment, ...]:
         read[rng.integers(2)] = one.read[0]
         blows[0] = length * rng.normal() if rng.random() < 0.2 else 0.0
         found.append(replace(one, read=read, blows=blows))
-    return tuple(found)
+    if rng.random() < 0.3:
+        stays = line(1.0, *rng.normal(size=1).repeat(2))
+        found.append(replace(stays, read=rng.permutation(2)[:, None] * stays.read, blows=np.zeros(2), endless=True))
+    return tuple(found[-3:])
 
 
 def by_modes(machine: Transient, reading: Reading) -> Peak | None:

@@ -18,7 +18,7 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.tangents import Tangents
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
-SHAPES = ("half sine", "versed sine", "sine", "rectangle", "triangle", "falling sawtooth", "drop")
+SHAPES = ("half sine", "versed sine", "sine", "rectangle", "triangle", "falling sawtooth", "drop", "step")
 ASKED = (
     ('response = "peak_relative_displacement"\nacross = "mount"', "m"),
     ('response = "peak_acceleration"\nof = "body"', "m/s²"),
@@ -54,7 +54,8 @@ def machine(rng: np.random.Generator, *, bodies: int = 1, wide: float = 3.0, hea
         words += ['[excitations.load]\nkind = "drop"\non = "base"\nvelocity_change = "2 m/s"']
     else:
         size = 'on = "base"\nacceleration = "20 m/s²"' if on_base else 'on = "body"\namplitude = "200 N"'
-        words += [f'[excitations.load]\nkind = "pulse"\nshape = "{shape}"\nduration = "{length} s"\n{size}']
+        lasts = "" if shape == "step" else f'duration = "{length} s"'
+        words += [f'[excitations.load]\nkind = "pulse"\nshape = "{shape}"\n{lasts}\n{size}']
     return "\n".join(words)
 
 

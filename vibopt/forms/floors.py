@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.mechanics.model import Model
 
-_MOST, _TIMES, _LOW, _GRID, _WIDTHS = 4, 48, 1e-3, 256, 14
+_MOST, _TIMES, _LOW, _GRID, _WIDTHS, _STAYS = 4, 48, 1e-3, 256, 14, 1e6
 """Coefficients that may vary; times of a box that are tried; part of the middle of a side that its lower end is at
-least; steps of the load and widths of triangles on them."""
+least; steps of the load, widths of triangles on them, and how often its length what stays for ever is weighed."""
 _ALIKE, _ROUNDING, _CRITICAL = 1e-12, 1e-9, 1e-6
 """Parts: below which numbers are the same, that rounding may take of a floor, and from critical damping."""
 
@@ -161,7 +161,9 @@ class Floors:
         From the mass of coefficients p alone under the load: they are differences of its position and velocity.
         """
         machine, _ = self.form.transient(self.model, p)
-        times = np.linspace(0.0, sum(float(segment.length) for segment in self.form.segments), _GRID + 1)
+        segments, last = self.form.segments, self.form.segments[-1]
+        long = _STAYS if last.endless and not (last.rates @ last.start).any() else 1.0
+        times = np.linspace(0.0, long * sum(float(segment.length) for segment in segments), _GRID + 1)
         position, velocity = (self.mass * machine.history(one, times) for one in self.moves)
         found = []
         for many in np.unique(np.geomspace(1, _GRID // 2, _WIDTHS).astype(int)):

@@ -47,7 +47,7 @@ class PeakInTime(Form):
     output: Output
     loads: FloatArray
     segments: tuple[Segment, ...]
-    no_bounds = "is a peak in time: tangents alone bound it, and none under a load that stays"
+    no_bounds = "is a peak in time: tangents alone bound it"
     not_convex = "is a peak in time, which is not convex in stiffness and damping"
     rough = "is a peak in time: its instant is found by a search, and jumps from one peak to another"
 
@@ -88,7 +88,7 @@ class PeakInTime(Form):
 
     @property
     def tangents_of(self) -> tuple[float, ...]:
-        return () if self.segments[-1].endless else (1.0,)
+        return (1.0,)  # a peak is no less than what it is at any time
 
     def tangents(
         self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
@@ -101,7 +101,7 @@ class PeakInTime(Form):
 
         peaks = self.peaks(model, x)
         found: list[list[Tangent]] = [[] for _ in x]
-        known = [i for i, peak in enumerate(peaks) if np.isfinite(peak.value)]
+        known = [i for i, peak in enumerate(peaks) if np.isfinite([peak.value, peak.time]).all()]
         if not known or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
             return found
         machine, reading = self.transient(model, model.values(x[known]))

@@ -46,7 +46,7 @@ def highest(rates: ComplexArray, waves: ComplexArray, length: float, least: floa
 def _bounds(rates: ComplexArray, waves: ComplexArray, middle: FloatArray, half: float) -> tuple[FloatArray, FloatArray]:
     """What a sum may reach on stretches about their middles (n,), and what it may be there if all carriers meet."""
     now = waves * np.exp(rates * middle[:, None])
-    grown = np.abs(now) * np.exp(np.abs(rates.real) * half)
+    grown = np.abs(waves) * np.exp(rates.real * middle[:, None] + np.abs(rates.real) * half)
     bound, hope = np.zeros(len(middle)), np.zeros(len(middle))
     apart = np.diff(rates.imag) * half > _TOGETHER
     for own in np.split(np.arange(len(rates)), np.flatnonzero(apart) + 1):

@@ -213,11 +213,11 @@ def _along(
     behind = within >= begun
     if not behind.any():
         return squares, now
-    rows = _rows(machine, readings, machine.own)
-    spans, state = machine.rate * np.where(behind, part, 0.0), machine.left
-    seen = _integrals(machine.own.mT, rows[:, :-1], spans)
+    a, state = machine.onward(machine.left)
+    rows, spans = _rows(machine, readings, a), machine.rate * np.where(behind, part, 0.0)
+    seen = _integrals(a.mT, rows[:, :-1], spans)
     squares += np.einsum("ni,neij,nj->ne", state, seen, state, optimize=True) / machine.rate[:, None]
-    moved = (rows @ exponential(machine.own * wide(spans)) @ state[..., None])[..., 0]
+    moved = (rows @ exponential(a * wide(spans)) @ state[..., None])[..., 0]
     return squares, np.where(behind[:, None], moved, now)
 
 

@@ -3,7 +3,7 @@
 On each segment, and behind the last, a reading is a sum of waves c e^(rate t) and of a straight line.  All are laid on
 one grid as a product of a coarse and a fine one; between its points no wave bends further than its own size allows,
 and only the few cells that may hold the greatest value are looked into.  What this road cannot take (loose or massless
-bodies, motions of the bases themselves, poles that meet, sums that cancel, loads without end) gives nothing: the
+bodies, motions of the bases themselves, poles that meet, sums that cancel, what varies for ever) gives nothing: the
 general one, by exponentials of matrices, is for those.
 
 Machines stand in a row (b,), and with them all that is of one.
@@ -35,8 +35,8 @@ _PLAIN = 1e6
 """Condition of the vectors of signals, above which they are none."""
 _ALIKE, _RISE = 1e-13, 1e-15
 """Part of the greatest value by which an earlier one may be less and is as great; and that no step to it brings."""
-_DOUBLINGS = 6
-"""Of the first window behind the load, until nothing that is left can be greater."""
+_DOUBLINGS, _FADED = 6, 40.0
+"""Of the first window behind the load, until nothing that is left can be greater; decay to rounding."""
 
 
 class _Modes(NamedTuple):
@@ -93,7 +93,8 @@ def peaks_by_modes(machine: Transient, reading: Reading) -> tuple[Peaks, BoolArr
 
     None where this road leads nowhere.
     """
-    if len(machine.segments) > _SEGMENTS or machine.segments[-1].endless:
+    last = machine.segments[-1]
+    if len(machine.segments) > _SEGMENTS or (last.endless and (last.rates @ last.start).any()):
         return None
     try:
         with np.errstate(all="ignore"):
@@ -112,7 +113,8 @@ class _Road:
     def __init__(self, machine: Transient, reading: Reading) -> None:
         n = machine.n_free
         mass, damping, stiffness = machine.mass[:, :n], machine.damping[:, :n], machine.stiffness[:, :n]
-        self.count, self.segments, self.power = len(mass), machine.segments, reading.power
+        self.count, self.segments, self.power = len(mass), machine.finite, reading.power
+        self.last = machine.segments[-1]
         loads, moved = machine.loads[:n], machine.loads[n:]
         rows: FloatArray = np.empty((self.count, 3, mass.shape[-1]))
         rows[:, 0], rows[:, 1], rows[:, 2] = reading.row, reading.rates, reading.inertia
@@ -131,7 +133,7 @@ class _Road:
             # where a base is, and how fast, is no matter of waves
             self.good &= ~self.led[:, : 2 - min(self.power, 2)].any(axis=(1, 2))
         self.begun: ComplexArray | None = None
-        released = self.segments[0].released
+        released = machine.segments[0].released
         if released is not None:  # a velocity is the blow that brings it, a displacement follows one by 1 / s
             begun = machine.loads[:n] @ released
             blows = np.stack([mass[..., :n] @ begun[:, 1], -stiffness[..., :n] @ begun[:, 0]], axis=2)
@@ -146,7 +148,7 @@ class _Road:
         orders = np.concatenate([first, first * self.modes.poles[:, None], first * self.modes.poles[:, None] ** 2], 1)
         self.row = (self.read * orders).sum(axis=1)
         self.sizes = ((np.abs(rows[..., :n]) @ np.abs(self.modes.shapes)) * np.abs(orders)).sum(axis=1)
-        own, more = self.modes.poles.shape[1], max(_waves(one) for one in self.segments)
+        own, more = self.modes.poles.shape[1], max((_waves(one) for one in self.segments), default=0)
         self.pieces = _Pieces.none(self.count, len(self.segments) + 1, own + more)
         self.pieces.rates[..., :own] = self.modes.poles[:, None]
         self.noise, self.open = np.zeros(self.count), np.zeros(self.count, dtype=bool)
@@ -156,8 +158,12 @@ class _Road:
         state = self.begun if self.begun is not None else np.zeros(self.modes.poles.shape, dtype=complex)
         for index, segment in enumerate(self.segments):
             state = self._through(index, segment, state)
-        waves, lengths = self.row * state, self.pieces.length
-        window = lengths[:, -1] = 2.0 * np.pi / np.abs(self.modes.poles).min(axis=1)
+        lengths, poles, slow = self.pieces.length, self.modes.poles, np.abs(self.modes.poles).min(axis=1)
+        window = lengths[:, -1] = 2.0 * np.pi / slow
+        if self.last.endless:
+            state = self._held(state)
+            window = lengths[:, -1] = np.where(poles.imag.any(axis=1), window, _FADED / slow)
+        waves = self.row * state
         self.pieces.waves[:, -1, : waves.shape[1]] = waves
         found = _highest(self.pieces, np.zeros(self.count))
         self._later(found, waves, window)
@@ -168,13 +174,14 @@ class _Road:
 
     def _later(self, found: _Top, waves: ComplexArray, window: FloatArray) -> None:
         """Take up what is greater behind the first window behind the load, where anything may be."""
-        poles, size = self.modes.poles, np.abs(waves)
+        poles, size, line = self.modes.poles, np.abs(waves), self.pieces.line[:, -1:]
         self.good &= np.isfinite(found.size)
-        if ((np.exp(poles.real * window[:, None]) * size).sum(axis=1) <= found.size * (1.0 + _ALIKE)).all():
+        room = found.size * (1.0 + _ALIKE) - np.abs(line[:, 0, 0])
+        if ((np.exp(poles.real * window[:, None]) * size).sum(axis=1) <= room).all():
             return
         longer = window[:, None] * np.append(0.0, 2.0 ** np.arange(_DOUBLINGS))
         faded = np.exp(poles.real[:, None] * (window[:, None] + longer)[..., None])
-        known = (faded @ size[..., None])[..., 0] <= (found.size * (1.0 + _ALIKE))[:, None]
+        known = (faded @ size[..., None])[..., 0] <= room[:, None]
         self.open = self.good & ~known.any(axis=1)
         longer[:, -1] = np.where(self.open, (HORIZON - 1.0) * window, longer[:, -1])
         known[:, -1] |= self.open
@@ -184,14 +191,24 @@ class _Road:
                 continue
             length, rates = longer[again, known[again].argmax(axis=1)], poles[again]
             begun = waves[again] * np.exp(rates * window[again, None])
-            pieces = _Pieces(length[:, None], rates[:, None], begun[:, None], np.zeros((len(again), 1, 2)))
+            pieces = _Pieces(length[:, None], rates[:, None], begun[:, None], line[again])
             more = _highest(pieces, found.size[again])
             better = ~(more.size <= found.size[again] * (1.0 + _ALIKE))
             those = again[better]
             found.size[those], found.sign[those] = more.size[better], more.sign[better]
             found.piece[those], found.part[those] = len(self.segments), more.part[better] + window[those]
         ends = (size * np.exp(poles.real * (HORIZON * window)[:, None])).sum(axis=1)
-        self.open &= ends > found.size * (1.0 + _ALIKE)
+        self.open &= ends > found.size * (1.0 + _ALIKE) - np.abs(line[:, 0, 0])
+
+    def _held(self, state: ComplexArray) -> ComplexArray:
+        """Take up signals that stay as they are for ever, from states (b, N); what of these fades."""
+        _, start, _, read, blows = _in_a_row(self.last)
+        signal = read @ np.stack([start, 0.0 * start], axis=2)
+        still = -(self.modes.struck @ signal)[..., 0] / self.modes.poles
+        line = self.pieces.line[:, -1] = self._line(still, 0.0 * still, signal)
+        free = state + (self.modes.struck @ blows[..., None])[..., 0] - still
+        self.noise += (self.sizes * (np.abs(still) + np.abs(free))).sum(axis=1) + np.abs(line[:, 0])
+        return np.asarray(free)
 
     def _through(self, index: int, segment: Segment, state: ComplexArray) -> ComplexArray:
         """Take up a segment from states at its beginning (b, N); the states at its end."""

@@ -56,7 +56,7 @@ class Tangents:
         if not 1 <= len(program.axes) <= _MOST_VARIABLES:
             return f"{len(program.axes)} continuous variables are not 1 to {_MOST_VARIABLES}."
         if all(part.form.in_time is None for part in program.parts):
-            return "no peak in time under a load that ends is asked for."
+            return "no peak in time is asked for."
         loose = next((part for part in program.parts if not _bounded(part, program)), None)
         return None if loose is None else f"{loose.name} {loose.form.no_bounds}."
 

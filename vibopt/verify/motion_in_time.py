@@ -33,8 +33,8 @@ _RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-12, 1e-9, 1e-13, 1e-4
 _STIFF, _FAR = 2e5, 1e3
 """Fastest rate times the time to go beyond which an implicit method is used, and beyond which places are counted from a
 base that is gone so far that little is left of their digits."""
-_TURN, _TAYLOR = 0.25, 14
-"""How far what is fastest turns in an even step, and terms of a series."""
+_TURN, _TAYLOR, _DEFECTIVE = 0.25, 14, 1e9
+"""How far what is fastest turns in an even step, terms of a series, and condition of modes that are one."""
 PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
 _KEPT, _AT_ONCE = 30_000_000, 2000
 """Numbers of all states in the steps of a record at most, and steps that are looked at together."""
@@ -65,21 +65,22 @@ class MotionInTime:
     def _look(self) -> float:
         """How long a look behind the load is [s]: some periods of the slowest mode, or a part of all that fades."""
         slow, turn = self._slowest, max((one.length for one in self._lasting), default=0.0)
+        poles = self.machine.poles()
+        fades = np.abs(poles[np.abs(poles.real) <= NONE * np.abs(poles.imag)].imag)
+        creeps = fades[fades > NONE * np.abs(poles).max(initial=0.0)]
+        long = -math.log(GONE) / float(creeps.min(initial=np.inf))
         if not np.isfinite(slow):  # no spring: all creeps to where it stays
-            fades = np.abs(self.machine.poles().imag)
-            creeps = fades[fades > NONE * fades.max(initial=0.0)]
             if len(creeps):
-                long = -math.log(GONE) / float(creeps.min())
                 return (min(long, _BESIDE * turn) if turn else long) / _LOOKS + turn
             return max(excitation.length for excitation in self.excitations) or 1.0
         if self._lasting:
-            poles = self.machine.poles()
             decays = np.abs(poles.imag)
             moving, rings = decays[decays > NONE * slow], (decays <= NONE * slow) & (np.abs(poles) > MET * slow)
             faded = -np.log(GONE) / float(moving.min()) if len(moving) else PERIODS * 2.0 * np.pi / slow
             faded = faded if len(moving) + rings.sum() == len(decays) else np.inf
             return min(faded, _BESIDE * 2.0 * np.pi / slow) / _LOOKS + turn
-        return PERIODS * 2.0 * np.pi / slow
+        settles = long / _LOOKS if any(excitation.holds for excitation in self.excitations) else 0.0
+        return max(PERIODS * 2.0 * np.pi / slow, settles)
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:
@@ -124,12 +125,13 @@ class MotionInTime:
         far = [
             excitation
             for excitation in self.excitations
-            if excitation.on in bases and not excitation.returns and not excitation.endless
+            if excitation.on in bases and not excitation.returns and (excitation.holds or not excitation.endless)
         ]
         ends = {end for joint in self.machine.joints for end in joint.ends}
         alone = len(bases) == 1 and bool(far) and not self._lasting and ends <= {*self.machine.masses, *bases}
-        long = max(excitation.length for excitation in self.excitations) * self._own_rate > _FAR if alone else False
-        return States(self.machine, acts, next(iter(bases)) if long else "")
+        held = _LOOKS * self._look if any(excitation.holds for excitation in self.excitations) else 0.0
+        long = max([held, *(excitation.length for excitation in self.excitations)]) * self._own_rate > _FAR
+        return States(self.machine, acts, next(iter(bases)) if alone and long else "")
 
     @property
     def _places(self) -> list[str]:
@@ -213,6 +215,10 @@ class MotionInTime:
             if smooth and turned <= _STIFF:
                 self._runs.append(self._stepped(low, high, start, int(turned / _TURN) + 1))
                 continue
+            stays = self._stays(low, start) if not self._loaded(current) and not self._lasting else None
+            if stays is not None:
+                self._runs.append(stays)
+                continue
             from scipy import integrate
 
             rates = self._rates(low, high)
@@ -262,6 +268,26 @@ class MotionInTime:
             return onward(states[which].T, times[which], at - times[which])
 
         return lambda at: run(at) if np.ndim(at) else run(at)[:, 0]
+
+    def _stays(self, low: float, start: FloatArray) -> Any:
+        """States against time behind the load, under signals that stay, mode by mode; None where two are one."""
+        system, loads = self._states.matrices
+        whole = np.column_stack([system, loads @ self._signals(np.array([low + self._look]))[:, 0]])
+        count, bases = len(self._places), len(self.machine.bases)
+        rests = ~np.any([*loads[count:].T, start[count:]], axis=0)
+        still = np.tile(rests & (np.arange(count) >= count - bases), 2)  # bases that nothing moves
+        whole = np.vstack([np.where(still[:, None], 0.0, whole), np.zeros(len(start) + 1)])
+        known: Any = np.linalg.eig(whole)
+        if np.linalg.cond(known[1]) > _DEFECTIVE:
+            return None
+        shares = known[1] * np.linalg.solve(known[1], np.append(start, 1.0))
+
+        def run(at: Any) -> FloatArray:
+            later = np.atleast_1d(np.asarray(at, dtype=float)) - low
+            found = np.real(shares @ np.exp(known[0][:, None] * later))[:-1]
+            return np.asarray(found if np.ndim(at) else found[:, 0])
+
+        return run
 
     def _settled(self, low: float, high: float, start: FloatArray) -> Any:
         """States against time where all has faded but what follows a slow load; None where the load is not slow.
