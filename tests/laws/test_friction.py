@@ -390,6 +390,32 @@ def test_the_figure_has_both_curves_and_the_holds() -> None:
     assert np.nanmax(over.curves[0].y) == pytest.approx(against.marks[0].y, rel=1e-9)
 
 
+@pytest.mark.parametrize("begins", ["suddenly", None])
+@pytest.mark.parametrize("share", [0.0, 0.375, 0.9])
+def test_frictions_between_the_same_two_ends_add(share: float, begins: str | None) -> None:
+    """As one link with the sum, on whichever of them it stands and in whichever order the ends are named."""
+    sort = "peak_" if begins else ""
+    asked = {
+        "d": {"response": f"{sort}displacement", "of": "press"},
+        "f": {"response": "peak_force" if begins else "transmitted_force", "into": "ground"},
+    }
+    load = PRESS["excitations"]["load"] | ({"begins": begins} if begins else {})
+    pads = {
+        "pad": {"between": ["ground", "press"], "friction_force": f"{800.0 * share!r} N"},
+        "shoe": {"between": ["press", "ground"], "friction_force": f"{200.0 * (1.0 - share)!r} N", "count": 4},
+    }
+    spring = {"between": ["press", "ground"], "stiffness": "300 kN/m"}
+    alone = {"links": {"mount": {**spring, "friction_force": "800 N"}}}
+    several = {"links": {"pad": pads["pad"], "mount": spring, "shoe": pads["shoe"]}}
+    found = [
+        vo.solve(vo.from_dict(PRESS | {"excitations": {"load": load}, "measures": asked} | links))
+        for links in (alone, several)
+    ]
+    assert [one.status for one in found] == ["met", "met"]  # by both routes
+    one, other = ({name: row.value.value for name, row in answer.measures.items()} for answer in found)
+    assert other == pytest.approx(one, rel=1e-9)
+
+
 LINK = {"between": ["press", "ground"], "stiffness": "300 kN/m", "friction_force": "800 N"}
 LOAD = PRESS["excitations"]["load"]
 PULSE = {"kind": "pulse", "on": "press", "shape": "half sine", "amplitude": "1 kN", "duration": "20 ms"}
@@ -406,10 +432,24 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "not harmonic. Write damping or damping_ratio beside the friction.",
     ),
     "two links": (
-        {"links": {"mount": LINK, "other": {**LINK, "friction_force": "1 N"}}},
+        {"bodies": PRESS["bodies"] | {"cart": {"mass": "10 kg"}},
+         "links": {"mount": LINK, "other": {**LINK, "between": ["press", "cart"]}}},
         "links.mount.friction_force rubs beside links.other: where friction holds, what it joins moves as one, and "
-        "which of several hold changes in every cycle. Dry friction is answered on one link between bodies with a mass "
+        "which of several hold changes in every cycle. Dry friction is answered between one pair of bodies with a mass "
         "that move along a line, beside links and absorbers that do not rub.",
+    ),
+    "which of both carries what": (
+        {"links": {"mount": LINK, "pad": {"between": ["ground", "press"], "friction_force": "1 N"}},
+         "measures": {"f": {"response": "transmitted_force", "through": "pad"}}},
+        "measures.f.through: links.mount and links.pad rub between the same two ends: they slip together, and only the "
+        "sum of their friction is known to act. Ask for the force into a place, or give the friction of all to "
+        "links.mount.",
+    ),
+    "a sum with a choice in it": (
+        {"links": {"mount": LINK, "pad": {"between": ["press", "ground"],
+                                          "friction_force": {"from": "1 N", "to": "9 N"}}}},
+        "links.pad.friction_force is chosen, and links.mount and links.pad rub between the same two ends: they slip "
+        "together, and only the sum of their friction is known to act. Choose the friction of all on one of them.",
     ),
     "loss factor beside it": (
         {"links": {"mount": LINK, "other": {"between": ["press", "ground"], "stiffness": "1 N/m", "loss_factor": 1}}},

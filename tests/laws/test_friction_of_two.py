@@ -196,7 +196,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "a joint without mass": (
         {"bodies": {"rack": {"mass": "180 kg"}, "drawer": {"mass": "0 kg"}}},
         "links.pad.friction_force rubs beside bodies.drawer: where friction holds, what it joins moves as one, and "
-        "which of several hold changes in every cycle. Dry friction is answered on one link between bodies with a mass "
+        "which of several hold changes in every cycle. Dry friction is answered between one pair of bodies with a mass "
         "that move along a line, beside links and absorbers that do not rub.",
     ),
     "loose": (

@@ -7,7 +7,7 @@ works in real arithmetic, and reads forces off the balance of inertia where it c
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -83,6 +83,12 @@ class Machine:
     def rubs(self) -> bool:
         """Whether a joint has dry friction."""
         return any(joint.friction for joint in self.joints)
+
+    @property
+    def rubbing(self) -> Joint:
+        """The first joint that rubs, with the dry friction of all that slip together with it."""
+        every = [joint for joint in self.joints if joint.friction]
+        return replace(every[0], friction=sum(joint.friction for joint in every))
 
     def joint(self, name: str) -> Joint:
         """The joint of a name."""

@@ -271,9 +271,15 @@ class Model:
 
     @property
     def rubbing(self) -> tuple[str, Monomial] | None:
-        """The link that has dry friction, and how much [N]; None where none has."""
-        found = ((name, one) for (name, word), one in self.properties.items() if word == "friction_force" and one.scale)
-        return next(found, None)
+        """The link that has dry friction, and how much [N]; None where none has.
+
+        Of several, which slip together and are all known, the first with the sum.
+        """
+        every = [(name, one) for (name, word), one in self.properties.items() if word == "friction_force" and one.scale]
+        if not every:
+            return None
+        name, first = every[0]
+        return name, replace(first, scale=sum(one.scale for _, one in every))
 
     @property
     def n_coords(self) -> int:

@@ -17,9 +17,10 @@ from vibopt.scene.uncertain import uncertain
 
 _BESIDE = (
     "where friction holds, what it joins moves as one, and which of several hold changes in every cycle. Dry friction "
-    "is answered on one link between bodies with a mass that move along a line, beside links and absorbers that do not "
+    "is answered between one pair of bodies with a mass that move along a line, beside links and absorbers that do not "
     "rub."
 )
+_TOGETHER = "rub between the same two ends: they slip together, and only the sum of their friction is known to act."
 
 
 def check_friction(scene: Scene, mistakes: Mistakes) -> None:
@@ -27,11 +28,11 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
     if not places.rubbing(scene):
         return
     name, path = places.rubbing(scene)[0], ("links", places.rubbing(scene)[0], "friction_force")
-    where, supports = ".".join(path), places.supports(scene)
+    where, supports, together = ".".join(path), places.supports(scene), _together(scene)
     others = [
         f"{family}.{one}"
         for family, one, table in places.devices(scene)
-        if one not in supports and one != name and not _linear(table)
+        if one not in supports and one not in together and not _linear(table)
     ]
     if others:
         mistakes.add(path, f"{where} rubs beside {others[0]}: {_BESIDE}")
@@ -46,6 +47,13 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
             f"{where} rubs beside {lossy[0]}.loss_factor, which knows harmonic motion only, and a motion that "
             "rubs is not harmonic. Write damping or damping_ratio there.",
         )
+    chosen = {variable.path for variable in scene.variables}
+    for one in together if len(together) > 1 else ():
+        for key in sorted(chosen & {f"links.{one}.friction_force", f"links.{one}.count"}):
+            mistakes.add(
+                tuple(key.split(".")),
+                f"{key} is chosen, and {_listed(together)} {_TOGETHER} Choose the friction of all on one of them.",
+            )
     loose = _loose(scene)
     if not places.springs(scene):
         mistakes.add(
@@ -113,6 +121,16 @@ def _shaken(scene: Scene, where: str, path: Path, mistakes: Mistakes) -> None:
             )
 
 
+def _together(scene: Scene) -> list[str]:
+    """The first link that rubs, and those that rub between the same two ends."""
+    ends = {name: frozenset(places.ends(scene)[name]) for name in places.rubbing(scene)}
+    return [name for name in ends if ends[name] == ends[places.rubbing(scene)[0]]]
+
+
+def _listed(links: list[str]) -> str:
+    return " and ".join(f"links.{name}" for name in links)
+
+
 def _linear(table: Device) -> bool:
     """Whether it may stand beside what rubs: forces that follow motion, and a mass along the line."""
     if isinstance(table, LinkTable):
@@ -142,6 +160,13 @@ def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
     if isinstance(response, HarmonicResponse) and len(moving) > 1:
         why = f"is answered in steady vibration of one body alone, and here {moving[0]} and {moving[1]} move"
         way = f'Ask in time: begins = "suddenly" in the excitation, and response = "peak_{response.response}".'
+    if len(rubbing) > 1 and getattr(response, "through", None) in rubbing:
+        mistakes.add(
+            path,
+            f"{dotted(path)}.through: {_listed(_together(scene))} {_TOGETHER} Ask for the force into a place, or "
+            f"give the friction of all to links.{rubbing[0]}.",
+        )
+        return True
     if not rubbing or not why:
         return False
     mistakes.add(path, f"{dotted(path)}: with links.{rubbing[0]}.friction_force, {response.response} {why}. {way}")

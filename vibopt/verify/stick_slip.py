@@ -67,7 +67,7 @@ class Rubbed:
     @property
     def joint(self) -> Joint:
         """The one that rubs."""
-        return next(one for one in self.machine.joints if one.friction)
+        return self.machine.rubbing
 
     @property
     def mass(self) -> float:

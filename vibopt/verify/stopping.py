@@ -34,7 +34,7 @@ class Stopping(Simulated):
     @cached_property
     def joint(self) -> Joint:
         """The one that rubs."""
-        return next(one for one in self.machine.joints if one.friction)
+        return self.machine.rubbing
 
     @cached_property
     def _states(self) -> States:
