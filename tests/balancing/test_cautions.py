@@ -146,7 +146,7 @@ def test_a_limit_on_shelf_weights_has_a_price_by_trying_every_choice() -> None:
     plan = solve_text(text)
     job = read_text(text)
     posed = pose(job, identify(job))
-    lists = [(option.u, option.masses) for option in posed.options if option is not None]
+    lists = [(option.u, option.masses) for option in posed.question.options if option is not None]
 
     def best(total: float) -> float:
         found = np.inf

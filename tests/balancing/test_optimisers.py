@@ -16,9 +16,9 @@ from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.conventions import WITH, Conventions
 from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.optimisers import solve_question
-from vibopt.balancing.plane_options import Options, options_of
+from vibopt.balancing.plane_options import options_of
 from vibopt.balancing.planes import Plane
-from vibopt.balancing.question import Goal, Question, Solved, breaks
+from vibopt.balancing.question import Goal, Options, Question, Solved, breaks
 from vibopt.errors import counted
 from vibopt.work import Budget
 
@@ -67,14 +67,13 @@ def _with_lists(rng: np.random.Generator, question: Question) -> Question:
     for density in question.densities:
         holes, shelf = int(rng.integers(1, 10)), rng.uniform(0.05, 0.8, int(rng.integers(1, 5)))
         lists.append(_options(holes, shelf.tolist(), radius=1.0 / density))
-    options = tuple(entry.u for entry in lists)
-    return replace(question, options=options, option_masses=tuple(entry.masses for entry in lists))
+    return replace(question, options=tuple(lists))
 
 
 def by_brute_force(question: Question) -> float:
     """The least goal over every joint choice that keeps everything; inf where none does."""
-    lists = [option for option in question.options if option is not None]
-    masses = [mass for mass in question.option_masses if mass is not None]
+    lists = [option.u for option in question.options if option is not None]
+    masses = [option.masses for option in question.options if option is not None]
     best = np.inf
     for places in product(*(range(len(option)) for option in lists)):
         u = np.array([option[k] for option, k in zip(lists, places, strict=True)])
@@ -210,7 +209,7 @@ def test_turning_the_zero_mark_changes_nothing(solve: Any, data: st.DataObject, 
         question,
         y0=question.y0 * by,
         sectors=tuple(tuple((low + angle, high + angle) for low, high in arcs) for arcs in question.sectors),
-        options=tuple(None if option is None else option * by for option in question.options),
+        options=tuple(None if option is None else replace(option, u=option.u * by) for option in question.options),
     )
     same_answer(solve(question), solve(turned))
 
@@ -226,7 +225,7 @@ def test_mirroring_the_sense_changes_nothing(solve: Any, data: st.DataObject) ->
         y0=question.y0.conj(),
         H=question.H.conj(),
         sectors=tuple(tuple((-high, -low) for low, high in arcs) for arcs in question.sectors),
-        options=tuple(None if option is None else option.conj() for option in question.options),
+        options=tuple(None if option is None else replace(option, u=option.u.conj()) for option in question.options),
     )
     same_answer(solve(question), solve(mirrored))
 
@@ -245,7 +244,7 @@ def test_units_change_nothing(solve: Any, data: st.DataObject, reading: int, unb
         limits=question.limits * a,
         caps=question.caps * b,
         huber=question.huber * a,
-        options=tuple(None if option is None else option * b for option in question.options),
+        options=tuple(None if option is None else replace(option, u=option.u * b) for option in question.options),
         mass_per_unbalance=question.mass_per_unbalance / b,
     )
     factor = {"correction": 1.0, "huber": a * a}.get(question.goal, a)
@@ -280,7 +279,9 @@ def test_brute_force_never_beats_a_proven_choice(question: Question) -> None:
     else:
         assert not breaks(question, solved.u, 1e-8)
         assert solved.value == pytest.approx(best, rel=1e-8, abs=1e-12)
-        assert solved.u.tolist() == [options[k] for options, k in zip(question.options, solved.chosen, strict=True)]
+        assert solved.u.tolist() == [
+            one.u[k] for one, k in zip(question.options, solved.chosen, strict=True) if one is not None
+        ]
 
 
 @given(question=questions(listed=True, goals=("rms", "worst", "sum", "huber")))
@@ -290,19 +291,18 @@ def test_a_plane_of_any_size_beside_lists_is_chosen_jointly(question: Question) 
     p = question.n_planes
     lists = question.options[: p - 1]
     caps = np.append(question.caps[: p - 1], min(question.caps[p - 1], 0.5))
-    mixed = replace(question, options=(*lists, None), option_masses=(*question.option_masses[: p - 1], None), caps=caps)
+    mixed = replace(question, options=(*lists, None), caps=caps)
     if p > 2:
-        few = tuple(option[:4] for option in lists if option is not None)
-        light = tuple(mass[:4] for mass in mixed.option_masses[: p - 1] if mass is not None)
-        mixed = replace(mixed, options=(*few, None), option_masses=(*light, None))
+        few = tuple(option.take(slice(4)) for option in lists if option is not None)
+        mixed = replace(mixed, options=(*few, None))
     solved, best = solve_question(mixed), np.inf
-    for fixed in product(*(option for option in mixed.options[:-1] if option is not None)):
+    for fixed in product(*(option.u for option in mixed.options[:-1] if option is not None)):
         u = np.array([*fixed, 0.0], dtype=complex)
         mass = float(mixed.masses(u).sum())
         bare = replace(mixed, limits=np.full(mixed.n_readings, np.inf), options=())
         if np.all(np.abs(u) <= mixed.caps) and mass <= mixed.total_cap and not breaks(bare, u):
             inner = replace(mixed, y0=mixed.residual(u), H=mixed.H[:, -1:], caps=mixed.caps[-1:], options=(),
-                            option_masses=(), total_cap=mixed.total_cap - mass, sectors=mixed.sectors[-1:],
+                            total_cap=mixed.total_cap - mass, sectors=mixed.sectors[-1:],
                             mass_per_unbalance=mixed.mass_per_unbalance[-1:])  # fmt: skip
             one = solve_continuous(inner)
             best = min(best, one.value if one.u is not None else np.inf)
@@ -478,9 +478,7 @@ def test_many_limits_are_all_kept(goal: Goal) -> None:
 def test_three_planes_of_24_holes_and_five_weights_are_proven(goal: Goal) -> None:
     """1.77 million joint choices against all of them tried at once."""
     options = _options(24, [0.1, 0.2, 0.3, 0.4, 0.5])
-    question = replace(
-        _plain(6, 3, goal, seed=3), options=(options.u,) * 3, option_masses=(options.masses,) * 3, huber=1.0
-    )
+    question = replace(_plain(6, 3, goal, seed=3), options=(options,) * 3, huber=1.0)
     if goal == "correction":
         question = replace(question, limits=np.full(6, 2.5))
     solved = solve_discrete(question)
@@ -501,7 +499,7 @@ def _every_choice(question: Question, points: ComplexArray, masses: FloatArray) 
 
 def test_a_search_that_is_stopped_says_its_gap() -> None:
     options = _options(36, [0.01, 0.02, 0.03], 2)
-    question = replace(_plain(12, 6, "worst", seed=5), options=(options.u,) * 6, option_masses=(options.masses,) * 6)
+    question = replace(_plain(12, 6, "worst", seed=5), options=(options,) * 6)
     solved = solve_discrete(question, Budget(0, "boxes"))
     assert solved.status == "feasible"
     assert solved.gap > 0
@@ -512,7 +510,8 @@ def test_a_search_that_is_stopped_says_its_gap() -> None:
 
 
 def test_a_list_that_sectors_leave_empty_is_infeasible_and_says_where() -> None:
-    question = replace(_plain(4, 2, "rms"), options=(np.array([1.0 + 0j]), None), sectors=(((-1.0, 1.0),), ()))
+    one = Options(np.array([1.0 + 0j]), np.ones(1))
+    question = replace(_plain(4, 2, "rms"), options=(one, None), sectors=(((-1.0, 1.0),), ()))
     solved = solve_discrete(question)
     assert solved.status == "infeasible"
     assert solved.claim == "caps and forbidden sectors leave nothing of the list of plane 0"

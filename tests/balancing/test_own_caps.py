@@ -194,11 +194,12 @@ def test_a_rotating_share_of_nothing_is_refused() -> None:
 def test_equal_choices_are_taken_in_the_order_of_planes_and_holes() -> None:
     """Two planes of one effect: what is fitted in which is a matter of the rule, whatever the last digits say."""
     from vibopt.balancing.discrete import solve_discrete
-    from vibopt.balancing.question import Question
+    from vibopt.balancing.question import Options, Question
 
     dice = np.random.default_rng(2)
     H = np.repeat(dice.normal(size=(3, 1)) + 1j * dice.normal(size=(3, 1)), 2, axis=1)
-    options = np.concatenate([[0.0], np.outer([0.2, 0.5], np.exp(2j * np.pi * np.arange(8) / 8)).ravel()])
+    listed = np.concatenate([[0.0], np.outer([0.2, 0.5], np.exp(2j * np.pi * np.arange(8) / 8)).ravel()])
+    options = Options(listed, np.abs(listed))
     chosen = set()
     for _ in range(6):
         noise = 1.0 + 1e-13 * dice.normal(size=H.shape)

@@ -17,7 +17,7 @@ from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.fitting import not_permitted
 from vibopt.balancing.optimisers import solve_question
-from vibopt.balancing.question import Goal, Question, breaks
+from vibopt.balancing.question import Goal, Options, Question, breaks
 from vibopt.balancing.solve_rotor import solve_job
 
 
@@ -124,9 +124,10 @@ def beside_lists(rng: np.random.Generator, each: float, goal: Goal) -> Question:
     n = question.n_readings
     H = np.column_stack([question.H, rng.normal(size=(n, n_lists)) + 1j * rng.normal(size=(n, n_lists))])
     lists = [np.append(0.0, rng.uniform(0.2, 1.0) * np.exp(2j * np.pi * rng.uniform(size=3))) for _ in range(n_lists)]
+    every = [Options(one, np.abs(one)) for one in lists]
     return replace(
         question, H=H, caps=np.append(question.caps, [np.inf] * n_lists), sectors=((),) * (1 + n_lists),
-        fans=(*question.fans, *[None] * n_lists), options=(None, *lists), option_masses=(None, *map(np.abs, lists)),
+        fans=(*question.fans, *[None] * n_lists), options=(None, *every),
         total_cap=float(rng.choice([np.inf, 1.2])),
     )  # fmt: skip
 
@@ -134,13 +135,13 @@ def beside_lists(rng: np.random.Generator, each: float, goal: Goal) -> Question:
 def best_of_fillings(question: Question, each: float) -> float:
     """Least rms over every filling of the lists and every pair of neighbouring holes."""
     best = np.inf
-    for filling in product(*(one for one in question.options if one is not None)):
+    for filling in product(*(one.u for one in question.options if one is not None)):
         held = np.array(filling)
         room = question.total_cap - float(np.abs(held).sum())
         if room < 0.0:
             continue
         left = replace(
-            question, y0=question.y0 + question.H[:, 1:] @ held, H=question.H[:, :1], options=(), option_masses=(),
+            question, y0=question.y0 + question.H[:, 1:] @ held, H=question.H[:, :1], options=(),
             caps=np.minimum(question.caps[:1], room), total_cap=np.inf, fans=question.fans[:1], sectors=((),),
         )  # fmt: skip
         best = min(best, best_by_pairs(left, each))
@@ -156,7 +157,7 @@ def test_beside_lists_no_filling_with_any_pair_of_holes_is_better(seed: int, eac
     assert solved.u is not None
     assert not breaks(question.chosen_only(solved.chosen), solved.u, 2e-6)
     assert solved.value == pytest.approx(best_of_fillings(question, each), rel=2e-5, abs=1e-6)
-    assert [options is None or options[place] == u for options, place, u in zip(
+    assert [options is None or options.u[place] == u for options, place, u in zip(
         question.options, solved.chosen, solved.u, strict=True)] == [True] * question.n_planes  # fmt: skip
 
 
@@ -171,7 +172,6 @@ def test_beside_lists_and_forbidden_sectors_no_random_plan_beats_the_answer(seed
         question, H=np.column_stack([question.H, free]), caps=np.append(question.caps, 0.8),
         sectors=(*question.sectors, ((low, low + float(rng.uniform(0.5, 5.0))),)), fans=(*question.fans, None),
         options=(*question.options, None) if lists else (),
-        option_masses=(*question.option_masses, None) if lists else (),
         limits=np.full(question.n_readings, 0.9 * float(np.abs(question.y0).max())),
     )  # fmt: skip
     solved = solve_question(question)
@@ -184,8 +184,8 @@ def test_beside_lists_and_forbidden_sectors_no_random_plan_beats_the_answer(seed
         for plane, fan in enumerate(question.fans):
             options = question.options[plane] if lists else None
             if options is not None:
-                chosen[plane] = int(rng.integers(len(options)))
-                u[plane] = options[chosen[plane]]
+                chosen[plane] = int(rng.integers(len(options.u)))
+                u[plane] = options.u[chosen[plane]]
             elif fan is not None and fan.gaps:
                 pair = fan.gaps[int(rng.integers(len(fan.gaps)))]
                 u[plane] = (rng.uniform(0.0, 0.5, 2) * fan.holes[list(pair)]).sum()

@@ -18,9 +18,9 @@ from vibopt.balancing.continuous import solve_continuous
 from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.discrete import solve_discrete
 from vibopt.balancing.influence import identify
-from vibopt.balancing.plane_options import Options, options_of
+from vibopt.balancing.plane_options import options_of
 from vibopt.balancing.planes import Plane
-from vibopt.balancing.question import Goal, Question
+from vibopt.balancing.question import Goal, Options, Question
 from vibopt.errors import InputError
 
 TURN = 2.0 * np.pi
@@ -55,8 +55,7 @@ def asked(draw: st.DrawFn, planes: int = 2) -> tuple[Question, int, int]:
         y0=0.5 * (y0[0] + 1j * y0[1]), H=H[0] + 1j * H[1], importance=rng.uniform(0.2, 3.0, n),
         limits=np.where(rng.random(n) < 0.3, rng.uniform(0.4, 2.0, n), np.inf), caps=np.full(planes, np.inf),
         total_cap=float(rng.uniform(0.2, 2.0)) if draw(st.booleans()) else np.inf,
-        goal=draw(st.sampled_from(GOALS)), huber=0.5, options=(lists.u,) * planes,
-        option_masses=(lists.masses,) * planes, option_uses=(lists.uses,) * planes,
+        goal=draw(st.sampled_from(GOALS)), huber=0.5, options=(lists,) * planes,
         stock=rng.choice([0.0, 1.0, 2.0, np.inf], len(SHELF)),
     )  # fmt: skip
     return question, holes, most
@@ -82,7 +81,7 @@ def test_no_choice_from_the_stock_is_better(given_: tuple[Question, int, int]) -
     solved, best = solve_discrete(question), best_of(question, fillings(holes, most))
     assert solved.status == ("infeasible" if best == np.inf else "optimal")
     if solved.u is not None:
-        taken = sum(uses[k] for uses, k in zip(question.option_uses, solved.chosen, strict=True))
+        taken = sum(one.uses[k] for one, k in zip(question.options, solved.chosen, strict=True) if one is not None)
         assert np.all(taken <= question.stock)
         assert solved.value == pytest.approx(best, rel=1e-8, abs=1e-12)
         assert question.chosen_only(solved.chosen).value(solved.u) == solved.value
@@ -93,20 +92,18 @@ def test_no_choice_from_the_stock_is_better(given_: tuple[Question, int, int]) -
 def test_a_free_plane_beside_a_stock_is_chosen_jointly(given_: tuple[Question, int, int]) -> None:
     question, _, _ = given_
     mixed = replace(
-        question, options=(*question.options[:2], None), option_masses=(*question.option_masses[:2], None),
-        option_uses=(*question.option_uses[:2], None), goal="rms", total_cap=np.inf,
+        question, options=(*question.options[:2], None), goal="rms", total_cap=np.inf,
         limits=np.full(question.n_readings, np.inf), caps=np.array([np.inf, np.inf, 0.4]),
     )  # fmt: skip
     solved, best = solve_discrete(mixed), np.inf
-    u, uses = mixed.options[0], mixed.option_uses[0]
-    assert u is not None
-    assert uses is not None
+    listed = mixed.options[0]
+    assert listed is not None
+    u, uses = listed.u, listed.uses
     for i, j in product(range(len(u)), repeat=2):
         if np.all(uses[i] + uses[j] <= mixed.stock):
             fixed: ComplexArray = np.array([u[i], u[j], 0.0])
             inner = replace(
-                mixed, y0=mixed.residual(fixed), H=mixed.H[:, 2:], caps=mixed.caps[2:], options=(), option_masses=(),
-                option_uses=(), stock=np.empty(0),
+                mixed, y0=mixed.residual(fixed), H=mixed.H[:, 2:], caps=mixed.caps[2:], options=(), stock=np.empty(0),
             )  # fmt: skip
             best = min(best, solve_continuous(inner).value)
     assert solved.status == "optimal"
@@ -119,13 +116,10 @@ def test_a_plane_left_out_leaves_the_others_as_if_it_were_not_there(given_: tupl
     """The only plane with a list is left out: what is left is a question without a stock."""
     question, _, _ = given_
     asked_ = replace(
-        question, options=(question.options[0], None), option_masses=(question.option_masses[0], None),
-        option_uses=(question.option_uses[0], None), caps=np.array([0.0, 0.4]),
+        question, options=(question.options[0], None), caps=np.array([0.0, 0.4]),
         limits=np.full(question.n_readings, 9.0),
     )  # fmt: skip
-    alone = replace(
-        asked_, H=asked_.H[:, 1:], caps=asked_.caps[1:], options=(), option_masses=(), option_uses=(), stock=np.empty(0)
-    )
+    alone = replace(asked_, H=asked_.H[:, 1:], caps=asked_.caps[1:], options=(), stock=np.empty(0))
     solved, best = solve_discrete(asked_), solve_continuous(alone)
     assert solved.status == best.status
     if solved.u is not None:
@@ -164,11 +158,10 @@ def test_three_planes_from_one_box_are_proven() -> None:
     H = rng.normal(size=(6, 3)) + 1j * rng.normal(size=(6, 3))
     question = Question(
         y0=0.6 * (rng.normal(size=6) + 1j * rng.normal(size=6)), H=H, importance=np.ones(6), limits=np.full(6, np.inf),
-        caps=np.full(3, np.inf), goal="worst", options=(lists.u,) * 3, option_masses=(lists.masses,) * 3,
-        option_uses=(lists.uses,) * 3, stock=np.array([1.0, 1.0, 1.0]),
+        caps=np.full(3, np.inf), goal="worst", options=(lists,) * 3, stock=np.array([1.0, 1.0, 1.0]),
     )  # fmt: skip
     solved = solve_discrete(question)
-    free = solve_discrete(replace(question, stock=np.empty(0), option_uses=()))
+    free = solve_discrete(replace(question, stock=np.empty(0)))
     best = np.inf
     effects = lists.u[:, None, None] * H.T[None]
     for k, first in enumerate(effects[:, 0]):

@@ -82,7 +82,7 @@ def discrete() -> None:
     goals: tuple[Goal, ...] = ("rms", "worst", "sum", "huber")
     for goal in goals:
         for n in (6, 12, 48):
-            lists: dict[str, Any] = {"options": (options.u,) * 3, "option_masses": (options.masses,) * 3, "huber": 1.0}
+            lists: dict[str, Any] = {"options": (options,) * 3, "huber": 1.0}
             question = replace(random_question(n, 3, goal, False), **lists)
             seconds, solved = timed(partial(solve_discrete, question), 2)
             print(

@@ -156,9 +156,10 @@ def test_of_holes_and_shelves_every_choice_that_is_worth_having_is_found_in_few_
     job = from_text(text + TOTAL_OF_HOLES + worst)
     assert is_rotor(job)
     asked = asked_of(job)[3].question
-    (left, right), (light, heavy) = asked.options, asked.option_masses
-    assert left is not None
-    assert right is not None
+    first, second = asked.options
+    assert first is not None
+    assert second is not None
+    (left, light), (right, heavy) = (first.u, first.masses), (second.u, second.masses)
     both = np.array(
         [(a, b, m + n) for a, m in zip(left, light, strict=True) for b, n in zip(right, heavy, strict=True)]
     )

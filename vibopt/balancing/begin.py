@@ -98,8 +98,8 @@ def answered(job: RotorJob, posed: Posed, solver: Solver = solve_question) -> So
     """The correction that is best, or the one that is decided in every plane."""
     if job.choices:
         return solver(posed.question)
-    chosen = tuple(-1 if option is None else 0 for option in posed.options)
-    return Solved(decided_of(posed.options), "met", GIVEN, chosen=chosen)
+    chosen = tuple(-1 if option is None else 0 for option in posed.question.options)
+    return Solved(decided_of(posed.question.options), "met", GIVEN, chosen=chosen)
 
 
 def kept_or_broken(limits: Mapping[str, Checked]) -> tuple[str, str]:

@@ -12,6 +12,7 @@ from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import (
+    Options,
     Prices,
     Question,
     Sectors,
@@ -160,21 +161,19 @@ def free_planes(question: Question) -> Free:
     kept = [c for c in range(whole.shape[1]) if reach[c] > 0 and (np.any(H[:, c] != 0) or _must(question, whole, c))]
     spread = whole[:, kept]
     lists = [_list(question, spread[:, c]) for c in range(len(kept))]
-    stock = question.stock if any(entry[0] is not None for entry in lists) else np.empty(0)
+    stock = question.stock if any(options is not None for options, _ in lists) else np.empty(0)
     inner = replace(
         question,
         H=H[:, kept],
         caps=reach[kept],
         sectors=tuple(_sectors(question, spread[:, c]) for c in range(len(kept))),
-        options=tuple(entry[0] for entry in lists),
-        option_masses=tuple(entry[1] for entry in lists),
-        option_uses=tuple(entry[3] for entry in lists) if len(stock) else (),
+        options=tuple(options for options, _ in lists),
         stock=stock,
         mass_per_unbalance=densities[kept],
         fans=tuple(question.fans[int(np.argmax(one != 0))] for one in spread.T) if question.fans else (),
         pairs=(),
     )
-    return Free(spread, inner, tuple(entry[2] for entry in lists))
+    return Free(spread, inner, tuple(places for _, places in lists))
 
 
 def _spread(question: Question) -> ComplexArray:
@@ -198,7 +197,7 @@ def _spread(question: Question) -> ComplexArray:
 def _must(question: Question, spread: ComplexArray, column: int) -> bool:
     """Whether an unseen plane has a list without zero: something has to be fitted there."""
     lists = [question.options[p] for p in np.flatnonzero(spread[:, column]) if question.options]
-    return any(entry is not None and np.abs(entry).min() > 0 for entry in lists)
+    return any(entry is not None and np.abs(entry.u).min() > 0 for entry in lists)
 
 
 def _sectors(question: Question, column: ComplexArray) -> Sectors:
@@ -209,18 +208,15 @@ def _sectors(question: Question, column: ComplexArray) -> Sectors:
     return tuple((low - by, high - by) for p, by in turned for low, high in question.sectors[p])
 
 
-List = tuple[ComplexArray | None, FloatArray | None, Places | None, FloatArray | None]
-
-
-def _list(question: Question, column: ComplexArray) -> List:
-    """Options of a set of planes that every one of its planes has, their masses, their places, and what they use."""
+def _list(question: Question, column: ComplexArray) -> tuple[Options | None, Places | None]:
+    """Options of a set of planes that every one of its planes has, and their places in the list of the first."""
     members = np.flatnonzero(column)
     listed = [p for p in members if question.options and question.options[p] is not None]
     if not listed:
-        return None, None, None, None
+        return None, None
     first = question.options[listed[0]]
     assert first is not None
-    x = first / column[listed[0]]
+    x = first.u / column[listed[0]]
     fits, masses = np.ones(len(x), dtype=bool), np.zeros(len(x))
     for p in members:
         own = column[p] * x
@@ -229,17 +225,15 @@ def _list(question: Question, column: ComplexArray) -> List:
         if option is None:
             masses += np.abs(own) * question.densities[p]
             continue
-        near = np.arange(len(x)) if p == listed[0] else _nearest_option(option, own)
-        fits &= np.abs(option[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
-        given = question.option_masses[p] if question.option_masses else None
-        weighs = np.abs(option[near]) * question.densities[p] if given is None else given[near]
+        near = np.arange(len(x)) if p == listed[0] else _nearest_option(option.u, own)
+        fits &= np.abs(option.u[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
+        weighs = option.masses[near]
         # a cap is one on masses: weights that act against each other weigh more than what they do together
         fits &= weighs <= question.caps[p] * question.densities[p] * (1.0 + SAME)
         masses += weighs
-    uses = question.option_uses[listed[0]] if len(question.stock) else None
-    if uses is not None:
-        fits &= np.all(uses <= question.stock, axis=1)
-    return x[fits], masses[fits], np.flatnonzero(fits), None if uses is None else uses[fits]
+    uses = first.uses if len(question.stock) else np.zeros((len(x), 0))
+    fits &= np.all(uses <= question.stock, axis=1)
+    return Options(x, masses, uses).take(fits), np.flatnonzero(fits)
 
 
 def _allowed(question: Question, plane: int, values: ComplexArray) -> BoolArray:

@@ -11,7 +11,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import Free, allowed_arcs, free_planes, into_set
 from vibopt.balancing.convex_rounds import FEW, KEPT, Convex, likely_worst, solve_convex
 from vibopt.balancing.option_tree import Cells, Tree
-from vibopt.balancing.question import Question, Solved, breaks, relative_gap, wider_words
+from vibopt.balancing.question import Options, Question, Solved, breaks, relative_gap, wider_words
 from vibopt.balancing.rounding import rounded
 from vibopt.balancing.scaled import Scaled, scaled
 from vibopt.errors import counted
@@ -43,10 +43,9 @@ def _each_plane(question: Question, u: ComplexArray, chosen: list[int]) -> tuple
     for plane, options in enumerate(question.options):
         if options is None or not chosen[plane]:
             continue
-        earlier = options[: chosen[plane]]
-        masses = question.option_masses[plane] if question.option_masses else None
-        if masses is not None:
-            earlier = np.where(masses[: chosen[plane]] <= masses[chosen[plane]] * (1.0 + SAME), earlier, np.nan)
+        masses = options.masses
+        lighter = masses[: chosen[plane]] <= masses[chosen[plane]] * (1.0 + SAME)
+        earlier = np.where(lighter, options.u[: chosen[plane]], np.nan)
         if question.goal != "correction":
             moved = left[None, :] + (earlier - u[plane])[:, None] * question.H[None, :, plane]
             near = np.flatnonzero(question.measure(np.abs(moved)) <= value)
@@ -54,7 +53,7 @@ def _each_plane(question: Question, u: ComplexArray, chosen: list[int]) -> tuple
             near = np.flatnonzero(np.isfinite(earlier.real))
         for place in near.tolist():
             new = u.copy()
-            new[plane] = options[place]
+            new[plane] = options.u[place]
             picked = [*chosen[:plane], place, *chosen[plane + 1 :]]
             if _as_good(question, new, picked, value):
                 return new, picked
@@ -84,10 +83,10 @@ def _no_worse(question: Question, value: float) -> float:
 
 def _same_lists(question: Question, first: int, second: int) -> bool:
     one, other = question.options[first], question.options[second]
-    if one is None or other is None or one.shape != other.shape or not np.allclose(one, other, rtol=1e-12, atol=0.0):
+    if one is None or other is None or one.u.shape != other.u.shape:
         return False
-    masses = (question.option_masses[first], question.option_masses[second]) if question.option_masses else (None, None)
-    return masses[0] is None or masses[1] is None or bool(np.allclose(masses[0], masses[1], rtol=1e-12, atol=0.0))
+    pairs = (one.u, other.u), (one.masses, other.masses)
+    return all(np.allclose(mine, its, rtol=1e-12, atol=0.0) for mine, its in pairs)
 
 
 def _as_good(question: Question, u: ComplexArray, chosen: list[int], value: float) -> bool:
@@ -119,7 +118,7 @@ def solve_discrete(question: Question, budget: Budget | None = None) -> Solved:
     """
     free = free_planes(question)
     lists = free.question.options
-    empty = [p for p, entry in enumerate(lists) if entry is not None and not len(entry)]
+    empty = [p for p, entry in enumerate(lists) if entry is not None and not len(entry.u)]
     if empty:
         names = ", ".join(str(p) for p in np.flatnonzero(free.spread[:, empty[0]]))
         return Solved(None, "infeasible", f"caps and forbidden sectors leave nothing of the list of plane {names}")
@@ -138,13 +137,12 @@ def solve_discrete(question: Question, budget: Budget | None = None) -> Solved:
 def _with_lists(scene: Scaled, free: Free) -> Scaled:
     """Caps and masses of the continuous relaxation: the disc that holds a list, the least mass per unbalance in it."""
     caps, mass = scene.caps.copy(), scene.mass.copy()
-    for p, (options, masses) in enumerate(zip(free.question.options, free.question.option_masses, strict=True)):
-        if options is None or masses is None:
-            continue
-        size = np.abs(options) / scene.column[p]
-        caps[p] = float(size.max())
-        some = size > 1e-9 * caps[p]
-        mass[p] = float((masses[some] / size[some]).min()) / scene.mass_size if some.any() else 0.0
+    for p, options in enumerate(free.question.options):
+        if options is not None:
+            size = np.abs(options.u) / scene.column[p]
+            caps[p] = float(size.max())
+            some = size > 1e-9 * caps[p]
+            mass[p] = float((options.masses[some] / size[some]).min()) / scene.mass_size if some.any() else 0.0
     return replace(scene, caps=caps, mass=mass)
 
 
@@ -166,12 +164,9 @@ def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
         scene, G=scene.G[goal_rows], g=scene.g[goal_rows], F=scene.F[limit_rows], f=scene.f[limit_rows],
         caps=np.minimum(scene.caps, far),
     )  # fmt: skip
-    uses = free.question.option_uses or (None,) * len(free.question.options)
     cells = [
-        None
-        if options is None or masses is None
-        else Cells(options / scene.column[p], masses / scene.mass_size, uses[p])
-        for p, (options, masses) in enumerate(zip(free.question.options, free.question.option_masses, strict=True))
+        None if one is None else Cells(one.u / scene.column[p], one.masses / scene.mass_size, one.uses)
+        for p, one in enumerate(free.question.options)
     ]
     return Tree(scene, rows, cells, v[limit_rows], free.question.sectors, free.question.stock)
 
@@ -196,14 +191,14 @@ def _first_guess(tree: Tree, scene: Scaled, free: Free, x: ComplexArray) -> None
     tree.offer(np.array([lists[p][k] for p, k in enumerate(chosen)], dtype=complex), value, places)
 
 
-def _place(free: Free, tree: Tree, plane: int, options: ComplexArray, u: complex) -> int:
+def _place(free: Free, tree: Tree, plane: int, options: Options, u: complex) -> int:
     """Place of a plane's correction in its own list; where weights are counted, of the very option that was taken."""
     columns = np.flatnonzero(free.spread[plane])
     if len(tree.stock) and len(columns):
         kept = free.places[columns[0]]
         assert kept is not None
         return int(kept[tree.best_places[columns[0]]])
-    return int(np.argmin(np.abs(options - u)))
+    return options.nearest(u)
 
 
 def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: float) -> Solved:
@@ -226,7 +221,7 @@ def _solved(question: Question, free: Free, scene: Scaled, tree: Tree, bound: fl
         place = -1 if options is None else _place(free, tree, plane, options, complex(u[plane]))
         chosen.append(place)
         if options is not None:
-            u[plane] = options[place]
+            u[plane] = options.u[place]
     u, chosen = first_of_equals(question, u, chosen)
     value = question.chosen_only(chosen).value(u)
     low = min(bound * scene.goal_size, value)

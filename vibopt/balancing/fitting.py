@@ -13,9 +13,9 @@ from vibopt.answer.plan import DeferredRows, Fitting, PlaneAnswer, RowAnswer, We
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.plane_options import Options, missing
+from vibopt.balancing.plane_options import missing
 from vibopt.balancing.planes import MASS, Plane, hole_name
-from vibopt.balancing.question import felt
+from vibopt.balancing.question import Options, felt
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
 from vibopt.balancing.verification import simulated
@@ -87,7 +87,7 @@ def _weights(spoken: Conventions, plane: Plane, u: complex, options: Options | N
     if plane.fitted is not None:
         return plane.fitted
     if options is not None:
-        return tuple(plane.in_hole(*weight) for weight in options.weights(int(np.argmin(np.abs(options.u - u)))))
+        return tuple(plane.in_hole(*weight) for weight in options.weights(options.nearest(u)))
     size, angle = plane.amount(u), spoken.weight_angle(-u if plane.remove else u)
     return plane.cut(size, angle) if plane.split else (plane.weight(size, angle),)
 

@@ -36,9 +36,8 @@ class Cells:
         Its range of points, and its first child (the second is the next; -1: not split yet).
     """
 
-    def __init__(self, points: ComplexArray, masses: FloatArray, uses: FloatArray | None = None) -> None:
-        self.points, self.masses, self.order = points.copy(), masses.copy(), np.arange(len(points))
-        self.uses = np.zeros((len(points), 0)) if uses is None else uses.copy()
+    def __init__(self, points: ComplexArray, masses: FloatArray, uses: FloatArray) -> None:
+        self.points, self.masses, self.order, self.uses = points, masses, np.arange(len(points)), uses.copy()
         room = 256
         self.fewest = np.zeros((room, self.uses.shape[1]))
         self.centre, self.half = np.zeros(room, dtype=complex), np.zeros(room, dtype=complex)

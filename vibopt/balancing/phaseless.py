@@ -212,7 +212,8 @@ def solve_without_phase(job: RotorJob, *, thorough: bool = False) -> Answer[Roto
         posed = pose(job, rotor)
         one = answered(job, posed)
         if one.u is not None:
-            found.append((rotor, posed, one, fitting_of(job, rotor, one.u, posed.chosen_only(one.chosen).options)))
+            options = posed.question.chosen_only(one.chosen).options
+            found.append((rotor, posed, one, fitting_of(job, rotor, one.u, options)))
     if not found:
         first = pose(job, answers.rotors[0])
         plan = nothing(job, answers.rotors[0], first, solve_question(first.question), thorough=thorough)

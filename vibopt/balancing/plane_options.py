@@ -14,7 +14,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions, show_angle
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import Plane
-from vibopt.balancing.question import Question
+from vibopt.balancing.question import Options, Question
 from vibopt.records import dataclass
 
 MOST_OPTIONS = 200_000
@@ -26,53 +26,15 @@ _HAIR = 1e-9
 
 
 @dataclass(frozen=True)
-class Options:
-    """What a plane of holes and shelf weights offers.
-
-    u
-        Internal unbalances (n,) [kg m], the empty plane first.
-    masses
-        Of all weights of an option together (n,) [kg].
-    items
-        Per option the indices into `offers`, -1 for none, (n, most_weights).
-    offers
-        (hole index, mass [kg], radius [m]) of single weights.
-    uses
-        How many of each counted mass an option takes (n, n_counted).
-    """
-
-    u: ComplexArray
-    masses: FloatArray
-    items: np.ndarray[tuple[int, int], np.dtype[np.int64]]
-    offers: tuple[tuple[int, float, float], ...]
-    uses: FloatArray
-
-    def only(self, index: int) -> Options:
-        """The list with one option alone."""
-        row = slice(index, index + 1)
-        return replace(self, u=self.u[row], masses=self.masses[row], items=self.items[row], uses=self.uses[row])
-
-    def weights(self, index: int) -> tuple[tuple[int, float, float], ...]:
-        """Hole, mass and radius of each weight of an option."""
-        return tuple(self.offers[item] for item in self.items[index] if item >= 0)
-
-
-@dataclass(frozen=True)
 class Posed:
     """The question and what its answer is read with; rows of the nominal rotor come first, (speed, sensor) each."""
 
     question: Question
-    options: tuple[Options | None, ...]
     n_rows: int
 
     def chosen_only(self, chosen: Sequence[int]) -> Posed:
         """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
-        if not chosen or not self.question.is_discrete:
-            return self
-        options = tuple(
-            None if option is None else option.only(k) for option, k in zip(self.options, chosen, strict=True)
-        )
-        return replace(self, question=self.question.chosen_only(chosen), options=options)
+        return replace(self, question=self.question.chosen_only(chosen))
 
 
 def posed(planes: Sequence[Plane], conventions: Conventions, **asked: Any) -> Posed:
@@ -80,20 +42,18 @@ def posed(planes: Sequence[Plane], conventions: Conventions, **asked: Any) -> Po
     stock = counted([plane for plane in planes if plane.is_discrete])
     options = tuple(options_of(one, conventions, tuple(stock)) if one.is_discrete else None for one in planes)
     fans = tuple(_fan(plane, conventions) for plane in planes)
-    listed = any(option is not None for option in options)
+
     question = Question(
         sectors=tuple(
             () if plane.is_discrete or plane.split else plane.internal_sectors(conventions) for plane in planes
         ),
-        options=tuple(None if option is None else option.u for option in options) if listed else (),
+        options=options,
         mass_per_unbalance=np.array([1.0 / plane.radius for plane in planes]),
-        option_masses=tuple(None if option is None else option.masses for option in options),
         stock=np.array(list(stock.values())),
-        option_uses=tuple(None if option is None else option.uses for option in options) if stock else (),
         fans=fans if any(fan is not None for fan in fans) else (),
         **asked,
     )
-    return Posed(question, options, question.n_readings)
+    return Posed(question, question.n_readings)
 
 
 def _fan(plane: Plane, conventions: Conventions) -> Fan | None:
@@ -149,7 +109,7 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
     takes = np.append(same.astype(float), np.zeros((1, len(kinds))), axis=0)
     filled = np.append([m * r / plane.radius for _, m, r in offers], 0.0)[items].sum(axis=1) if plane.moment else masses
     kept = filled <= plane.cap * (1.0 + 1e-12)
-    return _without_doubles(Options(u, masses, items, offers, takes[items].sum(axis=1)), kept)
+    return _without_doubles(Options(u, masses, takes[items].sum(axis=1), items, offers).take(kept))
 
 
 def missing(planes: Sequence[Plane], fitted: Sequence[Sequence[Weight]]) -> list[str]:
@@ -165,9 +125,9 @@ def _decided(fitted: Sequence[Weight], plane: Plane, conventions: Conventions, k
     u = plane.made(fitted, conventions)
     uses = [[sum(isclose(one.mass, kind) for one in fitted) for kind in kinds]]
     return Options(
-        np.array([u]), np.array([sum(one.mass for one in fitted)]), np.arange(len(fitted), dtype=np.int64)[None, :],
+        np.array([u]), np.array([sum(one.mass for one in fitted)]), np.array(uses, dtype=float).reshape(1, len(kinds)),
+        np.arange(len(fitted), dtype=np.int64)[None, :],
         tuple((-1 if one.hole is None else one.hole, one.mass, one.radius or 1.0) for one in fitted),
-        np.array(uses, dtype=float).reshape(1, len(kinds)),
     )  # fmt: skip
 
 
@@ -199,17 +159,15 @@ def _fillings(
     return np.concatenate(rows)
 
 
-def _without_doubles(options: Options, kept: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Options:
-    """Of the kept ones only those with different unbalances or counted weights, the lightest of each."""
-    u, masses, items, uses = options.u[kept], options.masses[kept], options.items[kept], options.uses[kept]
-    size = max(float(np.abs(u).max(initial=0.0)), 1e-300)
-    key = np.round(u / size, 12) + 0.0
-    keys = np.column_stack([uses, key.imag, key.real])
-    order = np.lexsort((masses, *keys.T))
+def _without_doubles(options: Options) -> Options:
+    """Only those with different unbalances or counted weights, the lightest of each."""
+    size = max(float(np.abs(options.u).max(initial=0.0)), 1e-300)
+    key = np.round(options.u / size, 12) + 0.0
+    keys = np.column_stack([options.uses, key.imag, key.real])
+    order = np.lexsort((options.masses, *keys.T))
     first = np.ones(len(order), dtype=bool)
     first[1:] = np.any(keys[order][1:] != keys[order][:-1], axis=1)
-    best = np.sort(order[first])
-    return Options(u[best], masses[best], items[best], options.offers, uses[best])
+    return options.take(np.sort(order[first]))
 
 
 def listed_twice(holes: Sequence[float]) -> str:

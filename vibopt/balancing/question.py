@@ -12,13 +12,49 @@ from typing import Any, Literal
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
 from vibopt.records import cached_property, dataclass
 
 Goal = Literal["rms", "worst", "sum", "huber", "correction"]
 Sectors = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Options:
+    """What a plane of holes and shelf weights offers.
+
+    u
+        Internal unbalances (n,) [kg m], the empty plane first.
+    masses
+        Of all weights of an option together (n,) [kg].
+    uses
+        How many of each counted mass an option takes (n, n_kinds); empty where none is counted.
+    items
+        Per option the indices into `offers`, -1 for none, (n, most_weights).
+    offers
+        (hole index, mass [kg], radius [m]) of single weights.
+    """
+
+    u: ComplexArray
+    masses: FloatArray
+    uses: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    items: IntArray = field(default_factory=lambda: np.empty((0, 0), dtype=np.int64))
+    offers: tuple[tuple[int, float, float], ...] = ()
+
+    def take(self, rows: Any) -> Options:
+        """The list with some of its options."""
+        columns = {name: getattr(self, name) for name in ("u", "masses", "uses", "items")}
+        return replace(self, **{name: column[rows] for name, column in columns.items() if len(column)})
+
+    def nearest(self, u: complex) -> int:
+        """Place of the option next to an unbalance."""
+        return int(np.argmin(np.abs(self.u - u)))
+
+    def weights(self, index: int) -> tuple[tuple[int, float, float], ...]:
+        """Hole, mass and radius of each weight of an option."""
+        return tuple(self.offers[item] for item in self.items[index] if item >= 0)
 
 
 @dataclass(frozen=True)
@@ -43,8 +79,8 @@ class Question:
     sectors
         Per plane the forbidden open arcs (from, to) [rad], with growing angle from `from` to `to`; empty: none.
     options
-        Per plane the unbalances there are (n_options,) [kg m]; None: continuous; empty: continuous everywhere.
-        Zero belongs to the list where the plane may stay empty.
+        Per plane what it chooses from; None: continuous; empty: continuous everywhere.  Zero belongs to the list where
+        the plane may stay empty.
     goal
         "rms": sqrt(mean((importance |r|)²)); "worst": their greatest; "sum": their sum; "huber": sum of t² up to
         `huber` and 2 huber t - huber² beyond; "correction": the sum of correction masses.
@@ -52,14 +88,11 @@ class Question:
         Amplitude (times importance) from which a reading counts linearly; only for the goal "huber".
     mass_per_unbalance
         1/radius per plane [1/m], shape (n_planes,); empty: 1 everywhere (masses are counted as unbalances).
-    option_masses
-        Per plane the mass of each option [kg], same shape as the options; None or empty: |u| * mass_per_unbalance.
+
     stock
         How many of each kind of weight there are for all planes together, shape (n_kinds,), inf without end; empty:
-        none is counted.
-    option_uses
-        Per plane how many of each kind an option takes (n_options, n_kinds); None without a list.  Only with `stock`,
-        and then without pairs; options of one unbalance may stand more than once, with different uses.
+        none is counted.  Not with pairs; options of one unbalance may stand more than once, with different uses.
+
     fans
         Per plane the holes of a weight cut in two, u being what both parts do; None elsewhere, empty: nowhere.
     pairs
@@ -73,15 +106,14 @@ class Question:
     caps: FloatArray
     total_cap: float = float("inf")
     sectors: tuple[Sectors, ...] = ()
-    options: tuple[ComplexArray | None, ...] = ()
+    options: tuple[Options | None, ...] = ()
     goal: Goal = "rms"
     huber: float = float("inf")
     mass_per_unbalance: FloatArray = field(default_factory=lambda: np.empty(0))
-    option_masses: tuple[FloatArray | None, ...] = ()
+
     pairs: tuple[tuple[int, int, complex], ...] = ()
     fans: tuple[Fan | None, ...] = ()
     stock: FloatArray = field(default_factory=lambda: np.empty(0))
-    option_uses: tuple[FloatArray | None, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.stock) and self.pairs:
@@ -120,17 +152,8 @@ class Question:
         """The same with only the options of an answer in the lists, so that `masses` knows which one was taken."""
         if not self.is_discrete or not chosen:
             return self
-        rows = [slice(None) if place < 0 else slice(place, place + 1) for place in chosen]
-
-        def picked(lists: tuple[Any, ...]) -> tuple[Any, ...]:
-            return tuple(None if one is None else one[row] for one, row in zip(lists, rows, strict=True))
-
-        return replace(
-            self,
-            options=picked(self.options),
-            option_masses=picked(self.option_masses) if self.option_masses else (),
-            option_uses=picked(self.option_uses) if self.option_uses else (),
-        )
+        pairs = zip(self.options, chosen, strict=True)
+        return replace(self, options=tuple(None if one is None else one.take(slice(k, k + 1)) for one, k in pairs))
 
     def without(self, planes: Sequence[int]) -> Question:
         """The same with planes left untouched."""
@@ -165,9 +188,8 @@ class Question:
         """Correction mass per plane [kg], shape (n_planes,); an option's own mass where u is one of a list."""
         masses = self.sizes(u) * self.densities
         for plane, option in enumerate(self.options):
-            own = self.option_masses[plane] if self.option_masses else None
-            if option is not None and own is not None:
-                masses[plane] = own[np.argmin(np.abs(option - u[plane]))]
+            if option is not None:
+                masses[plane] = option.masses[option.nearest(u[plane])]
         return masses
 
     def value(self, u: ComplexArray) -> float:
@@ -315,7 +337,7 @@ def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence
             found.append(f"sector of {plane}")
     found += [f"pair {i}, {j}" for i, j, ratio in question.pairs if abs(u[j] - ratio * u[i]) > slack * size]
     for plane, option in enumerate(question.options):
-        if option is not None and np.abs(option - u[plane]).min() > slack * size:
+        if option is not None and np.abs(option.u - u[plane]).min() > slack * size:
             found.append(f"list of {plane}")
     return found
 

@@ -155,7 +155,7 @@ def nearest_plan(
     if best is None or best.u is None:
         return None
     there = posed.chosen_only(best.chosen)
-    fitting = fitting_of(job, identified, best.u, there.options)
+    fitting = fitting_of(job, identified, best.u, there.question.options)
     if not (put_back(job, identified, fitting)[1] <= AGREES).all():
         return None
     rows = limits_at(job, there, best.u)

@@ -54,7 +54,7 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
         if job.residual_limits:
             none = with_nearest(none, nearest_plan(job, identified, posed, solved, thorough=thorough))
         return judged(of, _unless_felt(of, idle, none, solver))
-    options, bands = posed.chosen_only(solved.chosen).options, held_bands(of, solved.u)
+    options, bands = posed.question.chosen_only(solved.chosen).options, held_bands(of, solved.u)
     fitting = fitting_of(job, identified, solved.u, options, bands)
     plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise))
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))

@@ -168,11 +168,7 @@ def shelf(seed: int = 1, room: float = 1.1) -> list[Asked]:
     rng = np.random.default_rng(seed)
     holes = tuple((np.arange(HOLES) * 2 * np.pi / HOLES).tolist())
     options = options_of(Plane("", radii=(1.0,), holes=holes, shelf=WEIGHTS), Conventions("", "", WITH, "pk", ""))
-    question = replace(
-        plain(normal(rng, 8), normal(rng, 8, 3), "worst"),
-        options=(options.u,) * 3,
-        option_masses=(options.masses,) * 3,
-    )
+    question = replace(plain(normal(rng, 8), normal(rng, 8, 3), "worst"), options=(options,) * 3)
     left, masses = every_choice(question, options.masses)
     best = float(left.min())
     limit = room * best
@@ -185,7 +181,7 @@ def shelf(seed: int = 1, room: float = 1.1) -> list[Asked]:
 def every_choice(question: Question, masses: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Worst residual and mass of every choice in three planes with the same list, (n_options,) * 3."""
     effects = [
-        np.outer(option, column)
+        np.outer(option.u, column)
         for option, column in zip(question.options, question.H.T, strict=True)
         if option is not None
     ]

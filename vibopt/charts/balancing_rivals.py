@@ -40,7 +40,7 @@ def broken(question: Question, u: ComplexArray) -> float:
     """Greatest violation of a limit or a cap, and distance from a list of weights, as a part of it."""
     over = [np.abs(question.residual(u)) / question.limits - 1.0, np.abs(u) / question.caps - 1.0]
     over += [
-        np.atleast_1d(np.abs(option - own).min() / np.abs(option).max())
+        np.atleast_1d(np.abs(option.u - own).min() / np.abs(option.u).max())
         for option, own in zip(question.options, u, strict=False)
         if option is not None
     ]
@@ -87,8 +87,8 @@ def _milp(sides: int) -> Callable[[Question], Said]:
         if not question.is_discrete or question.goal not in ("worst", "correction"):
             return Said(REFUSES, "takes lists in every plane, for the worst residual or the least mass")
         word, u = chosen_weights(
-            question.y0, question.H, question.limits, [option for option in question.options if option is not None],
-            [mass for mass in question.option_masses if mass is not None],
+            question.y0, question.H, question.limits, [option.u for option in question.options if option is not None],
+            [option.masses for option in question.options if option is not None],
             by_mass=question.goal == "correction", sides=sides, nodes=_NODES,
         )  # fmt: skip
         if u is None:
@@ -129,11 +129,11 @@ def _pruned(question: Question) -> Said:
 
 def _rounding(question: Question) -> Said:
     """The continuous answer, each plane moved to the nearest hole and weight by itself."""
-    lists = [option for option in question.options if option is not None]
+    lists = [option.u for option in question.options if option is not None]
     if not lists:
         return Said(REFUSES, "nothing to round")
     caps = np.array([np.abs(option).max() for option in lists])
-    solved = solve_continuous(replace(question, caps=caps, options=(), option_masses=()))
+    solved = solve_continuous(replace(question, caps=caps, options=()))
     if solved.u is None:
         return Said("error", solved.claim)
     u = np.array([option[np.argmin(np.abs(option - own))] for option, own in zip(lists, solved.u, strict=True)])
@@ -197,8 +197,8 @@ def best_choice(question: Question) -> ComplexArray | None:
     less the most that the third can do: with the pairs in the order of that bound (of their mass), the search ends at
     the first that cannot win any more.
     """
-    options = [option for option in question.options if option is not None]
-    masses = [mass for mass in question.option_masses if mass is not None]
+    options = [option.u for option in question.options if option is not None]
+    masses = [option.masses for option in question.options if option is not None]
     effects = [np.outer(option, column) for option, column in zip(options, question.H.T, strict=True)]
     reach = np.abs(effects[2]).max(axis=0)
     left = question.y0 + effects[0][:, None, :] + effects[1][None, :, :]

@@ -57,8 +57,8 @@ class Named:
         fixed = np.zeros(question.n_planes, dtype=complex)
         options = list(question.options)
         for k, option in enumerate(options):
-            if option is not None and len(option) == 1:
-                fixed[k], options[k] = option[0], None
+            if option is not None and len(option.u) == 1:
+                fixed[k], options[k] = option.u[0], None
         if not fixed.any():
             return cls(question, planes, tuple(limits), tuple(caps), total)
         left = replace(
@@ -119,7 +119,9 @@ class Named:
             return "no plane may be changed"
         for plane, option in zip(self.planes, q.options, strict=False):
             if option is not None:
-                return f"{plane} takes one of {len(option)} weights; a choice from a list is neither convex nor smooth"
+                return (
+                    f"{plane} takes one of {len(option.u)} weights; a choice from a list is neither convex nor smooth"
+                )
         for k, fan in enumerate(q.fans):
             if fan is not None and (np.isfinite(fan.each) or fan.line is not None):
                 return (

@@ -19,7 +19,7 @@ from vibopt.balancing.known.correct import pose as pose_known
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import aim_of
 from vibopt.balancing.optimisers import allowance, solve_question
-from vibopt.balancing.question import Question, Solved
+from vibopt.balancing.question import Options, Question, Solved
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import with_limits
 from vibopt.balancing.solve_rotor import asked_of, solve_job
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 _INSTEAD = "vibopt compare FILE --scenarios answers each by itself."
-_SAME_CHOICE = ("options", "option_masses", "option_uses", "stock", "sectors", "mass_per_unbalance", "pairs", "goal")
+_SAME_CHOICE = ("options", "stock", "sectors", "mass_per_unbalance", "pairs", "goal")
 
 
 @dataclass(frozen=True)
@@ -135,6 +135,8 @@ def _same_choice(first: Question, other: Question) -> bool:
 def _same(one: object, other: object) -> bool:
     if isinstance(one, tuple) and isinstance(other, tuple):
         return len(one) == len(other) and all(map(_same, one, other))
+    if isinstance(one, Options) and isinstance(other, Options):
+        return all(_same(getattr(one, name), getattr(other, name)) for name in ("u", "masses", "uses"))
     return np.array_equal(np.asarray(one), np.asarray(other))
 
 

@@ -23,8 +23,8 @@ from vibopt.balancing.known.shaft_statics import (
     unbalances,
 )
 from vibopt.balancing.optimisers import Solver, solve_question
-from vibopt.balancing.plane_options import Options, Posed, caps_of, decided_of, posed
-from vibopt.balancing.question import Goal, Question, Solved, breaks
+from vibopt.balancing.plane_options import Posed, caps_of, decided_of, posed
+from vibopt.balancing.question import Goal, Options, Question, Solved, breaks
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.records import dataclass
 
@@ -74,7 +74,7 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
     where it has many, the one with the least mass; where caps, lists or limits stand in the way, the program decides.
     """
     asked = pose(job)
-    question, options, n = asked.question, asked.options, len(job.planes)
+    question, options, n = asked.question, asked.question.options, len(job.planes)
     if not n or job.goal is None:
         as_it_is = "nothing is corrected: the shaft as it is"
         return Correction(np.zeros(n, dtype=complex), "met", as_it_is, "none", None), (None,) * n
@@ -90,7 +90,7 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
     solved = _without_traces(job, question) if solver is None else solver(complete(job, question))
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
     found = Correction(np.asarray(u), solved.status, solved.claim, "program", _rates(job, question, solved))
-    return found, asked.chosen_only(solved.chosen).options if solved.u is not None else (None,) * n
+    return found, asked.question.chosen_only(solved.chosen).options if solved.u is not None else (None,) * n
 
 
 def _without_traces(job: KnownJob, question: Question) -> Solved:
