@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +20,7 @@ from vibopt.answer.blocks import (
     prices_block,
     table,
 )
-from vibopt.answer.entry import Entry, Value
+from vibopt.answer.entry import Entry
 from vibopt.answer.plan import DeferredMapping, Fitting, PlaneAnswer, Remedy, RowAnswer, Weight
 from vibopt.balancing.plan_values import shows_whole
 from vibopt.balancing.rotor_job import RotorJob
@@ -152,21 +151,16 @@ def _quality(plan: Answer[RotorJob]) -> list[Block]:
     ]
     if "earned" in values:
         met = "is" if values["met"].shown == "yes" else "is NOT"
+        grade = cleaned(values["earned"], Entry(plan.job.quality.grade, "velocity"))
         lines.append(
-            f"{'The unbalance given' if plan.job.quality and plan.job.quality.residual else 'What should be left'} "
-            f"earns the grade {_earned(plan, values).shown} (worst at {values['worst_at'].shown}): "
+            f"{'The unbalance given' if plan.job.quality.residual else 'What should be left'} "
+            f"earns the grade {grade.shown} (worst at {values['worst_at'].shown}): "
             f"the grade asked for {met} met."
         )
     return [
         Block("Quality grade", TEXT, tuple(lines)),
         table("Permissible residual unbalance", ("At", "Permissible", "May be measured", "Left"), rows),
     ]
-
-
-def _earned(plan: Answer[RotorJob], values: Mapping[str, Value]) -> Value:
-    """The grade, zero where only rounding is left."""
-    asked = plan.job.quality.grade if plan.job.quality is not None else 0.0
-    return cleaned(values["earned"], Entry(asked, "velocity"))
 
 
 def _trials(plan: Answer[RotorJob]) -> Block:

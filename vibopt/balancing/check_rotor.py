@@ -34,7 +34,8 @@ def check_runs(
     if _mismatched(measured, mistakes):
         return
     _check_verification(measured, mistakes)
-    if not _any_vibration(measured):
+    runout = np.array([sensor.runout for sensor in measured.sensors], dtype=complex)
+    if not any((run.readings != runout).any() for run in measured.runs if run.is_initial):
         mistakes.add(
             ("runs",),
             "the initial vibration is zero at every sensor: there is nothing to balance. Check the readings as found.",
@@ -92,11 +93,6 @@ def _check_verification(measured: Measured, mistakes: Mistakes) -> None:
                 f'runs "{first.name}" and "{run.name}" have verification = true and different weights, but only one '
                 "set is on the rotor now. Mark the runs with that set.",
             )
-
-
-def _any_vibration(measured: Measured) -> bool:
-    runout = np.array([sensor.runout for sensor in measured.sensors], dtype=complex)
-    return any(np.abs(run.readings - runout).max(initial=0.0) > 0.0 for run in measured.runs if run.is_initial)
 
 
 def _check_speed(
@@ -201,15 +197,12 @@ def _check_without_phase(measured: Measured, planes: Sequence[Plane], mistakes: 
                     f"{plane.name} alone at "
                     "three angles (two leave two answers).",
                 )
-            elif len(alone) == 2 and _on_a_line(alone):
+                continue
+            first, second, *more = alone
+            if not more and abs((first.conjugate() * second).imag) <= SINGULAR * abs(first) * abs(second):
                 mistakes.add(
                     ("runs",),
                     f"the two trial weights of plane {plane.name} at {at} lie on one line through the centre, so "
                     f"the side cannot be told. "
                     "Add a run with the weight at a right angle to them.",
                 )
-
-
-def _on_a_line(weights: set[complex]) -> bool:
-    first, second = weights
-    return abs((first.conjugate() * second).imag) <= 1e-9 * abs(first) * abs(second)

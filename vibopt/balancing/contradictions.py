@@ -65,10 +65,10 @@ def held_bands(of: Heard, u: ComplexArray) -> FloatArray | None:
     for one in of.found:
         rows = speeds == one.speed
         others = [_other(of.job, out, u) for out in one.possible or one.alone]
-        for more in (*others, *(() if one.told else (_as_seen(of, u),))):
-            if more is not None:
-                ends[rows, 0] = np.fmin(ends[rows, 0], more[rows, 0])
-                ends[rows, 1] = np.fmax(ends[rows, 1], more[rows, 1])
+        seen = None if one.told else seen_noise(of.identified)  # which may be more than was given
+        for more in (*others, *(() if seen is None else (bands(of.job, of.identified, seen, u),))):
+            ends[rows, 0] = np.fmin(ends[rows, 0], more[rows, 0])
+            ends[rows, 1] = np.fmax(ends[rows, 1], more[rows, 1])
     return ends
 
 
@@ -82,12 +82,6 @@ def _other(job: RotorJob, out: Runs, u: ComplexArray) -> FloatArray:
         return left
     ends = bands(fewer, identified, noise, u)
     return np.where(np.isnan(ends), left, ends)
-
-
-def _as_seen(of: Heard, u: ComplexArray) -> FloatArray | None:
-    """By the scatter that the runs show, which may be more than was given."""
-    noise = seen_noise(of.identified)
-    return None if noise is None else bands(of.job, of.identified, noise, u)
 
 
 def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:

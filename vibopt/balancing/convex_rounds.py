@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vibopt.balancing.scaled import EXACT, Dual, Exact, Scaled, into_wedge, weak_duality
+from vibopt.balancing.scaled import EXACT, Dual, Scaled, into_wedge, weak_duality
 from vibopt.cones import Cones
 from vibopt.records import dataclass
 from vibopt.work import worked
@@ -41,7 +41,11 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     _amounts(scene, cones, 0.0 if exact is None else inside)
     _arcs(scene, cones)
     worked(0.5 + 0.007 * (len(goal_rows) + len(shown)) * scene.n_planes)
-    found = cones.solve(tolerance=tolerance, along=None if exact is None else _along(exact))
+    along = None
+    if exact is not None:  # x = base + free y in real and imaginary parts
+        base, N = exact.base, exact.free
+        along = np.concatenate([base.real, base.imag]), np.block([[N.real, -N.imag], [N.imag, N.real]])
+    found = cones.solve(tolerance=tolerance, along=along)
     z = np.zeros(len(scene.g), dtype=complex)
     z[goal_rows] = _multipliers(found.z, heads, len(goal_rows), whole=scene.goal == "rms")
     v = np.zeros(len(scene.f), dtype=complex)
@@ -55,12 +59,6 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
 def _over_parts(M: ComplexArray) -> ComplexArray:
     """Rows over x as rows over its real, then imaginary parts."""
     return np.concatenate([M, 1j * M], axis=1)
-
-
-def _along(exact: Exact) -> tuple[FloatArray, FloatArray]:
-    """x = base + free y in real and imaginary parts."""
-    N = exact.free
-    return np.concatenate([exact.base.real, exact.base.imag]), np.block([[N.real, -N.imag], [N.imag, N.real]])
 
 
 def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> ComplexArray:

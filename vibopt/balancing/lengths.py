@@ -153,7 +153,8 @@ class _Posed:
         with np.errstate(invalid="ignore", over="ignore"):  # a ray that is not finite proves nothing
             back, falls = cones.pulled(z), float(cones.rows()[1] @ z)
             room = np.maximum(np.abs(x) * 2.0, 1.0)
-            room[: box.size] = np.minimum(REACH, 1.0 + _box_reach(box, scale))
+            most = np.concatenate([[high for _, high in box.shares], np.repeat(box.caps, 2)])
+            room[: box.size] = np.minimum(REACH, 1.0 + most / scale)
             slack = square * x + q + back
             bound = -falls - 0.5 * float(square @ x**2) - float(np.abs(slack) @ room)
             ray = falls < 0.0 and bool(np.abs(back).max() * REACH * (1.0 + n) < -falls)
@@ -263,13 +264,6 @@ def _scales(rows: Sequence[Lengths], box: Box) -> FloatArray:
     scale[scale == 0.0] = 1.0
     scale[:first] = box.unit
     return scale
-
-
-def _box_reach(box: Box, scale: FloatArray) -> FloatArray:
-    """Greatest scaled size of each x."""
-    reach = np.repeat(np.minimum(np.array(box.caps), 1e300), 2)
-    reach = np.concatenate([[high for _, high in box.shares], reach])
-    return np.asarray(np.minimum(reach / scale, REACH))
 
 
 def into_box(x: FloatArray, box: Box) -> FloatArray:

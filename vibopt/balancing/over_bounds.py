@@ -87,14 +87,10 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
     bounds = np.column_stack(known)
     many = max(MOST_CELLS // len(question.y0), 1000)
     found = [_plans(job, identified, question, bounds[at : at + many]) for at in range(0, len(bounds), many)]
-    return found[0] if len(found) == 1 else _joined(found)
-
-
-def _joined(parts: Sequence[Plans]) -> Plans:
     names = ("masses", "angles", "goal", "left", "pulls")
-    masses, angles, goal, left, pulls = (np.concatenate([getattr(part, name) for part in parts]) for name in names)
-    margins = {name: np.concatenate([part.margins[name] for part in parts]) for name in parts[0].margins}
-    return Plans([status for part in parts for status in part.status], masses, angles, goal, left, pulls, margins)
+    masses, angles, goal, left, pulls = (np.concatenate([getattr(one, name) for one in found]) for name in names)
+    margins = {name: np.concatenate([one.margins[name] for one in found]) for name in found[0].margins}
+    return Plans([status for one in found for status in one.status], masses, angles, goal, left, pulls, margins)
 
 
 def _is_plain(job: RotorJob, question: Question) -> bool:

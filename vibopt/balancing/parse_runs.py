@@ -280,7 +280,11 @@ def _all_readings(
         for column, name in enumerate(names):
             path = (*raw.path, "readings", name)
             if name not in raw.readings:
-                raw.mistakes.add((*raw.path, "readings"), _missing(raw, name))
+                raw.mistakes.add(
+                    (*raw.path, "readings"),
+                    f'run "{raw.label}" has no reading of sensor {name}, which other runs or [sensors] have. Add it, '
+                    f"or leave {name} out of every run.",
+                )
                 continue
             unit = declared[name].unit if name in declared else ""
             found = read_value(
@@ -293,13 +297,6 @@ def _all_readings(
                 notes += [amplitude.echo] if amplitude.echo else []
         rows.append(row)
     return list(sensors.values()), rows, notes, [_written(raw, names) for raw in raws]
-
-
-def _missing(raw: Raw, name: str) -> str:
-    return (
-        f'run "{raw.label}" has no reading of sensor {name}, which other runs or [sensors] have. '
-        f"Add it, or leave {name} out of every run."
-    )
 
 
 def _stranger(raw: Raw, what: str, name: str, known: list[str]) -> str:

@@ -32,19 +32,13 @@ def coefficients(job: RotorJob, identified: Identified) -> dict[str, Value]:
             if H == 0.0:
                 continue
             path = f"influence.{sensor.name}.{plane.name}" + (f".{job.show_speed(speed)}" if several else "")
-            size = to_unit(
-                abs(H) * plane.radius * _per(plane.unit, plane.dimension), sensor.shown_unit, sensor.dimension
-            )
+            one = 1.0 / to_unit(1.0, plane.unit, plane.dimension)  # of the user's units [SI]
+            size = to_unit(abs(H) * plane.radius * one, sensor.shown_unit, sensor.dimension)
             per = f"({plane.unit})" if " " in plane.unit else plane.unit
             angle = job.conventions.reading_angle(H)
             found[f"{path}.value"] = Word(f"{plain(size, 8)} {sensor.shown_unit}/{per} @ {show_angle(angle, 8)}")
             found[f"{path}.angle"] = direction(angle)
     return found
-
-
-def _per(unit: str, dimension: str) -> float:
-    """SI value of one of the user's units."""
-    return 1.0 / to_unit(1.0, unit, dimension)
 
 
 def trial_advice(job: RotorJob) -> dict[str, Value]:

@@ -239,7 +239,11 @@ class Plane:
 
     def inside(self, angle: float) -> float:
         """How far the written `angle` is inside a forbidden arc [rad], zero outside of all."""
-        return max((_depth(angle, low, high) for low, high in self.forbidden), default=0.0)
+        depths = [0.0]
+        for low, high in self.forbidden:
+            behind = (angle - low) % tau
+            depths.append(min(behind, high - low - behind))
+        return max(depths)
 
     def may_sit_at(self, angle: float) -> bool:
         """Whether the written `angle` [rad] is outside the forbidden arcs."""
@@ -409,12 +413,6 @@ def open_arcs(sectors: Sequence[tuple[float, float]]) -> list[tuple[float, float
 
 def hole_name(plane: Plane, index: int) -> str:
     return f"hole {index + 1} at {show_angle(plane.holes[index])}"
-
-
-def _depth(angle: float, low: float, high: float) -> float:
-    """How far an angle is inside an arc [rad], zero outside."""
-    behind = (angle - low) % tau
-    return max(min(behind, high - low - behind), 0.0)
 
 
 def _turned(angle: float) -> float:

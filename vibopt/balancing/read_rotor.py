@@ -143,7 +143,8 @@ def read_rotor(
         raise AssertionError("a job that cannot be read has a mistake")
     before = len(mistakes.found)
     influence = read_influence(document, conventions, planes, measured, mistakes, coefficients)
-    if len(mistakes.found) == before and not _only_found(document, measured):
+    only_found = "rotor" in document and "influence" not in document and all(run.is_initial for run in measured.runs)
+    if len(mistakes.found) == before and not only_found:
         check_runs(measured, planes, influence, with_angles, mistakes)
     return _job(document, conventions, planes, measured, with_angles, mistakes, influence)
 
@@ -242,11 +243,6 @@ def grade_notes(document: Mapping[str, Any]) -> tuple[str, ...]:
     return (
         () if read == given else (f'quality.grade: "{given}" read as {read}, the velocity that the grade stands for.',)
     )
-
-
-def _only_found(document: Mapping[str, Any], measured: Measured) -> bool:
-    """Whether nothing but the rotor as found was measured, and only a first trial weight is asked for."""
-    return "rotor" in document and "influence" not in document and all(run.is_initial for run in measured.runs)
 
 
 def _check_importance(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:

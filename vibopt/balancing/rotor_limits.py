@@ -30,12 +30,6 @@ AGREES = 1e-6
 NONE: Mapping[str, float] = {}
 
 
-def _left(question: Question, budget: Budget) -> float | None:
-    """Work for one more solution: of a search what is left."""
-    endless = not question.is_search or budget.most > 1e9
-    return None if endless else max(float(budget.most - budget.spent), 1.0)
-
-
 def limits_at(job: RotorJob, posed: Posed, u: ComplexArray) -> dict[str, Checked]:
     """Every limit of the file at the correction u, by name."""
     greatest = greatest_readings(job)
@@ -183,10 +177,11 @@ def _weighed(job: RotorJob, posed: Posed, importance: FloatArray, budget: Budget
 
 
 def _least(question: Question, importance: object, budget: Budget) -> Solved:
-    """Without limits on residuals, the least of the greatest amplitude times its importance."""
+    """Without limits on residuals, the least of the greatest amplitude times its importance, in what work is left."""
     free = np.full(len(question.limits), np.inf)
     asked = replace(question, limits=free, importance=np.asarray(importance, dtype=float), goal="worst")
-    solved = solve_question(asked, _left(question, budget))
+    endless = not question.is_search or budget.most > 1e9
+    solved = solve_question(asked, None if endless else max(float(budget.most - budget.spent), 1.0))
     budget.spend(int(np.ceil(solved.work)))
     return solved
 

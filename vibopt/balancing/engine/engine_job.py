@@ -236,7 +236,8 @@ def _job(
 ) -> EngineJob:  # fmt: skip
     """The job in SI."""
     throws, cranks = _throws(engine, cylinders)
-    places = _places(engine, cylinders)
+    spacing = engine.spacing.value if engine.spacing is not None else 0.0
+    places = [cylinder.at.value if cylinder.at is not None else k * spacing for k, cylinder in enumerate(cylinders)]
     middle = engine.reference.value if engine.reference is not None else 0.5 * (min(places) + max(places))
     return EngineJob(
         name=name,
@@ -300,12 +301,6 @@ def _share(name: str, given: Fact | Choice | None, default: float) -> Share:
     return Share(name, given.low, given.high) if isinstance(given, Choice) else Share(name, given.value, given.value)
 
 
-def _places(engine: EngineTable, cylinders: list[CylinderTable]) -> list[float]:
-    """Place of each cylinder [m]; by the spacing where it has none of its own."""
-    spacing = engine.spacing.value if engine.spacing is not None else 0.0
-    return [cylinder.at.value if cylinder.at is not None else k * spacing for k, cylinder in enumerate(cylinders)]
-
-
 def _throws(engine: EngineTable, cylinders: list[CylinderTable]) -> tuple[list[int], tuple[float | None, ...]]:
     """Throw of each cylinder, and the angle of each throw (None: to be chosen)."""
     names: dict[str, int] = {}
@@ -341,7 +336,8 @@ def _check(
     for k, cylinder in enumerate(cylinders):
         if cylinder.reciprocating is None and engine.reciprocating is None:
             mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no reciprocating mass. Add it to [engine].")
-        if cylinder.crank is None and not engine.firing_order and not _shared(cylinder, cylinders):
+        others = [one for one in cylinders if one.throw == cylinder.throw and cylinder.throw is not None]
+        if not engine.firing_order and all(one.crank is None for one in (cylinder, *others)):
             example = 'crank = "90 deg", or crank = "choose"'
             mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no crank. Write {example}.")
     if len(cylinders) > 1 and engine.spacing is None and all(cylinder.at is None for cylinder in cylinders):
@@ -387,8 +383,3 @@ def _unequal(engine: EngineTable, wanted: int) -> str:
         f"engine.cranks offers {many} angle{'s' * (many > 1)} ({listed}) for {throws}. Each throw takes one of them "
         f'and each is taken once: {way}, or change the number of cylinders with crank = "choose".'
     )
-
-
-def _shared(cylinder: CylinderTable, cylinders: list[CylinderTable]) -> bool:
-    """Whether another cylinder on the same throw has the crank angle."""
-    return cylinder.throw is not None and any(o.throw == cylinder.throw and o.crank is not None for o in cylinders)

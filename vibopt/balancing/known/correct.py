@@ -127,7 +127,7 @@ def pose(job: KnownJob) -> Posed:
         limits=_limits(job, len(importance)),
         caps=caps_of(job.planes, bounds),
         total_cap=min([t.bound for t in job.limits.values() if t.total] or [inf]),
-        goal=_combined(job, aim),
+        goal=cast(Goal, "correction" if job.aim == "correction" else aim.combine if aim is not None else "rms"),
     )
 
 
@@ -147,12 +147,6 @@ def _importance(aim: Aim | None, sizes: list[int]) -> FloatArray:
         full = np.sqrt(sum(sizes) / sizes[-1]) if aim.combine == "rms" else 1.0
         importance[-sizes[-1] :] = full
     return importance
-
-
-def _combined(job: KnownJob, aim: Aim | None) -> Goal:
-    if job.goal is not None and job.goal.minimise == "correction":
-        return "correction"
-    return cast(Goal, aim.combine if aim is not None else "rms")
 
 
 def bounded_rows(job: KnownJob, table: KnownLimitTable) -> tuple[list[int], float]:
