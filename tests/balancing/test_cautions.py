@@ -170,7 +170,7 @@ def test_a_robust_goal_has_prices_of_its_own() -> None:
     identified = identify(job)
     noise = noise_of(job, identified)
     assert noise is not None
-    y0, H = scenario_rows(job, identified, noise)
+    y0, H = scenario_rows(identified, noise)
     worst = []
     for total in (12, 13.2):
         u = np.array([one.u for one in solve_text(text + limit.format(total)).plan.planes])

@@ -81,7 +81,7 @@ def agreements(job: RotorJob, identified: Identified, noise: Noise | None) -> tu
 
 
 def _at_speed(job: RotorJob, speed: int, runs: _Runs, many: int) -> Agreement:
-    places, spare = np.array(job.places_at(speed)), runs.learnt.spare
+    places, spare = np.array(job.places[speed]), runs.learnt.spare
     if runs.exact:
         return Agreement(speed, 1.0)
     unchecked = tuple(int(places[k]) for k in np.flatnonzero(leverage(runs.learnt) > UNCHECKED))

@@ -44,8 +44,7 @@ def remedies(
     """As asked, each alike plane left out, the mass penalised, and caps from the plane left out."""
     question = posed.question
     tried: list[tuple[str, ComplexArray | None]] = [("as asked", u)]
-    for k in found.near:
-        tried.append((f"{job.planes[k].name}{LEFT_OUT}", solve_question(question.without([k])).u))
+    tried += [(f"{job.planes[k].name}{LEFT_OUT}", solve_question(question.without([k])).u) for k in found.near]
     single = [one for _, one in tried[1:] if one is not None]
     if found.alike and not question.is_discrete and question.goal != "correction":
         tried.append(("mass penalised", solve_question(penalised(question, job.free)).u))

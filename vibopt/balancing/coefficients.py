@@ -105,7 +105,7 @@ def _listed(
             continue
         plane = place_of((*path, "plane"), table.plane, "plane", [one.name for one in planes], mistakes)
         sensor = place_of((*path, "sensor"), table.sensor, "sensor", [one.name for one in measured.sensors], mistakes)
-        speed = _speed_of(path, table, document, measured, mistakes)
+        speed = _speed_of(path, table, measured, mistakes)
         if plane is None or sensor is None or speed is None:
             continue
         value = read_value(
@@ -124,9 +124,7 @@ def _listed(
     return {place: value for place, (_, value) in said.items()}
 
 
-def _speed_of(
-    path: Path, table: InfluenceTable, document: Mapping[str, Any], measured: Measured, mistakes: Mistakes
-) -> int | None:
+def _speed_of(path: Path, table: InfluenceTable, measured: Measured, mistakes: Mistakes) -> int | None:
     if table.speed is None and len(measured.speeds) == 1:
         return 0
     if table.speed is None:

@@ -129,7 +129,7 @@ def solve_discrete(question: Question, budget: Budget | None = None) -> Solved:
         return Solved(None, "infeasible", claim, least_factor=relaxed.factor)
     tree = _tree(scene, free, relaxed)
     start = relaxed.x if relaxed.x is not None else np.zeros(scene.n_planes, dtype=complex)
-    _first_guess(tree, scene, free, start)
+    _first_guess(tree, scene, start)
     bound = tree.search(start, tree.budget() if budget is None else budget)
     return _solved(question, free, scene, tree, max(bound, relaxed.bound))
 
@@ -171,7 +171,7 @@ def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
     return Tree(scene, rows, cells, v[limit_rows], free.question.sectors, free.question.stock)
 
 
-def _first_guess(tree: Tree, scene: Scaled, free: Free, x: ComplexArray) -> None:
+def _first_guess(tree: Tree, scene: Scaled, x: ComplexArray) -> None:
     """Round the continuous answer, so that the search has something to beat."""
     lists: list[ComplexArray] = []
     masses: list[FloatArray] = []

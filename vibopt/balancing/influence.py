@@ -8,7 +8,7 @@ with c(u) the errors of all of them are carried together, their correlation incl
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -108,20 +108,19 @@ def identify(job: RotorJob) -> Identified:
     """y0 and H from the runs of a job with phase."""
     inverses: Inverses = {}
     learnt = tuple(_learn(job, speed, inverses) for speed in range(len(job.speeds)))
-    y0 = np.concatenate([one.theta[0] for one in learnt])
-    return Identified(y0, np.concatenate([_spread(one, one.theta) for one in learnt]), learnt)
+    return Identified(*_stacked(learnt, [one.theta for one in learnt]), learnt)
 
 
-def with_readings(
-    job: RotorJob, identified: Identified, noise: Mapping[int, ComplexArray]
-) -> tuple[ComplexArray, ComplexArray]:
+def with_readings(identified: Identified, noise: Sequence[ComplexArray]) -> tuple[ComplexArray, ComplexArray]:
     """y0 and H had the readings at each speed been off by `noise` (n_runs, n_sensors)."""
-    y0, H = [], []
-    for speed, one in enumerate(identified.learnt):
-        theta = one.pseudo @ (one.readings + noise[speed])
-        y0.append(theta[0])
-        H.append(_spread(one, theta))
-    return np.concatenate(y0), np.concatenate(H)
+    pairs = zip(identified.learnt, noise, strict=True)
+    return _stacked(identified.learnt, [one.pseudo @ (one.readings + off) for one, off in pairs])
+
+
+def _stacked(learnt: Sequence[Learnt], thetas: Sequence[ComplexArray]) -> tuple[ComplexArray, ComplexArray]:
+    """y0 and H of all speeds."""
+    every = [_spread(one, theta) for one, theta in zip(learnt, thetas, strict=True)]
+    return np.concatenate([theta[0] for theta in thetas]), np.concatenate(every)
 
 
 Inverses = dict[tuple[bytes, int, float], ComplexArray]

@@ -38,17 +38,14 @@ def allowance(thorough: bool = False) -> Budget:
 def solve_question(question: Question, most: float | None = None) -> Solved:
     """The answer by the optimiser that the question asks for; a search takes no more than `most` [nominal ms]."""
     with metered() as meter:
-        solved = _solved(question, most)
+        if question.is_discrete:
+            from vibopt.balancing.discrete import solve_discrete
+            from vibopt.balancing.option_tree import BOX
+
+            solved = solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes", BOX))
+        else:
+            from vibopt.balancing.continuous import PROGRAM, solve_continuous
+
+            budget = None if most is None or not question.is_search else Budget(int(most / PROGRAM) + 1, "programs")
+            solved = solve_continuous(question, budget)
     return replace(solved, work=meter.done)
-
-
-def _solved(question: Question, most: float | None) -> Solved:
-    if question.is_discrete:
-        from vibopt.balancing.discrete import solve_discrete
-        from vibopt.balancing.option_tree import BOX
-
-        return solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes", BOX))
-    from vibopt.balancing.continuous import PROGRAM, solve_continuous
-
-    budget = None if most is None or not question.is_search else Budget(int(most / PROGRAM) + 1, "programs")
-    return solve_continuous(question, budget)

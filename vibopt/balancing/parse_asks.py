@@ -101,12 +101,10 @@ def read_limits(
         if not one_of((*path, "response"), kind, RESPONSES, _RESPONSE, mistakes):
             continue
         if kind == "residual":
-            found = _residual(name, path, given, conventions, sensors, speeds, mistakes)
-            residual += [found] if found else []
+            residual.append(_residual(name, path, given, conventions, sensors, speeds, mistakes))
         else:
-            limit = _correction(name, path, given, planes, mistakes)
-            correction += [limit] if limit else []
-    return tuple(residual), tuple(correction)
+            correction.append(_correction(name, path, given, planes, mistakes))
+    return tuple(filter(None, residual)), tuple(filter(None, correction))
 
 
 def _residual(
@@ -142,14 +140,13 @@ def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -
     return found.value, found.shown_unit
 
 
-def _speed_index(path: Path, speed: Fact, given: object, speeds: Sequence[float], mistakes: Mistakes) -> int | None:
+def _speed_index(path: Path, speed: Fact, given: Any, speeds: Sequence[float], mistakes: Mistakes) -> int | None:
     index = speed_index(speed.value, speeds)
-    if index is not None:
-        return index
-    text = given["speed"] if isinstance(given, Mapping) else given
-    known = ", ".join(show(one, speed.unit, "angular_rate") for one in speeds)
-    mistakes.value((*path, "speed"), text, f"is a speed at which nothing was measured. Measured: {known}.")
-    return None
+    if index is None:
+        known = ", ".join(show(one, speed.unit, "angular_rate") for one in speeds)
+        text = f"is a speed at which nothing was measured. Measured: {known}."
+        mistakes.value((*path, "speed"), given["speed"], text)
+    return index
 
 
 def _correction(

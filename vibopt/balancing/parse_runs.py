@@ -100,7 +100,7 @@ def read_runs(
     """Runs with their numbers; None where something is wrong."""
     before = len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1])
     in_arrays = _in_arrays(raws, conventions, declared)
-    sensors, readings, notes, written = in_arrays or _all_readings(raws, conventions, declared, mistakes)
+    sensors, readings, notes, written = in_arrays or _all_readings(raws, conventions, declared)
     weights = _all_weights(raws, conventions, planes)
     speeds = [_speed(raw, document, mistakes) for raw in raws]
     _check_names(raws, [speed for speed, _ in speeds])
@@ -262,9 +262,7 @@ def _undeclared(name: str, conventions: Conventions) -> Sensor:
     return Sensor(name, "", "", conventions.detector)
 
 
-def _all_readings(
-    raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor], mistakes: Mistakes
-) -> Readings:
+def _all_readings(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor]) -> Readings:
     """Reading by reading, with what is wrong."""
     names = list(declared) or list(dict.fromkeys(name for raw in raws for name in raw.readings))
     sensors = {name: declared.get(name, _undeclared(name, conventions)) for name in names}

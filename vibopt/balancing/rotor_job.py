@@ -240,7 +240,7 @@ class RotorJob(Corrected):
         return show(self.speeds[index], self.speed_units[index], "angular_rate")
 
     @cached_property
-    def _places(self) -> tuple[tuple[int, ...], ...]:
+    def places(self) -> tuple[tuple[int, ...], ...]:
         """Per speed the indices of the runs that are not left out."""
         found: list[list[int]] = [[] for _ in self.speeds]
         for index, run in enumerate(self.runs):
@@ -248,13 +248,9 @@ class RotorJob(Corrected):
                 found[run.speed].append(index)
         return tuple(map(tuple, found))
 
-    def places_at(self, speed: int) -> tuple[int, ...]:
-        """Indices of the runs at a speed that are not left out."""
-        return self._places[speed]
-
     def runs_at(self, speed: int) -> tuple[Run, ...]:
         """The runs at a speed that are not left out."""
-        return tuple(self.runs[k] for k in self.places_at(speed))
+        return tuple(self.runs[k] for k in self.places[speed])
 
     @cached_property
     def as_found(self) -> ComplexArray:

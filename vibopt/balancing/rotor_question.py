@@ -42,7 +42,7 @@ def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question
     if job.goal.robust == "mean":
         y0, H, importance = mean_rows(job, identified, noise)
         return question.with_rows(y0, H, importance, np.full(len(y0), inf))
-    y0, H = scenario_rows(job, identified, noise)
+    y0, H = scenario_rows(identified, noise)
     times = len(y0) // question.n_readings
     many = question.with_rows(y0, H, np.tile(question.importance, times), np.tile(question.limits, times))
     return replace(many, goal="worst")

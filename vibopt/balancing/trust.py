@@ -160,7 +160,7 @@ def mean_rows(job: RotorJob, identified: Identified, noise: Noise) -> tuple[Comp
     return np.concatenate(y0), np.concatenate(H), np.concatenate(importance)
 
 
-def scenario_rows(job: RotorJob, identified: Identified, noise: Noise) -> tuple[ComplexArray, ComplexArray]:
+def scenario_rows(identified: Identified, noise: Noise) -> tuple[ComplexArray, ComplexArray]:
     """y0 and H of SCENARIOS rotors that would have given the readings within their scatter, stacked.
 
     Always the same ones: the errors are drawn with a fixed seed.
@@ -168,11 +168,11 @@ def scenario_rows(job: RotorJob, identified: Identified, noise: Noise) -> tuple[
     dice = np.random.default_rng(0)
     y0, H = [], []
     for _ in range(SCENARIOS):
-        errors = {}
-        for speed, (learnt, along, across) in enumerate(zip(identified.learnt, noise.along, noise.across, strict=True)):
+        errors = []
+        for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
             drawn = dice.standard_normal((2, *along.shape))
-            errors[speed] = learnt.turn * (along * drawn[0] + 1j * across * drawn[1])
-        one_y0, one_H = with_readings(job, identified, errors)
+            errors.append(learnt.turn * (along * drawn[0] + 1j * across * drawn[1]))
+        one_y0, one_H = with_readings(identified, errors)
         y0.append(one_y0)
         H.append(one_H)
     return np.concatenate(y0), np.concatenate(H)

@@ -71,11 +71,11 @@ def _shown(job: RotorJob, targets: ComplexArray) -> FloatArray:
     sizes, peaks = _cosines(job, [run.written for run in job.runs], job.sensors)
     alike: dict[Any, list[int]] = {}
     for speed in range(len(job.speeds)):  # most have the same weights in their runs: all of these at once
-        key = (states[list(job.places_at(speed))].tobytes(), *([-1, speed] if _ready(job, speed) else ()))
+        key = (states[list(job.places[speed])].tobytes(), *([-1, speed] if _ready(job, speed) else ()))
         alike.setdefault(key, []).append(speed)
     shown = np.empty((len(targets), len(job.speeds), len(job.sensors)))
     for speeds in alike.values():
-        places = np.array([job.places_at(speed) for speed in speeds])
+        places = np.array([job.places[speed] for speed in speeds])
         signal = _signal(job, speeds[0], states[places[0]], sizes[places], peaks[places], targets)
         shown[:, speeds] = _amplitude(signal)
     return shown.reshape(len(targets), -1)
@@ -232,7 +232,7 @@ def runs_without_phase(job: RotorJob, y0: ComplexArray, H: ComplexArray) -> Floa
     worst = np.zeros(len(y0))
     for speed in range(len(job.speeds)):
         rows = slice(speed * n, speed * n + n)
-        for place in [one for one in job.places_at(speed) if not states[one, ~told].any()]:
+        for place in [one for one in job.places[speed] if not states[one, ~told].any()]:
             parts = np.column_stack([y0[rows], H[rows] * states[place]])
             signal = (np.abs(parts)[:, :, None] * np.cos(_TURN + np.angle(parts)[:, :, None])).sum(axis=1)
             off = np.abs(_amplitude(signal) - np.abs(job.runs[place].readings))

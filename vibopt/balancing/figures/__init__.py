@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
-from vibopt.balancing import is_engine, is_known, is_rotor
+from vibopt.balancing import is_known, is_rotor
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,19 +17,17 @@ if TYPE_CHECKING:
 
 def figure_of(answer: Answer[Any], *, compact: bool = False) -> Figure | None:
     """Picture of a balancing answer, `compact` for a page that holds more; None where there is nothing to draw."""
-    job = answer.job
-    if is_rotor(job):
+    if is_rotor(answer.job):
         from vibopt.balancing.figures.rotor_figure import plan_figure
 
         return plan_figure(answer, compact=compact)
-    if is_known(job):
+    if is_known(answer.job):
         from vibopt.balancing.figures.known_figure import known_figure
 
-        return known_figure(answer, job, compact=compact)
+        return known_figure(answer, compact=compact)
     from vibopt.balancing.figures.engine_figure import engine_figure
 
-    assert is_engine(job)
-    return engine_figure(answer, job, compact=compact)
+    return engine_figure(answer, compact=compact)
 
 
 __all__ = ["figure_of"]

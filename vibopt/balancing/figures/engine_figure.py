@@ -27,8 +27,9 @@ _KINDS = ((False, "force", "force"), (True, "couple", "moment"))
 SMALL = SIZE - 1.5
 
 
-def engine_figure(outcome: Answer[EngineJob], job: EngineJob, *, compact: bool = False) -> Figure | None:
+def engine_figure(outcome: Answer[EngineJob], *, compact: bool) -> Figure | None:
     """The crankshaft; force and couple over one turn and by order; a couple that is nil is left out."""
+    job = outcome.job
     if outcome.status in ("infeasible", "unbounded"):
         return None
     after, before = shaken(outcome, job)

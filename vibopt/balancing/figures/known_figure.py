@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def known_figure(outcome: Answer[KnownJob], job: KnownJob, *, compact: bool = False) -> Figure | None:
+def known_figure(outcome: Answer[KnownJob], *, compact: bool) -> Figure | None:
     """The known masses, a disc for each plane, and bars of what was and what is left (not in a compact one)."""
+    job = outcome.job
     if outcome.status in ("infeasible", "unbounded"):
         return None
     discs = [
