@@ -45,3 +45,19 @@ def test_a_number_that_clashes_is_loosened_to_a_whole_one() -> None:
     assert conflict is not None
     number = next(then for name, _, then in conflict.loosenings if name == "number")
     assert number.value == 5.0  # 100 kg * 9.80665 m/s² / 4.2 mm is 4.67 times 50 kN/m
+
+
+def test_a_machine_as_given_whose_limits_are_touched_is_explained() -> None:
+    """Nothing is chosen and there is no goal: what a wider bound buys is a margin."""
+    push = {"kind": "pulse", "on": "m", "shape": "rectangle", "amplitude": "1 kN", "duration": "2 s"}
+    document: dict[str, Any] = {
+        "bodies": {"m": {"mass": "100 kg"}},
+        "links": {"l": {"between": ["m", "ground"], "stiffness": "50 kN/m"}},
+        "excitations": {"push": push},
+        "limits": {"stiff": {"response": "stiffness", "of": "l", "at_least": "50 kN/m"}},
+    }
+    document["limits"]["way"] = {"response": "peak_displacement", "of": "m", "at_most": "40 mm"}
+    found = vo.explain(vo.from_dict(document)).answer
+    assert found.goal is None
+    assert found.limits["way"].margin == pytest.approx(0.0, abs=1e-9)
+    assert found.limits["stiff"].price is None

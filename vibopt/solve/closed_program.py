@@ -217,7 +217,7 @@ def _static(model: Model, form: StaticRow, index: int, order: tuple[int, ...], n
 
 def _monomial(name: str, form: Monomials, sign: float, index: int, numbers: dict[str, float]) -> RowKind:
     exponents = tuple(tuple(float(e) for e in row) for row in form.exponents)
-    plain = all(row[0] in (0.0, 1.0, 2.0) for row in exponents)
+    plain = all(row[:1] in ((0.0,), (1.0,), (2.0,)) for row in exponents)
     if not (plain if len(exponents[0]) == 1 else len(exponents) == 1 and sorted(exponents[0]) == [0.0, 1.0]):
         raise NotClosedError(_NO_ROW.format(name))
     for j, scale in enumerate(form.scale):

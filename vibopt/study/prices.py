@@ -521,7 +521,9 @@ def _bound_of(row: Checked, known: Mapping[str, FactAt]) -> str:
 def _price(found: Answer[Any], key: str, row: Ranked) -> Price | None:
     """What a wider limit buys, and what is known of both ways; None where a balancing job gains nothing by it."""
     way = next((one for one in row.ways if is_looser(row.path, one.value.value - row.now.value)), None)
-    if way is None or way.goal is None or not (is_scene(found.job) or (way.change or 0.0) > 0.0):
+    if way is None or way.goal is None or found.goal is None:
+        return None
+    if not (is_scene(found.job) or (way.change or 0.0) > 0.0):
         return None
     ways = row.ways if row.ranged else ()
     said, rate = words_of(found, row.now, way, ways), (found.rates or {}).get(key)
