@@ -438,6 +438,6 @@ def test_the_campbell_diagram_of_damped_whirls_meets_the_spin_at_damped_critical
 
 def test_a_plot_of_what_grows_alone_says_why_it_is_none() -> None:
     document = borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 200.0, 0.0, 0.0, 300.0)
-    assert refused(lambda: _picture(solve(from_dict(document)), None, "png")).messages == (
+    assert refused(lambda: _picture(solve(from_dict(document)), None)).messages == (
         "scene: there is nothing to draw: a whirl grows without end, and nothing that is asked has a steady motion.",
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from math import isfinite
 from typing import Any
 
@@ -61,19 +60,14 @@ class Tabular:
         from html import escape
 
         head = "".join(f"<th{_LEFT}>{escape(_head(key))}</th>" for key in keys)
-        body = "".join(f"<tr>{_cells(row, keys)}</tr>" for row in rows)
+        cells = ((f"<td{_LEFT}>{escape(_shown(row[key], key))}</td>" for key in keys) for row in rows)
+        body = "".join(f"<tr>{''.join(row)}</tr>" for row in cells)
         lines = [f"<p>{escape(one)}</p>" for one in self.heading() if one]
         return "\n".join([*lines, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"])
 
 
 def _head(key: str) -> str:
     return key.removesuffix(_SHOWN).removesuffix("_shown") if "." not in key else key
-
-
-def _cells(row: Mapping[str, Any], keys: list[str]) -> str:
-    from html import escape
-
-    return "".join(f"<td{_LEFT}>{escape(_shown(row[key], key))}</td>" for key in keys)
 
 
 def _shown(value: object, key: str) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.cli.options import Once, as_json, force, limited, read_scene
-from vibopt.cli.output import colour, note_kept, say, say_json, width
+from vibopt.cli.output import note_kept, say, say_json, show
 from vibopt.errors import InputError, counted
 from vibopt.files.reading import shown_name
 from vibopt.files.writing import checked_target, format_of, is_stream, write_file
@@ -50,6 +50,13 @@ _figure = click.option(
 )
 
 
+def _options(verb: Callable[..., int]) -> Callable[..., int]:
+    """What may be asked of every chart."""
+    for option in (as_json, force, _resume, _figure, limited, _quick):
+        verb = option(verb)
+    return verb
+
+
 @click.group()
 def chart() -> None:
     """Chart methods against each other: speed and accuracy, stability, profiles, cost, fidelity of the model."""
@@ -58,18 +65,8 @@ def chart() -> None:
 @chart.command("speed-accuracy", cls=Once)
 @_files
 @_family
-@_quick
-@limited
-@_figure
-@_resume
-@force
-@as_json
-def speed_accuracy(
-    files: tuple[str, ...],
-    family: str | None,
-    quick: bool,
-    **how: Any,
-) -> int:
+@_options
+def speed_accuracy(files: tuple[str, ...], family: str | None, quick: bool, **how: Any) -> int:
     """Time and true error of every method, on scenes whose answer is known or on problem files.
 
     True error is the greater of the goal's distance from the best and the worst violation of a limit, both as
@@ -87,12 +84,7 @@ def speed_accuracy(
 
 @chart.command(cls=Once)
 @_family
-@_quick
-@limited
-@_figure
-@_resume
-@force
-@as_json
+@_options
 def stability(family: str | None, quick: bool, **how: Any) -> int:
     """How methods fail on hard ground: right, says so, wrong but unproven, or silently wrong.
 
@@ -108,18 +100,8 @@ def stability(family: str | None, quick: bool, **how: Any) -> int:
 @chart.command(cls=Once)
 @_files
 @_family
-@_quick
-@limited
-@_figure
-@_resume
-@force
-@as_json
-def fidelity(
-    files: tuple[str, ...],
-    family: str | None,
-    quick: bool,
-    **how: Any,
-) -> int:
+@_options
+def fidelity(files: tuple[str, ...], family: str | None, quick: bool, **how: Any) -> int:
     """Freedoms, planes, sensors and speeds declared and needed; error of the smaller model, and time saved.
 
     Exit code 5 if less was asked than the chart promises.
@@ -139,19 +121,8 @@ def fidelity(
 @click.option("--family", type=click.Choice(_RANDOM), help="One kind only; all if left out.")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which random questions.")
 @click.option("--count", type=click.IntRange(1, 10_000), help="How many of a kind; 50, with --quick 4.")
-@_quick
-@limited
-@_figure
-@_resume
-@force
-@as_json
-def profiles(
-    family: str | None,
-    seed: int,
-    count: int | None,
-    quick: bool,
-    **how: Any,
-) -> int:
+@_options
+def profiles(family: str | None, seed: int, count: int | None, quick: bool, **how: Any) -> int:
     """Share of random questions that each method answers rightly, against its time (performance profiles).
 
     A seed gives the same questions on every machine; --quick asks few of each, of fewer methods.  Exit code 6 if vibopt
@@ -272,12 +243,7 @@ def _code(trials: Iterable[Trial], *, less: bool) -> int:
     ),
     help="What grows; all if left out.",
 )
-@_quick
-@limited
-@_figure
-@_resume
-@force
-@as_json
+@_options
 def cost(ladder: str | None, quick: bool, **how: Any) -> int:
     """CPU time and memory of whole answers as a job grows, with fitted exponents and their intervals.
 
@@ -335,8 +301,6 @@ def _say(
     if as_json:
         say_json(data)
         return
-    from vibopt.answer.text import rendered
-
-    say(rendered(write, width=max(width(), 100), colour=colour()))
+    show(write, least=100)
     if targets:
         say(f"Written: {', '.join(map(str, targets))}")

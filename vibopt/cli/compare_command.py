@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from io import StringIO
 from pathlib import Path
 from textwrap import fill
 from typing import TYPE_CHECKING, Any
@@ -11,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.cli.options import Once, anew, as_json, changes, files, force, limited, read_job
-from vibopt.cli.output import colour, say, say_json, told, width
+from vibopt.cli.output import say, say_json, show, told
+from vibopt.cli.sweep_table import rows_text, table_text
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
 
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.jobs import Job
     from vibopt.study.scenarios import Stepped
-    from vibopt.study.variant_cells import Cell, Row
+    from vibopt.study.variant_cells import Cell
     from vibopt.study.variants import Variants
 
 BEST = "*"
@@ -74,9 +73,7 @@ def compare(
     if as_json:
         say_json({"status": "ok" if result.exit_code == 0 else result.designs[0].status, **_plain(result, written)})
     else:
-        from vibopt.answer.text import rendered
-
-        say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
+        show(lambda console: _tell(result, console))
         for one in written:
             say(f"Written: {one}")
     return result.exit_code
@@ -85,7 +82,6 @@ def compare(
 def _stepped(job: Job, limits: str, table: Path | None, *, as_json: bool) -> int:
     """Every limit by itself moved by some parts."""
     from vibopt.cli.progress import Bar
-    from vibopt.cli.sweep_table import rows_text
     from vibopt.study.scenarios import part_of, stepped
 
     steps = tuple(one.strip() for one in limits.split(","))
@@ -95,8 +91,7 @@ def _stepped(job: Job, limits: str, table: Path | None, *, as_json: bool) -> int
         result = stepped(job, steps, progress=bar)
     written = []
     if table is not None:
-        rows = result.table()
-        write_file(table, rows_text([list(rows[0]), *(list(row.values()) for row in rows)]).encode())
+        write_file(table, table_text(result).encode())
         written = [str(table)]
     told(result, _tell_steps, as_json=as_json, written=written)
     return 0
@@ -156,13 +151,11 @@ def csv_text(result: Variants) -> str:
     """The table as comma-separated values: numbers in SI, limits as margins (parts of the bound)."""
     from vibopt.answer.jsonable import number
 
-    stream = StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["kind", "row", "unit", *result.names])
+    rows: list[list[Any]] = [["kind", "row", "unit", *result.names]]
     for row in result.rows:
-        cells = [_csv_cell(cell, number) for cell in row.cells]
-        writer.writerow([row.kind, f"margin of {row.name}" if row.kind == "limit" else row.name, row.unit, *cells])
-    return stream.getvalue()
+        name = f"margin of {row.name}" if row.kind == "limit" else row.name
+        rows.append([row.kind, name, row.unit, *(_csv_cell(cell, number) for cell in row.cells)])
+    return rows_text(rows)
 
 
 def _csv_cell(cell: Cell | None, number: Any) -> Any:
@@ -177,17 +170,14 @@ def _tell(result: Variants, console: Console) -> None:
 
     rows = [row for row in result.rows if row.kind != "reason"]
     marked = any(cell is not None and cell.best for row in rows for cell in row.cells)
-    console.print(grid([_line(row) for row in rows], ("", *result.names), whole=(0,)))
+    lines = [(_folded(row.name), *("-" if cell is None else _said(cell) for cell in row.cells)) for row in rows]
+    console.print(grid(lines, ("", *result.names), whole=(0,)))
     for row in result.rows:
         for name, cell in zip(result.names, row.cells, strict=True) if row.kind == "reason" else ():
             if cell is not None:
                 paragraph(console, f"{name}: {cell.text}", 0)
     if marked:
         paragraph(console, f"{BEST} best of its row; of a limit, the most room.", 0)
-
-
-def _line(row: Row) -> tuple[str, ...]:
-    return _folded(row.name), *("-" if cell is None else _said(cell) for cell in row.cells)
 
 
 def _folded(name: str) -> str:

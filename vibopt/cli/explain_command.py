@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING
 import click
 
 from vibopt.cli.options import Once, anew, as_json, changes, file, limited, method, read_job
-from vibopt.cli.output import colour, say, say_json, width
+from vibopt.cli.output import told
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
-    from vibopt.jobs import Job
     from vibopt.study.explain import Explanation
 
 
@@ -34,24 +33,16 @@ def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: b
     job = read_job(file, changes)
     with Bar() as bar:
         result = explained(job, method=method, progress=bar, thorough=thorough)
-    if as_json:
-        reasons = {"model": result.model, "methods": result.methods, "limits": result.limits}
-        extra: dict[str, object] = {} if result.absorbers is None else {"absorbers": result.absorbers}
-        extra |= {} if result.prices is None else {"prices": result.prices.to_json()}
-        say_json({"status": result.answer.status, **reasons, **extra, "design": result.answer.to_json()})
-    else:
-        from vibopt.answer.text import rendered
-
-        say(rendered(lambda console: _tell(job, result, console), width=width(), colour=colour()))
+    told(result, _tell, as_json=as_json, status=result.answer.status)
     return result.answer.exit_code
 
 
-def _tell(job: Job, result: Explanation, console: Console) -> None:
+def _tell(result: Explanation, console: Console) -> None:
     from vibopt.answer.jsonable import views_of
     from vibopt.answer.text import grid, paragraph, section, show, verdict
 
     found = result.answer
-    console.print(job.title, style="bold")
+    console.print(found.title, style="bold")
     console.print(verdict(found))
     for text in (found.claim, found.reason):
         if text:

@@ -173,8 +173,13 @@ def told(
         data = result if isinstance(result, Mapping) else plain(result)
         say_json({"status": status, **({} if written is None else {"written": written}), **data})
         return
-    from vibopt.answer.text import rendered
-
-    say(rendered(lambda console: view(result, console), width=width(), colour=colour()))
+    show(lambda console: view(result, console))
     for one in written or ():
         say(f"Written: {one}")
+
+
+def show(write: Callable[[Console], None], least: int = 0) -> None:
+    """Say what `write` sets on a console as wide as the terminal, at `least` so many columns."""
+    from vibopt.answer.text import rendered
+
+    say(rendered(write, width=max(width(), least), colour=colour()))

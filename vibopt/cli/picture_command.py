@@ -17,6 +17,8 @@ from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, format_of, write_file
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from vibopt.jobs import Job
     from vibopt.report.design_plane import Plane
     from vibopt.scene.scene import Design
@@ -88,6 +90,7 @@ def plot(
     Exit code: that of the answer.
     """
     from vibopt.cli.solve_command import answered
+    from vibopt.report.figures import saved
 
     if sketch and as_map is not None:
         raise InputError("--sketch draws the machine and --map two of its numbers: leave one of them out.")
@@ -98,75 +101,64 @@ def plot(
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
     found = answered(Asked(file, job, changes, method), fresh=fresh)
-    form = format_of(target, FORMATS)
-    drawn = _campbell(found, form) if campbell else _spectrum(found, form) if spectrum else None
-    write_file(target, drawn or (_sketched(found, form) if sketch else _drawn(found, job, as_map, form)))
+    asked = "campbell" if campbell else "spectrum" if spectrum else "sketch" if sketch else ""
+    figure = _asked_for(found, asked) if asked else _drawn(found, as_map)
+    write_file(target, saved(figure, format_of(target, FORMATS)))
     return _done(found, target, as_json)
 
 
-def _sketched(found: Answer[Any], form: str) -> bytes:
-    """The machine; of a rotor, a shaft or an engine it is a part of its one picture."""
+_OF_MACHINES = {
+    "sketch": "--sketch draws machines; here the plot has the shaft in it. Leave --sketch out.",
+    "spectrum": "--spectrum is of a load that comes once on a machine. Leave --spectrum out.",
+    "campbell": "--campbell is of rotors that are modelled, [rotors.NAME]. Leave it out.",
+}
+"""Pictures that are asked for by name, and what is said where there is no machine."""
+
+
+def _asked_for(found: Answer[Any], picture: str) -> Figure:
+    """The machine, what a load does to any mount, or the whirls of rotors against the spin."""
     from vibopt.jobs import is_scene
-    from vibopt.report.figures import saved
+    from vibopt.report.figures import response_figure
+
+    if not is_scene(found.job):
+        raise InputError(f"{found.name}: {_OF_MACHINES[picture]}")
+    if picture == "spectrum":
+        from vibopt.report.spectrum_views import spectrum_asked
+
+        return response_figure(spectrum_asked(found), found.title)
+    if picture == "campbell":
+        from vibopt.report.campbell import campbell_of
+        from vibopt.report.figures.campbell_diagram import campbell_figure
+
+        return campbell_figure(campbell_of(found), found.title)
     from vibopt.report.space_views import machine_figure
 
-    if not is_scene(found.job):
-        raise InputError(
-            f"{found.name}: --sketch draws machines; here the plot has the shaft in it. Leave --sketch out."
-        )
     figure = machine_figure(found, found.title)
     if figure is None:
-        why = (
-            "no places are known without a design" if not found.x else "there is nothing but single bodies, or too many"
-        )
+        lone = "there is nothing but single bodies, or too many"
+        why = lone if found.x else "no places are known without a design"
         raise InputError(f"{found.name}: there is no sketch: {why}.")
-    return saved(figure, form)
+    return figure
 
 
-def _spectrum(found: Answer[Any], form: str) -> bytes:
-    """What a load does to any mount."""
-    from vibopt.jobs import is_scene
-    from vibopt.report.figures import response_figure, saved
-
-    if not is_scene(found.job):
-        raise InputError(f"{found.name}: --spectrum is of a load that comes once on a machine. Leave --spectrum out.")
-    from vibopt.report.spectrum_views import spectrum_asked
-
-    return saved(response_figure(spectrum_asked(found), found.title), form)
-
-
-def _campbell(found: Answer[Any], form: str) -> bytes:
-    """Whirls of rotors against the spin."""
-    from vibopt.jobs import is_scene
-    from vibopt.report.figures import saved
-
-    if not is_scene(found.job):
-        raise InputError(f"{found.name}: --campbell is of rotors that are modelled, [rotors.NAME]. Leave it out.")
-    from vibopt.report.campbell import campbell_of
-    from vibopt.report.figures.campbell_diagram import campbell_figure
-
-    return saved(campbell_figure(campbell_of(found), found.title), form)
-
-
-def _drawn(found: Answer[Any], job: Job, as_map: str | None, form: str) -> bytes:
+def _drawn(found: Answer[Any], as_map: str | None) -> Figure:
     from vibopt.jobs import is_scene
 
     if is_scene(found.job):
-        return _picture(found, as_map, form)
+        return _picture(found, as_map)
     if as_map is not None:
         from vibopt.jobs import noun_of
 
         raise InputError(
-            f"{job.name}: a map has two numbers of a machine as its axes; what {noun_of(job)} chooses are vectors. "
-            "Leave --map out: the plot shows each by its size and angle."
+            f"{found.name}: a map has two numbers of a machine as its axes; what {noun_of(found.job)} chooses are "
+            "vectors. Leave --map out: the plot shows each by its size and angle."
         )
     from vibopt.balancing.figures import figure_of
-    from vibopt.report.figures import saved
 
     figure = figure_of(found)
     if figure is None:
-        raise InputError(f"{job.name}: there is nothing to draw: there is no plan ({found.status}).")
-    return saved(figure, form)
+        raise InputError(f"{found.name}: there is nothing to draw: there is no plan ({found.status}).")
+    return figure
 
 
 def _map(design: Design, asked: str) -> Plane:
@@ -191,20 +183,20 @@ def _map(design: Design, asked: str) -> Plane:
     raise InputError(f"{name}: a map needs exactly two variables that are not whole or listed.")
 
 
-def _picture(design: Design, as_map: str | None, form: str) -> bytes:
+def _picture(design: Design, as_map: str | None) -> Figure:
     from vibopt.report.curves import panels
     from vibopt.report.design_plane import plane
-    from vibopt.report.figures import below, plane_figure, response_figure, saved
+    from vibopt.report.figures import below, plane_figure, response_figure
 
     name = design.scene.name
     if as_map is not None:
-        return saved(plane_figure(_map(design, as_map)), form)
+        return plane_figure(_map(design, as_map))
     found, under = panels(design), below(design)
     if found or under:
-        return saved(response_figure(found, design.scene.title, under), form)
+        return response_figure(found, design.scene.title, under)
     drawn = plane(design)
     if drawn is not None:
-        return saved(plane_figure(drawn), form)
+        return plane_figure(drawn)
     if design.found is not None and design.scene.variables:
         (one,) = design.scene.variables
         ends = "..".join(Entry(end, one.dimension, one.unit).shown for end in (one.low, one.high))

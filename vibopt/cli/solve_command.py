@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.answer.answer import EMPTY, UNPROVEN, Answer
-from vibopt.answer.text import rendered, text_of
+from vibopt.answer.text import text_of
 from vibopt.cli.answer_cache import Asked
 from vibopt.cli.options import (
     Once,
@@ -26,7 +26,7 @@ from vibopt.cli.options import (
     scenario,
     with_scenario,
 )
-from vibopt.cli.output import colour, complain, note_kept, say, say_json, width
+from vibopt.cli.output import colour, complain, note_kept, say, say_json, show, width
 from vibopt.errors import InputError
 from vibopt.work import metered, seconds_of_each_answer
 
@@ -175,11 +175,9 @@ def _for_all(job: Job, others: bool, *, as_json: bool, require_proof: bool) -> i
     with Bar() as bar:
         found = one_for_all(job, progress=bar)
     if as_json:
-        from vibopt.answer.jsonable import plain
-
-        say_json(plain(found))
+        say_json(found.to_json())
     else:
-        say(rendered(lambda console: _tell_all(found, console), width=width(), colour=colour()))
+        show(lambda console: _tell_all(found, console))
     code = EXIT_CODES[found.status]
     return UNPROVEN if require_proof and code == 0 and found.status != "optimal" else code
 
@@ -264,7 +262,7 @@ def _modelled(design: Any, save: str, *, force: bool) -> dict[Path, str]:
 def _say(drawn: Rounded | None, written: list[str], refused: str) -> None:
     """What was rounded and written."""
     if drawn is not None:
-        say(rendered(lambda console: _rounding(drawn, console), width=width(), colour=colour()))
+        show(lambda console: _rounding(drawn, console))
     for one in written:
         say(f"Written: {one}")
     if refused:

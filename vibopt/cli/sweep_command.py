@@ -28,10 +28,10 @@ from vibopt.cli.options import (
     workers,
 )
 from vibopt.cli.output import note_kept, told
-from vibopt.cli.sweep_table import GrowingTable, csv_text, journal_of
+from vibopt.cli.sweep_table import FORMATS, GrowingTable, csv_text, journal_of, targets
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
-from vibopt.files.writing import checked_target, format_of, is_stream, write_file
+from vibopt.files.writing import format_of, is_stream, write_file
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
@@ -42,8 +42,6 @@ if TYPE_CHECKING:
     from vibopt.study.points import Point
     from vibopt.study.sweep import Sweep
 
-TABLES = (".csv", ".txt")
-FORMATS = (".svg", ".png", ".pdf")
 MOST_ROWS = 60
 _TURNED = (".mass", ".unbalance")
 """Numbers that stand at an angle."""
@@ -114,10 +112,7 @@ def sweep(
     changes = with_scenario(file, scenario, changes)
     job = read_job(file, changes)
     # the points beside a table, of this very sweep, say whose table it is, however its last line was cut
-    table = checked_target(csv_file, TABLES, force=force or resume) if csv_file is not None else None
-    picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
-    if table is not None and picture is not None and table.resolve() == picture.resolve():
-        raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
+    table, picture = targets(csv_file, figure, force=(force or resume, force))
     if picture is not None and (sample or len(ranges) > 2):
         why = "a sample has no neighbours" if sample else "three facts have no page"
         raise InputError(f"--figure: {why}. Leave it out, and write the points with --csv FILE.")

@@ -10,15 +10,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry
+from vibopt.errors import InputError
 from vibopt.files.journal import Journal
-from vibopt.files.writing import add_line, is_stream, write_file
+from vibopt.files.reading import shown_name
+from vibopt.files.writing import add_line, checked_target, is_stream, write_file
 from vibopt.study.points import Heads
 
 if TYPE_CHECKING:
+    from vibopt.answer.tabular import Tabular
     from vibopt.jobs import Job
     from vibopt.study.points import Point
     from vibopt.study.sweep import Sweep
     from vibopt.values.fact_at import FactAt
+
+TABLES, FORMATS = (".csv", ".txt"), (".svg", ".png", ".pdf")
 
 
 class GrowingTable:
@@ -98,3 +103,18 @@ def rows_text(rows: Iterable[Sequence[object]]) -> str:
     stream = StringIO()
     csv.writer(stream, lineterminator="\n").writerows(rows)
     return stream.getvalue()
+
+
+def table_text(study: Tabular) -> str:
+    """The rows of a study under their heads, as comma-separated values."""
+    rows = study.table()
+    return rows_text([list(rows[0]), *(list(row.values()) for row in rows)])
+
+
+def targets(csv_file: str | None, figure: str | None, *, force: tuple[bool, bool]) -> tuple[Path | None, Path | None]:
+    """Where a table and a figure will be written, each over another's file only by `force`; InputError where in one."""
+    table = checked_target(csv_file, TABLES, force=force[0]) if csv_file is not None else None
+    picture = checked_target(figure, FORMATS, force=force[1]) if figure is not None else None
+    if table is not None and picture is not None and table.resolve() == picture.resolve():
+        raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
+    return table, picture

@@ -9,11 +9,9 @@ import click
 from vibopt.cli import completing
 from vibopt.cli.options import Once, anew, as_json, changes, file, force, limited, read_job, scenario, with_scenario
 from vibopt.cli.output import told
-from vibopt.cli.sweep_command import FORMATS, MOST_ROWS, TABLES, columns, value_at
-from vibopt.cli.sweep_table import rows_text
-from vibopt.errors import InputError
-from vibopt.files.reading import shown_name
-from vibopt.files.writing import checked_target, format_of, write_file
+from vibopt.cli.sweep_command import MOST_ROWS, columns, value_at
+from vibopt.cli.sweep_table import FORMATS, table_text, targets
+from vibopt.files.writing import format_of, write_file
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
@@ -63,15 +61,11 @@ def tradeoff(
     from vibopt.study.tradeoff import tradeoff as weigh
 
     job = read_job(file, with_scenario(file, scenario, changes))
-    table = checked_target(csv_file, TABLES, force=force) if csv_file is not None else None
-    picture = checked_target(figure, FORMATS, force=force) if figure is not None else None
-    if table is not None and picture is not None and table.resolve() == picture.resolve():
-        raise InputError(f"--csv and --figure name one file, {shown_name(table)}. Name two.")
+    table, picture = targets(csv_file, figure, force=(force, force))
     with Bar() as bar:
         result = weigh(job, against, points, progress=bar)
     if table is not None:
-        rows = result.table()
-        write_file(table, rows_text([list(rows[0]), *(list(row.values()) for row in rows)]).encode())
+        write_file(table, table_text(result).encode())
     if picture is not None:
         from vibopt.report.figures import saved, tradeoff_figure
         from vibopt.study.sweep_series import front_of

@@ -15,7 +15,7 @@ import click
 from vibopt.answer.answer import Answer
 from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, force, limited, method
-from vibopt.cli.output import colour, complain, fail, say, say_json, width
+from vibopt.cli.output import complain, fail, say, say_json, show, width
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from vibopt.answer.console import Console, Grid
     from vibopt.jobs import Job
     from vibopt.study.archive import Comparison
-    from vibopt.study.recorded import Row
     from vibopt.study.verify import Verification
 
 DIFFERENT, INTERRUPTED = 6, 130
@@ -69,11 +68,12 @@ def verify(
     Exit code 6 unless every file gives what it recorded, and what was kept.
     """
     from vibopt.cli.progress import Bar
-    from vibopt.study.archive import kept_answer
+    from vibopt.study.archive import archive_text, compared_among, kept_answer, read_archive
+    from vibopt.study.gallery import gallery
     from vibopt.study.verify import verify as verified
     from vibopt.study.workers import usual_number
 
-    kept = _kept(against) if against is not None else None
+    kept = read_archive(against) if against is not None else None
     target = _target(paths, save, (".json",), force=force) if save is not None else None
     page = _target(paths, output or _beside(paths), PAGES, force=force) if report or output is not None else None
     keep = None if kept is None and target is None else kept_answer
@@ -82,9 +82,13 @@ def verify(
             result = verified(paths, partial(_answer, method=method), bar, workers=workers or usual_number(), keep=keep)
     except KeyboardInterrupt:
         return _stopped(as_json)
-    comparisons = _compared(result, kept) if kept is not None else []
-    written = [_save(result, target)] if target is not None else []
-    written += [_report(result, page)] if page is not None else []
+    comparisons = [compared_among(one.name, kept["answers"], one.kept) for one in result.results] if kept else []
+    if target is not None:
+        answers = {one.name: one.kept for one in result.results if one.kept is not None}
+        write_file(target, archive_text(answers).encode())
+    if page is not None:
+        write_file(page, gallery(result.results, page.parent).encode())
+    written = [one for one in (target, page) if one is not None]
     if as_json:
         _say_json(result, comparisons, written)
     else:
@@ -121,32 +125,6 @@ def _target(paths: tuple[str, ...], name: str, endings: tuple[str, ...], *, forc
         with suppress(FileFault):
             stamp_of(file, Kind("a problem file", 1_000_000_000, "", ""))
     return checked_target(name, endings, force=force)
-
-
-def _kept(against: str) -> dict[str, Any]:
-    from vibopt.study.archive import read_archive
-
-    return read_archive(against)
-
-
-def _compared(result: Verification, kept: Mapping[str, Any]) -> list[Comparison]:
-    from vibopt.study.archive import compared_among
-
-    return [compared_among(one.name, kept["answers"], one.kept) for one in result.results]
-
-
-def _save(result: Verification, target: Path) -> Path:
-    from vibopt.study.archive import archive_text
-
-    write_file(target, archive_text({one.name: one.kept for one in result.results if one.kept is not None}).encode())
-    return target
-
-
-def _report(result: Verification, page: Path) -> Path:
-    from vibopt.study.gallery import gallery
-
-    write_file(page, gallery(result.results, page.parent).encode())
-    return page
 
 
 def _say_json(result: Verification, comparisons: Sequence[Comparison], written: Sequence[Path]) -> None:
@@ -201,10 +179,7 @@ def _stopped(as_json: bool) -> int:
 
 
 def _tell(result: Verification) -> None:
-    from vibopt.answer.text import rendered
-
-    columns = width()
-    say(rendered(lambda console: _tables(result, console, columns), width=columns, colour=colour()))
+    show(lambda console: _tables(result, console, width()))
     for row in result.rows:
         if not row.ok:
             say(f"{row.file}, {row.what}: {row.why or f'{row.ours} instead of {row.right}.'}")
@@ -220,14 +195,14 @@ def _tables(result: Verification, console: Console, columns: int) -> None:
     console.print(_table([("What", "Printed", "Right", "Ours", "Verdict", "OK")], widths), style="dim")
     for file, rows in groupby(result.rows, key=lambda row: row.file):
         console.print(file, style="bold")
-        console.print(_table([_cells(row) for row in rows], widths))
+        cells = [
+            (row.what, row.printed or "-", row.right, row.ours, row.verdict or "-", "ok" if row.ok else "NO")
+            for row in rows
+        ]
+        console.print(_table(cells, widths))
 
 
 def _table(rows: Iterable[tuple[str, ...]], widths: tuple[int, ...]) -> Grid:
     from vibopt.answer.console import Grid
 
     return Grid(list(rows), widths=widths, gap=1)
-
-
-def _cells(row: Row) -> tuple[str, ...]:
-    return row.what, row.printed or "-", row.right, row.ours, row.verdict or "-", "ok" if row.ok else "NO"

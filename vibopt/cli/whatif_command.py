@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from vibopt.cli import completing
 from vibopt.cli.options import Once, anew, as_json, changes_of, file, keep_design, limited, read_job, rounding
-from vibopt.cli.output import colour, say, say_json, width
+from vibopt.cli.output import told
 from vibopt.errors import InputError
 
 if TYPE_CHECKING:
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
     from vibopt.scene.scene import Design
     from vibopt.solve.method import Progress
+    from vibopt.study.prices import Prices
+    from vibopt.study.remedies import Remedies
     from vibopt.study.thresholds import Threshold
     from vibopt.study.whatif import WhatIf
 
@@ -59,20 +62,13 @@ def whatif(
     new = changes_of(changes)
     with Bar() as bar:
         result = compare(job, new, keep_design=keep_design, rounding=rounding, progress=bar)
-    if as_json:
-        say_json({"status": result.after.status, **_parts(result)})
-    else:
-        from vibopt.answer.text import rendered
-
-        say(rendered(lambda console: _tell(result, console), width=width(), colour=colour()))
+    told(result, _tell, as_json=as_json, status=result.after.status)
     return result.after.exit_code
 
 
 def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
     """What each number of the file buys or costs, what to argue about first on top."""
-    from vibopt.answer.text import grid, rendered, section
     from vibopt.cli.progress import Bar
-    from vibopt.study.price_words import HEADS, range_rows, rows_of
     from vibopt.study.prices import answered, prices
     from vibopt.study.remedies import without_design
 
@@ -83,77 +79,71 @@ def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
         if without_design(job, here):
             return _mended(job, thorough, as_json, bar)
         found = prices(job, found=here, thorough=thorough, progress=bar)
-    if as_json:
-        say_json({"status": found.found.status, **found.to_json()})
-        return found.found.exit_code
+    told(found, _tell_prices, as_json=as_json, status=here.status)
+    return here.exit_code
 
-    def tell(console: Console) -> None:
-        console.print(job.title, style="bold")
-        console.print(found.first)
-        title = f"What to argue about: {found.measure} is {found.shown}"
-        section(console, title, grid(rows_of(found), HEADS, whole=(1, 2, 3)))
-        section(console, "How far that goes on, and what takes over", grid(range_rows(found)))
-        if found.notes:
-            section(console, "Notes", grid([(note,) for note in found.notes]))
 
-    say(rendered(tell, width=width(), colour=colour()))
-    return found.found.exit_code
+def _tell_prices(found: Prices, console: Console) -> None:
+    from vibopt.answer.text import grid, section
+    from vibopt.study.price_words import HEADS, range_rows, rows_of
+
+    console.print(found.job.title, style="bold")
+    console.print(found.first)
+    title = f"What to argue about: {found.measure} is {found.shown}"
+    section(console, title, grid(rows_of(found), HEADS, whole=(1, 2, 3)))
+    section(console, "How far that goes on, and what takes over", grid(range_rows(found)))
+    if found.notes:
+        section(console, "Notes", grid([(note,) for note in found.notes]))
 
 
 def _mended(job: Job, thorough: bool, as_json: bool, bar: Progress) -> int:
     """Where there is no design: why, and which number, changed alone, gives one."""
-    from vibopt.answer.jsonable import views_of
-    from vibopt.answer.text import grid, paragraph, rendered, section, show, verdict
     from vibopt.jobs import answer, is_scene
-    from vibopt.report.machine_words import conflict_words
     from vibopt.study.nearest import with_nearest
     from vibopt.study.remedies import remedies
 
     whole: Any = answer(job)
     found = remedies(job, found=with_nearest(whole) if is_scene(job) else whole, thorough=thorough, progress=bar)
-    if as_json:
-        say_json({"status": found.found.status, **found.to_json()})
-        return found.found.exit_code
-
-    def tell(console: Console) -> None:
-        console.print(job.title, style="bold")
-        console.print(verdict(found.found))
-        said = [found.found.reason] if found.found.reason or not is_scene(job) else []
-        for text in (*said, *(conflict_words(whole) if is_scene(job) else ()), found.first):
-            if text:
-                paragraph(console, text)
-        if found.helpful:
-            heads = ("Number", "Change", "", "Goal then")
-            kept = (0, 2, 3) if max(len(line[0]) for line in found.lines) <= _LONG else (1, 2, 3)
-            section(console, "What would help, each by itself", grid(found.lines, heads, whole=kept))
-        for text in (found.useless, *found.notes):
-            if text:
-                paragraph(console, text)
-        for block in views_of(found.found).nearest_blocks(found.found):
-            show(block, console)
-
-    say(rendered(tell, width=width(), colour=colour()))
+    told(found, _tell_remedies, as_json=as_json, status=found.found.status)
     return found.found.exit_code
 
 
-def _parts(result: WhatIf) -> dict[str, Any]:
-    from vibopt.answer.jsonable import plain
+def _tell_remedies(mended: Remedies, console: Console) -> None:
+    from vibopt.answer.jsonable import views_of
+    from vibopt.answer.text import grid, paragraph, section, show, verdict
+    from vibopt.jobs import is_scene
+    from vibopt.report.machine_words import conflict_words
 
-    keys = ("changes", "keep_design", "before", "after", "breaks", "thresholds")
-    return {key: plain(getattr(result, key)) for key in keys}
+    found = mended.found
+    console.print(mended.job.title, style="bold")
+    console.print(verdict(found))
+    said = conflict_words(replace(found, nearest=None)) if is_scene(mended.job) else ()
+    for text in (found.reason, *said, mended.first):
+        if text:
+            paragraph(console, text)
+    if mended.helpful:
+        heads = ("Number", "Change", "", "Goal then")
+        kept = (0, 2, 3) if max(len(line[0]) for line in mended.lines) <= _LONG else (1, 2, 3)
+        section(console, "What would help, each by itself", grid(mended.lines, heads, whole=kept))
+    for text in (mended.useless, *mended.notes):
+        if text:
+            paragraph(console, text)
+    for block in views_of(found).nearest_blocks(found):
+        show(block, console)
 
 
 def _tell(result: WhatIf, console: Console) -> None:
     """Changes, then both answers side by side, then what breaks."""
     from vibopt.answer.text import grid, section
+    from vibopt.document.toml_reading import as_wide, inside
     from vibopt.report.machine_words import listed
     from vibopt.study.seen import reason
     from vibopt.study.whatif import unfollowed
 
     console.print(result.job.title, style="bold")
     job = result.job
-    rows = [(path, f"{_old(job, path)} -> {_new(job, path, new)}") for path, new in result.changes.items()]
-    console.print(grid(rows))
+    new = {path: as_wide(inside(job.document, path), one) for path, one in result.changes.items()}  # tolerances stay
+    console.print(grid([(path, f"{_old(job, path)} -> {_written(one)}") for path, one in new.items()]))
     section(console, "Before and after", grid(_beside(result), ("", "Before", "After")))
     for name, one in (("before", result.before), ("after", result.after)):
         if words := reason(one):
@@ -188,13 +178,6 @@ def _old(job: Job, path: str) -> str:
     here = inside(job.document, path)
     part = part_at(job, path) if here is None else None
     return _written(here) if here is not None else "not given" if part is None else shown_value(part, part.value).shown
-
-
-def _new(job: Job, path: str, new: object) -> str:
-    """What stands there after, with the tolerance that stays."""
-    from vibopt.document.toml_reading import as_wide, inside
-
-    return _written(as_wide(inside(job.document, path), new))
 
 
 def _beside(result: WhatIf) -> list[tuple[str, ...]]:

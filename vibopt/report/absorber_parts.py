@@ -116,16 +116,16 @@ def _part(scene: Scene, machine: Machine, name: str, around: bool) -> Part:
     numbers = {}
     for word, value in zip(words, (mass, joint.stiffness, joint.damping), strict=True):
         if value > 0.0:
-            numbers[word] = _shown(value, word, _unit_of(scene, name, word))
+            numbers[word] = Entry(value, word, _unit_of(scene, name, word))
     if joint.loss_factor > 0.0:
-        numbers["loss_factor"] = _shown(joint.loss_factor, "ratio")
+        numbers["loss_factor"] = Entry(joint.loss_factor, "ratio")
     if joint.stiffness > 0.0:
         own = sqrt(joint.stiffness / mass)
-        numbers["own_frequency"] = _shown(own, "angular_rate", _unit_of(scene, name, "frequency") or "Hz")
+        numbers["own_frequency"] = Entry(own, "angular_rate", _unit_of(scene, name, "frequency") or "Hz")
         if tuned.frequency > 0.0:
-            numbers["tuning"] = _shown(own / tuned.frequency, "ratio")
+            numbers["tuning"] = Entry(own / tuned.frequency, "ratio")
         if joint.damping_ratio > 0.0:
-            numbers["damping_ratio"] = _shown(joint.damping_ratio, "ratio")
+            numbers["damping_ratio"] = Entry(joint.damping_ratio, "ratio")
     return Part(name, joint.ends[0], numbers)
 
 
@@ -133,10 +133,6 @@ def _unit_of(scene: Scene, name: str, word: str) -> str:
     """The unit in which the file speaks of this number."""
     given = getattr(scene.absorbers[name], word, None)
     return str(getattr(given, "unit", "") or "")
-
-
-def _shown(value: float, dimension: str, unit: str = "") -> Entry:
-    return Entry(value, dimension, unit)
 
 
 def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:
@@ -165,7 +161,7 @@ def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
         one = Stroke.model_construct(**own) if response is None else response.model_copy(update=own)  # type: ignore[arg-type]
         found = measure_on(scene, machine, one, "at_most")
         speed = table.speed
-        at = _shown(table.from_rotation(found.speeds[excitation]), speed.dimension, speed.unit)
+        at = Entry(table.from_rotation(found.speeds[excitation]), speed.dimension, speed.unit)
         bound = response.at_most.value if response is not None and response.at_most is not None else None
         yield StrokeBar(name, excitation, found.value, at, bound, limit if bound is not None else "")
 

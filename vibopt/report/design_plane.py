@@ -96,9 +96,10 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
     flat[:, list(pair)] = grid.reshape(-1, 2)
     shape = grid.shape[:2]
     units = [_unit(variable, values) for variable, (values, _) in zip(variables, axes, strict=True)]
+    factors = [to_unit(1.0, unit, variable.dimension) for unit, variable in zip(units, variables, strict=True)]
     shown = [
-        PlaneAxis(_axis_words(design, program.aim, i, unit), _scaled(values, unit, design.scene.variables[i]), log)
-        for i, unit, (values, log) in zip(pair, units, axes, strict=True)
+        PlaneAxis(_axis_words(design, program.aim, i, unit), values * factor, log)
+        for i, unit, factor, (values, log) in zip(pair, units, factors, axes, strict=True)
     ]
     excesses = [_excess(limit, flat) for limit in program.limits]
     goal, label = _goal(design, program.aim, flat, shape)
@@ -106,7 +107,8 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
         goal, label = _worst_of(design, program.limits, excesses, shape)
     here = None
     if best is not None:
-        here = _one(best[0], units[0], variables[0]), _one(best[1], units[1], variables[1])
+        x, y = (to_unit(a, unit, one.dimension) for a, unit, one in zip(best, units, variables, strict=True))
+        here = x, y
     lines = zip(program.limits, excesses, strict=True)
     return Plane(
         title=_title(absorber, len(design.scene.variables) - 2),
@@ -146,13 +148,10 @@ def _axis_words(design: Design, aim: Aim | None, index: int, unit: str) -> str:
     return f"{words}, {'more is better →' if more else '← less is better'}"
 
 
-def _others(count: int) -> str:
-    return "the other variable" if count == 1 else f"the other {count} variables"
-
-
 def _title(absorber: str, left: int) -> str:
     whose = f": absorber {absorber}" if absorber else ""
-    return f"Where every limit holds{whose}" + (f" ({_others(left)} as chosen)" if left else "")
+    others = "the other variable" if left == 1 else f"the other {left} variables"
+    return f"Where every limit holds{whose}" + (f" ({others} as chosen)" if left else "")
 
 
 def absorbers_with_map(design: Design) -> list[str]:
@@ -182,7 +181,8 @@ def _worst_of(
     design: Design, limits: Sequence[Limit], excesses: Sequence[FloatArray], shape: tuple[int, ...]
 ) -> tuple[FloatArray | None, str]:
     """The response of a limit on the machine itself: of those that hold the design back, the one that varies most."""
-    order = sorted(range(len(limits)), key=lambda i: (not _active(design, limits[i]), -float(np.std(excesses[i]))))
+    active = {name for name, row in design.limits.items() if row.active}
+    order = sorted(range(len(limits)), key=lambda i: (limits[i].name not in active, -float(np.std(excesses[i]))))
     for limit, excess in ((limits[i], excesses[i]) for i in order):
         response = design.scene.limits.get(limit.name)
         if response is None:  # what a part is rated for knows no speeds
@@ -197,10 +197,6 @@ def _worst_of(
         words = f"worst {spoken(response.response, place_of(response))}"
         return values.reshape(shape), f"{words} [{said}]" if said else words
     return None, ""
-
-
-def _active(design: Design, limit: Limit) -> bool:
-    return limit.name in design.limits and design.limits[limit.name].active
 
 
 def _values(variable: Variable, best: float | None, side: int) -> tuple[FloatArray, bool]:
@@ -233,14 +229,6 @@ def _unit(variable: Variable, values: FloatArray) -> str:
 
 def _metric(unit: str) -> bool:
     return not any(word in unit for word in ("lb", "in", "ft", "oz", "mil", "kgf"))
-
-
-def _one(value: float, unit: str, variable: Variable) -> float:
-    return to_unit(value, unit, variable.dimension)
-
-
-def _scaled(values: FloatArray, unit: str, variable: Variable) -> FloatArray:
-    return values * to_unit(1.0, unit, variable.dimension)
 
 
 def _goal(design: Design, aim: Aim | None, x: FloatArray, shape: tuple[int, ...]) -> tuple[FloatArray | None, str]:

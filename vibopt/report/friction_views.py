@@ -16,7 +16,7 @@ from vibopt.forms.rubbing import friction_of, natural_frequency
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import form_of
 from vibopt.records import dataclass
-from vibopt.report.series import Curve, Mark, Panel, Zone
+from vibopt.report.series import Mark, Panel, Zone, known_curve
 from vibopt.responses import HarmonicResponse
 from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
@@ -133,7 +133,6 @@ def _against_speed(design: Design, model: Model, x: FloatArray, one: _Asked) -> 
         speeds = np.union1d(speeds, [0.5 * (speeds[bent + k] + speeds[bent + k + 1]) for k in (0, 1)])
         exact = one.form.sizes(model, x, speeds)
     other = np.array([one.form.at(model, x, w, rough=True) for w in speeds])
-    every = np.ones(len(speeds), dtype=bool)
     said = "" if bound is None else show(bound.value, bound.unit, one.response.dimension)
     zones = [
         Zone(one.where, f"{one.where.partition('.')[2]}: at most {said}",
@@ -144,11 +143,11 @@ def _against_speed(design: Design, model: Model, x: FloatArray, one: _Asked) -> 
     return Panel(
         title=_title(one), x_label=f"speed of {name} [{scene.excitations[name].speed.unit}]", y_label=_label(one, unit),
         curves=(
-            Curve("dry friction", per * speeds, np.minimum(factor * exact, 1e3 * top), every),
-            Curve("equivalent viscous", per * speeds, np.minimum(factor * other, 1e3 * top), every, before=True),
+            known_curve("dry friction", per * speeds, np.minimum(factor * exact, 1e3 * top)),
+            known_curve("equivalent viscous", per * speeds, np.minimum(factor * other, 1e3 * top), before=True),
         ),
-        zones=tuple(zones), marks=(Mark(one.where, words, per * speed, factor * value),), own=(), excitation=name,
-        log_x=False, log_y=False, x_span=(per * speeds[0], per * speeds[-1]), y_span=(0.0, 1.25 * top),
+        zones=tuple(zones), marks=(Mark(one.where, words, per * speed, factor * value),), excitation=name,
+        x_span=(per * speeds[0], per * speeds[-1]), y_span=(0.0, 1.25 * top),
     )  # fmt: skip
 
 
@@ -170,18 +169,16 @@ def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Pan
     unit, factor = _unit(one, value)
     slow = "ms" if times[-1] < 1.0 else "s"
     per, y = to_unit(1.0, slow, "time"), factor * np.array(read)
-    every, top = np.ones(len(y), dtype=bool), factor * value
-    at = int(np.abs(y).argmax())
-    shown = show(design.scene.excitations[one.form.shaken[0].name].from_rotation(speed),
-                 design.scene.excitations[one.form.shaken[0].name].speed.unit, ROTATION)  # fmt: skip
-    curves = [Curve("slips", per * times, y, every)]
+    top, at, name = factor * value, int(np.abs(y).argmax()), one.form.shaken[0].name
+    shaker = design.scene.excitations[name]
+    shown = show(shaker.from_rotation(speed), shaker.speed.unit, ROTATION)
+    curves = [known_curve("slips", per * times, y)]
     if any(held):
-        curves.append(Curve("held by friction", per * times, np.where(held, y, np.nan), every, worst=True))
+        curves.append(known_curve("held by friction", per * times, np.where(held, y, np.nan), worst=True))
     return Panel(
         title=f"{_title(one)}, two cycles at {shown}", x_label=f"time [{slow}]", y_label=_label(one, unit),
-        curves=tuple(curves), zones=(), marks=(Mark(one.where, "greatest", per * times[at], float(y[at])),), own=(),
-        excitation=one.form.shaken[0].name, log_x=False, log_y=False, x_span=(0.0, per * float(times[-1])),
-        y_span=(-1.35 * top, 1.35 * top),
+        curves=tuple(curves), excitation=name, marks=(Mark(one.where, "greatest", per * times[at], float(y[at])),),
+        x_span=(0.0, per * float(times[-1])), y_span=(-1.35 * top, 1.35 * top),
     )  # fmt: skip
 
 

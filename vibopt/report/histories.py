@@ -19,7 +19,7 @@ from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.ringing import Peak
 from vibopt.program.pose import form_of, pose
 from vibopt.records import dataclass
-from vibopt.report.series import Curve, Mark, Panel, Zone
+from vibopt.report.series import Mark, Panel, Zone, known_curve
 from vibopt.responses import TransientResponse
 from vibopt.responses.response import place_of
 from vibopt.scene.drives import durations_of, names_for
@@ -168,13 +168,10 @@ def _against_time(design: Design, asked: _Asked, shown: list[_Shown], names: tup
         title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}{lasts}",
         x_label=f"time [{slow}]",
         y_label=f"{spoken(asked.response.response).removeprefix('peak ')} [{unit}]",
-        curves=tuple(_curve(one.label, per * one.x, factor * one.y, worst=one.worst) for one in shown),
+        curves=tuple(known_curve(one.label, per * one.x, factor * one.y, worst=one.worst) for one in shown),
         zones=tuple(_zones(asked, factor, span, unit)),
         marks=(mark,) if isfinite(last.at) else (),
-        own=(),
         excitation=", ".join(names),
-        log_x=False,
-        log_y=False,
         x_span=span,
         y_span=(-1.3 * top, 1.3 * top) if min(one.y.min() for one in shown) < -0.02 * most else (0.0, 1.3 * top),
     )
@@ -210,27 +207,20 @@ def _against_speed(design: Design, asked: _Asked, shown: list[_Shown], names: tu
     top = factor * max(most, asked.bound or 0.0, float(np.minimum(np.nan_to_num(steady), seen).max()))
     span = (per * float(first.x.min()), per * float(first.x.max()))
     runs = [
-        _curve(", ".join(filter(None, (one.runs, one.label))), per * one.x, factor * one.y, worst=one.worst)
+        known_curve(", ".join(filter(None, (one.runs, one.label))), per * one.x, factor * one.y, worst=one.worst)
         for one in shown
     ]
     return Panel(
         title=f"{spoken(asked.response.response).capitalize()} {place_of(asked.response)}{lasts}",
         x_label=f"speed of {name} [{unit_x}]",
         y_label=f"{spoken(asked.response.response).removeprefix('peak ')} [{unit}]",
-        curves=(*runs, _curve("steady", per * speeds, factor * np.minimum(steady, 2.0 * seen), before=True)),
+        curves=(*runs, known_curve("steady", per * speeds, factor * np.minimum(steady, 2.0 * seen), before=True)),
         zones=tuple(_zones(asked, factor, span, unit)[:1]),
         marks=(Mark(asked.name, words, per * last.at, factor * last.there),),
-        own=(),
         excitation=name,
-        log_x=False,
-        log_y=False,
         x_span=span,
         y_span=(0.0, 1.25 * top),
     )
-
-
-def _curve(label: str, x: FloatArray, y: FloatArray, *, worst: bool = False, before: bool = False) -> Curve:
-    return Curve(label, x, y, np.ones(len(x), dtype=bool), before=before, worst=worst)
 
 
 def _said(asked: _Asked, most: float, at: str) -> tuple[str, str]:
@@ -258,19 +248,19 @@ def _torques(design: Design, name: str, which: str) -> Panel | None:
     full = max(float(gives.max()), float(load.max()))
     needs = np.minimum(load + course.taken(speeds), 100.0 * full)
     per, size = to_unit(1.0, unit, "angular_rate"), best_unit(full, "moment")
-    factor, every = to_unit(1.0, size, "moment"), np.ones(len(speeds), dtype=bool)
+    factor = to_unit(1.0, size, "moment")
     top = factor * min(max(full, float(needs.max())), _SEEN * full)
     at = factor * float(motor.driving.at(np.array([held]))[0])
     return Panel(
         title=f"Torque of the run-up of {name}: {which} sticks",
         x_label=f"speed of {name} [{unit}]", y_label=f"torque [{size}]",
         curves=(
-            Curve("load and steady vibration", per * speeds, factor * needs, every),
-            Curve("motor", per * speeds, factor * gives, every, worst=True),
-            Curve("load", per * speeds, factor * load, every, before=True),
+            known_curve("load and steady vibration", per * speeds, factor * needs),
+            known_curve("motor", per * speeds, factor * gives, worst=True),
+            known_curve("load", per * speeds, factor * load, before=True),
         ),
-        zones=(), marks=(Mark(name, f"sticks at {show(held, unit, 'angular_rate')}", per * held, at),), own=(),
-        excitation=name, log_x=False, log_y=False, x_span=(per * speeds[0], per * speeds[-1]),
+        marks=(Mark(name, f"sticks at {show(held, unit, 'angular_rate')}", per * held, at),),
+        excitation=name, x_span=(per * speeds[0], per * speeds[-1]),
         y_span=(min(0.0, 1.2 * factor * float(min(gives.min(), load.min()))), 1.25 * top),
     )  # fmt: skip
 

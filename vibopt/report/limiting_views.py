@@ -236,7 +236,7 @@ def limiting_panels(design: Design) -> list[Panel]:
 
 def _panel(one: Limiting) -> Panel:
     from vibopt.mechanics.limiting import least_peak
-    from vibopt.report.series import Curve, Mark, Panel, Zone
+    from vibopt.report.series import Mark, Panel, Zone, known_curve
 
     kinds = one.room.response.dimension, one.peak.response.dimension
     units = tuple(
@@ -249,8 +249,7 @@ def _panel(one: Limiting) -> Panel:
     found = [_scaled(least_peak(one.path, float(room), _CLOSE), one.per) for room in rooms]
     least = np.array([np.nan if each is None else each.low for each in found])
     top = 1.25 * max(one.peak.value, one.peak.bound or 0.0, float(least[rooms >= 0.5 * middle].max(initial=0.0)))
-    span, every = (0.0, per_x * float(rooms[-1])), np.ones(len(rooms), dtype=bool)
-    zones = []
+    span, zones = (0.0, per_x * float(rooms[-1])), []
     if one.peak.bound is not None:
         words = f"{one.peak.where.partition('.')[2]}: at most {one.peak.shown(one.peak.bound)}"
         zones.append(Zone(one.peak.where, words, *span, per_y * one.peak.bound, True))
@@ -263,9 +262,9 @@ def _panel(one: Limiting) -> Panel:
         title=f"{spoken(one.peak.response.response).capitalize()} against rattle space",
         x_label=f"greatest {names[0]} {place_of(one.room.response)} [{units[0]}]",
         y_label=f"greatest {names[1]} [{units[1]}]",
-        curves=(Curve("least that any isolator could reach", per_x * rooms, per_y * least, every),),
+        curves=(known_curve("least that any isolator could reach", per_x * rooms, per_y * least),),
         zones=tuple(zones),
         marks=(Mark("design", said, per_x * one.room.value, per_y * one.peak.value),),
-        own=(), excitation="", log_x=False, log_y=False, x_span=span,
+        x_span=span,
         y_span=(0.0, per_y * top) if isfinite(top) else (0.0, 1.0),
     )  # fmt: skip

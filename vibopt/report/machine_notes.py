@@ -112,18 +112,14 @@ def wide_orbits(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def alike(scene: Scene) -> list[str]:
     """How the mounts of a group are off: all alike, unless the file says that each is by itself."""
-    found = []
+    found, off = [], [tuple(one.path.split(".")[:2]) for one in uncertain(scene)]
     for name, mount in scene.mounts.items():
-        if mount.count > 1 and mount.tolerance_of is None and _off(scene, name):
+        if mount.count > 1 and mount.tolerance_of is None and ("mounts", name) in off:
             found.append(
                 f"mounts.{name}: its {mount.count} mounts are off alike, as one batch is. Write tolerance_of = "
                 '"mount" to let each be off by itself.'
             )
     return found
-
-
-def _off(scene: Scene, name: str) -> bool:
-    return any(one.path.startswith(f"mounts.{name}.") for one in uncertain(scene))
 
 
 def lifted(scene: Scene, chosen: Mapping[str, float]) -> list[str]:

@@ -17,7 +17,7 @@ from vibopt.answer.blocks import (
     prices_block,
     table,
 )  # fmt: skip
-from vibopt.answer.entry import Chosen, Value, Word
+from vibopt.answer.entry import Value
 from vibopt.report import isolators
 from vibopt.report.absorber_parts import BUILD, parts_of
 from vibopt.report.catalogue_choices import choice_rows, choices_of, dropped_rows, free_words, tied
@@ -76,8 +76,11 @@ def own_json(design: Design) -> dict[str, Any]:
     """Variables and places, parts to build, the set of good speeds, the model, tolerances, choices."""
     return {
         "variables": {
-            **{path: _placed(place) for path, place in design.places.items()},
-            **{path: _chosen(variable) for path, variable in design.variables.items()},
+            **{
+                path: {"value": one.value, "unit": "", "shown": one.value, "at_bound": "", "one_of": list(one.options)}
+                for path, one in design.places.items()
+            },
+            **{path: {**one.value.to_json(), "at_bound": one.at_bound} for path, one in design.variables.items()},
         },
         **({} if not design.scene.absorbers else {"build": {one.name: one for one in parts_of(design)}}),
         "set": None if design.found is None else design.found,
@@ -87,14 +90,6 @@ def own_json(design: Design) -> dict[str, Any]:
         **({"limiting_performance": beside} if (beside := limiting(design)) else {}),
         **(whirls_json(design, machine_in(design)) if asks_whirls(design.scene) else {}),
     }
-
-
-def _chosen(chosen: Chosen) -> dict[str, Any]:
-    return {**chosen.value.to_json(), "at_bound": chosen.at_bound}
-
-
-def _placed(placed: Word) -> dict[str, Any]:
-    return {"value": placed.value, "unit": "", "shown": placed.value, "at_bound": "", "one_of": list(placed.options)}
 
 
 def blocks(design: Design) -> list[Block]:
@@ -143,14 +138,10 @@ def _intervals(design: Design) -> Block:
     title, ends = f"All limits hold for {design.scene.find_all}", design.details.get("ends", ())
     if not ends:
         return pairs(title, [(interval(*one),) for one in design.found or ()])
-    held = [[_ended_by(design, one.ended_by) for one in two] for two in ends]
+    limits = {name: f"limits.{name}" for name in design.scene.limits}
+    held = [[limits.get(one.ended_by, one.ended_by or "end of the range") for one in two] for two in ends]
     rows = [(interval(*one), *two) for one, two in zip(design.found or (), held, strict=True)]
     return table(title, ("", "below it", "above it"), rows)
-
-
-def _ended_by(design: Design, name: str) -> str:
-    """A limit of the file by its path, a rating by its words."""
-    return f"limits.{name}" if name in design.scene.limits else name or "end of the range"
 
 
 def _at_ends(design: Design) -> Block:
@@ -199,18 +190,14 @@ def _shelf(design: Design) -> list[Block]:
 
 def _foot(design: Design) -> list[Block]:
     """What the answer stands on: model, method, notes."""
+    reduced = design.model is not None and design.model.declared_dof != design.model.used_dof
     seconds = sum(design.timings.values())
     time = f"{seconds:.1f} s" if seconds >= 1.0 else f"{1e3 * seconds:.0f} ms"
     return [
-        Block("Model", FOOT, (model_words(design),) if _reduced(design) else ()),
+        Block("Model", FOOT, (model_words(design),) if reduced else ()),
         Block("Method", FOOT, (f"{design.method}, {time}",) if design.method else ()),
         Block("Notes", FOOT, tuple(quiet_notes(design, notes_of(design)))),
     ]
-
-
-def _reduced(design: Design) -> bool:
-    """Whether the model is another one than was declared."""
-    return design.model is not None and design.model.declared_dof != design.model.used_dof
 
 
 def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:

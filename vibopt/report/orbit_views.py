@@ -13,7 +13,7 @@ from vibopt.arrays import FloatArray
 from vibopt.forms.orbit import Orbit
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import form_of
-from vibopt.report.series import Curve, Mark, Panel, Zone
+from vibopt.report.series import Mark, Panel, Zone, known_curve
 from vibopt.responses import HarmonicResponse
 from vibopt.responses.response import place_of
 from vibopt.scene.check_bearings import table_ends
@@ -62,7 +62,7 @@ def _against_speed(
     value = worst.value if isfinite(worst.value) else float(np.median(parts.sum(axis=0)))
     unit = best_unit(value, one.dimension)
     factor, per = to_unit(1.0, unit, one.dimension), to_unit(1.0, shaker.speed.unit, ROTATION)
-    bound, every = one.at_most, np.ones(len(speeds), dtype=bool)
+    bound = one.at_most
     limit = bound.value if bound is not None else 0.0
     top = factor * max(value, limit)
     said = "" if bound is None else show(bound.value, bound.unit, one.dimension, amplitude=one.amplitude)
@@ -71,15 +71,15 @@ def _against_speed(
         Zone(where, f"{name}: at most {said}", per * band.low, per * band.high, factor * limit, above=True)
         for band in (bands if bound is not None else ())
     ]
-    curves = [Curve("greater half axis", per * speeds, np.minimum(factor * parts.sum(axis=0), 1e3 * top), every)]
+    curves = [known_curve("greater half axis", per * speeds, np.minimum(factor * parts.sum(axis=0), 1e3 * top))]
     for label, part in zip(("forward part", "backward part"), parts, strict=True):
-        curves.append(Curve(label, per * speeds, np.minimum(factor * part, 1e3 * top), every, before=True))
+        curves.append(known_curve(label, per * speeds, np.minimum(factor * part, 1e3 * top), before=True))
     at = worst.speeds[drive.name]
     marks = (Mark(where, f"{name} {show(worst.value, '', one.dimension)}", per * at, factor * value),)
     return Panel(
         title=f"{spoken(one.response).capitalize()} {place_of(one)}",
         x_label=f"speed of {drive.name} [{shaker.speed.unit}]", y_label=f"{spoken(one.response)} [{unit} pk]",
-        curves=tuple(curves), zones=tuple(zones), marks=marks, own=(), excitation=drive.name, log_x=False, log_y=False,
+        curves=tuple(curves), zones=tuple(zones), marks=marks, excitation=drive.name,
         x_span=(per * float(speeds[0]), per * float(speeds[-1])), y_span=(0.0, _ROOM * top),
     )  # fmt: skip
 
@@ -97,11 +97,10 @@ def _orbit(design: Design, model: Model, x: FloatArray, one: HarmonicResponse, f
     way, span = "forward" if abs(forward) >= abs(backward) else "backward", _ROOM * factor * abs(axis)
     ends = factor * np.array([-axis, axis])
     curves = (
-        Curve(f"goes round {way}", factor * path.real, factor * path.imag, np.ones(_TURNS, dtype=bool)),
-        Curve("major axis", ends.real, ends.imag, np.ones(2, dtype=bool), before=True),
+        known_curve(f"goes round {way}", factor * path.real, factor * path.imag),
+        known_curve("major axis", ends.real, ends.imag, before=True),
     )
     return Panel(
         title=f"Orbit {place_of(one)} at {shown}", x_label=f"y, level [{unit}]", y_label=f"z, upward [{unit}]",
-        curves=curves, zones=(), marks=(), own=(), excitation=drive.name, log_x=False, log_y=False,
-        x_span=(-span, span), y_span=(-span, span),
+        curves=curves, excitation=drive.name, x_span=(-span, span), y_span=(-span, span),
     )  # fmt: skip

@@ -52,6 +52,11 @@ class Curve:
     worst: bool = False
 
 
+def known_curve(label: str, x: FloatArray, y: FloatArray, *, before: bool = False, worst: bool = False) -> Curve:
+    """A curve that is known all along."""
+    return Curve(label, x, y, np.ones(len(x), dtype=bool), before, worst)
+
+
 @dataclass(frozen=True, slots=True)
 class Panel:
     """One pair of axes.
@@ -68,14 +73,14 @@ class Panel:
     x_label: str
     y_label: str
     curves: tuple[Curve, ...]
-    zones: tuple[Zone, ...]
-    marks: tuple[Mark, ...]
-    own: tuple[tuple[float, float], ...]
-    excitation: str
-    log_x: bool
-    log_y: bool
     x_span: tuple[float, float]
     y_span: tuple[float, float]
+    zones: tuple[Zone, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    own: tuple[tuple[float, float], ...] = ()
+    excitation: str = ""
+    log_x: bool = False
+    log_y: bool = False
     good: tuple[tuple[float, float], ...] = ()
     notes: tuple[str, ...] = ()
     equal: tuple[Mark, ...] = ()

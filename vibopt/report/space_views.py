@@ -46,7 +46,8 @@ def views_figure(machine: SpaceMachine, scene: Scene, title: str = "") -> Figure
     spots = spots_of(machine)
     if not spots:
         return None
-    sites = [*_shaken(machine, scene), *_named(machine, scene)]
+    named = {name: machine.fixed[name][1] for name in scene.points if name in machine.fixed}
+    sites = [*_shaken(machine, scene), *(_Site(np.asarray(at), drawn(name, 16)) for name, at in named.items())]
     centres = {name: np.asarray(one.centre) for name, one in machine.rigid.items()}
     places = np.array([[*spot.at] for spot in spots] + [site.at for site in sites] + list(centres.values()))
     low, high = places.min(axis=0), places.max(axis=0)
@@ -186,12 +187,6 @@ def _shaken(machine: SpaceMachine, scene: Scene) -> list[_Site]:
             words = shake_words(scene, name)
             found.append(_Site(np.asarray(at), words, np.array(along, dtype=float), about=way is None))
     return found
-
-
-def _named(machine: SpaceMachine, scene: Scene) -> list[_Site]:
-    return [
-        _Site(np.asarray(machine.fixed[name][1]), drawn(name, 16)) for name in scene.points if name in machine.fixed
-    ]
 
 
 def _notes(scene: Scene) -> list[str]:

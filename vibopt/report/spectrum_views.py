@@ -15,7 +15,7 @@ from vibopt.mechanics.built import GROUND
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shock_spectrum import Spectrum, spectra
 from vibopt.records import dataclass
-from vibopt.report.series import Curve, Mark, Panel
+from vibopt.report.series import Mark, Panel, known_curve
 from vibopt.report.what_to_build import machine_in
 from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Segment
@@ -264,8 +264,7 @@ class _Drawn:
         most = float(own.max())
         unit = self._unit(kind, float(np.median(own)) if log else most)
         per, x = to_unit(1.0, unit, kind), self.of.rates / (2.0 * np.pi)
-        every = np.ones(len(x), dtype=bool)
-        drawn = tuple(Curve(words, x, per * y, every) for words, y in curves.items())
+        drawn = tuple(known_curve(words, x, per * y) for words, y in curves.items())
         marks: tuple[Mark, ...] = ()
         if self.mount is not None:
             at = int(self.of.rates.searchsorted(self.mount.rate))
@@ -274,8 +273,8 @@ class _Drawn:
         values = per * np.concatenate(list(curves.values()))
         top, least = float(values.max()), float(values[values > 0.0].min(initial=np.inf))
         return Panel(
-            title=title, x_label="natural frequency [Hz]", y_label=f"{quantity} [{unit}]", curves=drawn, zones=(),
-            marks=marks, own=(), excitation=self.of.name, log_x=True, log_y=log, x_span=(float(x[0]), float(x[-1])),
+            title=title, x_label="natural frequency [Hz]", y_label=f"{quantity} [{unit}]", curves=drawn,
+            marks=marks, excitation=self.of.name, log_x=True, log_y=log, x_span=(float(x[0]), float(x[-1])),
             y_span=(0.7 * least, 1.6 * top) if log else (0.0, 1.15 * top),
         )  # fmt: skip
 

@@ -16,7 +16,7 @@ from vibopt.scene.scene import Design
 from vibopt.scene.uncertain import likely
 from vibopt.solve import solve
 from vibopt.solve.global_search import provable
-from vibopt.solve.method import Method, Progress
+from vibopt.solve.method import METHODS, OWN, Progress
 from vibopt.solve.nlp import blind
 from vibopt.solve.odds import DRAWN, percent
 from vibopt.solve.ranges import closed
@@ -82,6 +82,11 @@ class Explanation(Tabular):
         ]
         limits = [{"of": "limit", "name": limit.name, "chosen": None, "words": limit.words} for limit in self.limits]
         return [*model, *methods, *limits]
+
+    def to_json(self) -> dict[str, Any]:
+        """The reasons, what else is known, and the answer."""
+        said = {name: getattr(self, name) for name in ("model", "methods", "limits", "absorbers", "prices")}
+        return {**{name: one for name, one in said.items() if one is not None}, "design": self.answer}
 
     def heading(self) -> tuple[str, ...]:
         """That of the answer."""
@@ -186,7 +191,8 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
     if finite.ties:
         return [Considered("catalogue", True, "parts of a catalogue are chosen row by row, by this method alone")]
     considered = []
-    for one in _in_order():
+    for name in OWN:  # as vibopt asks them, the one that proves most first
+        one = METHODS[name]()
         refusal = one.refuses(finite)
         if refusal is None and one.name == "branch_and_bound" and blind(finite) and design.method != one.name:
             loose = next(part for part in finite.parts if not part.form.sampleable(part.model))
@@ -199,13 +205,6 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
     if design.method == DRAWN:
         considered.append(Considered(DRAWN, True, "asks that method about the machines at the edge of each share"))
     return considered
-
-
-def _in_order() -> list[Method]:
-    """Methods as vibopt asks them, the one that proves most first."""
-    from vibopt.solve.method import METHODS, OWN
-
-    return [METHODS[name]() for name in OWN]
 
 
 def _limit(design: Design, name: str) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
+from vibopt.answer.entry import Entry
+from vibopt.arrays import FloatArray
 from vibopt.document.toml_reading import changed
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.places import bound_parts, turning
@@ -29,6 +31,17 @@ _ALONG = (("mass", "kg"), ("stiffness", "N/m"), ("damping", "N s/m"))
 _AROUND = (("inertia", "kg m2"), ("torsional_stiffness", "N m/rad"), ("torsional_damping", "N m s/rad"))
 
 
+def named(scene: Scene, x: Sequence[float] | FloatArray) -> dict[str, float]:
+    """The values of its variables [SI], in their order, by path."""
+    return {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
+
+
+def shown_values(scene: Scene, x: Sequence[float] | FloatArray) -> dict[str, Entry]:
+    """The same in the units of the file."""
+    pairs = zip(scene.variables, x, strict=True)
+    return {variable.path: Entry(float(value), variable.dimension, variable.unit) for variable, value in pairs}
+
+
 def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene:
     """The scene with every choice replaced by its value [SI], as an analysis.
 
@@ -42,7 +55,7 @@ def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene
         Whether the goal stays, as a measure called `minimised` or `maximised`.
     """
     values: dict[str, Any] = {}
-    chosen = {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)}
+    chosen = named(scene, x)
     tied = set()
     for part in bound_parts(scene):
         values[f"{part.path}.name"] = part.names[part.chosen(chosen)]
@@ -108,9 +121,7 @@ def _bought(scene: Scene, x: Sequence[float], written: Mapping[str, Any]) -> dic
 
     A pendulum keeps its length, for its own weight pulls it back; `written` are the tables with what was chosen.
     """
-    machine = machine_of(
-        scene, {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
-    )
+    machine = machine_of(scene, named(scene, x))
     around = turning(scene)
     tables = {}
     for name, table in scene.absorbers.items():

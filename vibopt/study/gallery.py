@@ -147,14 +147,11 @@ def _records(one: _Problem) -> Iterator[str]:
         ours = f"**{_plain(row.ours)}**" if row.ours else ""
         right = "" if row.right == row.ours else f", right {_plain(row.right)}"
         printed = f"; printed {_plain(row.printed)}" if row.printed else ""
-        verdict = f": {_loud(row.verdict)}" if row.verdict else ""
+        loud = "**" if row.verdict in AT_FAULT else ""
+        verdict = f": {loud}{row.verdict}{loud}" if row.verdict else ""
         reason = f" ({_plain(why)})" if why else ""
         fault = "" if row.ok else f"; **not as recorded**: {_plain(row.why)}"
         yield f"{_plain(row.what)}: {ours}{right}{printed}{verdict}{reason}{fault}"
-
-
-def _loud(verdict: str) -> str:
-    return f"**{verdict}**" if verdict in AT_FAULT else verdict
 
 
 def _proof(about: About) -> str:

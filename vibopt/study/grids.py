@@ -203,7 +203,8 @@ def x_of(design: Design, kept: Scene) -> tuple[float, ...] | None:
     found = []
     for variable, exact in zip(design.scene.variables, design.x, strict=True):
         value = next(_values(variable, kept, known), exact)
-        if variable.values is None and not _within(variable, value):
+        low, high = variable.low * (1.0 - _EDGE), variable.high * (1.0 + _EDGE)
+        if variable.values is None and not low <= value <= high:
             return None
         found.append(value)
     return tuple(found)
@@ -233,7 +234,3 @@ def _of_absorber(kept: Scene, name: str, word: str) -> Iterator[float]:
     }
     if word in found:
         yield float(found[word])
-
-
-def _within(variable: Variable, value: float) -> bool:
-    return variable.low * (1.0 - _EDGE) <= value <= variable.high * (1.0 + _EDGE)

@@ -18,6 +18,7 @@ from vibopt.solve import solve
 from vibopt.study.brink import brink, follows
 from vibopt.study.seen import goal_of
 from vibopt.values.fact_at import FactAt
+from vibopt.verify.checked import shown_value as shown_response
 from vibopt.work import metered
 
 if TYPE_CHECKING:
@@ -120,7 +121,8 @@ def state_of(job: Job, found: Answer[Any], value: float) -> State:
         touched = frozenset(_balancing_held(job, found, caps))
         return State(value, found.status, goal, touched, worst, room, pieces=tuple(_pieces(job, found)))
     held = {name for name, limit in found.limits.items() if limit.active}
-    held |= {f"{path} at {_end(variable.at_bound)}" for path, variable in found.variables.items() if variable.at_bound}
+    ends = {path: one.at_bound for path, one in found.variables.items() if one.at_bound}
+    held |= {f"{path} at {_PLACES['high' if end == 'to' else 'low']}" for path, end in ends.items()}
     listed = {variable.path for variable in found.scene.variables if variable.values is not None}
     held |= {f"{path} = {variable.value.shown}" for path, variable in found.variables.items() if path in listed}
     held |= {f"{path} = {place.value}" for path, place in found.places.items()}
@@ -131,10 +133,6 @@ def state_of(job: Job, found: Answer[Any], value: float) -> State:
     return State(value, found.status, goal, frozenset(held), worst, room, tuple(found.x))
 
 
-def _end(which: str) -> str:
-    return _PLACES["high" if which == "to" else "low"]
-
-
 def is_looser(path: str, change: float) -> bool:
     """Whether a bound that changes by so much leaves more room."""
     return change * (1 if path.endswith(("at_most", "lowest", ".to", ".deepest")) else -1) > 0.0
@@ -143,12 +141,8 @@ def is_looser(path: str, change: float) -> bool:
 def in_steps(job: Job) -> bool:
     """Whether a limit may hold the answer to a balancing job back without being touched."""
     robust = getattr(getattr(job, "goal", None), "robust", "")
-    return bool(robust) or getattr(job, "is_search", False) or any(map(_is_listed, getattr(job, "planes", ())))
-
-
-def _is_listed(plane: Any) -> bool:
-    """Whether the weights of a plane are chosen from lists."""
-    return bool(plane.is_discrete and plane.is_open)
+    listed = any(plane.is_discrete and plane.is_open for plane in getattr(job, "planes", ()))
+    return bool(robust) or getattr(job, "is_search", False) or listed
 
 
 def caps_of(job: Any, found: Answer[Any]) -> Iterator[tuple[str, FactAt, float]]:
@@ -372,9 +366,9 @@ class Road:
                 if abs(row[index] - end) <= _AT_END * abs(end):
                     held.add(f"{variable.path} at {_PLACES[word]}")
         assert found.goal is not None
-        goal = scene.goal.response
-        entry = Entry(float(found.goal[index]), goal.dimension, goal.unit or "", amplitude=goal.amplitude)
-        return State(value, "optimal", entry, frozenset(held))
+        response = scene.goal.response
+        goal = shown_response(response, float(found.goal[index]), response.unit or "")
+        return State(value, "optimal", goal, frozenset(held))
 
 
 def no_more(state: State, now: float) -> str:

@@ -25,6 +25,7 @@ from vibopt.solve.ranges import closed, log_box, starts
 from vibopt.solve.robust import judged
 from vibopt.solve.several import Several, keys_of
 from vibopt.solve.sqp import Sqp
+from vibopt.study.freeze import named
 from vibopt.values.soft import bent, counted, softness
 from vibopt.verify.checked import checked_limits, chosen_of, disagreement
 from vibopt.verify.rated import parts_of
@@ -80,7 +81,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         return replace(design, status="check_failed", claim=claim, conflict=None)
     if not uncertain(scene) and any(one.doubt for one in rows.values()):  # what is claimed is of another machine
         return replace(design, status="check_failed", claim=disagreement(rows), conflict=None)
-    chosen = _chosen(scene, x)
+    chosen = named(scene, x)
     found = Nearest(
         variables={variable.path: chosen_of(variable, chosen[variable.path]) for variable in scene.variables},
         places=parts_of(scene, chosen),
@@ -94,15 +95,11 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
     return replace(design, nearest=found, notes=(*design.notes, *([note] if left else [])))
 
 
-def _chosen(scene: Scene, x: Sequence[float] | FloatArray) -> dict[str, float]:
-    return {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
-
-
 def _rows(scene: Scene, program: Program, x: FloatArray) -> dict[str, Checked]:
     """Every limit on the machine as built, the worst within its tolerances."""
     if uncertain(scene):
         return limits_over(scene, x, judged(scene, x))
-    return checked_limits(scene, _chosen(scene, x), model=program.model)
+    return checked_limits(scene, named(scene, x), model=program.model)
 
 
 def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
@@ -116,7 +113,7 @@ def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     best = modest(alone).solve(alone)
     if best.x is None or best.status not in ("optimal", "feasible"):
         return None
-    rows = checked_limits(scene, _chosen(scene, np.asarray(best.x)), model=program.model)
+    rows = checked_limits(scene, named(scene, np.asarray(best.x)), model=program.model)
     same = next(one for one in rows.values() if (one.name, one.side) == (row.name, row.side))
     opened = any(axis.open_high or axis.open_low for axis in program.axes)
     value = same.value

@@ -190,7 +190,7 @@ class Along:
         outermost = self._entry(self.axis.value(direction * far))
         there = self.road(edge.value).measure
         if other is None:
-            flat = way.change == 0.0 and self._as_good(last)
+            flat = way.change == 0.0 and self.change(last) == 0.0
             words = "changes nothing" if flat else ""
             return replace(way, far=outermost, there=there, beyond=words)
         way = replace(way, until=edge, there=there, then=difference(begin, other), far=outermost)
@@ -235,9 +235,6 @@ class Along:
         if bad is None:
             return replace(way, far=far, there=there)
         return replace(way, far=far, there=there, until=self._entry(good.value), then=OTHERS)
-
-    def _as_good(self, state: State) -> bool:
-        return self.change(state) == 0.0
 
     def _ended(self, way: Way, begin: State, other: State, direction: int, far: float) -> Way:
         """Where more of it changes nothing, or where no design is left."""

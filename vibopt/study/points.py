@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, overload
 
@@ -13,10 +13,12 @@ from vibopt.answer.jsonable import number
 from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
+from vibopt.study.freeze import shown_values
 from vibopt.study.seen import GOOD, NOTHING, chosen, entries_of, goal_of, results, shown_value
 from vibopt.study.varied import DECIBEL
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
+from vibopt.verify.checked import shown_value as shown_response
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -146,20 +148,8 @@ class Points(Sequence[Point]):
         assert is_scene(scene)
         goal = None
         if found and columns.goal is not None and scene.goal is not None:
-            response = scene.goal.response
-            dimension = response.dimension
-            goal = Entry(
-                float(columns.goal[index]),
-                dimension,
-                response.unit or "",
-                amplitude=response.amplitude,
-            )
-        variables = {
-            variable.path: Entry(float(x[index]), variable.dimension, variable.unit)
-            for variable, x in zip(scene.variables, columns.x, strict=True)
-            if found
-        }
-        return Point(where, status, goal, variables, margins)
+            goal = shown_response(scene.goal.response, float(columns.goal[index]), scene.goal.response.unit or "")
+        return Point(where, status, goal, shown_values(scene, columns.x[:, index]) if found else {}, margins)
 
 
 def varied_at(facts: Sequence[FactAt], values: FloatArray) -> dict[str, Entry]:
@@ -228,6 +218,11 @@ class Heads:
         left = ["" if path not in point.results else number(point.results[path].value) for path in self.results]
         where = [_number(point.varied[fact.path], fact.unit) for fact in self.facts]
         return [*where, point.status, *goals, *bought, *chosen, *margins, *left]
+
+    def table(self, points: Iterable[Point]) -> list[dict[str, Any]]:
+        """A row by its heads for each point, None where there is nothing."""
+        rows = (zip(self.heads, self.row(point), strict=True) for point in points)
+        return [{head: None if one == "" else one for head, one in row} for row in rows]
 
     def lack(self, point: Point) -> bool:
         """Whether a point needs a column that is not there."""

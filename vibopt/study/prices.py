@@ -217,7 +217,12 @@ def prices(
     ranked = sorted(range(len(rows)), key=lambda k: (*(-one for one in rows[k].weight), k))
     for place, k in enumerate(ranked):
         rows[k] = purse.ranged(asked[k][0], rows[k], progress, 0.5 + place / max(2 * len(asked), 1))
-    notes = [*_left(rows), *_radii(job, rows), *([_data(job, read)] if read else [])]
+    notes = [*_left(rows), *_radii(job, rows)]
+    if read:
+        notes.append(
+            f"{read} numbers that were measured have no price: they are data of {noun_of(job)}. What another reading "
+            "would do: vibopt sweep FILE --vary PATH=RANGE."
+        )
     return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
 
 
@@ -429,13 +434,6 @@ def _radii(job: Job, rows: list[Ranked]) -> Iterator[str]:
         yield "With the radius of a plane its trial weights move, too: the readings ask for the same weights in grams."
 
 
-def _data(job: Job, read: int) -> str:
-    return (
-        f"{read} numbers that were measured have no price: they are data of {noun_of(job)}. What another reading would "
-        "do: vibopt sweep FILE --vary PATH=RANGE."
-    )
-
-
 def priced(found: Answer[Any]) -> Answer[Any]:
     """The same answer with a price on all that holds it back, one step looser; `with_prices` has both ways and ranges.
 
@@ -452,7 +450,7 @@ def priced(found: Answer[Any]) -> Answer[Any]:
     if not asked:
         return found
     if found.work > PATIENCE:
-        names = ", ".join(dict.fromkeys(_spoken(found, key) for key in asked))
+        names = ", ".join(dict.fromkeys(found.limits[key].name if key in found.limits else key for key in asked))
         note = f"No price was computed for {names}: each is an answer of its own. {THOROUGH} computes it."
         return replace(found, notes=(*found.notes, note))
     job = _job(found)
@@ -462,24 +460,20 @@ def priced(found: Answer[Any]) -> Answer[Any]:
     return _with_rows(found, asked, {row.path: row for row in rows}, _left(rows))
 
 
-def _spoken(found: Answer[Any], key: str) -> str:
-    return found.limits[key].name if key in found.limits else key
-
-
 def _holding_back(found: Answer[Any]) -> dict[str, FactAt]:
     """What holds an answer back, or may: a limit by its key, a cap by the path of what it bounds, with its number."""
     job = _job(found)
     steps = not is_scene(job) and in_steps(job)
     known = {fact.path: fact for fact in facts(job)}
-    asked = {key: _bound_of(row, known) for key, row in found.limits.items() if steps or _is_active(job, row)}
+    asked = {
+        key: _bound_of(row, known)
+        for key, row in found.limits.items()
+        if steps or (row.active if is_scene(job) else is_touched(1.0 - row.margin))
+    }
     held = {key: known[path] for key, path in asked.items() if path}
     if is_scene(job):
         return held
     return held | {path: fact for path, fact, part in caps_of(job, found) if steps or is_touched(part)}
-
-
-def _is_active(job: Job, row: Checked) -> bool:
-    return row.active if is_scene(job) else is_touched(1.0 - row.margin)
 
 
 def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | None:

@@ -98,10 +98,9 @@ class _OfScene(Rounding):
 
     def design(self, best: Near, values: Mapping[str, Value]) -> Answer[Any]:
         design, measured = self.found, best.answer.tolerances
-        chosen = {
-            variable.path: _as_written(chosen_of(variable, v), values.get(variable.path))
-            for variable, v in zip(self.job.variables, best.x, strict=True)
-        }
+        pairs = zip(self.job.variables, best.x, strict=True)
+        chosen = {variable.path: chosen_of(variable, v) for variable, v in pairs}
+        chosen |= {path: replace(chosen[path], value=one.rounded) for path, one in values.items() if path in chosen}
         tolerances = design.tolerances
         if tolerances is not None and measured is not None:
             tolerances = replace(tolerances, open=measured.open)
@@ -109,10 +108,6 @@ class _OfScene(Rounding):
             design, variables=chosen, x=best.x, limits=best.answer.limits, tolerances=tolerances,
             measures={name: best.answer.measures[name] for name in design.measures},
         )  # fmt: skip
-
-
-def _as_written(chosen: Any, value: Value | None) -> Any:
-    return chosen if value is None else replace(chosen, value=value.rounded)
 
 
 def goal_on(scene: Any, goal: Goal) -> Entry | None:

@@ -62,7 +62,8 @@ class _OfPlan(Rounding):
 
     def numbers(self, kept: BalancingJob) -> list[Number]:
         decided = self.job.decided_at
-        own = [Number(one, least=0) for one in facts(kept) if one.path.startswith(decided) and _is_size(one.path)]
+        sizes = (one for one in facts(kept) if not one.path.endswith(".radius"))
+        own = [Number(one, least=0) for one in sizes if one.path.startswith(decided)]
         if not own:
             words = "what is chosen are weights of the shelf, or cranks"
             raise InputError(f"{self.job.name}: there is nothing to round: {words}.")
@@ -97,7 +98,3 @@ class _OfPlan(Rounding):
     def again(self, changes: Mapping[str, str | float]) -> Answer[Any] | None:
         found = answer(with_changes(self.job, changes), explain=False)
         return None if found.status in EMPTY else found
-
-
-def _is_size(path: str) -> bool:
-    return not path.endswith(".radius")

@@ -22,6 +22,7 @@ from vibopt.solve.dispatch import best_of
 from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
 from vibopt.study.for_all import AS_IT_IS, OneForAll
+from vibopt.study.freeze import named, shown_values
 from vibopt.study.many import answers
 from vibopt.study.seen import goal_of, goal_word
 from vibopt.verify.checked import checked_limits, disagreement, goal_row
@@ -68,19 +69,17 @@ def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
         claim = f"{found.claim}; no one design was found that holds in all scenarios"
         reason = _reason(program, found.claim) if found.status == "infeasible" else ""
         return OneForAll(job, found.status, claim, None, {}, {}, reason)
-    chosen = {variable.path: float(x) for variable, x in zip(scene.variables, found.x, strict=True)}
+    chosen = named(scene, found.x)
     limits = {name: dict(checked_limits(one, chosen)) for name, one in scenes.items()}
     broken = [f"{key} in {name}" for name, rows in limits.items() for key, row in rows.items() if not row.met]
     doubt = disagreement(*limits.values()) or (f"{', '.join(broken)} not met as measured" if broken else "")
-    values = {
-        variable.path: Entry(chosen[variable.path], variable.dimension, variable.unit) for variable in scene.variables
-    }
     rows = [goal_row(one, chosen) for one in scenes.values()]
     worst = None
     if scene.goal is not None:
         pick = max if scene.goal.sense == "minimise" else min
         worst = scene.goal.name, pick((row for row in rows if row is not None), key=lambda one: one.value.value).value
-    return OneForAll(job, "check_failed" if doubt else found.status, doubt or found.claim, worst, values, limits)
+    status, values = "check_failed" if doubt else found.status, shown_values(scene, found.x)
+    return OneForAll(job, status, doubt or found.claim, worst, values, limits)
 
 
 def _reason(program: Program, claim: str) -> str:

@@ -21,6 +21,7 @@ from vibopt.solve.closed_program import NotClosedError, question, value_at
 from vibopt.solve.dispatch import best_of
 from vibopt.solve.method import Progress
 from vibopt.solve.one_range import permitted
+from vibopt.study.freeze import named
 from vibopt.study.nearest import slid
 from vibopt.verify.checked import checked_limits
 
@@ -179,8 +180,7 @@ def _places(program: Program, index: int, x: FloatArray) -> Iterator[FloatArray]
 
 
 def _rows(scene: Scene, x: FloatArray) -> list[Any]:
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
-    return list(checked_limits(scene, chosen).values())
+    return list(checked_limits(scene, named(scene, x)).values())
 
 
 class Violations:

@@ -101,11 +101,7 @@ class Sweep(Tabular):
     def table(self) -> list[dict[str, Any]]:
         """A row for each point, with the columns of the CSV file: SI units in their heads, margins as parts."""
         points = list(self.points)
-        heads = Heads(self.facts, self.job, self.goal, points)
-        return [
-            {head: None if one == "" else one for head, one in zip(heads.heads, heads.row(point), strict=True)}
-            for point in points
-        ]
+        return Heads(self.facts, self.job, self.goal, points).table(points)
 
     def to_xarray(self) -> Any:
         """The grid as an `xarray.Dataset`: a dimension for each fact [SI], a variable for each other column.

@@ -81,6 +81,8 @@ def map_of(sweep: Sweep) -> Map:
     values = shown.lines[0].y.reshape(shape).T
     goal = next((point.goal for point in points if point.goal is not None), None) if _chosen(sweep) else None
 
+    words = {**WORDS, "unproven": OPEN} if sweep.drawn else WORDS
+
     def level(one: Boundary) -> float:
         known = [value for value in one.goals if isfinite(value)]
         if goal is None or not known:
@@ -98,13 +100,8 @@ def map_of(sweep: Sweep) -> Map:
         values=values,
         good=np.array([point.good for point in points]).reshape(shape).T,
         sides=tuple(_side(sweep, boundary, level(boundary)) for boundary in sweep.boundaries),
-        bad_words=tuple(dict.fromkeys(_bad_word(sweep, point.status) for point in points if not point.good)),
+        bad_words=tuple(dict.fromkeys(words.get(point.status, point.status) for point in points if not point.good)),
     )
-
-
-def _bad_word(sweep: Sweep, status: str) -> str:
-    """What is said of points without a good answer."""
-    return OPEN if status == "unproven" and sweep.drawn else WORDS.get(status, status)
 
 
 def change_words(one: Boundary) -> str:

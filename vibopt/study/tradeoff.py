@@ -92,12 +92,8 @@ class Tradeoff(Tabular):
         heads = Heads((self.fact,), self.job, self.goal, self.points)
         unit = si_unit(self.fact.dimension)
         first = f"{self.name} [{unit}]" if unit else self.name
-        rows = []
-        for index, (point, at) in enumerate(zip(self.points, self.reached, strict=True)):
-            cells = zip(heads.heads, heads.row(point), strict=True)
-            row = {head: None if one == "" else one for head, one in cells}
-            rows.append({first: at.value, "knee": index == self.knee, **row})
-        return rows
+        rows = zip(heads.table(self.points), self.reached, strict=True)
+        return [{first: at.value, "knee": index == self.knee, **row} for index, (row, at) in enumerate(rows)]
 
     def heading(self) -> tuple[str, ...]:
         """Title and what is weighed."""

@@ -14,7 +14,6 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import at_words, spoken
 from vibopt.answer.entry import Checked, Entry, Word
-from vibopt.arrays import FloatArray
 from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError
 from vibopt.jobs import facts
@@ -160,7 +159,8 @@ def _measured_goal(scene: Scene, goal: Goal) -> Entry | None:
 def _chosen_rows(designs: Sequence[Design]) -> list[Row]:
     """Parts, places and values that any variant chooses, with what the others have there."""
     placed = dict.fromkeys(path for design in designs for path in design.places)
-    free = dict.fromkeys(path for design in designs for path in design.variables if not _of_part(path, design))
+    own = (path for design in designs for path in design.variables if path not in tied(design.scene))
+    free = dict.fromkeys(path for path in own if ".part." not in path)
     rows = [row_of("chosen", path, [_place_at(design, path) for design in designs]) for path in placed]
     return rows + [row_of("chosen", path, [_value_at(design, path) for design in designs]) for path in free]
 
@@ -216,11 +216,6 @@ def _brought(design: Design, path: str) -> Entry | None:
 def _bought(scene: Scene) -> dict[str, str]:
     """Names of the parts that are fixed, by path."""
     return {f"{path}.part": part.name for path, part in bought(scene).items() if part.name is not None}
-
-
-def _of_part(path: str, design: Design) -> bool:
-    """Whether a number is a column of a part."""
-    return ".part." in path or path in tied(design.scene)
 
 
 def _place_at(design: Design, path: str) -> Word | None:
@@ -296,14 +291,13 @@ def _measure_rows(measured: Sequence[Mapping[str, Entry]]) -> list[Row]:
 
 def _mode_rows(designs: Sequence[Design]) -> list[Row]:
     """The lowest natural frequencies of each machine without tolerances."""
-    modes = [_modes(design) if has_machine(design) else np.zeros(0) for design in designs]
+    modes = [
+        np.sort(machine_of(one.scene, chosen_in(one)).natural_frequencies()) if has_machine(one) else np.zeros(0)
+        for one in designs
+    ]
     count = min(max(map(len, modes)), MOST_MODES)
     rows = []
     for k in range(count):
         shown = [Entry(float(mode[k]), "angular_rate", "Hz") if k < len(mode) else None for mode in modes]
         rows.append(row_of("frequency", f"natural frequency {k + 1}", shown))
     return rows
-
-
-def _modes(design: Design) -> FloatArray:
-    return np.sort(np.asarray(machine_of(design.scene, chosen_in(design)).natural_frequencies(), dtype=float))

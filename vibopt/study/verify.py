@@ -120,8 +120,12 @@ def verify(
     done(0)
     if workers:
         found = each(work, files, workers, done)
-        pairs = zip(files, found, strict=True)
-        results = [_lost(*given, one) if isinstance(one, Lost) else one for given, one in pairs]
+        results = [
+            FileResult(name, (_no_answer(name, *_NOTHING, f"{one.why}."),), About(file, "internal_error"))
+            if isinstance(one, Lost)
+            else one
+            for (file, name), one in zip(files, found, strict=True)
+        ]
     else:
         results = []
         for file in files:
@@ -195,10 +199,6 @@ def _about(file: Path, job: Job, found: Answer[Any] | None) -> About:
         return About(file, "internal_error", job.title, source)
     reasons = tuple(str(record.get("why", "")) for record in job.expected)
     return About(file, found.status, job.title, source, found.proven, found.method, reasons)
-
-
-def _lost(file: Path, name: str, lost: Lost) -> FileResult:
-    return FileResult(name, (_no_answer(name, *_NOTHING, f"{lost.why}."),), About(file, "internal_error"))
 
 
 def _no_answer(name: str, what: str, right: str, ours: str, why: str) -> Row:

@@ -53,6 +53,11 @@ class WhatIf(Tabular):
         both = [one.entries() for one in (self.before, self.after)]
         return [_beside(path, *(one.get(path) for one in both)) for path in dict.fromkeys((*both[0], *both[1]))]
 
+    def to_json(self) -> dict[str, Any]:
+        """Changes, both answers, what breaks and where."""
+        keys = ("changes", "keep_design", "before", "after", "breaks", "thresholds")
+        return {key: getattr(self, key) for key in keys}
+
     def heading(self) -> tuple[str, ...]:
         """Title, changes, and what breaks of a design that is kept."""
         changes = ", ".join(f"{path} = {change}" for path, change in self.changes.items())

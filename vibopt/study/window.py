@@ -26,6 +26,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
 from vibopt.solve.ranges import closed
+from vibopt.study.freeze import named, shown_values
 from vibopt.study.spans import BETWEEN, Span, Violations, between, spans_of
 from vibopt.verify.checked import checked_limits, disagreement
 
@@ -153,18 +154,13 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     _confirmed(scene, program, [centre, centre * (1.0 - part), centre * (1.0 + part)])
     own = _own(scene)
     around = 0.0 if own is None else box.half(own)
-    shown = {
-        variable.path: Entry(float(x), variable.dimension, variable.unit)
-        for variable, x in zip(scene.variables, centre, strict=True)
-    }
-    return Window(job, spans, shown, part, proven, claim, around)
+    return Window(job, spans, shown_values(scene, centre), part, proven, claim, around)
 
 
 def _confirmed(scene: Scene, program: Program, designs: Sequence[FloatArray]) -> None:
     """Refuse to tell a window of a model from which the machine as built differs at one of the designs (n_vars,)."""
     for x in designs:
-        chosen = {one.path: float(value) for one, value in zip(scene.variables, x, strict=True)}
-        rows = checked_limits(scene, chosen, model=program.model)
+        rows = checked_limits(scene, named(scene, x), model=program.model)
         if any(row.doubt for row in rows.values()):
             raise RoutesDiffer(f"{scene.name}: no window is told: {disagreement(rows)}")
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from vibopt.records import dataclass
 from vibopt.report.absorber_parts import Modes, Strokes, modes, strokes
-from vibopt.report.figures.paper import COLOURS, FAINT, FORBIDDEN, FORBIDDEN_INK, HATCHES, INK, RED, SIZE, dress, legend
+from vibopt.report.figures.paper import COLOURS, FAINT, INK, RED, SIZE, dress, forbidden, legend
 from vibopt.scene.scene import Design
 from vibopt.units import plain
 
@@ -36,12 +36,12 @@ class StrokesBelow:
         axes = part.subplots()
         dress(axes, self.title, shown.label, "")
         finite = [one for one in (*shown.values, *(one for one in shown.limits if one)) if isfinite(one)]
-        end = 1.3 * max(finite, default=1.0)
+        end, names = 1.3 * max(finite, default=1.0), list(dict.fromkeys(bar.absorber for bar in shown.bars))
         for row, (bar, value, limit) in enumerate(zip(shown.bars, shown.values, shown.limits, strict=True)):
-            fill = _FILLS[_place(shown, bar.absorber) % len(_FILLS)]
+            fill = _FILLS[names.index(bar.absorber) % len(_FILLS)]
             axes.barh(row, min(value, end), height=0.55, color=fill, edgecolor=INK, lw=0.7, zorder=3)
             if limit is not None:
-                _limit(axes, row, limit, end, first=all(one is None for one in shown.limits[:row]))
+                _limit(axes, row, limit, end)
             look = {"va": "center", "fontsize": SIZE - 1, "color": INK, "zorder": 6, "bbox": _BOX}
             beside = {"xytext": (7, 0), "textcoords": "offset points"}
             axes.annotate(shown.words[row], (min(value, 0.5 * end), row), **beside, **look)
@@ -66,13 +66,8 @@ def below(design: Design) -> list[StrokesBelow | ModesBelow]:
 _BOX = {"boxstyle": "round,pad=0.12", "fc": "white", "ec": "none", "alpha": 0.9}
 
 
-def _place(shown: Strokes, absorber: str) -> int:
-    return list(dict.fromkeys(bar.absorber for bar in shown.bars)).index(absorber)
-
-
-def _limit(axes: Any, row: int, limit: float, end: float, *, first: bool) -> None:
-    look = {"fc": FORBIDDEN, "ec": FORBIDDEN_INK, "hatch": HATCHES[0], "lw": 0.0, "zorder": 1.0}
-    axes.fill_betweenx([row - 0.45, row + 0.45], limit, end, label="beyond the limit" if first else None, **look)
+def _limit(axes: Any, row: int, limit: float, end: float) -> None:
+    axes.fill_betweenx([row - 0.45, row + 0.45], limit, end, label="beyond the limit", zorder=1.0, **forbidden())
     axes.plot([limit, limit], [row - 0.45, row + 0.45], color=RED, lw=1.8, zorder=4, solid_capstyle="butt")
 
 

@@ -35,6 +35,12 @@ DASHES: tuple[Any, ...] = ((0, (4, 3)), (0, (1.5, 1.5)), (0, (7, 2, 1.5, 2)), (0
 HATCHES = ("////", "\\\\\\\\", "xxxx", "....", "++++", "oo")
 
 
+def forbidden(index: int = 0) -> dict[str, Any]:
+    """How a part of a figure looks that a limit forbids; each limit has its own hatching."""
+    hatch = HATCHES[index % len(HATCHES)]
+    return {"facecolor": FORBIDDEN, "edgecolor": FORBIDDEN_INK, "hatch": hatch, "linewidth": 0.0}
+
+
 END = 4
 LAST_DRAWN = "\u0530"
 """The font of figures knows Latin, Greek and Cyrillic letters, all below this."""

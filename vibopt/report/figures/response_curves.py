@@ -14,11 +14,8 @@ from vibopt.report.figures.paper import (
     COLOURS,
     DASHES,
     FAINT,
-    FORBIDDEN,
-    FORBIDDEN_INK,
     FREE,
     GREEN,
-    HATCHES,
     HEIGHT,
     INK,
     RED,
@@ -26,6 +23,7 @@ from vibopt.report.figures.paper import (
     STYLES,
     WIDTH,
     dress,
+    forbidden,
     label,
     legend,
     place,
@@ -112,21 +110,12 @@ def _curve(axes: Any, curve: Curve, index: int) -> None:
 def _zones(axes: Any, panel: Panel) -> None:
     """Where limits forbid the response, hatched; the bound itself is a line."""
     for index, (_, group) in enumerate(groupby(panel.zones, key=lambda zone: (zone.name, zone.above))):
-        for first, zone in enumerate(group):
+        for zone in group:
             low, high = _wide(zone, panel)
             floor, ceiling = panel.y_span
             bottom, top = (zone.bound, ceiling) if zone.above else (floor, zone.bound)
-            axes.fill_between(
-                [low, high],
-                bottom,
-                top,
-                facecolor=FORBIDDEN,
-                edgecolor=FORBIDDEN_INK,
-                hatch=HATCHES[index % len(HATCHES)],
-                lw=0.0,
-                zorder=1.5 - 0.1 * index,
-                label=zone.words if first == 0 else None,
-            )
+            over = 1.5 - 0.1 * index
+            axes.fill_between([low, high], bottom, top, zorder=over, label=zone.words, **forbidden(index))
             axes.plot([low, high], [zone.bound, zone.bound], color=RED, lw=1.6, solid_capstyle="butt", zorder=3)
 
 
@@ -154,24 +143,15 @@ def _own(axes: Any, panel: Panel) -> None:
 
 def _good(axes: Any, panel: Panel) -> None:
     """Speeds that `find_all` found."""
-    for first, (low, high) in enumerate(panel.good):
+    for low, high in panel.good:
         axes.axvspan(low, high, facecolor=FREE, zorder=0.5)
-        _bar(axes, low, high, GREEN, "all limits hold" if first == 0 else None)
+        _bar(axes, low, high, GREEN, "all limits hold")
 
 
 def _bar(axes: Any, low: float, high: float, colour: str, words: str | None) -> None:
     """A thick line along the foot of the axes."""
-    mixed = axes.get_xaxis_transform()
-    axes.plot(
-        [low, high],
-        [0.013, 0.013],
-        transform=mixed,
-        color=colour,
-        lw=3.5,
-        solid_capstyle="butt",
-        zorder=5,
-        label=words,
-    )
+    look = {"color": colour, "lw": 3.5, "solid_capstyle": "butt", "zorder": 5, "label": words}
+    axes.plot([low, high], [0.013, 0.013], transform=axes.get_xaxis_transform(), **look)
 
 
 def _marks(axes: Any, panel: Panel) -> list[Annotation]:

@@ -12,15 +12,13 @@ from vibopt.arrays import FloatArray
 from vibopt.report.figures.contours import levels_of
 from vibopt.report.figures.paper import (
     BLUE,
-    FORBIDDEN,
-    FORBIDDEN_INK,
-    HATCHES,
     INK,
     RED,
     SIZE,
     STYLES,
     WIDTH,
     dress,
+    forbidden,
     legend,
     scale,
     sheet,
@@ -47,8 +45,8 @@ def map_figure(data: Map) -> Figure:
         ends = words is None
         look = {"color": RED if ends else INK, "lw": 1.8 if ends else 1.2}
         style = "-" if ends else STYLES[1 + index % (len(STYLES) - 1)]
-        for k, ((x0, y0), (x1, y1)) in enumerate(lines):
-            label = ("where designs end" if words is None else f"{words[0]} | {words[1]}") if k == 0 else None
+        label = "where designs end" if words is None else f"{words[0]} | {words[1]}"
+        for (x0, y0), (x1, y1) in lines:
             axes.plot([x0, x1], [y0, y1], linestyle=style, zorder=4, label=label, **look)
     legend(figure, axes, first=first)
     return figure
@@ -86,10 +84,9 @@ def _hatched(axes: Any, data: Map) -> Any:
     from matplotlib.collections import PolyCollection
     from matplotlib.patches import Patch
 
-    look: dict[str, Any] = {"facecolor": FORBIDDEN, "edgecolor": FORBIDDEN_INK, "hatch": HATCHES[0], "linewidth": 0.0}
     polygons = [polygon for polygon in _polygons(data) if len(polygon) > 2]
-    axes.add_collection(PolyCollection(polygons, zorder=1, **look))
-    return Patch(label="; ".join(data.bad_words) or "no design", **look)
+    axes.add_collection(PolyCollection(polygons, zorder=1, **forbidden()))
+    return Patch(label="; ".join(data.bad_words) or "no design", **forbidden())
 
 
 def _on_sides(data: Map) -> dict[tuple[bool, int, int], list[Side]]:

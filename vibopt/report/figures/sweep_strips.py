@@ -7,15 +7,13 @@ from typing import TYPE_CHECKING, Any
 from vibopt.report.figures.paper import (
     COLOURS,
     FAINT,
-    FORBIDDEN,
-    FORBIDDEN_INK,
-    HATCHES,
     INK,
     RED,
     SIZE,
     STYLES,
     WIDTH,
     dress,
+    forbidden,
     legend,
     scale,
     sheet,
@@ -75,21 +73,10 @@ def _draw(axes: Any, strip: Strip, strips: Strips) -> None:
         axes.axhline(strip.bad_below, color=RED, lw=1.4, zorder=3)
         floor, ceiling = axes.get_ylim()
         low = min(floor, strip.bad_below)
-        look = {"fc": FORBIDDEN, "ec": FORBIDDEN_INK, "hatch": HATCHES[0], "lw": 0.0, "zorder": 1}
-        axes.axhspan(low, strip.bad_below, label=strip.bad_word, **look)
+        axes.axhspan(low, strip.bad_below, label=strip.bad_word, zorder=1, **forbidden())
         axes.set_ylim(floor, ceiling)
     for x, _ in strips.marks:
         axes.axvline(x, color=FAINT, lw=0.9, linestyle=(0, (2, 2)), zorder=2)
-    seen: set[str] = set()
+    kinds = list(dict.fromkeys(words for _, _, words in strips.shaded))
     for low, high, words in strips.shaded:
-        axes.axvspan(
-            low,
-            high,
-            facecolor=FORBIDDEN,
-            edgecolor=FORBIDDEN_INK,
-            hatch=HATCHES[len(seen | {words}) - 1],
-            lw=0.0,
-            zorder=1,
-            label=words if words not in seen else None,
-        )
-        seen.add(words)
+        axes.axvspan(low, high, zorder=1, label=words, **forbidden(kinds.index(words)))

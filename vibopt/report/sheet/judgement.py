@@ -129,13 +129,9 @@ def limit_rows(design: Design, most: int = MOST_LIMITS) -> tuple[list[LimitRow],
     Those with most margin are left out first; never one that is broken or active.
     """
     rows = design.limits
-    kept = set(sorted(rows, key=lambda key: _rank(rows[key]))[:most])
+    kept = set(sorted(rows, key=lambda key: (rows[key].met, not rows[key].active, rows[key].margin))[:most])
     kept |= {key for key, row in rows.items() if not row.met or row.active}
     return [_limit(design, row) for key, row in rows.items() if key in kept], len(rows) - len(kept)
-
-
-def _rank(one: Checked) -> tuple[bool, bool, float]:
-    return one.met, not one.active, one.margin
 
 
 def _limit(design: Design, one: Checked) -> LimitRow:
@@ -198,7 +194,8 @@ def _motion(design: Design) -> Iterator[str]:
     asked = scene.responses.values()
     in_time = any(one.sort == "transient" for one in asked)
     steady = not in_time or any(one.harmonic or one.sort == "random" for one in asked)
-    run_up = ": running up through a resonance quickly gives less" if _swept(design) else ""
+    swept = any(getattr(limit, "over", None) is not None for limit in scene.limits.values())
+    run_up = ": running up through a resonance quickly gives less" if swept else ""
     how = f" and steady{run_up}" if steady else ""
     yield f"Bodies are rigid, springs and dampers are linear, motions are small{how}."
     if any(link.beam is not None for link in scene.links.values()):
@@ -226,10 +223,6 @@ def _doubts(design: Design) -> tuple[Uncertain, ...]:
     if len(design.x) != len(design.scene.variables):
         return uncertain(design.scene)
     return uncertain_at(design.scene, chosen_in(design))
-
-
-def _swept(design: Design) -> bool:
-    return any(getattr(limit, "over", None) is not None for limit in design.scene.limits.values())
 
 
 def proof_of(design: Design) -> list[str]:

@@ -99,7 +99,8 @@ def _excitation(table: Mapping[str, Any]) -> Iterator[str]:
     if "speed" in table:
         yield f"at {said(table['speed'])}"
     if "varies" in table:
-        yield f"amplitude {_varies(table['varies'])}{_from(table)}"
+        given_at = f", given at {said(table['amplitude_at'])}" if "amplitude_at" in table else ""
+        yield f"amplitude {_varies(table['varies'])}{given_at}"
 
 
 def _varies(given: object) -> str:
@@ -108,7 +109,3 @@ def _varies(given: object) -> str:
     if isinstance(given, str):
         return f"grows with {given.replace('^2', ' squared')}"
     return "follows the table in the file"
-
-
-def _from(table: Mapping[str, Any]) -> str:
-    return f", given at {said(table['amplitude_at'])}" if "amplitude_at" in table else ""
