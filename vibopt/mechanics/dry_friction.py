@@ -157,7 +157,7 @@ class Rub:
             return 0.0
         for root in roots:
             tau = low + width * float(root)
-            for _ in range(2):
+            for _ in range(4):
                 _, v, a = self.now(piece, tau)
                 tau -= v / a if a and abs(v / a) < 1e-3 else 0.0
             if piece.side * self.now(piece, tau)[2] <= 0.0:
