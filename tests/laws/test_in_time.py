@@ -391,7 +391,8 @@ def test_records_are_followed_from_sample_to_sample_by_three_roads(seed: int, ev
         run = solve_ivp(
             rates, (low, high), state, "DOP853", rtol=1e-11, atol=1e-15, dense_output=True, args=(low, high)
         )
-        state, most = run.y[:, -1], max(most, float(np.abs(run.sol(np.linspace(low, high, 600 if high - low < 1.0 else 20_000))[0]).max()))
+        seen = np.linspace(low, high, 600 if high - low < 1.0 else 20_000)
+        state, most = run.y[:, -1], max(most, float(np.abs(run.sol(seen)[0]).max()))
     assert measure(scene, {}, rattle).value == pytest.approx(found, rel=1e-9)
     assert most == pytest.approx(found, rel=2e-5)
     assert most <= found * (1.0 + 1e-9)
