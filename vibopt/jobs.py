@@ -183,9 +183,25 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
         if (document.get("goal") or {}).get("find_all") == path and not isinstance(value, Mapping):
             document = {key: one for key, one in document.items() if key != "goal"}  # found, and measured there
         written |= {part.place} if part is not None else set()
+    if is_scene(job) and job.goal is not None and _nothing_open(job, read):
+        from vibopt.verify.measured_goal import measure_goal
+
+        document = dict(document)
+        measure_goal(job, document)
     made = cast(J, of_document(document, Mistakes(job.name, None), job))
     whole: Any = made
     return cast(J, replace(whole, notes=(*whole.notes, *notes))) if notes else made
+
+
+def _nothing_open(scene: Scene, changes: Mapping[str, Any]) -> bool:
+    """Whether some changes by path give a value to every choice of a scene that has any."""
+    values = {
+        path
+        for path, value in changes.items()
+        if not (isinstance(value, Mapping) and {"from", "to", "one_of"} & value.keys())
+    }
+    asks = any(path.startswith("goal.") for path in changes) or scene.asked is not None
+    return bool(scene.variables) and {one.path for one in scene.variables} <= values and not asks
 
 
 def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:

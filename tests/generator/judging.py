@@ -23,7 +23,7 @@ from vibopt.errors import InputError
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Variable
 from vibopt.solve import solve
-from vibopt.study.freeze import MEASURED
+from vibopt.verify.measured_goal import MEASURED
 
 CODES = {**EXIT_CODES, "input_error": 2}
 GAP = 1e-5

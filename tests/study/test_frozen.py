@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refusals import refused
-from texts import moves, one_mass
+from texts import best, choice, moves, one_mass, table
+from vibopt import jobs
 from vibopt.scene.facts import fact_at, facts
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
@@ -53,6 +54,38 @@ def test_a_saved_design_solved_again_measures_the_same(name: str, tmp_path: Path
     if design.goal is not None and design.tolerances is None:
         (goal,) = (again.measures[key] for key in ("minimised", "maximised") if key in again.measures)
         assert goal.value.value == pytest.approx(design.goal[1].value, rel=1e-12)
+
+
+PUSHED = one_mass(
+    "fan", "100 kg", {"stiffness": "400 kN/m", "damping": choice("200 N s/m", "9 kN s/m")},
+    {"kind": "pulse", "shape": "half sine", "amplitude": "5 kN", "duration": "30 ms"},
+    table("measures.speed", response="peak_velocity", of="fan"), best(minimise="peak_acceleration", of="fan"),
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("limit", ["", table("limits.far", response="peak_displacement", of="fan", at_most="30 mm")])
+def test_where_every_choice_is_given_a_value_what_was_made_best_is_measured(limit: str) -> None:
+    scene = from_text(PUSHED + limit)
+    design = solve(scene, explain=False)
+    set_to = {path: f"{one.value.value!r} N s/m" for path, one in design.variables.items()}
+    assert list(set_to) == ["links.mount.damping"]
+    there = jobs.with_changes(scene, set_to)
+    again = solve(there, explain=False)
+    assert (again.status, there.is_analysis, set(there.measures)) == ("met", True, {"speed", "minimised"})
+    assert design.goal is not None
+    assert again.measures["minimised"].value.value == pytest.approx(design.goal[1].value, rel=1e-12)
+    assert set(scene.document["measures"]) == {"speed"}
+    held = {"links.mount.damping": {"one_of": ["300 N s/m", "900 N s/m"]}}
+    assert jobs.with_changes(scene, held).goal is not None
+
+
+def test_the_only_choice_varied_shows_what_was_made_best_against_it() -> None:
+    found = sweep(from_text(PUSHED), "links.mount.damping", "300 N s/m..3 kN s/m", 3)
+    best_of = [one.results["measures.minimised"].value for one in found.points]
+    for point, least in zip(found.points, best_of, strict=True):
+        given = jobs.with_changes(from_text(PUSHED), {"links.mount.damping": f"{point.value.value!r} N s/m"})
+        assert solve(given).measures["minimised"].value.value == pytest.approx(least, rel=1e-12)
+    assert len(set(best_of)) == 3
 
 
 PENDULUM = """

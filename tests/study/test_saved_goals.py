@@ -10,7 +10,8 @@ import pytest
 import vibopt as vo
 from vibopt.responses import KINDS
 from vibopt.scene.read import from_dict
-from vibopt.study.freeze import MEASURED, frozen
+from vibopt.study.freeze import frozen
+from vibopt.verify.measured_goal import MEASURED
 
 DOCUMENT: dict[str, Any] = {
     "bodies": {"m": {"mass": "100 kg"}, "f": {"mass": "300 kg"}},

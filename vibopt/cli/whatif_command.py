@@ -192,8 +192,8 @@ def _beside(result: WhatIf) -> list[tuple[str, ...]]:
 def _cells(job: Job, found: Answer[Any], result: WhatIf) -> dict[str, str]:
     """What an answer is compared by; of a design that is kept not what was chosen."""
     from vibopt.jobs import is_scene
-    from vibopt.study.freeze import MEASURED
     from vibopt.study.seen import chosen, goal_of, results
+    from vibopt.verify.measured_goal import MEASURED
 
     cells = {"verdict": found.status}
     if is_scene(job) and job.find_all is not None:

@@ -3,25 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.document.toml_reading import changed
-from vibopt.responses import HarmonicResponse
 from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict
-from vibopt.scene.scene import MAXIMISE, MINIMISE, Goal, Scene
-from vibopt.scene.space import members
+from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
 from vibopt.values.tolerance import read_tolerance, span, written
 from vibopt.verify.as_built import machine_of
-from vibopt.verify.checked import usual_unit
+from vibopt.verify.measured_goal import measure_goal
 
-MEASURED = {MINIMISE: "minimised", MAXIMISE: "maximised"}
-"""Name of the measure that a goal becomes, by its sense."""
 _MASSES = ("mass", "inertia", "mass_ratio", "disc")
 _SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "frequency", "tuning", "length")
 _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
@@ -74,7 +69,7 @@ def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene
     if scene.absorbers:
         document["absorbers"] = _bought(scene, x, document["absorbers"])
     if with_goal:
-        _as_measure(scene, document)
+        measure_goal(scene, document)
     document.pop("goal", None)
     document.pop("expected", None)
     return from_dict(document, name=scene.name)
@@ -85,35 +80,6 @@ def _said(value: float, unit: str, dimension: str) -> str | float | int:
     if unit:
         return f"{float(to_unit(value, unit, dimension))!r} {unit}"
     return round(value) if dimension == "count" else float(value)
-
-
-def _as_measure(scene: Scene, document: dict[str, Any]) -> None:
-    """What was made best is measured from now on, in the unit in which it was shown."""
-    goal = goal_as_shown(scene)
-    if goal is None:
-        return
-    given = {key: one for key, one in document["goal"].items() if key != goal.sense}
-    unit = {"unit": goal.response.unit} if goal.response.unit else {}
-    measure = {"response": goal.name, **given, **unit, **_worst(scene, goal)}
-    document.setdefault("measures", {}).setdefault(MEASURED[goal.sense], measure)
-
-
-def _worst(scene: Scene, goal: Goal) -> dict[str, str]:
-    """Which of several values a goal is, over speeds, mounts or tolerances, where a measure would show another."""
-    response, least = goal.response, goal.sense == MAXIMISE
-    several = isinstance(response, HarmonicResponse) or len(members(scene, response)) > 1 or bool(uncertain(scene))
-    if not several or least == (response.worst_side == "at_least"):
-        return {}
-    return {"worst": "least" if least else "greatest"}
-
-
-def goal_as_shown(scene: Scene) -> Goal | None:
-    """The goal with the unit in which an answer shows it."""
-    goal = scene.goal
-    if goal is None:
-        return None
-    unit = goal.response.unit or usual_unit(scene, goal.response)
-    return replace(goal, response=goal.response.model_copy(update={"unit": unit or None}))
 
 
 def _bought(scene: Scene, x: Sequence[float], written: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

@@ -14,11 +14,12 @@ from vibopt.scene.read import with_changes
 from vibopt.scene.scene import MINIMISE, Design, Goal, Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
-from vibopt.study.freeze import frozen, goal_as_shown
+from vibopt.study.freeze import frozen
 from vibopt.study.grids import Number, numbers, x_of
 from vibopt.study.margins import most_missed
 from vibopt.study.nearby import Near, Rounded, Rounding, Value
 from vibopt.verify.checked import chosen_of, goal_of
+from vibopt.verify.measured_goal import goal_as_shown
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer

@@ -10,10 +10,10 @@ from vibopt.answer.answer import EMPTY
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, kept_plan, with_changes
-from vibopt.study.freeze import MEASURED
 from vibopt.study.grids import Number
 from vibopt.study.nearby import Near, Rounded, Rounding, Value
 from vibopt.study.rounded import rounded
+from vibopt.verify.measured_goal import MEASURED
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer

@@ -21,12 +21,13 @@ from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.catalogue_choices import tied
 from vibopt.responses.response import place_of
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
-from vibopt.study.freeze import MEASURED, frozen, goal_as_shown
+from vibopt.study.freeze import frozen
 from vibopt.study.rounded import goal_on
 from vibopt.study.seen import chosen, goal_of, results, shown_value
 from vibopt.study.variant_cells import SAME, Cell, Row, bought, comparable, marked, price_of, price_words, row_of
 from vibopt.values.fields import Fact, rule_of
 from vibopt.verify.as_built import machine_of
+from vibopt.verify.measured_goal import MEASURED, goal_as_shown
 
 if TYPE_CHECKING:
     from vibopt.balancing import BalancingJob

@@ -129,8 +129,13 @@ def varied(job: Job, ranges: Mapping[str, str], design: Answer[Any] | None = Non
 
 
 def _holding(job: Job, held: Mapping[str, str]) -> Job:
-    """The job with variables as facts; where nothing is left to choose, what is there is measured and has no goal."""
-    if is_scene(job) and len(held) == len(job.variables) and not (open_positions(job) or open_places(job)):
+    """The job with variables as facts; where nothing is left to choose, limits are measured, and else the goal."""
+    if (
+        is_scene(job)
+        and job.limits
+        and len(held) == len(job.variables)
+        and not (open_positions(job) or open_places(job))
+    ):
         document = {key: one for key, one in changed(job.document, held).items() if key != "goal"}
         return of_document(document, Mistakes(job.name, None))
     return with_changes(job, held)
