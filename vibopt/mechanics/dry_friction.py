@@ -144,7 +144,7 @@ class Rub:
             _, v, a = self.now(piece, tau)
             low, high = (tau, high) if piece.side * v > 0.0 else (low, tau)
             step = tau - v / a if a else low
-            last, tau = tau, step if low < step < high else 0.5 * (low + high)
+            last, tau = tau, step if low <= step <= high else 0.5 * (low + high)
             if abs(tau - last) <= _SETTLED * (high + 1.0):  # the next of Newton's steps is as short as its square
                 break
         return tau
@@ -157,7 +157,7 @@ class Rub:
             return 0.0
         for root in roots:
             tau = low + width * float(root)
-            for _ in range(4):
+            for _ in range(2):
                 _, v, a = self.now(piece, tau)
                 tau -= v / a if a and abs(v / a) < 1e-3 else 0.0
             if piece.side * self.now(piece, tau)[2] <= 0.0:
