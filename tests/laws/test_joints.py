@@ -291,7 +291,7 @@ def test_no_grid_of_designs_beats_what_is_proven(name: str) -> None:
 @pytest.mark.slow
 def test_no_grid_beats_a_proven_mount_under_a_pulse() -> None:
     document = aimed("bump", TWO)
-    document["limits"] = {"room": {"response": "peak_relative_displacement", "across": "main", "at_most": "2 mm"}}
+    document["limits"] = {"room": {"response": "peak_relative_displacement", "across": "main", "at_most": "3 mm"}}
     document["excitations"]["bump"] = {**SHAKEN["bump"], "acceleration": "50 m/s²", "duration": "20 ms"}
     answer = vo.solve(vo.from_dict(document))
     assert answer.status == "optimal", answer.claim
