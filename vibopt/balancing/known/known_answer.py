@@ -71,7 +71,8 @@ def _with_limits(job: KnownJob, limits: Mapping[str, KnownLimitTable]) -> KnownJ
 
 
 def _rows(job: KnownJob, found: Correction, tables: Mapping[str, KnownLimitTable]) -> dict[str, Checked]:
-    return {name: _held(job, found, name, table) for name, table in tables.items()}
+    left = Left.of(job, found.u) if tables else Left(0.0, 0.0, {})
+    return {name: _held(job, found, left, name, table) for name, table in tables.items()}
 
 
 def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tuple[str, str]:
@@ -187,9 +188,9 @@ def _clean(value: complex, size: float) -> complex:
     return 0.0 if abs(value) < _OPEN * size else value
 
 
-def _held(job: KnownJob, found: Correction, name: str, table: KnownLimitTable) -> Checked:
+def _held(job: KnownJob, found: Correction, left: Left, name: str, table: KnownLimitTable) -> Checked:
     """A limit or measure on the corrected shaft, by the masses turned by hand where it is a sum."""
-    left, place = Left.of(job, found.u), ""
+    place = ""
     if table.response == "static_unbalance":
         value = abs(left.static)
     elif table.response == "couple_unbalance":
