@@ -124,6 +124,19 @@ def test_with_nothing_but_a_place_to_choose_the_goal_is_that_of_the_worst_machin
     assert set(design.tolerances.goal_off) == {"bodies.high.mass"}
 
 
+def test_a_measure_that_is_not_proven_over_the_tolerances_takes_nothing_from_the_place() -> None:
+    tmd = {"on": {"one_of": ["low", "high"]}, "mass": "4 t", "frequency": "3.5 Hz", "damping_ratio": 0.1}
+    high = {**DOCUMENT["bodies"]["high"], "tolerance": "3 %"}
+    asked = {"absorbers": {"tmd": tmd}, "bodies": DOCUMENT["bodies"] | {"high": high}}
+    measured = {"measures": {"rate": {"response": "decay_rate"}}}
+    alone, beside = (solve(from_dict(DOCUMENT | asked | more)) for more in ({}, measured))
+    assert (beside.status, beside.goal) == (alone.status, alone.goal)
+    assert alone.status == "optimal"
+    assert not beside.proven
+    assert beside.tolerances is not None
+    assert beside.tolerances.open == ("measures.rate",)
+
+
 FLOORS = ("low", "middle", "high")
 
 
