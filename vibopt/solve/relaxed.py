@@ -333,10 +333,11 @@ def _best_weighed(rows: Rows, goal: BoolArray, half: FloatArray) -> FloatArray:
         more = -(off + y * wider) / room
         x, room, y = x + _within(room, wider) * step, room + _within(room, wider) * wider, y + _within(y, more) * more
     weights = np.where(known, y[:, :many], 0.0)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        weights /= (weights * goal).sum(axis=1, keepdims=True)
+    share = (weights * goal).sum(axis=1, keepdims=True)
+    told = np.isfinite(weights).all(axis=1, keepdims=True) & (share > _TINY)
+    weights = np.where(told, weights, 0.0) / np.where(told, share, 1.0)
     bound = (weights * value).sum(axis=1) - np.abs(_times(slope.swapaxes(1, 2), weights)).sum(axis=1)
-    return np.where(np.isfinite(bound), bound, -np.inf)
+    return np.where(told[:, 0] & np.isfinite(bound), bound, -np.inf)
 
 
 def _times(matrices: FloatArray, vectors: Any) -> Any:

@@ -24,6 +24,8 @@ from vibopt.verify.over_bands import Reached
 
 _FIRST, _MOST = 6, 600
 """Half cycles from rest before roots are looked for, and at most."""
+_SLOWEST = 1e5
+"""Times as fast as the force that a vibration may be of itself: a turn takes ten steps for each of its radians."""
 _SAMPLES, _DENSE, _NEAR, _BETWEEN, _CLOSER = 120, 6.0, 0.98, 33, 3
 """Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count;
 samples between those beside a top, and how often."""
@@ -192,6 +194,8 @@ class Rubbed:
 
         if self.push <= self.joint.friction:  # with what it rubs on, to the last digit
             return self.half(np.array([self.carrier, 0.0]))
+        if _natural(self.machine) > _SLOWEST * self.omega:
+            return None
         scale, state = self._scale, np.array(self.begin)
 
         def after(start: FloatArray) -> FloatArray:
