@@ -36,6 +36,43 @@ def one_mass(
     ])  # fmt: skip
 
 
+SKID = """
+[bodies]
+motor.mass = "{motor!r} kg"
+skid.mass = "420 kg"
+
+[links.pads]
+between = ["motor", "skid"]
+stiffness = "{pads!r} MN/m"
+damping = "900 N s/m"
+
+[links.mount]
+between = ["skid", "ground"]
+stiffness = {{ from = "10 kN/m", to = "100 MN/m" }}
+{damper}
+
+[excitations.motor]
+kind = "unbalance"
+on = "motor"
+unbalance = "2 kg mm"
+speed = "600..1500 rpm"
+
+[limits]
+floor = {{ response = "transmitted_force", into = "ground", at_most = "150 N" }}
+motor_move = {{ response = "displacement", of = "motor", at_most = "0.05 mm" }}
+
+[goal]
+{goal}
+"""
+
+
+def skid(
+    motor: float, pads: float, goal: str, damper: str = 'damping = { from = "10 N s/m", to = "200 kN s/m" }'
+) -> str:
+    """A motor [kg] on pads [MN/m] on a skid, whose mount is to be chosen."""
+    return SKID.format(motor=motor, pads=pads, goal=goal, damper=damper)
+
+
 def press(
     stiffness: str,
     damping: str | None,

@@ -637,3 +637,15 @@ def test_what_friction_holds_on_a_moving_base_has_moved_by_nothing_at_all() -> N
     answer = vo.solve(vo.from_dict(document))
     assert answer.measures["rattle"].value.value == 0.0
     assert answer.measures["force"].value.value == pytest.approx(50.0, rel=1e-9)
+
+
+def test_a_turn_that_is_endless_beside_the_vibration_ends_in_words() -> None:
+    """The second route takes ten steps for each radian of the vibration: at 1e-9 rpm there would be 1e12."""
+    answer = vo.solve(vo.from_dict({
+        "bodies": {"pump": {"mass": "400 kg"}},
+        "links": {"feet": {"between": ["pump", "ground"], "stiffness": "300 kN/m", "friction_force": "500 N"}},
+        "excitations": {"push": {"kind": "force", "on": "pump", "amplitude": "2 kN", "speed": "1e-9 rpm"}},
+        "limits": {"way": {"response": "displacement", "of": "pump", "at_most": "15 mm"}},
+    }))  # fmt: skip
+    assert answer.status == "check_failed"
+    assert "0.005 m in the model, and nothing was found on the machine as built" in answer.claim

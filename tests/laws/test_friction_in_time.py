@@ -208,6 +208,17 @@ def test_what_begins_sharply_makes_no_step_short_once_it_is_over() -> None:
     assert len(begins) < 60 * begins[-1] * sqrt(1000.0) / (2.0 * pi)
 
 
+def test_two_releases_asked_apart_are_two_motions() -> None:
+    """Each is fastest where spring and friction balance: omega (x - f / k)."""
+    document = press({"kind": "release", "on": "press", "displacement": "20 mm"})
+    document["excitations"]["other"] = {"kind": "release", "on": "press", "displacement": "40 mm"}
+    speed = {"response": "peak_velocity", "of": "press"}
+    document["measures"] = {name: speed | {"due_to": [name]} for name in ("load", "other")}
+    for name, fastest in told(document).items():
+        place = {"load": 0.02, "other": 0.04}[name]
+        assert fastest == pytest.approx(sqrt(1000.0) * (place - 800.0 / 3e5), rel=1e-9)
+
+
 def test_a_drop_and_a_record_are_right_by_both_routes_and_friction_comes_near_the_best_of_all(tmp_path: Path) -> None:
     """Friction alone, on a soft spring, comes near what any isolator could reach."""
     times = np.arange(200) * 0.01

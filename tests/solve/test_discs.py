@@ -10,6 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from texts import skid
 from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
@@ -134,32 +135,6 @@ def test_what_one_sum_of_rows_shows_to_be_empty_has_no_corner(seed: int, count: 
         assert not len(conics.corners())
 
 
-SKID = """
-[bodies]
-motor.mass = "{motor} kg"
-skid.mass = "420 kg"
-[links.pads]
-between = ["motor", "skid"]
-stiffness = "{pads} MN/m"
-damping = "900 N s/m"
-[links.mount]
-between = ["skid", "ground"]
-stiffness = {{ from = "10 kN/m", to = "100 MN/m" }}
-{damper}
-[excitations.motor]
-kind = "unbalance"
-on = "motor"
-unbalance = "2 kg mm"
-speed = "600..1500 rpm"
-[limits]
-floor = {{ response = "transmitted_force", into = "ground", at_most = "150 N" }}
-move = {{ response = "displacement", of = "motor", at_most = "0.05 mm" }}
-[goal]
-minimise = "{goal}"
-of = "mount"
-"""
-
-
 def _worst_of_skid(motor: float, pads: float, k: FloatArray, c: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Way of the motor [m] and force on the floor [N] over 901 speeds, of mounts (n,)."""
     speed = np.linspace(600.0, 1500.0, 901) * np.pi / 30.0
@@ -180,7 +155,7 @@ def test_the_least_damping_of_a_mount_below_two_bodies_is_proven(motor: float, p
     damper = damper if ratio else 'damping = { from = "10 N s/m", to = "200 kN s/m" }'
     goal = "damping_ratio" if ratio else "damping"
     answer: Any = vo.solve(
-        vo.from_text(SKID.format(motor=motor, pads=pads, damper=damper, goal=goal)), method="discs", explain=False
+        vo.from_text(skid(motor, pads, f'minimise = "{goal}"\nof = "mount"', damper)), method="discs", explain=False
     )
     assert answer.status == "optimal"
     best = answer.goal[1].value

@@ -10,48 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
+from texts import skid as text_of_skid
 from vibopt.jobs import fact_at, facts, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
 from vibopt.study.brink import brink
 from vibopt.study.prices import Prices, prices
 
-SKID = """
-[bodies.motor]
-mass = "{motor} kg"
-
-[bodies.skid]
-mass = "420 kg"
-
-[links.pads]
-between = ["motor", "skid"]
-stiffness = "{pads} MN/m"
-damping = "900 N s/m"
-
-[links.mount]
-between = ["skid", "ground"]
-stiffness = {{ from = "10 kN/m", to = "100 MN/m" }}
-damping = {{ from = "10 N s/m", to = "200 kN s/m" }}
-
-[excitations.motor]
-kind = "unbalance"
-on = "motor"
-unbalance = "2 kg mm"
-speed = "600..1500 rpm"
-
-[limits.floor]
-response = "transmitted_force"
-into = "ground"
-at_most = "150 N"
-
-[limits.motor_move]
-response = "displacement"
-of = "motor"
-at_most = "0.05 mm"
-
-[goal]
-{goal}
-"""
 GOALS = (
     'maximise = "stiffness"\nof = "mount"',
     'minimise = "displacement"\nof = "skid"',
@@ -60,7 +25,7 @@ GOALS = (
 
 
 def skid(motor: float = 180.0, pads: float = 3.0, goal: str = GOALS[0]) -> Scene:
-    return vo.from_text(SKID.format(motor=motor, pads=pads, goal=goal))
+    return vo.from_text(text_of_skid(motor, pads, goal))
 
 
 @settings(max_examples=16)

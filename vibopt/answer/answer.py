@@ -125,7 +125,7 @@ class Tolerances:
     goal_off
         By how much numbers are off where the goal is worst.
     open
-        Limits (and "the goal") of which the worst machine is found, but not proven to be the worst.
+        Limits, "the goal" and measures ("measures.NAME") of which the worst machine is found, but not proven to be so.
     odds
         Of each limit with a probability.
     """

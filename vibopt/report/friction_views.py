@@ -30,8 +30,9 @@ _SPEEDS, _TIMES, _SAME = 160, 400, 5e-3
 _CLOSER, _BENT, _WIDE = 4, 0.03, 2.0
 """How often points are added where a curve bends, by how much between two of its pieces [rad], in a figure that is so
 many times as wide as high."""
-_DEGENERATE = 1e-6
-"""How near a natural frequency is to a whole multiple of that of the force, to be one."""
+_DEGENERATE, _ENDLESS = 1e-6, 1e5
+"""How near a natural frequency is to a whole multiple of that of the force, to be one; the multiple from which on a
+cycle is endless beside the vibration: nothing rings on in it, and nothing of it can be drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +95,9 @@ def _beside(asked: _Asked, value: float, other: float) -> str:
 def _left_to_the_start(form: Rubbing, model: Model, x: FloatArray, speed: float) -> bool:
     rub = form.motion(model, x, speed)[0]
     order = 1.0 / rub.r if rub.r else 0.0
-    pieces = (rub.half_cycle if rub.r else None) or ()
-    return rub.ratio == 0.0 and order > 1.5 and abs(order - round(order)) < _DEGENERATE and all(p.side for p in pieces)
+    if rub.ratio or not 1.5 < order < _ENDLESS or abs(order - round(order)) >= _DEGENERATE:
+        return False
+    return all(piece.side for piece in rub.half_cycle or ())
 
 
 def friction_panels(design: Design, model: Model) -> list[Panel]:
@@ -108,7 +110,7 @@ def friction_panels(design: Design, model: Model) -> list[Panel]:
     for one in first.values():
         panels.append(_against_speed(design, model, x, one))
         value, speed = one.form.tops(model, x)[0]
-        if isfinite(value) and speed > 0.0:
+        if isfinite(value) and one.form.motion(model, x, speed)[0].r * _ENDLESS > 1.0:
             panels.append(_over_cycle(design, model, x, one))
     return panels
 

@@ -34,6 +34,8 @@ _MOST_ROUNDS, _MOST_ANSWERS = 60, 4000
 _TOGETHER = 15
 """Places looked at between two sides at a time, where many answers cost little more than one."""
 _FINEST, _HALVED, _ASIDE = 1e-9, 5, 0.05
+"""Distance that is never cut further; rounds of which one halves where the others follow a straight line, and part of
+the way to the nearer side by which they go beyond its root.  A root that is met leaves the other side where it was."""
 _ONE_EVENT = 4.0
 """Widths of a closed gap within which another is the same event."""
 

@@ -186,7 +186,8 @@ class Built:
         what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
         at = self._where(found.response, found.speeds)
         if own is None:
-            words = f"{what} is {one} in the model, {other} on the machine as built"
+            there = "and nothing was found" if math.isnan(found.value) else other
+            words = f"{what} is {one} in the model, {there} on the machine as built"
             return replace(row, doubt=f"{words}, at {at}" if at else words)
         there = self._where(found.response, own.speeds)
         words = f"{what} is {'least' if found.least else 'greatest'} in the model with {one} at {there}"
