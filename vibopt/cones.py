@@ -217,10 +217,12 @@ class Cones:
         starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
         P = by_columns(diagonal[places], places, starts, (n + more, n + more))
         q = np.concatenate([np.zeros(n) if cost is None else cost, self.cost])
-        found = solve_cones(q, self._table(dense), b, self.kinds, quadratic=P, tolerance=tolerance)
+        cone_point = solve_cones(q, self._table(dense), b, self.kinds, quadratic=P, tolerance=tolerance)
         if along is None:
-            return found
-        return ConePoint(np.concatenate([base + turn @ found.x[:n], found.x[n:]]), found.z, found.status)
+            return cone_point
+        return ConePoint(
+            np.concatenate([base + turn @ cone_point.x[:n], cone_point.x[n:]]), cone_point.z, cone_point.status
+        )
 
     def _table(self, dense: FloatArray) -> SimpleNamespace:
         """A, compressed by columns."""

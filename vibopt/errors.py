@@ -224,4 +224,4 @@ def brief(message: str) -> str:
     plain = re.sub(_CONTROL, "?", message)
     if len(plain) <= LONGEST:
         return plain
-    return shortened(re.sub(_PIECE, lambda found: shortened(found[0], 60), plain), LONGEST)
+    return shortened(re.sub(_PIECE, lambda match: shortened(match[0], 60), plain), LONGEST)

@@ -123,10 +123,10 @@ def _with_scenarios(job: J, mistakes: Mistakes) -> J:
 def _is_same(job: Job, made: Job, changes: Mapping[str, Any]) -> bool:
     """Whether changes of numbers alone say the same ones in other units: "0.3 t" for "300 kg"."""
     before, after = ({fact.path: fact for fact in facts(of)} for of in (job, made))
-    numbers = {*before, *(one.place for one in before.values())}
+    numbers = {*before, *(fact_at.place for fact_at in before.values())}
     return changes.keys() <= numbers and before.keys() == after.keys() and all(
-        isclose(one.value, after[path].value, rel_tol=1e-12) and one.dimension == after[path].dimension
-        for path, one in before.items()
+        isclose(fact_at.value, after[path].value, rel_tol=1e-12) and fact_at.dimension == after[path].dimension
+        for path, fact_at in before.items()
     )  # fmt: skip
 
 
@@ -201,7 +201,7 @@ def _nothing_open(scene: Scene, changes: Mapping[str, Any]) -> bool:
         if not (isinstance(value, Mapping) and {"from", "to", "one_of"} & value.keys())
     }
     asks = any(path.startswith("goal.") for path in changes) or scene.asked is not None
-    return bool(scene.variables) and {one.path for one in scene.variables} <= values and not asks
+    return bool(scene.variables) and {variable.path for variable in scene.variables} <= values and not asks
 
 
 def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -268,7 +268,7 @@ def is_open(job: Job) -> bool:
     return bool(job.choices)
 
 
-def kept_plan(job: B, found: Answer[Any]) -> B:
+def kept_plan(job: B, answer: Answer[Any]) -> B:
     """The same job with what its answer chose as facts: solved again it is an analysis that measures that answer.
 
     Raises
@@ -276,13 +276,13 @@ def kept_plan(job: B, found: Answer[Any]) -> B:
     InputError
         The answer has chosen nothing.
     """
-    if is_open(job) and found.status in EMPTY:
-        raise InputError(f"{job.name}: there is no design to keep: {found.status}. Solve the file first.")
+    if is_open(job) and answer.status in EMPTY:
+        raise InputError(f"{job.name}: there is no design to keep: {answer.status}. Solve the file first.")
     if not is_open(job):
         return job
     from vibopt.balancing import decided as plans
 
-    document = plans.of_engine(job, found) if is_engine(job) else plans.of_planes(cast(Any, job), found)
+    document = plans.of_engine(job, answer) if is_engine(job) else plans.of_planes(cast(Any, job), answer)
     return cast(B, of_document(document, Mistakes(job.name, None)))
 
 
@@ -405,17 +405,17 @@ def balanced(
     from vibopt.balancing.optimisers import answers_alone
 
     with answering() as limit, metered() as meter, nullcontext() if explain else answers_alone():
-        found = replace(_balanced(job, thorough, method), work=meter.done)
-    return found if limit is None or found.proven else replace(found, claim=limit.added_to(found.claim))
+        answer = replace(_balanced(job, thorough, method), work=meter.done)
+    return answer if limit is None or answer.proven else replace(answer, claim=limit.added_to(answer.claim))
 
 
-def reasons(job: BalancingJob, found: Answer[Any]) -> tuple[Any, Any]:
+def reasons(job: BalancingJob, answer: Answer[Any]) -> tuple[Any, Any]:
     """Why a balancing job has its model (name, words) and its method (name, whether it answered, why)."""
     from vibopt.balancing import explained as why
 
     if is_rotor(job):
-        return why.of_rotor(job, found)
-    return why.of_known(job, found) if is_known(job) else why.of_engine(job, found)
+        return why.of_rotor(job, answer)
+    return why.of_known(job, answer) if is_known(job) else why.of_engine(job, answer)
 
 
 def _balanced(job: BalancingJob, thorough: bool, method: str | None) -> Answer[Any]:

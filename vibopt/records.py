@@ -137,10 +137,14 @@ def _filler(kind: Any) -> Callable[[Any, tuple[Any, ...], dict[str, Any]], bool]
     """What sets the fields of a new object by position and name; it says False where these do not fit."""
     fields = dataclasses.fields(kind)
     words: Any = kind.__match_args__
-    factories: list[tuple[str, Any]] = [(one.name, one.default_factory) for one in fields if _is_made(one)]
-    known = frozenset(one.name for one in fields if one.init)
-    needed = frozenset(one.name for one in fields if one.init and one.default is MISSING and not _is_made(one))
-    begun = {one.name: one.default for one in fields if one.init or one.default is not MISSING or _is_made(one)}
+    factories: list[tuple[str, Any]] = [(field.name, field.default_factory) for field in fields if _is_made(field)]
+    known = frozenset(field.name for field in fields if field.init)
+    needed = frozenset(
+        field.name for field in fields if field.init and field.default is MISSING and not _is_made(field)
+    )
+    begun = {
+        field.name: field.default for field in fields if field.init or field.default is not MISSING or _is_made(field)
+    }
     places = [(name, _place(kind, name)) for name in begun]
     slots = [(name, place.__set__) for name, place in places if place is not None]
     loose = [name for name, place in places if place is None]
@@ -165,8 +169,8 @@ def _filler(kind: Any) -> Callable[[Any, tuple[Any, ...], dict[str, Any]], bool]
     return filled
 
 
-def _is_made(one: Field[Any]) -> bool:
-    return one.default_factory is not MISSING
+def _is_made(field: Field[Any]) -> bool:
+    return field.default_factory is not MISSING
 
 
 def _place(kind: type, name: str) -> MemberDescriptorType | None:
@@ -204,18 +208,18 @@ def _setting(kind: type, name: str, value: str, known: dict[str, Any]) -> str:
     return f"__set_{name}(self, {value})"
 
 
-def _word(one: Field[Any]) -> str:
+def _word(field: Field[Any]) -> str:
     """The parameter of a field."""
-    if one.default_factory is not MISSING:
-        return f"{one.name}=_missing"
-    return one.name if one.default is MISSING else f"{one.name}=_{one.name}"
+    if field.default_factory is not MISSING:
+        return f"{field.name}=_missing"
+    return field.name if field.default is MISSING else f"{field.name}=_{field.name}"
 
 
-def _value(one: Field[Any]) -> str:
+def _value(field: Field[Any]) -> str:
     """What a field is set to: what is given, its default, or what its factory makes."""
-    if one.default_factory is MISSING:
-        return one.name if one.init else f"_{one.name}"
-    return f"_{one.name}() if {one.name} is _missing else {one.name}" if one.init else f"_{one.name}()"
+    if field.default_factory is MISSING:
+        return field.name if field.init else f"_{field.name}"
+    return f"_{field.name}() if {field.name} is _missing else {field.name}" if field.init else f"_{field.name}()"
 
 
 @cache

@@ -213,8 +213,8 @@ def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
 
 def stretched(signal: tuple[Segment, ...], parts: FloatArray) -> tuple[Segment, ...]:
     """One signal so many times as long (n,), as one in which each machine of a row has its own."""
-    rows = [[np.broadcast_to(own, (len(parts), *own.shape)) for own in one.states] for one in signal]
-    return tuple(one.each(one.length * parts, *row) for one, row in zip(signal, rows, strict=True))
+    rows = [[np.broadcast_to(own, (len(parts), *own.shape)) for own in segment.states] for segment in signal]
+    return tuple(segment.each(segment.length * parts, *row) for segment, row in zip(signal, rows, strict=True))
 
 
 @dataclass(frozen=True, slots=True)

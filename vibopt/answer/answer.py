@@ -451,7 +451,11 @@ class Answer(Tabular, Generic[J_co]):
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each number and word, by its path: value and unit in SI, as shown, and of a limit its bound."""
-        rows = {f"{family}.{name}.value": one for family in ("limits", "measures") for name, one in self._rows(family)}
+        rows = {
+            f"{family}.{name}.value": checked
+            for family in ("limits", "measures")
+            for name, checked in self._rows(family)
+        }
         return [_row(path, entry, rows.get(path)) for path, entry in self.entries().items()]
 
     def _rows(self, family: str) -> Iterable[tuple[str, Checked]]:

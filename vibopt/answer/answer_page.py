@@ -77,7 +77,7 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
     blocks += [Block(title, rows=tuple(rows)) for title, rows in also if title not in titles]
     document = answer.job.document
     stand = [block for block in blocks if _stands(block, sheet)]
-    close = sheet or sum(len(one.rows) for one in stand) > LONG
+    close = sheet or sum(len(block.rows) for block in stand) > LONG
     figures = [
         Markup(inline(svg, "plan" if sheet else f"f{index}", title))
         for index, (title, svg) in enumerate(views.figures(answer, compact=sheet))
@@ -94,7 +94,7 @@ def _words(answer: Answer[Any], sheet: bool, also: Pairs) -> dict[str, Any]:
         "lead": [line for block in blocks if block.kind == LEAD for line in block.lines],
         "warnings": [line for block in blocks if block.title == WARNING for line in block.lines],
         "todo": [line for block in blocks if block.kind == TODO for line in block.lines],
-        "tables": [_table(one, sheet, close) for one in stand],
+        "tables": [_table(block, sheet, close) for block in stand],
         "foot": [block for block in blocks if block.kind == FOOT],
         "figures": figures,
         "signs": () if answer.status in (*EMPTY, "violated") else views.signs(answer),
@@ -130,7 +130,7 @@ def _width(block: Block) -> int:
 def inline(svg: str, prefix: str, title: str) -> str:
     """An SVG file as part of a page: no prologue, ids of its own, as wide as the text."""
     body = svg[svg.index("<svg") :]
-    body = _REFERENCE.sub(lambda found: f"{found[1]}{prefix}-", body)
+    body = _REFERENCE.sub(lambda match: f"{match[1]}{prefix}-", body)
     body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
     head, _, rest = body.partition(">")
     head = re.sub(r'\s(width|height)="[^"]*"', "", head)

@@ -103,7 +103,7 @@ def at_words(worst_at: Mapping[str, Entry]) -> str:
     """Where the worst is reached: "1437 rpm"; with several excitations each by name."""
     if len(worst_at) == 1:
         return next(iter(worst_at.values())).shown
-    return ", ".join(f"{name} {one.shown}" for name, one in worst_at.items())
+    return ", ".join(f"{name} {entry.shown}" for name, entry in worst_at.items())
 
 
 def value_at(row: Checked) -> str:
@@ -158,14 +158,14 @@ def prices_block(answer: Answer[Any]) -> Block:
     bought = {name: limit.price for name, limit in answer.limits.items() if limit.price is not None} | dict(
         answer.prices
     )
-    return pairs("What loosening a limit buys", [(name, one.words) for name, one in bought.items() if one.words])
+    return pairs("What loosening a limit buys", [(name, price.words) for name, price in bought.items() if price.words])
 
 
 def measures_block(answer: Answer[Any]) -> Block:
     """One row per measure."""
     values = in_one_unit(measure.value for measure in answer.measures.values())
     shown = [replace(measure, value=value) for measure, value in zip(answer.measures.values(), values, strict=True)]
-    rows = [(one.name, spoken(one.response, one.place), value_at(one)) for one in shown]
+    rows = [(checked.name, spoken(checked.response, checked.place), value_at(checked)) for checked in shown]
     return pairs("Measures", rows)
 
 

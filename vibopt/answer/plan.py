@@ -190,7 +190,7 @@ class RowAnswer:
             "fitted_phasor": self.fitted_phasor,
             "residual": self.residual.to_json(),
             "residual_phasor": self.residual_phasor,
-            "band": None if self.band is None else [one.to_json() for one in self.band],
+            "band": None if self.band is None else [entry.to_json() for entry in self.band],
             "limit": None if self.limit is None else self.limit.to_json(),
             "margin": None if self.check is None else self.check.margin,
         }
@@ -232,11 +232,11 @@ class Fitting:
         sensors: dict[str, Any] = {}
         for row in self.rows:
             sensors.setdefault(row.sensor, {"speeds": []})["speeds"].append(row.to_json())
-        for one in sensors.values():
-            worst = max(one["speeds"], key=lambda entry: entry["residual"]["value"])
-            one["residual"], one["found"] = (
+        for sensor in sensors.values():
+            worst = max(sensor["speeds"], key=lambda entry: entry["residual"]["value"])
+            sensor["residual"], sensor["found"] = (
                 worst["residual"],
-                max((s["found"] for s in one["speeds"]), key=lambda e: e["value"]),
+                max((s["found"] for s in sensor["speeds"]), key=lambda e: e["value"]),
             )
         return {"planes": {plane.name: plane.to_json() for plane in self.planes}, "sensors": sensors}
 

@@ -56,7 +56,7 @@ def _swallowed(job: RotorJob) -> tuple[str, ...]:
     found = permitted(job.quality) if job.quality is not None else None
     if found is None or job.quality is None or not found.swallowed:
         return ()
-    error, least = (show(one, "g mm", "unbalance") for one in (
+    error, least = (show(value, "g mm", "unbalance") for value in (
         job.quality.measurement_error, min(found.at_planes[name] for name in found.swallowed)))  # fmt: skip
     planes = f"plane{'s' * (len(found.swallowed) > 1)} {' and '.join(found.swallowed)} may keep"
     return (
@@ -110,7 +110,7 @@ def kept_or_broken(limits: Mapping[str, Checked]) -> tuple[str, str]:
 
 def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
     """How the plan came about, in words."""
-    spare = sum(max(one.spare, 0) for one in identified.learnt)
+    spare = sum(max(learnt.spare, 0) for learnt in identified.learnt)
     fit = "influence coefficients" + (
         f", least squares over {spare} spare run{'s' if spare > 1 else ''}" if spare else ""
     )

@@ -177,38 +177,38 @@ def _opposite(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
     for throw in dict.fromkeys(cylinder.throw for cylinder in job.cylinders):
         mine = {k: cylinder for k, cylinder in enumerate(job.cylinders, start=1) if cylinder.throw == throw}
         size = sum(
-            size_of(part) * share.of(one)
+            size_of(part) * share.of(cylinder)
             for share, part in zip(job.shares, parts, strict=True)
-            for one in mine.values()
+            for cylinder in mine.values()
         )
         crank = size_of(outcome.values[f"cylinders.{next(iter(mine))}.crank"])
         angle, shown = direction_of(rect(1.0, crank + pi)).shown, show(size, "", "unbalance")
-        places = {one.at + job.reference for one in mine.values()}
+        places = {cylinder.at + job.reference for cylinder in mine.values()}
         yield _Hung(
             f"opposite crank {' and '.join(map(str, mine))}", shown, angle, "crank",
-            places.pop() if len(places) == 1 else None, any(one.is_free for one in job.shares),
+            places.pop() if len(places) == 1 else None, any(share.is_free for share in job.shares),
             f"a counterweight of {shown} (mass times radius){carries}" if size > 0.0 else "no counterweight",
         )  # fmt: skip
 
 
-def _named(outcome: Answer[EngineJob], job: EngineJob, one: Weight) -> _Hung:
+def _named(outcome: Answer[EngineJob], job: EngineJob, weight: Weight) -> _Hung:
     """A counterweight on the crankshaft or the weight of a balance shaft, as chosen or as given."""
-    path = f"{one.family}.{one.name}"
-    u = one.fixed
-    size = Entry(abs(u or 0.0), "unbalance", one.unit) if u is not None else outcome.values[f"{path}.unbalance"]
+    path = f"{weight.family}.{weight.name}"
+    u = weight.fixed
+    size = Entry(abs(u or 0.0), "unbalance", weight.unit) if u is not None else outcome.values[f"{path}.unbalance"]
     angle = (direction_of(u) if u is not None else outcome.values[f"{path}.angle"]).shown
-    ways = f"{one.order} x, {'with' if one.sense > 0 else 'against'}"
-    turns = "crank" if one.order == 1 and one.sense > 0 else ways
-    at = show(one.at + job.reference, "mm", "length")
-    shaft = "" if one.family == "counterweights" else f" (shaft turns {ways} the crank)"
-    none = size_of(size) <= SMALL * max(size_of(size), one.cap)
+    ways = f"{weight.order} x, {'with' if weight.sense > 0 else 'against'}"
+    turns = "crank" if weight.order == 1 and weight.sense > 0 else ways
+    at = show(weight.at + job.reference, "mm", "length")
+    shaft = "" if weight.family == "counterweights" else f" (shaft turns {ways} the crank)"
+    none = size_of(size) <= SMALL * max(size_of(size), weight.cap)
     said = "no weight" if none else f"{size.shown} (mass times radius) at {at}, {angle} from zero{shaft}"
-    return _Hung(one.name, size.shown, angle, turns, one.at + job.reference, u is None, said)
+    return _Hung(weight.name, size.shown, angle, turns, weight.at + job.reference, u is None, said)
 
 
 def _build(outcome: Answer[EngineJob], job: EngineJob) -> Block:
     """The sentences for who builds it: every crank, counterweight and balance shaft that was chosen."""
-    lines = [f"{one.name}: {one.said}." for one in _hung(outcome, job) if one.chosen]
+    lines = [f"{hung.name}: {hung.said}." for hung in _hung(outcome, job) if hung.chosen]
     if job.is_search:
         cranks = [outcome.values[f"cylinders.{k}.crank"].shown for k in range(1, len(job.cylinders) + 1)]
         lines.insert(0, f"cranks of cylinders 1 to {len(cranks)}: {', '.join(cranks)}.")
@@ -218,9 +218,9 @@ def _build(outcome: Answer[EngineJob], job: EngineJob) -> Block:
 def _weights(outcome: Answer[EngineJob], job: EngineJob) -> Block:
     """What was chosen, and the weights that were given."""
     rows = [
-        (one.name, one.size, one.angle, one.turns, "" if one.at is None else show(one.at, "mm", "length"),
-         show(one.at - job.reference, "mm", "length") if job.reference and one.at is not None else "")
-        for one in _hung(outcome, job)
+        (hung.name, hung.size, hung.angle, hung.turns, "" if hung.at is None else show(hung.at, "mm", "length"),
+         show(hung.at - job.reference, "mm", "length") if job.reference and hung.at is not None else "")
+        for hung in _hung(outcome, job)
     ]  # fmt: skip
     heads = ("Weight", "Unbalance", "Angle", "Turns", "At", "From the reference")
     return table("Weights", heads, rows, whole=(2, 4, 5))

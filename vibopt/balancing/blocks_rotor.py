@@ -86,13 +86,13 @@ def _plane(plane: PlaneAnswer) -> list[tuple[str, ...]]:
     return [(plane.name, *_weight(weight, plane.mass), what) for weight in plane.weights]
 
 
-def _weight(one: Weight, mass: Entry) -> tuple[str, ...]:
+def _weight(weight: Weight, mass: Entry) -> tuple[str, ...]:
     return (
-        Entry(one.mass, mass.dimension, mass.unit).shown,
-        show_angle(one.angle),
-        "" if one.hole is None else str(one.hole + 1),
-        "" if one.radius is None else show(one.radius, "mm", "length"),
-        "" if one.depth is None else show(one.depth, "mm", "length", digits=3),
+        Entry(weight.mass, mass.dimension, mass.unit).shown,
+        show_angle(weight.angle),
+        "" if weight.hole is None else str(weight.hole + 1),
+        "" if weight.radius is None else show(weight.radius, "mm", "length"),
+        "" if weight.depth is None else show(weight.depth, "mm", "length", digits=3),
     )
 
 
@@ -104,22 +104,30 @@ def _rows(fitting: Fitting, title: str) -> Block:
     return replace(table(title, heads, rows, whole=(1, 2, 3, 4, 5)), measured=True)
 
 
-def _row(one: RowAnswer) -> tuple[str, ...]:
-    after = one.residual.shown
-    if one.band is not None:
-        low, high = (end.short(3).partition(" ")[0] for end in one.band)
+def _row(row_answer: RowAnswer) -> tuple[str, ...]:
+    after = row_answer.residual.shown
+    if row_answer.band is not None:
+        low, high = (end.short(3).partition(" ")[0] for end in row_answer.band)
         after += f"\n({low} to {high})"
-    limit = "" if one.limit is None else one.limit.shown
-    margin = "" if one.check is None else one.check.margin_shown + ("" if one.check.met else "\nBROKEN")
-    found = one.found_phasor + (f"\n({one.fitted_phasor})" if one.fitted_phasor else "")
-    return one.sensor, one.speed.shown, found, after, limit, margin
+    limit = "" if row_answer.limit is None else row_answer.limit.shown
+    margin = (
+        "" if row_answer.check is None else row_answer.check.margin_shown + ("" if row_answer.check.met else "\nBROKEN")
+    )
+    found = row_answer.found_phasor + (f"\n({row_answer.fitted_phasor})" if row_answer.fitted_phasor else "")
+    return row_answer.sensor, row_answer.speed.shown, found, after, limit, margin
 
 
 def _side_by_side(plan: Answer[RotorJob], plans: tuple[Remedy, ...], title: str) -> Block:
-    scale = max((row.found for row in plan.plan.rows), key=lambda one: float(one.value), default=None)
+    scale = max((row.found for row in plan.plan.rows), key=lambda entry: float(entry.value), default=None)
     rows = [
-        (one.name, cleaned(one.worst, scale).shown, cleaned(one.rms, scale).shown, ", ".join(one.masses), one.band)
-        for one in plans
+        (
+            remedy.name,
+            cleaned(remedy.worst, scale).shown,
+            cleaned(remedy.rms, scale).shown,
+            ", ".join(remedy.masses),
+            remedy.band,
+        )
+        for remedy in plans
     ]
     heads = ("Instead", "Worst left", "Rms left", "Weights", "95 % band")
     return table(title, heads, rows, whole=(1, 2))

@@ -23,35 +23,45 @@ from vibopt.units import plain, show
 LEFT_OUT = " left out"
 
 
-def warning(job: RotorJob, found: Conditioning) -> str:
+def warning(job: RotorJob, conditioning: Conditioning) -> str:
     """The sentence that names the planes; "" where all are told apart."""
-    if not found.near:
+    if not conditioning.near:
         return ""
-    *first, last = [job.planes[index].name for index in found.near]
+    *first, last = [job.planes[index].name for index in conditioning.near]
     names = f"{', '.join(first)} and {last}"
-    if not found.alike:
+    if not conditioning.alike:
         return (
-            f"Planes {names} act nearly alike: condition number {found.number:.2g}; errors of the readings come out "
+            f"Planes {names} act nearly alike: condition number {conditioning.number:.2g}; errors of the readings "
+            "come out "
             f"as weights that partly cancel. Compare with one of them left out."
         )
-    number = "infinite" if np.isinf(found.number) else f"{found.number:.1e}".replace("e+0", "e").replace("e+", "e")
+    number = (
+        "infinite"
+        if np.isinf(conditioning.number)
+        else f"{conditioning.number:.1e}".replace("e+0", "e").replace("e+", "e")
+    )
     return f"Planes {names} act almost alike: condition number {number}; one can be left out, or the mass penalised."
 
 
 def remedies(
-    job: RotorJob, posed: Posed, identified: Identified, noise: Noise | None, found: Conditioning, u: ComplexArray
+    job: RotorJob,
+    posed: Posed,
+    identified: Identified,
+    noise: Noise | None,
+    conditioning: Conditioning,
+    u: ComplexArray,
 ) -> tuple[Remedy, ...]:
     """As asked, each alike plane left out, the mass penalised, and caps from the plane left out."""
     question = posed.question
     tried: list[tuple[str, ComplexArray | None]] = [("as asked", u)]
-    tried += [(f"{job.planes[k].name}{LEFT_OUT}", solve_question(question.without([k])).u) for k in found.near]
+    tried += [(f"{job.planes[k].name}{LEFT_OUT}", solve_question(question.without([k])).u) for k in conditioning.near]
     single = [one for _, one in tried[1:] if one is not None]
-    if found.alike and not question.is_discrete and question.goal != "correction":
+    if conditioning.alike and not question.is_discrete and question.goal != "correction":
         tried.append(("mass penalised", solve_question(penalised(question, job.free)).u))
         if single:
             largest = min(float(np.abs(one).max()) for one in single)
             capped = replace(question, caps=np.minimum(question.caps, largest))
-            plane = job.planes[found.alike[0]]
+            plane = job.planes[conditioning.alike[0]]
             tried.append((f"caps of {plane.show(plane.amount(largest), 3)}", solve_question(capped).u))
     return tuple(remedy_of(job, name, one, identified, noise) for name, one in tried if one is not None)
 
@@ -61,9 +71,11 @@ def last_one(ways: Sequence[Remedy]) -> tuple[str, ...]:
     fewer = [way for way in ways if way.name.endswith(LEFT_OUT)]
     if not fewer:
         return ()
-    best = min(fewer, key=lambda one: float(one.worst.value))
+    best = min(fewer, key=lambda remedy: float(remedy.worst.value))
     name = best.name.removesuffix(LEFT_OUT)
-    now, then = (show(float(one.worst.value), one.worst.unit, one.worst.dimension) for one in (ways[0], best))
+    now, then = (
+        show(float(remedy.worst.value), remedy.worst.unit, remedy.worst.dimension) for remedy in (ways[0], best)
+    )
     if not float(best.worst.value) > float(ways[0].worst.value):
         return (f"Plane {name} buys nothing: without it the worst left is {then}.",)
     return (f"What plane {name} buys: {now} instead of {then} at the worst sensor ({', '.join(best.masses)}).",)
@@ -100,7 +112,12 @@ READING = 0.01
 
 
 def cancelling(
-    job: RotorJob, question: Question, identified: Identified, noise: Noise | None, found: Conditioning, u: ComplexArray
+    job: RotorJob,
+    question: Question,
+    identified: Identified,
+    noise: Noise | None,
+    conditioning: Conditioning,
+    u: ComplexArray,
 ) -> str:
     """Why nobody should fit the correction u, in words; "" where nothing speaks against it.
 
@@ -112,7 +129,7 @@ def cancelling(
     below 30 never counts.  Caps, a total, the least mass as the goal, lists and robust goals bound the masses
     themselves: such answers are as the user asked, and are shown with the warning only.
     """
-    alike = list(found.alike)
+    alike = list(conditioning.alike)
     bounded = question.is_discrete or question.goal == "correction" or bool(job.goal.robust)
     capped = bool(np.isfinite(question.caps[alike]).any()) or bool(np.isfinite(question.total_cap))
     if not alike or bounded or capped:
@@ -139,9 +156,9 @@ def _may_be_left(job: RotorJob, identified: Identified, noise: Noise | None, u: 
     return ends if job.scatter is not None else np.asarray(np.fmax(ends, felt))
 
 
-def ways_out(job: RotorJob, found: Conditioning) -> tuple[str, ...]:
+def ways_out(job: RotorJob, conditioning: Conditioning) -> tuple[str, ...]:
     """What to write in the file for each of the ways round."""
-    names = [job.planes[plane].name for plane in found.alike]
+    names = [job.planes[plane].name for plane in conditioning.alike]
     tables = " or ".join(f"[planes.{name}]" for name in names)
     return (
         "Fit no weight yet. Choose one of the ways round below, write it into the file and solve again:",
@@ -159,7 +176,7 @@ def with_bands(job: RotorJob, limits: Mapping[str, Checked], fitting: Fitting) -
         rows = [fitting.rows[row] for row in rows_of(job, limit.sensor, limit.speed)]
         ends = [row.band for row in rows if row.band is not None]
         if ends and limit.name in found:
-            low, high = (replace(one, unit=limit.unit) for one in max(ends, key=lambda band: band[1].value))
+            low, high = (replace(entry, unit=limit.unit) for entry in max(ends, key=lambda band: band[1].value))
             found[limit.name] = replace(found[limit.name], band=(low, high))
     return found
 

@@ -61,11 +61,11 @@ def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
     initial = {run.speed for run in measured.runs if run.is_initial}
     if len(initial) == len(measured.speeds):
         return False
-    found = measured.speeds[min(initial)]
+    value = measured.speeds[min(initial)]
     wrong = [(path, run) for path, run in zip(measured.paths, measured.runs, strict=True) if run.speed not in initial]
     for path, run in wrong:
         unit = measured.speed_units[run.speed]
-        own, other = show(run.given_speed, unit, "angular_rate"), show(found, unit, "angular_rate")
+        own, other = show(run.given_speed, unit, "angular_rate"), show(value, unit, "angular_rate")
         mistakes.add(
             (*path, "speed"),
             f'run "{run.name}" is at {own}, but as found was measured at {other}. A weight acts differently at each '

@@ -177,8 +177,8 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
 
     of = heard(job)
     speeds = [
-        f"{to_unit(one, unit, 'angular_rate'):.15g} {unit}"
-        for one, unit in zip(job.speeds, job.speed_units, strict=True)
+        f"{to_unit(value, unit, 'angular_rate'):.15g} {unit}"
+        for value, unit in zip(job.speeds, job.speed_units, strict=True)
     ]
     rows = [
         {

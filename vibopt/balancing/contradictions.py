@@ -40,7 +40,7 @@ class Heard:
 
     @property
     def told(self) -> bool:
-        return all(one.told for one in self.found)
+        return all(agreement.told for agreement in self.found)
 
 
 def heard(job: RotorJob) -> Heard:
@@ -48,7 +48,7 @@ def heard(job: RotorJob) -> Heard:
     identified = identify(job)
     noise = noise_of(job, identified)
     found = agreements(job, identified, noise)
-    out = [run for one in found for run in one.out]
+    out = [run for agreement in found for run in agreement.out]
     if not out:
         return Heard(job, job, identified, noise, found)
     kept = without(job, out)
@@ -62,10 +62,10 @@ def held_bands(of: Heard, u: ComplexArray) -> FloatArray | None:
         return None
     ends = bands(of.job, of.identified, of.noise, u)
     speeds = np.array([speed for speed, _ in of.job.readings])
-    for one in of.found:
-        rows = speeds == one.speed
-        others = [_other(of.job, out, u) for out in one.possible or one.alone]
-        seen = None if one.told else seen_noise(of.identified)  # which may be more than was given
+    for agreement in of.found:
+        rows = speeds == agreement.speed
+        others = [_other(of.job, out, u) for out in agreement.possible or agreement.alone]
+        seen = None if agreement.told else seen_noise(of.identified)  # which may be more than was given
         for more in (*others, *(() if seen is None else (bands(of.job, of.identified, seen, u),))):
             ends[rows, 0] = np.fmin(ends[rows, 0], more[rows, 0])
             ends[rows, 1] = np.fmax(ends[rows, 1], more[rows, 1])
@@ -87,13 +87,13 @@ def _other(job: RotorJob, out: Runs, u: ComplexArray) -> FloatArray:
 def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
     """The plan with other runs beside the one with u: with all of them, or without each that may be odd."""
     sets: list[tuple[str, RotorJob]] = []
-    for one in of.found:
-        if one.out:
-            again = tuple(run for run in of.job.odd if run not in one.out)
-            name = f"with {_named(of.whole, one.out)}{_AGAINST[len(one.out) > 1]}"
+    for agreement in of.found:
+        if agreement.out:
+            again = tuple(run for run in of.job.odd if run not in agreement.out)
+            name = f"with {_named(of.whole, agreement.out)}{_AGAINST[len(agreement.out) > 1]}"
             sets.append((name, replace(of.job, odd=again)))
-        elif not one.told:
-            sets += [(f"without {_named(of.whole, out)}", without(of.job, out)) for out in one.possible]
+        elif not agreement.told:
+            sets += [(f"without {_named(of.whole, out)}", without(of.job, out)) for out in agreement.possible]
     if not sets:
         return ()
     name = "this plan" if of.told else "all runs, as here"
@@ -114,9 +114,9 @@ def judged(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
         return _kept_by_bands(of, plan) if plan.plan.fittings else plan
     if not plan.plan.fittings and plan.status != "infeasible":
         return plan
-    doubtful = [one for one in of.found if not one.told]
-    where = " and at ".join(of.job.show_speed(one.speed) for one in doubtful)
-    odd = "; ".join(_either(of.whole, one.possible) for one in doubtful)
+    doubtful = [agreement for agreement in of.found if not agreement.told]
+    where = " and at ".join(of.job.show_speed(agreement.speed) for agreement in doubtful)
+    odd = "; ".join(_either(of.whole, agreement.possible) for agreement in doubtful)
     claim = f"the runs at {where} contradict each other, and it cannot be told which is wrong ({odd})"
     if not plan.plan.fittings:
         said = f"{claim}; as they stand, {plan.claim}"
@@ -133,7 +133,7 @@ def _to_repeat(plan: Answer[RotorJob], claim: str, odd: str) -> Answer[RotorJob]
 
 def _kept_by_bands(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     """Unproven where one spare run, which any run may have spoilt, leaves open whether a limit is met."""
-    alone = {one.speed: one.alone for one in of.found if one.alone}
+    alone = {agreement.speed: agreement.alone for agreement in of.found if agreement.alone}
     if not alone:
         return plan
     open_rows = [
@@ -165,20 +165,22 @@ def _either(job: RotorJob, sets: Sequence[Runs]) -> str:
 
 def _notes(of: Heard) -> tuple[str, ...]:
     found: list[str] = []
-    for one in of.found:
-        found += [_left_out(of, one.speed, run) for run in one.out]
-        at = of.job.show_speed(one.speed)
-        if one.possible and one.told:
+    for agreement in of.found:
+        found += [_left_out(of, agreement.speed, run) for run in agreement.out]
+        at = of.job.show_speed(agreement.speed)
+        if agreement.possible and agreement.told:
             found.append(
-                f"The runs at {at} do not agree as well as they should: by chance one job in {1.0 / one.chance:.0f} "
-                f"would look so. The bands hold what each alone could have spoilt: {_either(of.whole, one.possible)}."
+                f"The runs at {at} do not agree as well as they should: by chance one job in "
+                f"{1.0 / agreement.chance:.0f} would look so. The bands hold what each alone could have spoilt: "
+                f"{_either(of.whole, agreement.possible)}."
             )
-        if one.unchecked:
+        if agreement.unchecked:
             found.append(
-                f"No other run checks {_named(of.whole, one.unchecked)} at {at}: were it wrong, nothing here would "
+                f"No other run checks {_named(of.whole, agreement.unchecked)} at {at}: were it wrong, nothing here "
+                "would "
                 f"show it."
             )
-        found += _one_spare(of, one.speed)
+        found += _one_spare(of, agreement.speed)
     return tuple(found)
 
 

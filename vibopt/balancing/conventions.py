@@ -155,15 +155,15 @@ def read_amplitude(text: str, detector: Detector, unit: str = "") -> Amplitude:
     failed: list[QuantityError] = []
     for dimension in AMPLITUDES:
         try:
-            found = read_quantity(text, dimension, amplitude=True)
+            quantity = read_quantity(text, dimension, amplitude=True)
         except QuantityError as error:
             failed.append(error)
             continue
-        if found.value < 0.0:
+        if quantity.value < 0.0:
             raise QuantityError("is a negative amplitude. Write it positive and turn the angle by 180 deg.")
-        kind = found.detector or detector
-        value = found.value if found.detector else found.value * TO_PEAK[detector]
-        return Amplitude(value, dimension, split_detector(found.unit)[0], kind, found.echo)
+        kind = quantity.detector or detector
+        value = quantity.value if quantity.detector else quantity.value * TO_PEAK[detector]
+        return Amplitude(value, dimension, split_detector(quantity.unit)[0], kind, quantity.echo)
     raise _no_amplitude(text, failed[0])
 
 

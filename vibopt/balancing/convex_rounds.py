@@ -45,15 +45,15 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     if exact is not None:  # x = base + free y in real and imaginary parts
         base, N = exact.base, exact.free
         along = np.concatenate([base.real, base.imag]), np.block([[N.real, -N.imag], [N.imag, N.real]])
-    found = cones.solve(tolerance=tolerance, along=along)
+    cone_point = cones.solve(tolerance=tolerance, along=along)
     z = np.zeros(len(scene.g), dtype=complex)
-    z[goal_rows] = _multipliers(found.z, heads, len(goal_rows), whole=scene.goal == "rms")
+    z[goal_rows] = _multipliers(cone_point.z, heads, len(goal_rows), whole=scene.goal == "rms")
     v = np.zeros(len(scene.f), dtype=complex)
-    v[shown] = _multipliers(found.z, first_limit, len(shown), whole=False) / tight
+    v[shown] = _multipliers(cone_point.z, first_limit, len(shown), whole=False) / tight
     if exact is not None:
-        pulled = cones.pulled(found.z) if len(found.z) else np.zeros(2 * n)
+        pulled = cones.pulled(cone_point.z) if len(cone_point.z) else np.zeros(2 * n)
         v[exact.rows] = -exact.inverse.conj().T @ (pulled[:n] + 1j * pulled[n : 2 * n])
-    return ConeAnswer(found.x[:n] + 1j * found.x[n : 2 * n], z, v, found.status)
+    return ConeAnswer(cone_point.x[:n] + 1j * cone_point.x[n : 2 * n], z, v, cone_point.status)
 
 
 def _over_parts(M: ComplexArray) -> ComplexArray:

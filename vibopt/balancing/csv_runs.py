@@ -100,7 +100,7 @@ class CsvMistakes(Mistakes):
             for cell, column in zip(cells, self.columns, strict=False)
             if column is not None and cell.strip(_NONE)
         )
-        return row, next((one for one in there if one.is_at(path[2:])), None)
+        return row, next((column for column in there if column.is_at(path[2:])), None)
 
     def at(self, path: Path) -> str:
         row, column = self.place(path)
@@ -174,10 +174,10 @@ class Cells:
         if not self.sheet.comma:
             return raw
         asked = self.thousands[column.name != "speed"] and column.name not in ("run", "stayed", "verification")
-        found = THOUSANDS.search(raw) if asked else None
-        if found:
-            whole, part = found[0].replace(".", ""), found[0].partition(".")[2]
-            decimal = f" or {found[0].replace('.', ',')}" if "." not in part else ""
+        match = THOUSANDS.search(raw) if asked else None
+        if match:
+            whole, part = match[0].replace(".", ""), match[0].partition(".")[2]
+            decimal = f" or {match[0].replace('.', ',')}" if "." not in part else ""
             mistakes.value(
                 path, raw,
                 f"may be {whole}{decimal.replace(',', '.')}: a point often parts thousands where the comma is the "
@@ -331,7 +331,7 @@ def _plain(columns: Sequence[Column | None], sensors: Sequence[str]) -> Plain | 
     sizes, angles = ([at.get((name, what), -1) for name in sensors] for what in ("amplitude", "angle"))
     if -1 in sizes or -1 in angles or not sensors:
         return None
-    units, turns = (tuple(one.unit for one in map(columns.__getitem__, own) if one) for own in (sizes, angles))
+    units, turns = (tuple(column.unit for column in map(columns.__getitem__, own) if column) for own in (sizes, angles))
     taken, run = {*sizes, *angles}, [at[name, ""] for name in OWN if (name, "") in at]
     others = [*run, *(index for index in range(len(columns)) if index not in taken and index not in run)]
     rest = tuple(columns[index] for index in others)

@@ -58,12 +58,16 @@ def _decided_table(table: Mapping[str, Any], plane: Plane, weights: Iterable[Wei
     return {**kept, plane.kind_word: texts[0] if len(texts) == 1 else texts}
 
 
-def text_of(one: Weight, plane: Plane) -> str:
+def text_of(weight: Weight, plane: Plane) -> str:
     """A decided weight as it stands in a file, exact to the last digit."""
-    unit = plane.unit or best_unit(one.mass, plane.dimension)
-    amount = f"{to_unit(one.mass, unit, plane.dimension):.15g} {unit}"
-    at = f" at {to_unit(one.radius or 1.0, plane.length_unit, 'length'):.15g} {plane.length_unit}"
-    where = f"in hole {one.hole + 1}" if one.hole is not None else f"@ {to_unit(one.angle, 'deg', 'angle'):.15g} deg"
+    unit = plane.unit or best_unit(weight.mass, plane.dimension)
+    amount = f"{to_unit(weight.mass, unit, plane.dimension):.15g} {unit}"
+    at = f" at {to_unit(weight.radius or 1.0, plane.length_unit, 'length'):.15g} {plane.length_unit}"
+    where = (
+        f"in hole {weight.hole + 1}"
+        if weight.hole is not None
+        else f"@ {to_unit(weight.angle, 'deg', 'angle'):.15g} deg"
+    )
     return f"{amount}{at if len(plane.radii) > 1 else ''} {where}"
 
 
@@ -81,12 +85,12 @@ def of_planes(job: RotorJob | KnownJob, plan: Answer[Any]) -> dict[str, Any]:
     return document
 
 
-def of_engine(job: EngineJob, found: Answer[Any]) -> dict[str, Any]:
+def of_engine(job: EngineJob, answer: Answer[Any]) -> dict[str, Any]:
     """The file of an engine with its cranks, shares and weights; what was made least is measured."""
     document = _bare(job.document)
     for path in job.choices:
         family, *rest = path.split(".")
-        entry = found.find(path)
+        entry = answer.find(path)
         assert isinstance(entry, Entry)
         unit = entry.unit or "g mm"
         text = f"{to_unit(float(entry.value), unit, entry.dimension):.15g} {unit}" if entry.dimension != "ratio" else ""

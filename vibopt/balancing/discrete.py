@@ -82,10 +82,10 @@ def _no_worse(question: Question, value: float) -> float:
 
 
 def _same_lists(question: Question, first: int, second: int) -> bool:
-    one, other = question.options[first], question.options[second]
-    if one is None or other is None or one.u.shape != other.u.shape:
+    options, other = question.options[first], question.options[second]
+    if options is None or other is None or options.u.shape != other.u.shape:
         return False
-    pairs = (one.u, other.u), (one.masses, other.masses)
+    pairs = (options.u, other.u), (options.masses, other.masses)
     return all(np.allclose(mine, its, rtol=1e-12, atol=0.0) for mine, its in pairs)
 
 
@@ -165,8 +165,8 @@ def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
         caps=np.minimum(scene.caps, far),
     )  # fmt: skip
     cells = [
-        None if one is None else Cells(one.u / scene.column[p], one.masses / scene.mass_size, one.uses)
-        for p, one in enumerate(free.question.options)
+        None if options is None else Cells(options.u / scene.column[p], options.masses / scene.mass_size, options.uses)
+        for p, options in enumerate(free.question.options)
     ]
     return Tree(scene, rows, cells, v[limit_rows], free.question.sectors, free.question.stock)
 

@@ -87,11 +87,11 @@ def _engine(job: EngineJob) -> dict[str, Any]:
         choices["cranks"] = f"chosen from {len(job.offered)} angles" if job.offered else "chosen"
     for share in job.shares:
         if share.is_free:
-            choices[share.name] = " to ".join(show(one, "", "ratio") for one in (share.low, share.high))
-    for one in job.weights:
-        if one.fixed is None:
-            cap = f"up to {show(one.cap, one.unit, 'unbalance')}" if one.cap < float("inf") else "any size"
-            choices[f"{one.family}.{one.name}"] = f"{cap}, any angle"
+            choices[share.name] = " to ".join(show(value, "", "ratio") for value in (share.low, share.high))
+    for weight in job.weights:
+        if weight.fixed is None:
+            cap = f"up to {show(weight.cap, weight.unit, 'unbalance')}" if weight.cap < float("inf") else "any size"
+            choices[f"{weight.family}.{weight.name}"] = f"{cap}, any angle"
     order = f" of order {job.goal.order}" if job.goal is not None and job.goal.order else ""
     goal = f"goal: minimise {job.aim.replace('_', ' ')}{order}" if job.aim else "an analysis, nothing to choose"
     return {
@@ -107,7 +107,7 @@ GIVEN, CIRCLES, CLOSED, CONE, TREE = (
 )  # fmt: skip
 
 
-def of_rotor(job: RotorJob, found: Answer[Any]) -> tuple[Model, Methods]:
+def of_rotor(job: RotorJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     """What is known of a measured rotor, and the methods in the order in which they are asked."""
     if not job.runs:
         return (("rotor", "rigid, by the lever rule"),), ((GIVEN, True, "a grade is looked up, nothing is fitted"),)
@@ -116,7 +116,7 @@ def of_rotor(job: RotorJob, found: Answer[Any]) -> tuple[Model, Methods]:
     model = [
         ("rotor", "linear at each speed by itself: what is left is what was read plus what each weight does"),
         ("readings", f"{rows}: " + _counts(sensor=len(job.sensors), speed=len(job.speeds), run=len(job.runs))),
-        ("coefficients", f"{source}; condition number of the planes {plain(found.plan.condition, 3)}"),
+        ("coefficients", f"{source}; condition number of the planes {plain(answer.plan.condition, 3)}"),
     ]
     if not job.choices:
         return tuple(model), ((GIVEN, True, "nothing to choose: the weights are as they are given"),)
@@ -155,7 +155,7 @@ def _counts(**many: int) -> str:
     return ", ".join(f"{count} {what}{'s' * (count != 1)}" for what, count in many.items())
 
 
-def of_known(job: KnownJob, found: Answer[Any]) -> tuple[Model, Methods]:
+def of_known(job: KnownJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     """What is known of a shaft with known masses, and how its weights are found."""
     model = (
         ("shaft", "rigid: forces and couples of masses that turn, as vectors" + (" in one plane" if job.flat else "")),
@@ -167,14 +167,14 @@ def of_known(job: KnownJob, found: Answer[Any]) -> tuple[Model, Methods]:
         "least mass": ("least mass", "more planes than it takes: of all complete balances the lightest, convex"),
         "program": (CONE, "caps, lists, limits or the goal stand in the way of vector sums"),
     }
-    name, why = ways[found.method]
+    name, why = ways[answer.method]
     before = (("vector sums", False, "caps, lists, limits or the goal stand in the way"),) if name == CONE else ()
     tree = any(plane.is_discrete and plane.is_open for plane in job.planes)
     last = (TREE, True, "all fillings of all planes jointly, with bounds") if tree else (name, True, why)
     return model, (*before, last)
 
 
-def of_engine(job: EngineJob, found: Answer[Any]) -> tuple[Model, Methods]:
+def of_engine(job: EngineJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     """What is known of an engine, and how what is free is found."""
     series = "two orders, as in textbooks" if job.truncated else f"exact slider-crank, {job.orders} orders"
     model = (
@@ -189,5 +189,5 @@ def of_engine(job: EngineJob, found: Answer[Any]) -> tuple[Model, Methods]:
             "cranks are chosen: every class that differs is looked at",
         ),
     }
-    name, why = ways[found.method]
+    name, why = ways[answer.method]
     return model, ((name, True, why),)

@@ -80,10 +80,10 @@ class Fan:
 
     def won(self, pulls: FloatArray, cap: float) -> float:
         """Greatest sum of pulls (n_holes,) times parts that neighbouring holes bear under a cap on their sum."""
-        pulls, one = np.maximum(pulls, 0.0), min(self.each, cap)
+        pulls, value = np.maximum(pulls, 0.0), min(self.each, cap)
         pairs = np.sort(pulls[np.array(self.gaps, dtype=int).reshape(-1, 2)], axis=1)
-        both = pairs @ np.array([min(self.each, cap - one), one])
-        return float(max(both.max(initial=0.0), one * pulls.max(initial=0.0)))
+        both = pairs @ np.array([min(self.each, cap - value), value])
+        return float(max(both.max(initial=0.0), value * pulls.max(initial=0.0)))
 
     @property
     def line(self) -> complex | None:

@@ -68,7 +68,7 @@ def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | Non
 
 def not_permitted(planes: Sequence[Plane], fitted: Sequence[PlaneAnswer]) -> list[str]:
     """The rules of planes, and the stock, that weights break as they are told."""
-    size = max((one.mass for answer in fitted for one in answer.weights), default=0.0)
+    size = max((weight.mass for answer in fitted for weight in answer.weights), default=0.0)
     told = [(plane, plane.breaks(own.weights, _OVER, size)) for plane, own in zip(planes, fitted, strict=True)]
     short = missing(planes, [own.weights for own in fitted])
     return [*(f"{rule} of {plane.name}" for plane, rule in told if rule), *(f"the stock of {one}" for one in short)]

@@ -48,12 +48,14 @@ def clash(
         many = f"{solves} more solutions would exceed the budget"
         return None, f"Which limits stand in the way was not computed: {many}. {THOROUGH} computes it."
     with metered() as meter:
-        found = every_clash(names, lambda some: not possible(some), lambda: meter.done <= _OF_SETS * budget.most)
-    if not found.sets:
+        clashes = every_clash(names, lambda some: not possible(some), lambda: meter.done <= _OF_SETS * budget.most)
+    if not clashes.sets:
         return None, ""
-    kept, *others = found.sets
+    kept, *others = clashes.sets
     shared = tuple(one for one in kept if all(one in other for other in others))
-    conflict = Conflict(kept, tuple(loosened(shared)), proof, (), tuple(others), found.complete, soft, found.doubtful)
+    conflict = Conflict(
+        kept, tuple(loosened(shared)), proof, (), tuple(others), clashes.complete, soft, clashes.doubtful
+    )
     told = conflict.steps
     smallest = [f"Smallest loosening of one: {', or '.join(told)}."] if told else []
     return conflict, " ".join([conflict.said(), *conflict.others_said(), *smallest])
@@ -183,7 +185,7 @@ class Asking(Generic[S, B]):
             if best is None or not best.proven:
                 return None
             bound = table.bound * best.factor
-        now, then = (Entry(one, table.dimension, table.unit) for one in (table.bound, bound * _LOOSER))
+        now, then = (Entry(value, table.dimension, table.unit) for value in (table.bound, bound * _LOOSER))
         return name, now, then
 
     def _nearest(self) -> Nearest | None:

@@ -114,7 +114,7 @@ def identify(job: RotorJob) -> Identified:
 def with_readings(identified: Identified, noise: Sequence[ComplexArray]) -> tuple[ComplexArray, ComplexArray]:
     """y0 and H had the readings at each speed been off by `noise` (n_runs, n_sensors)."""
     pairs = zip(identified.learnt, noise, strict=True)
-    return _stacked(identified.learnt, [one.pseudo @ (one.readings + off) for one, off in pairs])
+    return _stacked(identified.learnt, [learnt.pseudo @ (learnt.readings + off) for learnt, off in pairs])
 
 
 def _stacked(learnt: Sequence[Learnt], thetas: Sequence[ComplexArray]) -> tuple[ComplexArray, ComplexArray]:

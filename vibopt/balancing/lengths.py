@@ -125,13 +125,13 @@ def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray
 
 
 def _sum(
-    cones: Cones, one: Lengths, box: Box, scale: FloatArray, size: float, cost: float
+    cones: Cones, lengths: Lengths, box: Box, scale: FloatArray, size: float, cost: float
 ) -> tuple[FloatArray, IntArray]:
     """The sum of the lengths over `size`: a row of those that are plain sums of shares, and helpers for the others."""
-    bent = _bent(one, box)
+    bent = _bent(lengths, box)
     heads = cones.helpers(int(bent.sum()), cost)
-    cones.moduli(one.slope[bent] * scale, one.constant[bent] / size, 0.0, (heads,))
-    return np.asarray((one.slope[~bent] * scale).real.sum(axis=0)), heads
+    cones.moduli(lengths.slope[bent] * scale, lengths.constant[bent] / size, 0.0, (heads,))
+    return np.asarray((lengths.slope[~bent] * scale).real.sum(axis=0)), heads
 
 
 @dataclass(frozen=True)
@@ -147,8 +147,8 @@ class _Posed:
         """The solver's point, its multipliers brought into their cones, and the bound that they prove."""
         cones, n = self.cones, self.cones.n + len(self.cones.cost)
         worked(0.5 + 0.003 * cones.n_rows * n)
-        found = cones.solve(self.cost)
-        x, z = found.x, cones.into_dual(found.z)
+        cone_point = cones.solve(self.cost)
+        x, z = cone_point.x, cones.into_dual(cone_point.z)
         square, q = np.concatenate([0.0 * self.cost, cones.square]), np.concatenate([self.cost, cones.cost])
         with np.errstate(invalid="ignore", over="ignore"):  # a ray that is not finite proves nothing
             back, falls = cones.pulled(z), float(cones.rows()[1] @ z)
@@ -159,8 +159,8 @@ class _Posed:
             bound = -falls - 0.5 * float(square @ x**2) - float(np.abs(slack) @ room)
             ray = falls < 0.0 and bool(np.abs(back).max() * REACH * (1.0 + n) < -falls)
         ends, caps, *limits = (z[at] * unit for at, unit in zip(self.places, self.units, strict=True))
-        pulls = Pulls(ends, caps, np.array([one.sum() for one in limits]))
-        return _Point(x, found.status, bound, ray, bool(np.isfinite(x).all() and np.isfinite(z).all()), pulls)
+        pulls = Pulls(ends, caps, np.array([limit.sum() for limit in limits]))
+        return _Point(x, cone_point.status, bound, ray, bool(np.isfinite(x).all() and np.isfinite(z).all()), pulls)
 
 
 @dataclass(frozen=True)
@@ -175,12 +175,12 @@ class _Point:
     pulls: Pulls
 
 
-def _bent(one: Lengths, box: Box) -> BoolArray:
+def _bent(lengths: Lengths, box: Box) -> BoolArray:
     """Which rows are no sums of shares that are not negative, (n_rows,)."""
     plain = np.zeros(box.size, dtype=bool)
     plain[: len(box.shares)] = [low >= 0.0 for low, _ in box.shares]
-    straight = (one.slope.imag == 0.0) & (one.slope.real >= 0.0) & (plain | (one.slope == 0.0))
-    return np.asarray(~(straight.all(axis=1) & (one.constant == 0.0)))
+    straight = (lengths.slope.imag == 0.0) & (lengths.slope.real >= 0.0) & (plain | (lengths.slope == 0.0))
+    return np.asarray(~(straight.all(axis=1) & (lengths.constant == 0.0)))
 
 
 def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
@@ -209,7 +209,11 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
 
 def _told(pulls: Pulls, value: float, whole: float, limits: Sequence[Lengths], box: Box) -> Pulls:
     """What pulls by more than multipliers are known to; a goal of zero is held back by nothing."""
-    bounds = [np.array([high for _, high in box.shares]), np.array(box.caps), np.array([one.limit for one in limits])]
+    bounds = [
+        np.array([high for _, high in box.shares]),
+        np.array(box.caps),
+        np.array([limit.limit for limit in limits]),
+    ]
     least = _NOISE * max(value, 1e-3 * whole) if value > 1e-9 * whole else np.inf
     parts = (pulls.shares, pulls.caps, pulls.limits)
     with np.errstate(invalid="ignore"):
@@ -227,15 +231,15 @@ def _kept(x: FloatArray, limits: Sequence[Lengths], box: Box, scale: FloatArray)
         if least_excess <= _INSIDE or not broken:
             break
         rows, moves = [], []
-        for one in broken:
-            now, bound = one.constant + one.slope @ x, one.limit * (1.0 - 2.0 * _INSIDE)
-            if one.by == "worst":  # each that is too long or nearly so, along itself
-                far = np.abs(now) > one.limit * (1.0 - _INSIDE)
-                rows.append((one.slope[far] * scale * (now[far].conj() / np.abs(now[far]))[:, None]).real)
+        for lengths in broken:
+            now, bound = lengths.constant + lengths.slope @ x, lengths.limit * (1.0 - 2.0 * _INSIDE)
+            if lengths.by == "worst":  # each that is too long or nearly so, along itself
+                far = np.abs(now) > lengths.limit * (1.0 - _INSIDE)
+                rows.append((lengths.slope[far] * scale * (now[far].conj() / np.abs(now[far]))[:, None]).real)
                 moves.append(bound - np.abs(now[far]))
                 continue
             step = now * (bound / np.abs(now).sum() - 1.0)
-            rows += [(one.slope * scale).real, (one.slope * scale).imag]
+            rows += [(lengths.slope * scale).real, (lengths.slope * scale).imag]
             moves += [step.real, step.imag]
         A, b = np.concatenate(rows), np.concatenate(moves)
         x = into_box(x + scale * np.linalg.lstsq(A, b, rcond=_ALIKE)[0], box)

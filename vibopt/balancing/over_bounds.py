@@ -74,7 +74,10 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
     """Plans at all values of some facts, of which `jobs` have a few; None where they are no such family."""
     job, (heard, identified, idle, posed) = jobs[0], asked_of(jobs[0])
     question = posed.question
-    if any(one.out or one.possible or one.alone or not one.told for one in heard.found) or idle:
+    if (
+        any(agreement.out or agreement.possible or agreement.alone or not agreement.told for agreement in heard.found)
+        or idle
+    ):
         return None
     if not _is_plain(job, question) or not all(_alike(job, other) for other in jobs[1:]):
         return None
@@ -88,9 +91,9 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
     many = max(MOST_CELLS // len(question.y0), 1000)
     found = [_plans(job, identified, question, bounds[at : at + many]) for at in range(0, len(bounds), many)]
     names = ("masses", "angles", "goal", "left", "pulls")
-    masses, angles, goal, left, pulls = (np.concatenate([getattr(one, name) for one in found]) for name in names)
-    margins = {name: np.concatenate([one.margins[name] for one in found]) for name in found[0].margins}
-    return Plans([status for one in found for status in one.status], masses, angles, goal, left, pulls, margins)
+    masses, angles, goal, left, pulls = (np.concatenate([getattr(plans, name) for plans in found]) for name in names)
+    margins = {name: np.concatenate([plans.margins[name] for plans in found]) for name in found[0].margins}
+    return Plans([status for plans in found for status in plans.status], masses, angles, goal, left, pulls, margins)
 
 
 def _is_plain(job: RotorJob, question: Question) -> bool:
@@ -99,12 +102,12 @@ def _is_plain(job: RotorJob, question: Question) -> bool:
     return bool(job.choices) and free and not (job.pairs or job.goal.robust) and question.goal in ("rms", "worst")
 
 
-def _alike(one: RotorJob, other: RotorJob) -> bool:
+def _alike(rotor_job: RotorJob, other: RotorJob) -> bool:
     """Whether two jobs have measured the same and differ in the size of bounds alone."""
-    planes = [[replace(plane, cap=0.0) for plane in job.planes] for job in (one, other)]
-    limits = [[replace(limit, at_most=0.0) for limit in job.every_limit] for job in (one, other)]
-    said = (one.goal, one.scatter, one.sensors) == (other.goal, other.scatter, other.sensors)
-    measured = one.runs is other.runs and one.influence is other.influence
+    planes = [[replace(plane, cap=0.0) for plane in job.planes] for job in (rotor_job, other)]
+    limits = [[replace(limit, at_most=0.0) for limit in job.every_limit] for job in (rotor_job, other)]
+    said = (rotor_job.goal, rotor_job.scatter, rotor_job.sensors) == (other.goal, other.scatter, other.sensors)
+    measured = rotor_job.runs is other.runs and rotor_job.influence is other.influence
     return measured and said and planes[0] == planes[1] and limits[0] == limits[1]
 
 

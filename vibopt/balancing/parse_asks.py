@@ -64,10 +64,10 @@ def _scatter_amplitude(given: object, conventions: Conventions) -> tuple[float, 
 
 def not_negative(given: object, dimension: str) -> float:
     """A value in SI that is zero or more."""
-    found = read_quantity(given, dimension)
-    if found.value < 0.0:
+    quantity = read_quantity(given, dimension)
+    if quantity.value < 0.0:
         raise QuantityError("is negative.")
-    return found.value
+    return quantity.value
 
 
 def check_without_phase(document: Mapping[str, Any], goal: RotorGoal, mistakes: Mistakes) -> None:
@@ -128,16 +128,16 @@ def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -
     front, angle = split_angle(str(given), "1 mil pp")
     if angle is not None:
         raise QuantityError('has an angle. A limit is an amplitude: write "1 mil pp".')
-    found = read_amplitude(front, conventions.detector)
+    amplitude = read_amplitude(front, conventions.detector)
     for sensor in sensors:
-        if sensor.dimension != found.dimension:
+        if sensor.dimension != amplitude.dimension:
             raise QuantityError(
                 f"does not fit sensor {sensor.name}, which reads in {sensor.unit}. Write a limit in such a unit, or "
                 f"name the sensor with at."
             )
-    if found.value == 0.0:
+    if amplitude.value == 0.0:
         raise QuantityError("is zero. Nothing turns without any vibration: write a limit greater than zero.")
-    return found.value, found.shown_unit
+    return amplitude.value, amplitude.shown_unit
 
 
 def _speed_index(path: Path, speed: Fact, given: Any, speeds: Sequence[float], mistakes: Mistakes) -> int | None:
@@ -172,12 +172,12 @@ def _amount(given: object, planes: Sequence[Plane]) -> tuple[float, str]:
     if len(kinds) > 1:
         raise QuantityError("adds masses and unbalances. Give every plane its radius, or bound each plane alone.")
     dimension = "unbalance" if kinds == {UNBALANCE} else "mass"
-    found = read_quantity(given, dimension)
-    if found.value == 0.0:
+    quantity = read_quantity(given, dimension)
+    if quantity.value == 0.0:
         raise QuantityError("is a cap of zero: nothing could be put there. Write keep = true in the plane, or a cap.")
-    if found.value < 0.0:
+    if quantity.value < 0.0:
         raise QuantityError("is negative. Write a positive cap.")
-    return found.value, found.unit
+    return quantity.value, quantity.unit
 
 
 def read_goal(
@@ -212,10 +212,10 @@ def read_goal(
 
 
 def _huber(given: object, conventions: Conventions) -> float:
-    found = read_amplitude(str(given), conventions.detector)
-    if found.value == 0.0:
+    amplitude = read_amplitude(str(given), conventions.detector)
+    if amplitude.value == 0.0:
         raise QuantityError("is zero. Write an amplitude greater than zero.")
-    return found.value
+    return amplitude.value
 
 
 def _least_correction(

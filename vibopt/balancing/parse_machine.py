@@ -108,7 +108,7 @@ def read_planes(
         read.append(_plane(name, table, kind, mistakes) if alike is None else replace(alike, name=name))
         if read[-1] is not None:
             known[said] = read[-1]
-    _check_stock([one for one in read if one is not None], mistakes)
+    _check_stock([plane for plane in read if plane is not None], mistakes)
     return None if None in read else tuple(cast(list[Plane], read))
 
 
@@ -237,7 +237,7 @@ def _shelf(path: Path, given: object, mistakes: Mistakes) -> tuple[tuple[float, 
         mistakes.value(path, given, "names a weight twice with different stocks. Write it once, with all there are.")
     counted = any(many < inf for many in found.values())
     masses = tuple(sorted(found))
-    return masses, tuple(found[one] for one in masses) if counted else (), good[0][1] if good else ""
+    return masses, tuple(found[mass] for mass in masses) if counted else (), good[0][1] if good else ""
 
 
 def _on_the_shelf(given: object) -> tuple[float, str, float]:
@@ -260,7 +260,7 @@ def _check_stock(planes: Sequence[Plane], mistakes: Mistakes) -> None:
             other, known = next((one for key, one in said.items() if isclose(key, mass)), (plane, many))
             said.setdefault(mass, (plane, many))
             if known != many:
-                first, second = ("no stock" if one == inf else f"a stock of {one:g}" for one in (known, many))
+                first, second = ("no stock" if value == inf else f"a stock of {value:g}" for value in (known, many))
                 mistakes.add(
                     ("planes", plane.name, "shelf"),
                     f"planes.{plane.name}.shelf has {plane.show(mass)} with {second}, planes.{other.name}.shelf with "

@@ -107,7 +107,7 @@ def read_runs(
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
         return None
     initial = [not any(weight.tolist()) for weight in weights]
-    groups, units = _groups([one[0] for one in speeds], [one[1] for one in speeds], initial)
+    groups, units = _groups([speed[0] for speed in speeds], [speed[1] for speed in speeds], initial)
     near = {speed: [abs(group - speed) for group in groups] for speed, _ in dict.fromkeys(speeds)}
     places = {plane.name: place for place, plane in enumerate(planes)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
@@ -424,4 +424,4 @@ def same_speed(speed: float, other: float) -> bool:
 
 def speed_index(speed: float, speeds: Sequence[float]) -> int | None:
     """Which of the speeds is the same; None where nothing was measured at it."""
-    return next((index for index, one in enumerate(speeds) if same_speed(speed, one)), None)
+    return next((index for index, value in enumerate(speeds) if same_speed(speed, value)), None)

@@ -99,12 +99,12 @@ def _leaf(path: tuple[str, ...], value: Any, above: Any, detector: Detector | No
         return ()
     if is_range(value):
         return _ends(said, value)
-    found = _TEXT.fullmatch(value)
-    if found is None:
+    match = _TEXT.fullmatch(value)
+    if match is None:
         return ()
-    parts = [_amount(said, found, _dimensions(path, above), detector)]
-    if found["rest"]:
-        parts += _rest(said, value, found)
+    parts = [_amount(said, match, _dimensions(path, above), detector)]
+    if match["rest"]:
+        parts += _rest(said, value, match)
     return tuple(part for part in parts if part is not None)
 
 
@@ -156,12 +156,14 @@ def _rest(path: str, text: str, found: re.Match[str]) -> list[FactAt | None]:
             start = text.rindex(said.strip())
             front, back = text[:start], text[start + len(said.strip()) :]
             try:
-                one = read_quantity(said.strip(), dimension)
+                quantity = read_quantity(said.strip(), dimension)
             except QuantityError:
                 continue
             around = f"{_safe(front)}{{}}{_safe(back)}"
             parts.append(
-                FactAt(f"{path}.{name}", one.value, one.unit, dimension, signed=True, place=path, around=around)
+                FactAt(
+                    f"{path}.{name}", quantity.value, quantity.unit, dimension, signed=True, place=path, around=around
+                )
             )
     return list(parts)
 

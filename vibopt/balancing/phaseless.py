@@ -234,7 +234,7 @@ def _open(job: RotorJob, answers: Answers, posed: Posed, solved: Solved, fitting
     u = solved.u
     assert u is not None
     many = {2: "two", MOST_ANSWERS: f"at least {MOST_ANSWERS}"}.get(len(fittings), f"{len(fittings)}")
-    words = [f"Answer {k}: {plane.words}" for k, one in enumerate(fittings, start=1) for plane in one.planes]
+    words = [f"Answer {k}: {plane.words}" for k, fitting in enumerate(fittings, start=1) for plane in fitting.planes]
     return begun(
         job, status="unproven", claim=f"the amplitudes leave {many} answers; one more trial run decides",
         goal=goal_of(job, posed.question.chosen_only(solved.chosen), u),

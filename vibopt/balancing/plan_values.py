@@ -32,8 +32,8 @@ def coefficients(job: RotorJob, identified: Identified) -> dict[str, Value]:
             if H == 0.0:
                 continue
             path = f"influence.{sensor.name}.{plane.name}" + (f".{job.show_speed(speed)}" if several else "")
-            one = 1.0 / to_unit(1.0, plane.unit, plane.dimension)  # of the user's units [SI]
-            size = to_unit(abs(H) * plane.radius * one, sensor.shown_unit, sensor.dimension)
+            value = 1.0 / to_unit(1.0, plane.unit, plane.dimension)  # of the user's units [SI]
+            size = to_unit(abs(H) * plane.radius * value, sensor.shown_unit, sensor.dimension)
             per = f"({plane.unit})" if " " in plane.unit else plane.unit
             angle = job.conventions.reading_angle(H)
             found[f"{path}.value"] = Word(f"{plain(size, 8)} {sensor.shown_unit}/{per} @ {show_angle(angle, 8)}")

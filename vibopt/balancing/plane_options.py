@@ -40,7 +40,7 @@ class Posed:
 def posed(planes: Sequence[Plane], conventions: Conventions, **asked: Any) -> Posed:
     """The question with what may be fitted in each plane; `asked` are the other fields of it."""
     stock = counted([plane for plane in planes if plane.is_discrete])
-    options = tuple(options_of(one, conventions, tuple(stock)) if one.is_discrete else None for one in planes)
+    options = tuple(options_of(plane, conventions, tuple(stock)) if plane.is_discrete else None for plane in planes)
     fans = tuple(_fan(plane, conventions) for plane in planes)
 
     question = Question(
@@ -71,7 +71,7 @@ def caps_of(planes: Sequence[Plane], bounds: Iterable[tuple[int, float]]) -> Flo
     most = [0.0 if plane.keep else plane.most for plane in planes]
     for plane, bound in bounds:
         most[plane] = min(most[plane], bound)
-    return np.array([one * plane.radius for one, plane in zip(most, planes, strict=True)])
+    return np.array([value * plane.radius for value, plane in zip(most, planes, strict=True)])
 
 
 def decided_of(options: Sequence[Options | None]) -> ComplexArray:
@@ -115,19 +115,20 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
 def missing(planes: Sequence[Plane], fitted: Sequence[Sequence[Weight]]) -> list[str]:
     """Counted weights of which more are taken, by all planes with a list together, than there are."""
     shown = next((plane for plane in planes if plane.stock), None)
-    masses = [one.mass for plane, own in zip(planes, fitted, strict=True) if plane.is_discrete for one in own]
-    taken = {kind: sum(isclose(one, kind) for one in masses) for kind in counted(planes)}
+    masses = [weight.mass for plane, own in zip(planes, fitted, strict=True) if plane.is_discrete for weight in own]
+    taken = {kind: sum(isclose(mass, kind) for mass in masses) for kind in counted(planes)}
     return [] if shown is None else [shown.show(kind) for kind, many in counted(planes).items() if taken[kind] > many]
 
 
 def _decided(fitted: Sequence[Weight], plane: Plane, conventions: Conventions, kinds: Sequence[float]) -> Options:
     """The one option of a plane whose weights are decided; a weight away from holes has hole -1."""
     u = plane.made(fitted, conventions)
-    uses = [[sum(isclose(one.mass, kind) for one in fitted) for kind in kinds]]
+    uses = [[sum(isclose(weight.mass, kind) for weight in fitted) for kind in kinds]]
     return Options(
-        np.array([u]), np.array([sum(one.mass for one in fitted)]), np.array(uses, dtype=float).reshape(1, len(kinds)),
+        np.array([u]), np.array([sum(weight.mass for weight in fitted)]),
+        np.array(uses, dtype=float).reshape(1, len(kinds)),
         np.arange(len(fitted), dtype=np.int64)[None, :],
-        tuple((-1 if one.hole is None else one.hole, one.mass, one.radius or 1.0) for one in fitted),
+        tuple((-1 if weight.hole is None else weight.hole, weight.mass, weight.radius or 1.0) for weight in fitted),
     )  # fmt: skip
 
 

@@ -173,19 +173,19 @@ class Plane:
         size
             The greatest mass that matters [kg]; 0: the greatest of these.
         """
-        there, room = [one for one in weights if one.mass], 1.0 + tol
-        size = max([size, *(one.mass for one in there)])
+        there, room = [weight for weight in weights if weight.mass], 1.0 + tol
+        size = max([size, *(weight.mass for weight in there)])
         greatest = inf if self.drill is None else self.drill.most * room
         rules = {
             "the cap": self.filled(there) <= self.cap * room,
-            "the drill": all(one.mass <= greatest for one in there),
-            "the sectors": all(one.mass * self.inside(one.angle) <= tol * size for one in there),
+            "the drill": all(weight.mass <= greatest for weight in there),
+            "the sectors": all(weight.mass * self.inside(weight.angle) <= tol * size for weight in there),
         }
         if self.is_open:
             rules |= {
-                "the radius": all(one.radius is None or _among(one.radius, self.radii) for one in there),
-                "the holes": self._seated([one.hole for one in there]),
-                "the shelf": not self.shelf or all(_among(one.mass, self.shelf) for one in there),
+                "the radius": all(weight.radius is None or _among(weight.radius, self.radii) for weight in there),
+                "the holes": self._seated([weight.hole for weight in there]),
+                "the shelf": not self.shelf or all(_among(weight.mass, self.shelf) for weight in there),
             }
         rules["keep"] = not (self.keep and there)
         return next((rule for rule, kept in rules.items() if not kept), "")
@@ -193,12 +193,14 @@ class Plane:
     def made(self, weights: Sequence[Weight], conventions: Conventions) -> complex:
         """Internal unbalance that weights add, as they are told [kg m]."""
         sign = -1.0 if self.remove else 1.0
-        return sum((sign * conventions.weight(one.mass * (one.radius or 1.0), one.angle) for one in weights), 0j)
+        return sum(
+            (sign * conventions.weight(weight.mass * (weight.radius or 1.0), weight.angle) for weight in weights), 0j
+        )
 
     def filled(self, weights: Sequence[Weight]) -> float:
         """What of the cap weights take [kg; kg m without a radius]."""
-        whole = ((one.radius or 1.0) / self.radius if self.moment else 1.0 for one in weights)
-        return sum((one.mass * part for one, part in zip(weights, whole, strict=True)), 0.0)
+        whole = ((weight.radius or 1.0) / self.radius if self.moment else 1.0 for weight in weights)
+        return sum((weight.mass * part for weight, part in zip(weights, whole, strict=True)), 0.0)
 
     def _seated(self, holes: Sequence[int | None]) -> bool:
         """Whether weights sit one a hole, no more than there may be, and parts of a split one in neighbours."""
@@ -207,7 +209,7 @@ class Plane:
             return len(holes) <= self.most_weights and len(used) == (len(holes) if self.holes else 0)
         around = [low for low, _ in self.gaps]
         behind = zip(self.gaps, [*around[1:], *around[:1]], strict=True)
-        return len(holes) == 2 and used in [{low, one} for (low, high), one in behind if high - low < pi - _HAIR]
+        return len(holes) == 2 and used in [{low, value} for (low, high), value in behind if high - low < pi - _HAIR]
 
     def amount(self, u: complex | float) -> float:
         """Mass [kg] at the greatest radius (unbalance [kg m]) of an internal unbalance."""
@@ -221,7 +223,7 @@ class Plane:
     def gaps(self) -> tuple[tuple[float, float], ...]:
         """Arcs (from, to) as written [rad] between neighbouring holes that may be used."""
         around = sorted(angle % tau for angle in self.holes if self.may_sit_at(angle))
-        return tuple(zip(around, [*around[1:], *(one + tau for one in around[:1])], strict=True))
+        return tuple(zip(around, [*around[1:], *(value + tau for value in around[:1])], strict=True))
 
     @property
     def out_of_reach(self) -> tuple[tuple[float, float], ...]:
@@ -259,7 +261,9 @@ class Corrected:
     @property
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
-        return tuple(f"planes.{one.name}.{word}" for one in self.planes if one.is_open for word in one.chosen_words)
+        return tuple(
+            f"planes.{plane.name}.{word}" for plane in self.planes if plane.is_open for word in plane.chosen_words
+        )
 
     @property
     def decided_at(self) -> tuple[str, ...]:
@@ -291,7 +295,7 @@ def read_fitted(text: object, plane: Plane) -> Weight:
     arm = _arm(radius, plane) if plane.kind == MASS else 1.0
     fitted = plane.weight(_size(front, radius, plane) / arm, angle % tau, hole, arm)
     if plane.drill is not None and plane.drill.depth(fitted.mass) > plane.drill.deepest * (1.0 + _HAIR):
-        deep, most = (show(one, "mm", "length") for one in (plane.drill.depth(fitted.mass), plane.drill.deepest))
+        deep, most = (show(value, "mm", "length") for value in (plane.drill.depth(fitted.mass), plane.drill.deepest))
         raise QuantityError(f"takes a hole {deep} deep, but the deepest that may be drilled is {most}.")
     return fitted
 
@@ -421,4 +425,4 @@ def _turned(angle: float) -> float:
 
 
 def _among(size: float, listed: Sequence[float]) -> bool:
-    return any(isclose(size, one) for one in listed)
+    return any(isclose(size, value) for value in listed)

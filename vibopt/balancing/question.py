@@ -153,7 +153,9 @@ class Question:
         if not self.is_discrete or not chosen:
             return self
         pairs = zip(self.options, chosen, strict=True)
-        return replace(self, options=tuple(None if one is None else one.take(slice(k, k + 1)) for one, k in pairs))
+        return replace(
+            self, options=tuple(None if options is None else options.take(slice(k, k + 1)) for options, k in pairs)
+        )
 
     def without(self, planes: Sequence[int]) -> Question:
         """The same with planes left untouched."""

@@ -51,15 +51,17 @@ def rates(question: Question, solved: Solved, known: Mapping[str, Bounding]) -> 
     prices, found = solved.prices, dict.fromkeys(known, 0.0)
     whole = 0.0 if question.goal == "correction" else float(question.measure(np.abs(question.y0)))
     least = NOISE * max(solved.value, 1e-3 * whole)
-    for name, one in known.items() if prices is not None and solved.value > _NOTHING * whole else ():
+    for name, bounding in known.items() if prices is not None and solved.value > _NOTHING * whole else ():
         assert prices is not None
-        if one.rows:
-            rate = sum(prices.readings[k] for k in one.rows if one.bound <= question.limits[k] * (1.0 + _SAME))
-        elif one.plane is not None:
-            tightest = one.bound <= question.caps[one.plane] * (1.0 + _SAME)
-            rate = prices.caps[one.plane] if tightest else 0.0
+        if bounding.rows:
+            rate = sum(
+                prices.readings[k] for k in bounding.rows if bounding.bound <= question.limits[k] * (1.0 + _SAME)
+            )
+        elif bounding.plane is not None:
+            tightest = bounding.bound <= question.caps[bounding.plane] * (1.0 + _SAME)
+            rate = prices.caps[bounding.plane] if tightest else 0.0
         else:
             rate = prices.total
-        if rate * one.bound > least or (rate > 0.0 and not one.bound):
-            found[name] = float(rate) / one.size
+        if rate * bounding.bound > least or (rate > 0.0 and not bounding.bound):
+            found[name] = float(rate) / bounding.size
     return found

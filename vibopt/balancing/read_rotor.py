@@ -51,13 +51,13 @@ def read_pairs(
                 (*path, "planes"), table.planes, f"is not two planes of this job. Known: {', '.join(names)}."
             )
             continue
-        first, second = (names.index(one) for one in table.planes)
+        first, second = (names.index(plane) for plane in table.planes)
         if first == second:
             other = next((one for one in names if one != names[first]), "right")
             way = f'Write two planes, for example planes = ["{names[first]}", "{other}"].'
             mistakes.value((*path, "planes"), table.planes, f"is one plane with itself. {way}")
             continue
-        bare = [one for one in (planes[first], planes[second]) if one.kind == MASS and not one.radii]
+        bare = [plane for plane in (planes[first], planes[second]) if plane.kind == MASS and not plane.radii]
         if len(bare) == 1:
             mistakes.add(
                 path, f"pairs.{name} sets unbalances equal, but planes.{bare[0].name} has no radius. Add its radius."
@@ -168,7 +168,7 @@ def _other_bounds(document: Mapping[str, Any], like: RotorJob) -> RotorJob | Non
         return None
     mistakes = Mistakes(like.name, None)
     planes = read_planes(document, mistakes)
-    if not planes or [_as_measured(one) for one in planes] != [_as_measured(one) for one in like.planes]:
+    if not planes or [_as_measured(plane) for plane in planes] != [_as_measured(plane) for plane in like.planes]:
         return None
     texts = [(like.planes[plane].name, text) for run in like.runs for plane, text in run.fitted]
     measured = Measured(like.runs, like.sensors, like.speeds, like.speed_units, (), like.notes)
@@ -251,10 +251,13 @@ def _check_importance(measured: Measured, goal: RotorGoal, document: Mapping[str
     given = document.get("sensors")
     sensors = given if isinstance(given, Mapping) else {}
     weighed = all(
-        isinstance(sensors.get(one.name), Mapping) and "importance" in sensors[one.name] for one in measured.sensors
+        isinstance(sensors.get(sensor.name), Mapping) and "importance" in sensors[sensor.name]
+        for sensor in measured.sensors
     )
     if len(kinds) > 1 and goal.goal != "correction" and not weighed:
-        first, second = (next(one for one in measured.sensors if one.dimension == kind) for kind in sorted(kinds)[:2])
+        first, second = (
+            next(sensor for sensor in measured.sensors if sensor.dimension == kind) for kind in sorted(kinds)[:2]
+        )
         mistakes.add(
             ("sensors",),
             f"sensors {first.name} and {second.name} read in {first.unit} and {second.unit}, which cannot be added. "

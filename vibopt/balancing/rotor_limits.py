@@ -123,7 +123,7 @@ def loosenings(job: RotorJob, posed: Posed, names: Sequence[str], most: float | 
         if solved.u is None or not proven or not solved.value > limit.at_most:
             continue
         dimension = job.sensors[job.readings[rows[0]][1]].dimension
-        now, then = (Entry(one, dimension, limit.unit) for one in (limit.at_most, solved.value * 1.0005))
+        now, then = (Entry(value, dimension, limit.unit) for value in (limit.at_most, solved.value * 1.0005))
         found.append((limit.name, now, then))
     return found
 
@@ -167,7 +167,9 @@ def _weighed(job: RotorJob, posed: Posed, importance: FloatArray, budget: Budget
     rows = np.arange(len(importance)) % posed.n_rows
 
     def at(factor: float) -> Solved | None:
-        wide = [replace(one, at_most=one.at_most * widened(factor, one.soft or 1.0)) for one in job.residual_limits]
+        wide = [
+            replace(limit, at_most=limit.at_most * widened(factor, limit.soft or 1.0)) for limit in job.residual_limits
+        ]
         bounds = row_limits(replace(job, residual_limits=tuple(wide)))[rows]
         solved = _least(posed.question, np.where(importance > 0.0, 1.0 / bounds, 0.0), budget)
         return solved if solved.u is not None and solved.value <= 1.0 + _CLOSE else None

@@ -70,4 +70,6 @@ def rows_of(job: RotorJob, sensor: int | None, speed: int | None) -> list[int]:
 
 def caps(job: RotorJob) -> FloatArray:
     """Greatest unbalance of each plane [kg m]."""
-    return caps_of(job.planes, [(one.plane, one.at_most) for one in job.correction_limits if one.plane is not None])
+    return caps_of(
+        job.planes, [(limit.plane, limit.at_most) for limit in job.correction_limits if limit.plane is not None]
+    )

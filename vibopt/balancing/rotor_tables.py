@@ -298,10 +298,10 @@ def read_each(path: Path, given: object, mistakes: Mistakes, read: Any, *more: A
 
 def positive(given: object, dimension: str) -> tuple[float, str]:
     """A value in SI that is greater than zero, and its unit."""
-    found = read_quantity(given, dimension)
-    if not found.value > 0.0:
+    quantity = read_quantity(given, dimension)
+    if not quantity.value > 0.0:
         raise QuantityError("is not greater than zero.")
-    return found.value, found.unit
+    return quantity.value, quantity.unit
 
 
 def one_of(path: Path, given: object, known: Sequence[str], what: str, mistakes: Mistakes) -> bool:

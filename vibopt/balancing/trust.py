@@ -45,7 +45,7 @@ class Noise:
 def noise_of(job: RotorJob, identified: Identified) -> Noise | None:
     """Scatter as given, else from what repeated or spare runs show; None where nothing is known of it."""
     if job.scatter is not None:
-        pairs = [_given(job.scatter, job, one) for one in identified.learnt]
+        pairs = [_given(job.scatter, job, learnt) for learnt in identified.learnt]
         own = (np.inf,) * len(pairs)
         return Noise(tuple(one for one, _ in pairs), tuple(one for _, one in pairs), "scatter as given", own)
     return seen_noise(identified)
@@ -53,14 +53,14 @@ def noise_of(job: RotorJob, identified: Identified) -> Noise | None:
 
 def seen_noise(identified: Identified) -> Noise | None:
     """Scatter from what repeated or spare runs show; None where there are none, or no scatter."""
-    if not any(one.spare > 0 for one in identified.learnt):
+    if not any(learnt.spare > 0 for learnt in identified.learnt):
         return None
-    seen = tuple(_seen(one) for one in identified.learnt)
+    seen = tuple(_seen(learnt) for learnt in identified.learnt)
     if all(float(one.max()) == 0.0 for one in seen):
         return None
-    spare = sum(max(one.spare, 0) for one in identified.learnt)
+    spare = sum(max(learnt.spare, 0) for learnt in identified.learnt)
     source = f"scatter from {spare} run{'s' if spare > 1 else ''} more than unknowns"
-    return Noise(seen, seen, source, tuple(float(max(one.spare, 0)) for one in identified.learnt))
+    return Noise(seen, seen, source, tuple(float(max(learnt.spare, 0)) for learnt in identified.learnt))
 
 
 def _given(scatter: Scatter, job: RotorJob, learnt: Learnt) -> tuple[FloatArray, FloatArray]:
@@ -98,7 +98,7 @@ def _covariance(steps: ComplexArray) -> FloatArray:
 def bands(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
     """Ends of the 95 % band of the amplitude left, per row (n_rows, 2) [SI peak]; nan where no scatter is known."""
     left = identified.residual(u)
-    spare = np.repeat(noise.spare, [one.readings.shape[1] for one in identified.learnt])
+    spare = np.repeat(noise.spare, [learnt.readings.shape[1] for learnt in identified.learnt])
     every = zip(left, covariances(job, identified, noise, u), spare, strict=True)
     return np.array([_band(z, cov, own) for z, cov, own in every])
 

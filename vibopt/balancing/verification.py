@@ -115,10 +115,10 @@ def _unbalance(amount: str, radius: str | None, plane: Plane) -> float:
 
 def _value(text: str, dimension: str) -> float:
     """SI value of a number with its unit."""
-    found = _AMOUNT.fullmatch(text)
-    if found is None:
+    match = _AMOUNT.fullmatch(text)
+    if match is None:
         return float("nan")
-    return float(found[1]) * _unit(found[2].strip(), dimension)
+    return float(match[1]) * _unit(match[2].strip(), dimension)
 
 
 @cache

@@ -27,12 +27,12 @@ from vibopt.solve.rivals.balance import balanced
 from vibopt.solve.rivals.milp import chosen_weights
 
 
-def judged_question(case: Case, one: Asked, method: str, said: Said) -> Trial:
+def judged_question(case: Case, asked: Asked, method: str, said: Said) -> Trial:
     """A correction judged against the truth."""
     missed = off = np.nan
     if said.answer is not None:
-        missed = broken(one.question, said.answer)
-        off = 0.0 if np.isnan(case.goal) else abs(one.question.value(said.answer) - case.goal) / (case.goal or 1.0)
+        missed = broken(asked.question, said.answer)
+        off = 0.0 if np.isnan(case.goal) else abs(asked.question.value(said.answer) - case.goal) / (case.goal or 1.0)
     return judged(case, method, said, missed, off)
 
 
@@ -47,14 +47,14 @@ def broken(question: Question, u: ComplexArray) -> float:
     return max(0.0, float(np.concatenate(over).max()))
 
 
-def _vibopt(one: Asked) -> Said:
+def _vibopt(asked: Asked) -> Said:
     """The plan for the job; the optimiser alone is timed beside it."""
-    job = one.job
+    job = asked.job
     begin = spent()
     plan = solve_job(job)
     whole = spent() - begin
     begin = spent()
-    solve_question(one.question)
+    solve_question(asked.question)
     kernel = spent() - begin
     u = np.array([plane.u for plane in plan.plan.fittings[0].planes]) if plan.plan.fittings else None
     return Said(plan.status, plan.claim, u, kernel, whole)
@@ -62,7 +62,7 @@ def _vibopt(one: Asked) -> Said:
 
 def _given(method: Callable[[Question], Said]) -> Callable[[Asked], Said]:
     """A method that is given the arrays."""
-    return lambda one: method(one.question)
+    return lambda asked: method(asked.question)
 
 
 def _cvxpy(tolerance: float) -> Callable[[Question], Said]:

@@ -107,15 +107,15 @@ def accuracy_table(result: Chart, console: Console) -> None:
     for case in result.cases:
         rows = [
             (
-                one.method,
-                time_of(one.seconds) + spread(one),
-                time_of(one.kernel),
-                _ratio(result.ratio(one)),
-                _part(one.error),
-                one.status,
-                _note(one),
+                trial.method,
+                time_of(trial.seconds) + spread(trial),
+                time_of(trial.kernel),
+                _ratio(result.ratio(trial)),
+                _part(trial.error),
+                trial.status,
+                _note(trial),
             )
-            for one in result.of(case.name)
+            for trial in result.of(case.name)
         ]
         heads = ("Method", "Time", "Kernel", "Ratio", "True error", "Claims", "Wrong, or why not")
         section(console, f"{case.name} ({case.known_by})", grid(rows, heads, whole=(0, 1, 2, 3, 4)))
@@ -123,9 +123,9 @@ def accuracy_table(result: Chart, console: Console) -> None:
     _say_cut(result, console)
 
 
-def _note(one: Trial) -> str:
+def _note(trial: Trial) -> str:
     """What is wrong with a claim, why there is none, or how to get a rival that is not there."""
-    words = one.cut or (one.claim if one.status in ("error", MISSING) else one.fault)
+    words = trial.cut or (trial.claim if trial.status in ("error", MISSING) else trial.fault)
     return words if len(words) <= _LONG else f"{words[: _LONG - 3]}..."
 
 
@@ -218,7 +218,7 @@ def say_left(left: Sequence[str], console: Console) -> None:
 def _say_cut(result: Chart, console: Console) -> None:
     """What was asked less than the chart promises."""
     if result.cut:
-        listed = "".join(f"\n  {one.method} on {one.case}: {one.cut}." for one in result.cut)
+        listed = "".join(f"\n  {trial.method} on {trial.case}: {trial.cut}." for trial in result.cut)
         console.print(
             f"\nLess was asked than this chart promises, in {len(result.cut)} of {len(result.trials)} runs:{listed}"
         )
@@ -269,19 +269,19 @@ def draw_accuracy(result: Chart) -> Figure:
         ran = result.of(case.name)
         dots = tuple(
             Dot(
-                short(one.method),
-                result.ratio(one),
-                one.error,
-                one.verdict,
-                _kernel(one),
-                _setting(one.method)[0],
-                _middle(result, one),
+                short(trial.method),
+                result.ratio(trial),
+                trial.error,
+                trial.verdict,
+                _kernel(trial),
+                _setting(trial.method)[0],
+                _middle(result, trial),
             )
-            for one in sorted(ran, key=lambda one: _setting(one.method))
-            if math.isfinite(one.error)
+            for trial in sorted(ran, key=lambda one: _setting(one.method))
+            if math.isfinite(trial.error)
         )
-        silent = tuple(_name(one) for one in ran if not math.isfinite(one.error))
-        seconds = next((one.seconds for one in ran if one.method == DEFAULT), math.nan)
+        silent = tuple(_name(trial) for trial in ran if not math.isfinite(trial.error))
+        seconds = next((trial.seconds for trial in ran if trial.method == DEFAULT), math.nan)
         error = "excess price or broken limit (part)" if case.family == MOUNTS else "true error (part)"
         cases.append(Scatter(case.name, seconds, dots, silent, error))
     runs = sorted({trial.runs for trial in result.trials if trial.runs})
@@ -294,10 +294,10 @@ def short(method: str) -> str:
     return _SHORT.get(method, method)
 
 
-def _middle(result: Chart, one: Trial) -> tuple[float, float]:
-    low, high = one.quartiles
-    part = result.ratio(one) / one.seconds
-    return (low * part, high * part) if one.runs > 2 else (math.nan, math.nan)
+def _middle(result: Chart, trial: Trial) -> tuple[float, float]:
+    low, high = trial.quartiles
+    part = result.ratio(trial) / trial.seconds
+    return (low * part, high * part) if trial.runs > 2 else (math.nan, math.nan)
 
 
 def _setting(method: str) -> tuple[str, float]:
@@ -307,14 +307,14 @@ def _setting(method: str) -> tuple[str, float]:
     return line, number if number >= 1.0 else 1.0 / number
 
 
-def _kernel(one: Trial) -> float:
+def _kernel(trial: Trial) -> float:
     """Part of vibopt's time that is the optimiser alone; of the others the whole is nearly that."""
-    return one.kernel / one.seconds if one.method == DEFAULT else math.nan
+    return trial.kernel / trial.seconds if trial.method == DEFAULT else math.nan
 
 
-def _name(one: Trial) -> str:
-    name = short(one.method)
-    return f"{name} ({MISSING})" if one.status == MISSING else name
+def _name(trial: Trial) -> str:
+    name = short(trial.method)
+    return f"{name} ({MISSING})" if trial.status == MISSING else name
 
 
 def draw_stability(result: Chart) -> Figure:

@@ -86,8 +86,9 @@ def _ladder(panel: Any, ladder: str, sizes: Sequence[Size], lines: Sequence[Fit]
     methods = list(dict.fromkeys(size.method for size in sizes))
     for index, method in enumerate(methods):
         some = [size for size in sizes if size.method == method]
-        panel.plot([one.size for one in some], [one.seconds for one in some], ls="", marker=_MARKS[index % len(_MARKS)],
-                   ms=5.5, mfc=COLOURS[index % len(COLOURS)], mec=INK, mew=0.6, zorder=5)  # fmt: skip
+        marker, colour = _MARKS[index % len(_MARKS)], COLOURS[index % len(COLOURS)]
+        panel.plot([size.size for size in some], [size.seconds for size in some], ls="", marker=marker, ms=5.5,
+                   mfc=colour, mec=INK, mew=0.6, zorder=5)  # fmt: skip
         first_place = some[0].size, some[0].seconds
         panel.annotate(
             method.split(";")[0], first_place, xytext=(5, -10), textcoords="offset points", fontsize=SIZE - 3, color=INK
@@ -96,7 +97,7 @@ def _ladder(panel: Any, ladder: str, sizes: Sequence[Size], lines: Sequence[Fit]
             panel.plot([one.size] * 2, one.quartiles, color=INK, lw=1.2, zorder=4)
     for line in lines:
         place = [size for size in sizes if size.size in line.sizes]
-        logs = [math.log(one.seconds) - line.exponent * math.log(one.size) for one in place]
+        logs = [math.log(size.seconds) - line.exponent * math.log(size.size) for size in place]
         middle = math.exp(sum(logs) / len(logs))
         ends = np.array([line.sizes[0], line.sizes[-1]], dtype=float)
         panel.plot(ends, middle * ends**line.exponent, color=FAINT, lw=1.0, zorder=3)

@@ -52,12 +52,12 @@ class Slip:
         )
 
 
-def by_vibopt(one: Slip) -> Said:
+def by_vibopt(slip: Slip) -> Said:
     """The greatest in a cycle, as it is told of the problem file."""
-    return greatest_in(from_text(one.text, name="job"))
+    return greatest_in(from_text(slip.text, name="job"))
 
 
-def by_dop853(one: Slip, close: float = 1e-9) -> Said:
+def by_dop853(slip: Slip, close: float = 1e-9) -> Said:
     """scipy's Runge-Kutta method, stopped and begun anew where the mass stops, from rest until the greatest repeats."""
     from scipy.integrate import solve_ivp
 
@@ -75,17 +75,17 @@ def by_dop853(one: Slip, close: float = 1e-9) -> Said:
                 return Said("unproven", f"more than {_PIECES} stops in cycle {cycle + 1}", most)
             if v == 0.0:
                 push = np.cos(theta) - z
-                side = np.sign(push) if abs(push) > one.friction else 0.0
+                side = np.sign(push) if abs(push) > slip.friction else 0.0
                 if not side:
-                    theta, side = _leaves(one, theta, z, until)
+                    theta, side = _leaves(slip, theta, z, until)
                     if theta >= until:
                         break
             else:
                 side = np.sign(v)
 
             def rates(at: float, now: FloatArray, side: float = float(side)) -> list[float]:
-                rest = np.cos(at) - side * one.friction - now[0]
-                return [now[1], rest / one.r**2 - 2.0 * one.ratio / one.r * now[1]]
+                rest = np.cos(at) - side * slip.friction - now[0]
+                return [now[1], rest / slip.r**2 - 2.0 * slip.ratio / slip.r * now[1]]
 
             stops.direction = -side  # type: ignore[attr-defined]
             found: Any = solve_ivp(rates, (theta, until), [z, v], "DOP853", events=stops, rtol=close, atol=1e-3 * close)
@@ -99,10 +99,10 @@ def by_dop853(one: Slip, close: float = 1e-9) -> Said:
     return Said("unproven", f"does not repeat in {_CYCLES} cycles", most)
 
 
-def by_equivalent_viscous(one: Slip) -> Said:
+def by_equivalent_viscous(slip: Slip) -> Said:
     """A damper that takes as much in a cycle: (1 - r^2)^2 Z^2 + (2 zeta r Z + 4 f / pi)^2 = 1."""
-    beside, push = 2.0 * one.ratio * one.r, 4.0 / np.pi * one.friction
-    square = (1.0 - one.r**2) ** 2 + beside**2
+    beside, push = 2.0 * slip.ratio * slip.r, 4.0 / np.pi * slip.friction
+    square = (1.0 - slip.r**2) ** 2 + beside**2
     root = max((beside * push) ** 2 - square * (push**2 - 1.0), 0.0)
     size = max(float((np.sqrt(root) - beside * push) / square), 0.0)
     return Said("optimal", "a damper that takes as much in a cycle" if size else "nothing moves", size)
@@ -116,18 +116,18 @@ QUICK_METHODS = {name: one for name, one in METHODS.items() if name not in ("dop
 HARD_METHODS = {name: METHODS[name] for name in (DEFAULT, "dop853 1e-09", "equivalent viscous")}
 
 
-def truth(one: Slip) -> float:
+def truth(slip: Slip) -> float:
     """Slip for slip in closed form, each stop by Brent's method, from rest until half a cycle repeats with its sign."""
     state, best = np.zeros(2), 0.0
     for _ in range(_MOST):
-        behind, best = _half(one, state)
+        behind, best = _half(slip, state)
         if np.abs(state + behind).max() <= _SETTLED * best + _ROUND:
             return best
         state = -behind
     return best
 
 
-def _half(one: Slip, state: FloatArray) -> tuple[FloatArray, float]:
+def _half(slip: Slip, state: FloatArray) -> tuple[FloatArray, float]:
     """State behind half a cycle from theta = 0, and its greatest place."""
     from scipy.optimize import brentq
 
@@ -136,12 +136,12 @@ def _half(one: Slip, state: FloatArray) -> tuple[FloatArray, float]:
         side = float(np.sign(v))
         if not side:
             push = np.cos(theta) - z
-            side = float(np.sign(push)) if abs(push) > one.friction else 0.0
+            side = float(np.sign(push)) if abs(push) > slip.friction else 0.0
         if not side:
-            theta, side = _leaves(one, theta, z, np.pi)
+            theta, side = _leaves(slip, theta, z, np.pi)
             if theta >= np.pi:
                 break
-        moved = _moved(one, theta, z, v, side)
+        moved = _moved(slip, theta, z, v, side)
         tau = np.linspace(0.0, np.pi - theta, _LOOKS)[1:]
         back = np.flatnonzero(side * moved(tau)[1] <= 0.0)
         back = back[back > 0] if not v else back
@@ -160,27 +160,27 @@ def _half(one: Slip, state: FloatArray) -> tuple[FloatArray, float]:
 Moved = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def _moved(one: Slip, theta: float, z: float, v: float, side: float) -> Moved:
+def _moved(slip: Slip, theta: float, z: float, v: float, side: float) -> Moved:
     """Place and speed so long behind the beginning of a slip."""
-    fade, turn = one.ratio / one.r, np.sqrt(1.0 - one.ratio**2) / one.r
-    driven = np.exp(1j * theta) / (1.0 - one.r**2 + 2j * one.ratio * one.r)
-    place = z - driven.real + side * one.friction
+    fade, turn = slip.ratio / slip.r, np.sqrt(1.0 - slip.ratio**2) / slip.r
+    driven = np.exp(1j * theta) / (1.0 - slip.r**2 + 2j * slip.ratio * slip.r)
+    place = z - driven.real + side * slip.friction
     rate = (v + driven.imag + fade * place) / turn
 
     def moved(tau: FloatArray) -> tuple[FloatArray, FloatArray]:
         shrunk, force = np.exp(-fade * tau), driven * np.exp(1j * tau)
         free = shrunk * (place * np.cos(turn * tau) + rate * np.sin(turn * tau))
         slope = shrunk * turn * (rate * np.cos(turn * tau) - place * np.sin(turn * tau)) - fade * free
-        return free + force.real - side * one.friction, slope - force.imag
+        return free + force.real - side * slip.friction, slope - force.imag
 
     return moved
 
 
-def _leaves(one: Slip, theta: float, z: float, until: float) -> tuple[float, float]:
+def _leaves(slip: Slip, theta: float, z: float, until: float) -> tuple[float, float]:
     """When friction holds no longer, and the sense of the slip; `until` where it holds to there."""
     found = []
     for side in (1.0, -1.0):
-        level = z + side * one.friction
+        level = z + side * slip.friction
         if abs(level) < 1.0:
             found.append((theta + (-side * np.arccos(level) - theta) % (2.0 * np.pi), side))
     first = min(found, default=(until, 0.0))
@@ -204,13 +204,13 @@ def hard(*, quick: bool) -> Table:
         ("stops in the cycle", Slip(0.4, 0.02, 0.5)), ("stops in the cycle", Slip(0.15, 0.02, 0.3)),
         ("stops in the cycle", Slip(0.15, 0.3, 0.7)),
     ]  # fmt: skip
-    cases = [(_case(one, family), one) for family, one in rows]
+    cases = [(_case(slip, family), slip) for family, slip in rows]
     return Table(cases, HARD_METHODS, judged_number, 1, cases[-1:])
 
 
-def _case(one: Slip, family: str) -> Case:
-    name = f"friction of {one.friction:g} of the force at {one.r:g} of the resonance, damping ratio {one.ratio:g}"
-    return Case(name, "", FEASIBLE, truth(one), "slip for slip in closed form", family)
+def _case(slip: Slip, family: str) -> Case:
+    name = f"friction of {slip.friction:g} of the force at {slip.r:g} of the resonance, damping ratio {slip.ratio:g}"
+    return Case(name, "", FEASIBLE, truth(slip), "slip for slip in closed form", family)
 
 
 __all__ = ["METHODS", "Slip", "hard", "speed", "truth"]

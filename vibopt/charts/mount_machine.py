@@ -61,7 +61,7 @@ class Shelf:
         """As a catalogue; every digit is kept."""
         scale = (1.0, 1.0, _PER_MM, _PER_MM, _PER_MM, 1.0, 1.0)
         columns = (self.least, self.most, self.k, self.shear, self.static, self.loss, self.price)
-        rows = zip(self.names(), *(column / one for column, one in zip(columns, scale, strict=True)), strict=True)
+        rows = zip(self.names(), *(column / value for column, value in zip(columns, scale, strict=True)), strict=True)
         lines = [";".join([name, *(repr(float(cell)) for cell in cells)]) for name, *cells in rows]
         return "\n".join([";".join(HEADS), *lines]) + "\n"
 
@@ -154,7 +154,7 @@ class Machine:
     def document(self) -> dict[str, Any]:
         """The problem file as a dictionary."""
         space = self.motion != LINE
-        inertia = [f"{one!r} kg m2" for one in self.inertia]
+        inertia = [f"{value!r} kg m2" for value in self.inertia]
         body: dict[str, Any] = {"mass": f"{self.mass!r} kg"}
         if space:
             own = inertia[1] if self.motion == PLANE else inertia
@@ -205,7 +205,7 @@ class Machine:
 
 
 def _lengths(place: tuple[float, float, float]) -> list[str]:
-    return [f"{float(one)!r} m" for one in place]
+    return [f"{float(value)!r} m" for value in place]
 
 
 def drawn(seed: int, parts: int, low: float, high: float, *, steel: bool = False) -> Shelf:

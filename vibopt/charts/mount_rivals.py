@@ -31,32 +31,32 @@ _FEW = 64
 """Choices that are measured at once, the cheapest first."""
 
 
-def judged_parts(case: Case, one: Asked, method: str, said: Said) -> Trial:
+def judged_parts(case: Case, asked: Asked, method: str, said: Said) -> Trial:
     """By plain numpy; a refusal is right where it names why there is no answer."""
     most = off = math.nan
     chosen, status = said.answer, said.status
     if chosen is not None:
-        most = max(0.0, float(broken(one.machine, one.shelf, chosen[None, :])[0]))
-        off = float(prices(one.machine, one.shelf, chosen[None, :])[0]) / case.goal - 1.0
+        most = max(0.0, float(broken(asked.machine, asked.shelf, chosen[None, :])[0]))
+        off = float(prices(asked.machine, asked.shelf, chosen[None, :])[0]) / case.goal - 1.0
         off = 0.0 if math.isnan(off) else off
-    found = judged(case, method, said, most, off)
-    if status == REFUSED and one.named and one.named in said.claim:
-        return replace(found, verdict=RIGHT)
+    trial = judged(case, method, said, most, off)
+    if status == REFUSED and asked.named and asked.named in said.claim:
+        return replace(trial, verdict=RIGHT)
     if status == REFUSED and method == DEFAULT:
-        return replace(found, status="error")
+        return replace(trial, status="error")
     if status == "infeasible" and case.truth == UNANSWERABLE:
-        return replace(found, verdict=SAYS_SO)
-    return found
+        return replace(trial, verdict=SAYS_SO)
+    return trial
 
 
-def by_vibopt(one: Asked) -> Said:
+def by_vibopt(asked: Asked) -> Said:
     """The answer certified, timed from the file as read; a sentence about the file is a refusal."""
     from vibopt.program.pose import pose
     from vibopt.solve.solve import solve
 
     with TemporaryDirectory() as folder:
         try:
-            scene = one.machine.scene(Path(folder), one.shelf)
+            scene = asked.machine.scene(Path(folder), asked.shelf)
             design, whole, kernel = answered(lambda: solve(scene, explain=False))
         except InputError as error:
             return Said(REFUSED, str(error))
@@ -68,16 +68,16 @@ def by_vibopt(one: Asked) -> Said:
     return Said(design.status, design.claim, chosen, kernel, whole)
 
 
-def _every(one: Asked) -> Said:
+def _every(asked: Asked) -> Said:
     """Every choice measured, its peak found exactly."""
-    return _cheapest(least_price(one.machine, one.shelf)[1])
+    return _cheapest(least_price(asked.machine, asked.shelf)[1])
 
 
 def sampled(speeds: int) -> Method:
     """Every choice, its peak looked at on so many speeds."""
 
-    def method(one: Asked) -> Said:
-        machine, shelf = one.machine, one.shelf
+    def method(asked: Asked) -> Said:
+        machine, shelf = asked.machine, asked.shelf
         chosen = every_choice(machine, shelf)
         if not len(chosen):
             return Said("unproven", "nothing to choose from")
@@ -97,9 +97,9 @@ def _cheapest(chosen: IntArray | None) -> Said:
     return Said("optimal", "the cheapest of all choices", chosen)
 
 
-def _pruned(one: Asked) -> Said:
+def _pruned(asked: Asked) -> Said:
     """Choices in the order of their price, their peaks found exactly, up to the first that keeps every limit."""
-    machine, shelf = one.machine, one.shelf
+    machine, shelf = asked.machine, asked.shelf
     chosen = every_choice(machine, shelf)
     chosen = chosen[np.argsort(prices(machine, shelf, chosen), kind="stable")]
     for begin in range(0, len(chosen), _FEW):
@@ -110,30 +110,30 @@ def _pruned(one: Asked) -> Said:
     return _cheapest(None)
 
 
-def _highs(one: Asked) -> Said:
+def _highs(asked: Asked) -> Said:
     """HiGHS, its program exchanged until its choice holds at its exact peaks."""
-    refused = mount_milp.refusal(one.machine)
+    refused = mount_milp.refusal(asked.machine)
     if refused:
         return Said(REFUSES, refused)
-    status, chosen = mount_milp.cheapest(one.machine, one.shelf)
+    status, chosen = mount_milp.cheapest(asked.machine, asked.shelf)
     return Said(status, "no choice of its program is cheaper", chosen)
 
 
-def _random(one: Asked) -> Said:
+def _random(asked: Asked) -> Said:
     """The cheapest of 300 random choices that keeps every limit."""
-    chosen = every_choice(one.machine, one.shelf)
+    chosen = every_choice(asked.machine, asked.shelf)
     if not len(chosen):
         return Said("unproven", "nothing to draw from")
     drawn = chosen[np.random.default_rng(0).integers(0, len(chosen), DRAWS)]
-    drawn = drawn[broken(one.machine, one.shelf, drawn) <= 0.0]
+    drawn = drawn[broken(asked.machine, asked.shelf, drawn) <= 0.0]
     if not len(drawn):
         return Said("unproven", f"none of {DRAWS} draws keeps the limits")
-    return Said("feasible", "best of the draws", drawn[int(prices(one.machine, one.shelf, drawn).argmin())])
+    return Said("feasible", "best of the draws", drawn[int(prices(asked.machine, asked.shelf, drawn).argmin())])
 
 
-def by_hand(one: Asked) -> Said:
+def by_hand(asked: Asked) -> Said:
     """The cheapest part of each group that carries its share and is soft enough by the formula of one mass."""
-    machine, shelf = one.machine, one.shelf
+    machine, shelf = asked.machine, asked.shelf
     if not len(shelf):
         return Said("unproven", "nothing to choose from")
     softest = _softest(machine)
@@ -166,8 +166,8 @@ def shares(machine: Machine) -> FloatArray:
     return np.array([part.mean() for part in np.split(each, ends)])
 
 
-def by_rounding(one: Asked) -> Said:
-    return Said(*rounded_choice(one.machine, one.shelf, shares(one.machine)))
+def by_rounding(asked: Asked) -> Said:
+    return Said(*rounded_choice(asked.machine, asked.shelf, shares(asked.machine)))
 
 
 SAMPLES = (20, 50, 200, 500, 2000)

@@ -81,8 +81,8 @@ def _mounted(
     start_up: float,
 ) -> str:  # fmt: skip
     scale = sum(masses) * top**2
-    low, high = (f'"{one * scale!r} N/m"' for one in (1e-4, 10.0))
-    least, most = (f'"{one * scale / top!r} N s/m"' for one in (1e-4, 10.0))
+    low, high = (f'"{value * scale!r} N/m"' for value in (1e-4, 10.0))
+    least, most = (f'"{value * scale / top!r} N s/m"' for value in (1e-4, 10.0))
     return stacked(
         [f'"{mass!r} kg"' for mass in masses],
         [
@@ -119,8 +119,8 @@ def _absorbed(rng: np.random.Generator, name: str, family: str, many: Callable[[
 def weights(rng: np.random.Generator, name: str) -> Asked:
     """Weights of a shelf in the holes of three planes: the smallest worst residual, or the least mass under a limit."""
     by_residual, by_mass = shelf(int(rng.integers(2**31)), float(rng.uniform(1.05, 1.5)))
-    one = by_residual if rng.integers(2) else by_mass
-    return replace(one, case=replace(one.case, name=name, family="weights"))
+    asked = by_residual if rng.integers(2) else by_mass
+    return replace(asked, case=replace(asked.case, name=name, family="weights"))
 
 
 def mounts(rng: np.random.Generator, name: str) -> Any:
@@ -128,10 +128,10 @@ def mounts(rng: np.random.Generator, name: str) -> Any:
     motion, parts = (LINE, SPACE)[int(rng.integers(2))], int(rng.integers(10, 61))
     for _ in range(_TRIES):
         try:
-            one = mount_cases.asked(*machine_on(motion, parts, 2, int(rng.integers(2**31)), bool(rng.integers(2))))
+            asked = mount_cases.asked(*machine_on(motion, parts, 2, int(rng.integers(2**31)), bool(rng.integers(2))))
         except ValueError:  # no choice carries the machine
             continue
-        return replace(one, case=replace(one.case, name=name))
+        return replace(asked, case=replace(asked.case, name=name))
     raise ValueError(f"{name}: no shelf carries its machine")
 
 

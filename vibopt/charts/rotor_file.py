@@ -29,7 +29,7 @@ def document(question: Question) -> dict[str, Any]:
     sensors = [f"s{i}" for i in range(question.n_readings)]
     planes = [f"p{i}" for i in range(question.n_planes)]
     found = {sensor: _phasor(y, "m") for sensor, y in zip(sensors, question.y0.tolist(), strict=True)}
-    shelf = {"holes": HOLES, "shelf": [f"{one!r} kg" for one in WEIGHTS]} if question.is_discrete else {}
+    shelf = {"holes": HOLES, "shelf": [f"{value!r} kg" for value in WEIGHTS]} if question.is_discrete else {}
     tables = {
         "conventions": {
             "phase": "lead", "readings": "phase", "angles": "with rotation", "detector": "pk", "zero": "mark",

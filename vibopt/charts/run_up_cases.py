@@ -103,47 +103,47 @@ class Passage:
         )
 
 
-def by_vibopt(one: Passage) -> Said:
+def by_vibopt(passage: Passage) -> Said:
     """The greatest over all time and every angle, as it is told of the problem file."""
-    return greatest_in(from_text(one.text, name="job"))
+    return greatest_in(from_text(passage.text, name="job"))
 
 
-def _integrated(one: Passage, close: float) -> Said:
+def _integrated(passage: Passage, close: float) -> Said:
     from scipy.integrate import solve_ivp
 
-    turns = one.phase(one.length + one.behind) / (2.0 * np.pi)
+    turns = passage.phase(passage.length + passage.behind) / (2.0 * np.pi)
     if turns > _MOST:
         return Said(REFUSES, f"{turns:.3g} turns one by one, more than {_MOST:g}")
-    n, (damped, stiff) = one.bodies, one.matrices
+    n, (damped, stiff) = passage.bodies, passage.matrices
     system = np.block([[np.zeros((n, n)), np.eye(n)], [-stiff, -damped]])
-    load = np.concatenate([np.zeros(n), one.pushed])
+    load = np.concatenate([np.zeros(n), passage.pushed])
 
     def rates(when: float, now: ComplexArray) -> ComplexArray:
-        return np.asarray(system @ now + load * np.exp(1j * one.phase(when)))
+        return np.asarray(system @ now + load * np.exp(1j * passage.phase(when)))
 
-    begun = one.steady(one.low)
-    state = np.concatenate([begun, 1j * one.low * begun])
-    best, low, high, later = 0.0, 0.0, one.length, np.inf
-    held = one.steady(one.high)[n - 1]
-    while best < later * (1.0 - close) and one.phase(low) <= 2.0 * np.pi * _MOST:
+    begun = passage.steady(passage.low)
+    state = np.concatenate([begun, 1j * passage.low * begun])
+    best, low, high, later = 0.0, 0.0, passage.length, np.inf
+    held = passage.steady(passage.high)[n - 1]
+    while best < later * (1.0 - close) and passage.phase(low) <= 2.0 * np.pi * _MOST:
         found: Any = solve_ivp(rates, (low, high), state, "DOP853", dense_output=True, rtol=close, atol=close * 1e-3)
         count = int(_LOOKS * (high - low)) + 100
         parts = np.linspace(low, high, min(count, 200_000))
         moved = found.sol(parts)[n - 1]
         best, state = max(best, float(np.abs(moved).max())), found.y[:, -1]
         if low > 0.0:  # what is left of the free motion only dies away
-            turned = np.exp(1j * (one.phase(one.length) + one.high * (parts - one.length)))
+            turned = np.exp(1j * (passage.phase(passage.length) + passage.high * (parts - passage.length)))
             later = float(abs(held) + np.abs(moved - held * turned).max())
-        low, high = high, high + one.behind
+        low, high = high, high + passage.behind
     return Said("feasible", "the greatest of its samples until nothing greater can come", best, within=100.0 * close)
 
 
-def by_asymptote(one: Passage) -> Said:
+def by_asymptote(passage: Passage) -> Said:
     """The undamped passage by Fresnel's integrals, no more than the steady peak: one mass, slow, one way."""
-    if one.bodies > 1:
+    if passage.bodies > 1:
         return Said(REFUSES, "is of one mass")
-    steady = 1.0 / (2.0 * one.ratio * np.sqrt(1.0 - one.ratio**2))
-    return Said("feasible", "Fresnel's integrals, capped by the steady peak", min(steady, _FRESNEL / one.rate**0.5))
+    steady = 1.0 / (2.0 * passage.ratio * np.sqrt(1.0 - passage.ratio**2))
+    return Said("feasible", "Fresnel's integrals, capped by the steady peak", min(steady, _FRESNEL / passage.rate**0.5))
 
 
 METHODS: dict[str, Callable[[Passage], Said]] = {
@@ -154,7 +154,7 @@ QUICK_METHODS = {name: one for name, one in METHODS.items() if name not in ("dop
 HARD_METHODS = {name: METHODS[name] for name in (DEFAULT, "dop853 1e-09", "asymptote")}
 
 
-def truth(one: Passage) -> tuple[float, float]:
+def truth(passage: Passage) -> tuple[float, float]:
     """The greatest, and when [s]: a tight integration in the turning frame, where a slow passage hardly moves.
 
     Behind it, where nothing depends on time in that frame, the free motion is followed in closed form to its end.
@@ -162,32 +162,32 @@ def truth(one: Passage) -> tuple[float, float]:
     from scipy.integrate import solve_ivp
     from scipy.optimize import minimize_scalar
 
-    n = one.bodies
-    load = np.concatenate([np.zeros(n), one.pushed])
+    n = passage.bodies
+    load = np.concatenate([np.zeros(n), passage.pushed])
 
     def at_speed(speed: float, by: tuple[ComplexArray, ...]) -> ComplexArray:
         return np.asarray(by[0] + speed * (by[1] + speed * by[2]))
 
-    turning, begun = _turning(one, one.signed), np.concatenate([one.steady(one.low), np.zeros(n)])
+    turning, begun = _turning(passage, passage.signed), np.concatenate([passage.steady(passage.low), np.zeros(n)])
     found: Any = solve_ivp(
-        lambda when, now: load + at_speed(one.speed(when), turning) @ now, (0.0, one.length), begun,
+        lambda when, now: load + at_speed(passage.speed(when), turning) @ now, (0.0, passage.length), begun,
         "DOP853", dense_output=True, rtol=_CLOSE, atol=_TINY,
     )  # fmt: skip
-    last = at_speed(one.high, _turning(one, 0.0))
+    last = at_speed(passage.high, _turning(passage, 0.0))
     held = np.linalg.solve(last, -load)
     poles, shapes = np.linalg.eig(last)
     shares = shapes[n - 1] * np.linalg.solve(shapes, found.y[:, -1] - held)
 
     def free(when: Any) -> Any:
-        return held[n - 1] + np.exp(np.multiply.outer(when - one.length, poles)) @ shares
+        return held[n - 1] + np.exp(np.multiply.outer(when - passage.length, poles)) @ shares
 
     def driven(when: Any) -> Any:
         return found.sol(when)[n - 1]
 
-    lasts = -np.log(_TINY) / one.decay if one.decay > 0.0 else 0.0
+    lasts = -np.log(_TINY) / passage.decay if passage.decay > 0.0 else 0.0
     best, at = 0.0, 0.0
     ways: list[tuple[Callable[[Any], Any], float, float]] = [
-        (driven, 0.0, one.length), (free, one.length, one.length + max(lasts, one.behind)),
+        (driven, 0.0, passage.length), (free, passage.length, passage.length + max(lasts, passage.behind)),
     ]  # fmt: skip
     for place, low, high in ways:
         parts = np.linspace(low, high, int(_LOOKS * (high - low)) + 2000)
@@ -201,9 +201,9 @@ def truth(one: Passage) -> tuple[float, float]:
     return best, at
 
 
-def _turning(one: Passage, rate: float) -> tuple[ComplexArray, ...]:
+def _turning(passage: Passage, rate: float) -> tuple[ComplexArray, ...]:
     """Rates of places and their rates in the turning frame, (2 n, 2 n), by powers of the speed."""
-    (damped, stiff), none, unit = one.matrices, np.zeros((one.bodies, one.bodies)), np.eye(one.bodies)
+    (damped, stiff), none, unit = passage.matrices, np.zeros((passage.bodies, passage.bodies)), np.eye(passage.bodies)
     return (
         np.block([[none, unit + 0j], [-stiff - 1j * rate * unit, -damped]]),
         np.block([[none, none + 0j], [-1j * damped, -2j * unit]]), np.block([[none, none + 0j], [unit, none]]),
@@ -215,8 +215,10 @@ def speed(*, quick: bool) -> Table:
     cases = []
     for bodies in (1, 3):
         for rate in (2e-2, 0.2, 5.0) if quick else (2e-4, 2e-3, 2e-2, 0.2, 5.0, 100.0):
-            one = Passage(bodies, 0.05, 0.3, 2.5, rate)
-            cases.append((_case(f"{bodies} mass{'es' * (bodies > 1)}, a run-up at {rate:g} rad/s²", RUN_UP, one), one))
+            passage = Passage(bodies, 0.05, 0.3, 2.5, rate)
+            cases.append(
+                (_case(f"{bodies} mass{'es' * (bodies > 1)}, a run-up at {rate:g} rad/s²", RUN_UP, passage), passage)
+            )
     left = ("rates of 2e-4, 2e-3 and 100 rad/s²", "3 runs instead of 1", "dop853 at five tolerances") if quick else ()
     return Table(cases, QUICK_METHODS if quick else METHODS, judged_number, 1 if quick else 3, [cases[-1]], left=left)
 
@@ -225,9 +227,9 @@ def hard(*, quick: bool) -> Table:
     """Next to steady and next to at once, with hardly any damping, and down."""
     cases = []
     for rate in (2e-5,) if quick else (2e-5, 1e-5):
-        one = Passage(1, 0.3, 0.5, 2.0, rate)
+        passage = Passage(1, 0.3, 0.5, 2.0, rate)
         name, family = f"a passage next to steady, {rate:g} rad/s²", "a passage next to steady"
-        cases.append((Case(name, "", FEASIBLE, _slow(one), "closed form", family), one))
+        cases.append((Case(name, "", FEASIBLE, _slow(passage), "closed form", family), passage))
     jump = Passage(1, 0.05, 0.5, 2.0, 1e9)
     cases.append((Case("a passage at once", "", FEASIBLE, _jumped(jump), "closed form", "a passage at once"), jump))
     more = [
@@ -236,39 +238,39 @@ def hard(*, quick: bool) -> Table:
         ("a run-down", Passage(1, 0.05, 2.0, 0.3, 2e-2)),
         ("a run-down", Passage(3, 0.05, 2.5, 0.1, 5e-2)),
     ]
-    for family, one in more:
-        said = f"{family}, {one.bodies} mass{'es' * (one.bodies > 1)} at {one.rate:g} rad/s²"
-        cases.append((_case(said, family, one), one))
+    for family, passage in more:
+        said = f"{family}, {passage.bodies} mass{'es' * (passage.bodies > 1)} at {passage.rate:g} rad/s²"
+        cases.append((_case(said, family, passage), passage))
     left = ("a passage at 1e-05 rad/s²",) if quick else ()
     return Table(cases, HARD_METHODS, judged_number, 1, cases[-1:], left=left)
 
 
-def _case(name: str, family: str, one: Passage) -> Case:
-    return Case(name, "", FEASIBLE, truth(one)[0], "the turning frame, followed tightly", family)
+def _case(name: str, family: str, passage: Passage) -> Case:
+    return Case(name, "", FEASIBLE, truth(passage)[0], "the turning frame, followed tightly", family)
 
 
-def _slow(one: Passage) -> float:
+def _slow(passage: Passage) -> float:
     """One mass: the steady vibration, and what the rate adds to first order."""
     from scipy.optimize import minimize_scalar
 
     def size(speed: float) -> float:
-        held = 1.0 - speed**2 + 2j * one.ratio * speed
-        slope = (2.0 * speed - 2j * one.ratio) / held**2
-        return float(abs(1.0 / held - one.rate / held * ((2j * speed + 2.0 * one.ratio) * slope + 1j / held)))
+        held = 1.0 - speed**2 + 2j * passage.ratio * speed
+        slope = (2.0 * speed - 2j * passage.ratio) / held**2
+        return float(abs(1.0 / held - passage.rate / held * ((2j * speed + 2.0 * passage.ratio) * slope + 1j / held)))
 
-    found = minimize_scalar(lambda speed: -size(speed), bounds=(1.0 - one.ratio, 1.0), method="bounded")
+    found = minimize_scalar(lambda speed: -size(speed), bounds=(1.0 - passage.ratio, 1.0), method="bounded")
     return -float(found.fun)
 
 
-def _jumped(one: Passage) -> float:
+def _jumped(passage: Passage) -> float:
     """One mass whose force has another speed from one instant to the next."""
-    pole = -one.ratio + 1j * np.sqrt(1.0 - one.ratio**2)
-    before, behind = one.steady(one.low)[0], one.steady(one.high)[0]
-    place, moved = before - behind, 1j * (one.low * before - one.high * behind)
+    pole = -passage.ratio + 1j * np.sqrt(1.0 - passage.ratio**2)
+    before, behind = passage.steady(passage.low)[0], passage.steady(passage.high)[0]
+    place, moved = before - behind, 1j * (passage.low * before - passage.high * behind)
     share = (moved - np.conj(pole) * place) / (pole - np.conj(pole))
-    times = np.linspace(0.0, one.behind, 400_001)
+    times = np.linspace(0.0, passage.behind, 400_001)
     free = share * np.exp(pole * times) + (place - share) * np.exp(np.conj(pole) * times)
-    return float(np.abs(free + behind * np.exp(1j * one.high * times)).max())
+    return float(np.abs(free + behind * np.exp(1j * passage.high * times)).max())
 
 
 __all__ = ["METHODS", "Passage", "hard", "speed", "truth"]

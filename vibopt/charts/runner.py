@@ -65,10 +65,10 @@ class Chart:
         """Trials of one case that gave any answer to its question, in the order of the methods."""
         return [trial for trial in self.trials if trial.case == case and trial.status != REFUSES]
 
-    def ratio(self, one: Trial) -> float:
+    def ratio(self, trial: Trial) -> float:
         """Time over that of the default on the same case."""
-        base = next((t.seconds for t in self.trials if t.case == one.case and t.method == DEFAULT), math.nan)
-        return one.seconds / base
+        base = next((t.seconds for t in self.trials if t.case == trial.case and t.method == DEFAULT), math.nan)
+        return trial.seconds / base
 
     def asked(self, family: str) -> tuple[str, ...]:
         """Methods that a family of cases was given to."""
@@ -130,7 +130,7 @@ def speed_accuracy(
         A scene asks what the other methods of the chart cannot.
     """
     if not scenes:
-        return Chart.joined([charted(one.speed(quick=quick), progress) for one in _chosen(family)])
+        return Chart.joined([charted(module_type.speed(quick=quick), progress) for module_type in _chosen(family)])
     for scene in scenes:
         own.refuse_more(scene)
     most = own.QUICK_MOST if quick else own.MOST
@@ -144,7 +144,7 @@ def speed_accuracy(
 
 def stability(*, family: str | None = None, quick: bool = False, progress: Progress | None = None) -> Chart:
     """Hard ground of a family (None: of all), each answer classed from right to silently wrong."""
-    return Chart.joined([charted(one.hard(quick=quick), progress) for one in _chosen(family)])
+    return Chart.joined([charted(module_type.hard(quick=quick), progress) for module_type in _chosen(family)])
 
 
 def fidelity(
@@ -177,7 +177,12 @@ def fidelity_left(family: str | None) -> tuple[str, ...]:
 
 
 def _rows(family: str | None, *, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
-    return [row for one in _chosen(family) if hasattr(one, "fidelity") for row in one.fidelity(quick=quick)]
+    return [
+        row
+        for module_type in _chosen(family)
+        if hasattr(module_type, "fidelity")
+        for row in module_type.fidelity(quick=quick)
+    ]
 
 
 def _chosen(family: str | None) -> list[ModuleType]:

@@ -53,7 +53,7 @@ def run(name: str, kind: type[T], make: Callable[[], Sequence[T]]) -> list[T]:
         return [_row(kind, row) for row in found.known[found.taken - 1][1]]
     del found.known[found.taken - 1 :]
     rows = [*make()]
-    found.add((name, [{one.name: getattr(row, one.name) for one in fields(row)} for row in rows]))  # type: ignore[arg-type]
+    found.add((name, [{field.name: getattr(row, field.name) for field in fields(row)} for row in rows]))  # type: ignore[arg-type]
     return rows
 
 

@@ -67,7 +67,7 @@ class Shaft:
     @property
     def free(self) -> list[int]:
         """Sections whose diameter is to be chosen."""
-        return [i for i, one in enumerate(self.given) if not one]
+        return [i for i, value in enumerate(self.given) if not value]
 
     def diameters(self, x: FloatArray) -> FloatArray:
         """All of them [m], (2,), from those that are chosen."""
@@ -138,36 +138,36 @@ _SHAPES = (
 """Deflection and tilt over a piece of length 1: of bending, and what shear adds for each phi."""
 
 
-def measured(one: Shaft, x: FloatArray, many: int) -> tuple[FloatArray, float]:
+def measured(shaft: Shaft, x: FloatArray, many: int) -> tuple[FloatArray, float]:
     """Lowest critical speeds [rad/s], rising, and the whirl of the disc [m], on so many elements a section."""
     from scipy.linalg import eigh
 
     size = 2 * (2 * many + 1)
     stiff, inert = np.zeros((size, size)), np.zeros((size, size))
-    for i, (length, diameter) in enumerate(zip(one.lengths, one.diameters(x), strict=True)):
+    for i, (length, diameter) in enumerate(zip(shaft.lengths, shaft.diameters(x), strict=True)):
         parts = element(length / many, float(diameter))
         for j in range(i * many, (i + 1) * many):
             here = slice(2 * j, 2 * j + 4)
             stiff[here, here] += parts[0]
             inert[here, here] += parts[1]
     ends = (2 * many, 2 * 2 * many)
-    right, disc = ends if one.overhung else ends[::-1]
+    right, disc = ends if shaft.overhung else ends[::-1]
     for place in (0, right):
-        stiff[place, place] += one.stiffness
-    inert[disc, disc] += one.mass
-    inert[disc + 1, disc + 1] += one.diametral - one.polar
+        stiff[place, place] += shaft.stiffness
+    inert[disc, disc] += shaft.mass
+    inert[disc + 1, disc + 1] += shaft.diametral - shaft.polar
     slow = eigh(inert, stiff, eigvals_only=True)[::-1]  # stiff is positive, inert need not be
     drag = np.zeros(size)
-    drag[[0, right]] = one.damping
+    drag[[0, right]] = shaft.damping
     force = np.zeros(size)
-    force[disc] = one.unbalance * one.speed**2
-    moved = np.linalg.solve(stiff - one.speed**2 * inert + 1j * one.speed * np.diag(drag), force)
+    force[disc] = shaft.unbalance * shaft.speed**2
+    moved = np.linalg.solve(stiff - shaft.speed**2 * inert + 1j * shaft.speed * np.diag(drag), force)
     return np.asarray(1.0 / np.sqrt(slow[slow > 0.0])[:_TOLD]), float(abs(moved[disc]))
 
 
-def extrapolated(one: Shaft, x: FloatArray) -> tuple[FloatArray, float]:
+def extrapolated(shaft: Shaft, x: FloatArray) -> tuple[FloatArray, float]:
     """The same without the error of elements: its parts of second and fourth order are taken away (Romberg)."""
-    seen = [measured(one, x, many) for many in FINE]
+    seen = [measured(shaft, x, many) for many in FINE]
     count = min(len(own) for own, _ in seen)
     rows = [np.append(own[:count], whirl) for own, whirl in seen]
     once = [fine + (fine - coarse) / 3.0 for coarse, fine in pairwise(rows)]
@@ -175,29 +175,29 @@ def extrapolated(one: Shaft, x: FloatArray) -> tuple[FloatArray, float]:
     return last[:-1], float(last[-1])
 
 
-def missed(one: Shaft, seen: tuple[FloatArray, float]) -> float:
+def missed(shaft: Shaft, seen: tuple[FloatArray, float]) -> float:
     """Greatest violation, as a part of the bound."""
-    low, high = one.band
+    low, high = shaft.band
     own = seen[0]
     below = own / low - 1.0 if low else np.full(len(own), np.inf)
-    return max(float(np.minimum(below, 1.0 - own / high).max()), seen[1] / one.whirl - 1.0, 0.0)
+    return max(float(np.minimum(below, 1.0 - own / high).max()), seen[1] / shaft.whirl - 1.0, 0.0)
 
 
-def _vibopt(one: Shaft) -> Said:
-    said = said_of(from_text(one.text, name="shaft"), DEFAULT)
+def _vibopt(shaft: Shaft) -> Said:
+    said = said_of(from_text(shaft.text, name="shaft"), DEFAULT)
     return replace(said, seconds=np.nan)
 
 
-def _slsqp(one: Shaft, many: int) -> Said:
+def _slsqp(shaft: Shaft, many: int) -> Said:
     """Least mass with so many critical speeds below the band, none to three, each from several starts."""
-    found = _least(one, partial(measured, many=many), np.linspace(0.1, 0.9, _STARTS))
+    found = _least(shaft, partial(measured, many=many), np.linspace(0.1, 0.9, _STARTS))
     return _said(found, f"best of {_STARTS} starts, {many} elements a section")
 
 
-def _polished(one: Shaft) -> Said:
+def _polished(shaft: Shaft) -> Said:
     """The same on 8 elements a section, then once more from there on the model without their error."""
-    begun = _least(one, partial(measured, many=8), np.linspace(0.1, 0.9, _STARTS))
-    found = begun and _least(one, extrapolated, [], begun[1])
+    begun = _least(shaft, partial(measured, many=8), np.linspace(0.1, 0.9, _STARTS))
+    found = begun and _least(shaft, extrapolated, [], begun[1])
     return _said(found, f"best of {_STARTS} starts, extrapolated elements")
 
 
@@ -208,7 +208,7 @@ def _said(found: tuple[float, FloatArray] | None, words: str) -> Said:
 
 
 def _least(
-    one: Shaft,
+    shaft: Shaft,
     model: Callable[[Shaft, FloatArray], tuple[FloatArray, float]],
     parts: Any,
     begun: FloatArray | None = None,
@@ -216,18 +216,18 @@ def _least(
     """Mass and design by SLSQP from every start, parts of the way through the ranges or a design; None without one."""
     from scipy.optimize import minimize
 
-    low, high = one.band
-    count = len(one.free)
+    low, high = shaft.band
+    count = len(shaft.free)
     best: tuple[float, FloatArray] | None = None
     seen: dict[bytes, tuple[FloatArray, float]] = {}
 
     def looked(y: FloatArray) -> tuple[FloatArray, float]:
         if y.tobytes() not in seen:
-            seen[y.tobytes()] = model(one, np.exp(y))
+            seen[y.tobytes()] = model(shaft, np.exp(y))
         return seen[y.tobytes()]
 
     def weight(y: FloatArray) -> float:
-        return one.total(np.asarray(np.exp(y))) / one.total(np.full(count, HIGH))
+        return shaft.total(np.asarray(np.exp(y))) / shaft.total(np.full(count, HIGH))
 
     ends: Any = [(np.log(LOW), np.log(HIGH))] * count
     starts = [np.full(count, np.log(LOW) + part * np.log(HIGH / LOW)) for part in parts]
@@ -238,7 +238,7 @@ def _least(
             own, whirl = looked(y)
             own = np.append(own, [1e9] * (under + 1))  # a motion that has none never meets it
             below = [np.log(low / own[under - 1])] if under else []
-            return np.array([np.log(own[under] / high), np.log(one.whirl / whirl), *below]) - _HAIR
+            return np.array([np.log(own[under] / high), np.log(shaft.whirl / whirl), *below]) - _HAIR
 
         kept: Any = [{"type": "ineq", "fun": room}]
         for start in starts:
@@ -251,16 +251,16 @@ def _least(
     return best
 
 
-def _evolution(one: Shaft, most: int) -> Said:
+def _evolution(shaft: Shaft, most: int) -> Said:
     """Scipy's differential evolution with a penalty, 8 elements a section, so many designs in all."""
     from scipy.optimize import differential_evolution
 
-    count, many = len(one.free), 8
+    count, many = len(shaft.free), 8
     ends: Any = [(np.log(LOW), np.log(HIGH))] * count
 
     def cost(y: FloatArray) -> float:
         x = np.exp(y)
-        return one.total(x) / one.total(np.full(count, HIGH)) + _PENALTY * missed(one, measured(one, x, many))
+        return shaft.total(x) / shaft.total(np.full(count, HIGH)) + _PENALTY * missed(shaft, measured(shaft, x, many))
 
     rounds = max(most // (15 * count) - 1, 1)
     found: Any = differential_evolution(
@@ -268,19 +268,19 @@ def _evolution(one: Shaft, most: int) -> Said:
         init="sobol",
     )  # fmt: skip
     x = np.exp(np.asarray(found.x))
-    if missed(one, measured(one, x, many)) > 0.0:
+    if missed(shaft, measured(shaft, x, many)) > 0.0:
         return Said("unproven", "no design within the limits")
     return Said("feasible", f"best of {most} designs", x)
 
 
-def _bisection(one: Shaft, many: int) -> Said:
+def _bisection(shaft: Shaft, many: int) -> Said:
     """One diameter: 60 of them looked at, the first that holds and the one below it halved between."""
     from vibopt.charts.verdicts import REFUSES
 
-    if len(one.free) > 1:
+    if len(shaft.free) > 1:
         return Said(REFUSES, "takes one diameter")
     tried = np.geomspace(LOW, HIGH, 60)
-    holds = (np.array([missed(one, measured(one, np.array([d]), many)) for d in tried]) <= 0.0).tolist()
+    holds = (np.array([missed(shaft, measured(shaft, np.array([d]), many)) for d in tried]) <= 0.0).tolist()
     if not any(holds):
         return Said("unproven", "none of 60 diameters holds")
     first = holds.index(True)
@@ -289,16 +289,16 @@ def _bisection(one: Shaft, many: int) -> Said:
     low, high = tried[first - 1], tried[first]
     while high - low > 1e-12 * high:
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if missed(one, measured(one, np.array([middle]), many)) <= 0.0 else (middle, high)
+        low, high = (low, middle) if missed(shaft, measured(shaft, np.array([middle]), many)) <= 0.0 else (middle, high)
     return Said("feasible", f"halved, {many} elements a section", np.array([high]))
 
 
-def judge(case: Case, one: Shaft, method: str, said: Said) -> Trial:
+def judge(case: Case, shaft: Shaft, method: str, said: Said) -> Trial:
     """A shaft measured without the error of elements; the least mass is looked for among all."""
     if said.answer is None:
         return judged(case, method, said, np.nan, np.nan)
     x = np.asarray(said.answer)
-    return judged(case, method, said, missed(one, extrapolated(one, x)), 0.0, one.total(x))
+    return judged(case, method, said, missed(shaft, extrapolated(shaft, x)), 0.0, shaft.total(x))
 
 
 METHODS: Mapping[str, Callable[[Shaft], Said]] = {
@@ -317,23 +317,23 @@ def drawn(rng: np.random.Generator, name: str) -> tuple[Case, Shaft]:
     true = np.exp(rng.uniform(np.log(0.03), np.log(0.12), 2))
     mass = float(10.0 ** rng.uniform(0.5, 2.0))
     polar = mass * float(rng.uniform(0.02, 0.12))
-    one = Shaft(
+    shaft = Shaft(
         lengths, (0.0, 0.0), bool(rng.integers(2)), mass, 0.6 * polar, polar, float(10.0 ** rng.uniform(7.0, 9.0)),
         float(10.0 ** rng.uniform(3.0, 4.5)), mass * float(10.0 ** rng.uniform(-6.0, -4.0)), 1.0, (0.0, 1.0), 1.0,
     )  # fmt: skip
-    own = extrapolated(one, true)[0]
+    own = extrapolated(shaft, true)[0]
     above = float(own[0] / rng.uniform(1.01, 1.2))
     band = (0.0, above)
     speed = float(above * rng.uniform(0.5, 0.9))
     if rng.integers(2) and len(own) > 1 and own[1] > 1.5 * own[0]:
         speed = float(own[0] * (own[1] / own[0]) ** rng.uniform(0.4, 0.6))
         band = (float(max(own[0] * 1.01, speed * 0.8)), float(min(own[1] / 1.01, speed * 1.2)))
-    whirl = extrapolated(replace(one, speed=speed), true)[1] * float(rng.uniform(1.05, 2.0))
+    whirl = extrapolated(replace(shaft, speed=speed), true)[1] * float(rng.uniform(1.05, 2.0))
     given = (0.0, 0.0)
     if rng.integers(2):
         given = ((0.0, float(true[1])), (float(true[0]), 0.0))[int(rng.integers(2))]
-    one = replace(one, speed=speed, band=band, whirl=whirl, given=given)
-    return Case(name, one.text, FEASIBLE, np.nan, "the best of all methods", "shafts"), one
+    shaft = replace(shaft, speed=speed, band=band, whirl=whirl, given=given)
+    return Case(name, shaft.text, FEASIBLE, np.nan, "the best of all methods", "shafts"), shaft
 
 
 __all__ = ["METHODS", "QUICK_METHODS", "Shaft", "drawn", "extrapolated", "judge", "measured", "missed"]

@@ -142,16 +142,16 @@ class Study:
         return np.array([edge, *(self.at(value).stiffest for value in self.values.tolist())])
 
 
-def _over(one: Study, y: float) -> float:
-    return min(math.log(one.peak(math.exp(y)) / one.start_up), 50.0)
+def _over(study: Study, y: float) -> float:
+    return min(math.log(study.peak(math.exp(y)) / study.start_up), 50.0)
 
 
-def _vibopt(one: Study) -> Said:
+def _vibopt(study: Study) -> Said:
     from vibopt.study.sweep import sweep
 
-    unit = FACTS[one.fact]
-    low, high = one.ends
-    found = sweep(from_text(one.text, name="study"), one.fact, f"{low!r} {unit}..{high!r} {unit}", POINTS)
+    unit = FACTS[study.fact]
+    low, high = study.ends
+    found = sweep(from_text(study.text, name="study"), study.fact, f"{low!r} {unit}..{high!r} {unit}", POINTS)
     edges = [edge for edge in found.boundaries if edge.of_feasibility]
     best = [point.goal.value if point.good and point.goal is not None else math.nan for point in found.points]
     proven = {point.status for point in found.points} <= {"optimal", "infeasible"}
@@ -162,42 +162,42 @@ def _vibopt(one: Study) -> Said:
     )
 
 
-def _halved(one: Study, name: str) -> Said:
+def _halved(study: Study, name: str) -> Said:
     """Every value asked of a solver, and the place between the last two of different answers halved."""
-    scene = from_text(one.text, name="study")
-    unit = FACTS[one.fact]
+    scene = from_text(study.text, name="study")
+    unit = FACTS[study.fact]
 
     def best(value: float) -> float:
-        return _stiffest(with_changes(scene, {one.fact: f"{value!r} {unit}"}), name)
+        return _stiffest(with_changes(scene, {study.fact: f"{value!r} {unit}"}), name)
 
-    found = [best(value) for value in one.values.tolist()]
+    found = [best(value) for value in study.values.tolist()]
     holds = np.isfinite(found)
     turns = np.flatnonzero(holds[1:] != holds[:-1])
     if len(turns) != 1:
         return Said("unproven", f"{len(turns)} places where designs begin or end")
     place = int(turns[0])
-    low, high = one.values[place : place + 2].tolist()
+    low, high = study.values[place : place + 2].tolist()
     while high - low > _CLOSE * high:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if math.isfinite(best(middle)) == holds[place] else (low, middle)
     return Said("feasible", f"{name} at every value, and halved", np.array([0.5 * (low + high), *found]))
 
 
-def _direct(one: Study, name: str) -> Said:
+def _direct(study: Study, name: str) -> Said:
     """The place as the least of the limit's own response, then every value on the good side asked of a solver."""
-    if one.fact == FORCE:
+    if study.fact == FORCE:
         return Said(REFUSES, "takes a limit that is varied")
-    scene = from_text(one.text, name="study")
-    begun, goal = one.text[: one.text.index("[goal]")], _LEAST[one.fact].replace("TOP", repr(one.top))
-    before, _, behind = begun.partition(f"[{one.fact.removesuffix('.at_most')}]")
+    scene = from_text(study.text, name="study")
+    begun, goal = study.text[: study.text.index("[goal]")], _LEAST[study.fact].replace("TOP", repr(study.top))
+    before, _, behind = begun.partition(f"[{study.fact.removesuffix('.at_most')}]")
     program = closed(pose(from_text(f"{before}{behind.partition(chr(10) * 2)[2]}{goal}", name="study")))
     found = rival(name).solve(program)
     if found.x is None or found.status not in ("optimal", "feasible"):
         return Said("unproven", found.claim)
     edge = Judge(program).goal(found.x).value
-    unit = FACTS[one.fact]
-    best = [_stiffest(with_changes(scene, {one.fact: f"{value!r} {unit}"}), name) if value > edge else math.nan
-            for value in one.values.tolist()]  # fmt: skip
+    unit = FACTS[study.fact]
+    best = [_stiffest(with_changes(scene, {study.fact: f"{value!r} {unit}"}), name) if value > edge else math.nan
+            for value in study.values.tolist()]  # fmt: skip
     return Said("feasible", f"{name} at every value that has a mount", np.array([edge, *best]))
 
 
@@ -215,11 +215,11 @@ def _stiffest(scene: Scene, name: str) -> float:
     return float(np.asarray(found.x)[next(i for i, axis in enumerate(program.axes) if axis.path.endswith("stiffness"))])
 
 
-def judge(case: Case, one: Study, method: str, said: Said) -> Trial:
+def judge(case: Case, study: Study, method: str, said: Said) -> Trial:
     """By formulas: the greatest part by which the place or a mount is off; a mount where there is none is broken."""
     if said.answer is None:
         return judged(case, method, said, np.nan, np.nan)
-    given, true = np.asarray(said.answer), one.truth
+    given, true = np.asarray(said.answer), study.truth
     both = np.isfinite(given) & np.isfinite(true)
     wrong = bool((np.isfinite(given) != np.isfinite(true)).any())
     over = (given[1:] / true[1:] - 1.0)[both[1:]].max(initial=0.0)
@@ -240,14 +240,14 @@ def drawn(rng: np.random.Generator, name: str) -> tuple[Case, Study]:
     """The limit of start-up, that of the floor, or the force of a random machine; somewhere between, designs begin."""
     mass, top = float(10.0 ** rng.uniform(1.0, 3.5)), float(rng.uniform(60.0, 600.0))
     force = float(10.0 ** rng.uniform(1.0, 4.0))
-    one = Study(
+    study = Study(
         mass, top, force, bool(rng.integers(2)), force * float(rng.uniform(0.1, 0.6)), 1.0, START_UP, (0.0, 0.0)
     )
-    one = replace(one, start_up=one.least[0], fact=str(rng.choice(list(FACTS))))
-    edge = {START_UP: one.start_up, FLOOR: one.floor, FORCE: one.force}[one.fact]
-    one = replace(one, ends=(edge * float(rng.uniform(0.6, 0.95)), edge * float(rng.uniform(1.05, 1.4))))
-    return Case(name, f"# {one.fact} from {one.ends[0]!r} to {one.ends[1]!r}\n{one.text}", FEASIBLE, 1.0,
-                "formulas of one mass", "studies"), one  # fmt: skip
+    study = replace(study, start_up=study.least[0], fact=str(rng.choice(list(FACTS))))
+    edge = {START_UP: study.start_up, FLOOR: study.floor, FORCE: study.force}[study.fact]
+    study = replace(study, ends=(edge * float(rng.uniform(0.6, 0.95)), edge * float(rng.uniform(1.05, 1.4))))
+    return Case(name, f"# {study.fact} from {study.ends[0]!r} to {study.ends[1]!r}\n{study.text}", FEASIBLE, 1.0,
+                "formulas of one mass", "studies"), study  # fmt: skip
 
 
 __all__ = ["METHODS", "QUICK_METHODS", "Study", "drawn", "judge"]

@@ -218,8 +218,8 @@ _SETTING = re.compile(r"(.*?) ([0-9.]+(?:e-?[0-9]+)?)")
 
 def setting_of(method: str) -> tuple[str, str]:
     """A rival that is asked at several settings, and the setting behind its name; "" twice for any other."""
-    found = _SETTING.fullmatch(method)
-    return ("", "") if found is None else (found[1], found[2])
+    match = _SETTING.fullmatch(method)
+    return ("", "") if match is None else (match[1], match[2])
 
 
 def scene_table(
@@ -235,7 +235,12 @@ def scene_table(
         return lambda scene: said_of(scene, method)
 
     return Table(
-        cases, {name: by(name) for name in methods}, judged_scene, runs, [(one, one.scene()) for one in warm], left=left
+        cases,
+        {name: by(name) for name in methods},
+        judged_scene,
+        runs,
+        [(case, case.scene()) for case in warm],
+        left=left,
     )
 
 
@@ -331,12 +336,12 @@ def judged(case: Case, method: str, said: Said, missed: float, off: float, goal:
     )  # fmt: skip
 
 
-def against(one: Trial, least: float) -> Trial:
+def against(trial: Trial, least: float) -> Trial:
     """The same answer judged against the least goal there is, of a question that has an answer; nan: unknown."""
-    off = abs(one.goal - least) / max(abs(least), 1e-300)
-    found = verdict_of(FEASIBLE, one.status, one.missed, off, within=one.within)
-    error = math.nan if math.isnan(one.missed) else max(one.missed, off, 0.0)
-    return replace(one, off=off, error=error, fault=found.fault, verdict=found.verdict)
+    off = abs(trial.goal - least) / max(abs(least), 1e-300)
+    judged = verdict_of(FEASIBLE, trial.status, trial.missed, off, within=trial.within)
+    error = math.nan if math.isnan(trial.missed) else max(trial.missed, off, 0.0)
+    return replace(trial, off=off, error=error, fault=judged.fault, verdict=judged.verdict)
 
 
 def measured(case: Case, program: Program, x: FloatArray) -> tuple[float, float]:
@@ -349,6 +354,6 @@ def measured(case: Case, program: Program, x: FloatArray) -> tuple[float, float]
     return missed, abs(goal - case.goal) / max(abs(case.goal), 1e-300)
 
 
-def as_row(one: Trial) -> dict[str, Any]:
+def as_row(trial: Trial) -> dict[str, Any]:
     """Plain data of a trial."""
-    return {key: getattr(one, key) for key in Trial.__slots__}
+    return {key: getattr(trial, key) for key in Trial.__slots__}

@@ -51,7 +51,7 @@ class Asked:
         from hashlib import sha256
 
         try:
-            held = {name: sha256(content_of(one, _ANY, counts=False)).hexdigest() for name, one in self._files()}
+            held = {name: sha256(content_of(path, _ANY, counts=False)).hexdigest() for name, path in self._files()}
         except FileFault:
             return ""
         told = [program(), stage, self.job.name, self.method, list(self.changes), held, self.whole]
@@ -60,7 +60,7 @@ class Asked:
     def stamps(self) -> list[Stamp]:
         """What tells whether its files are still the same; empty where one is gone."""
         try:
-            return [stamp_of(one, _ANY, counts=False) for _, one in self._files()]
+            return [stamp_of(path, _ANY, counts=False) for _, path in self._files()]
         except FileFault:
             return []
 
@@ -121,11 +121,11 @@ def kept(asked: Asked, stage: str) -> Answer[Any] | None:
         digest, _, text = file.read_text(encoding="utf-8").partition("\n")
         if digest != _digest(text):
             return None
-        found: Answer[Any] = unpacked(json.loads(text), lambda told: _job(asked.job, told))
+        answer: Answer[Any] = unpacked(json.loads(text), lambda told: _job(asked.job, told))
         os.utime(file)  # looked at last, thrown away last
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
-    return found
+    return answer
 
 
 def keep(asked: Asked, stage: str, answer: Answer[Any], before: Sequence[Stamp], work: float) -> None:
@@ -219,7 +219,7 @@ def _job(job: Any, told: Any) -> Any:
             raise ValueError("no positions were chosen")
         made = positioned(made, [told["positions"][path] for path in opened])
     if open_places(made):
-        fitting = [one for words, one in settled(made) if dict(words) == told["places"]]
+        fitting = [scene for words, scene in settled(made) if dict(words) == told["places"]]
         if not fitting:
             raise ValueError("no places were chosen")
         made = fitting[0]

@@ -23,11 +23,11 @@ def problem_files(ctx: click.Context, param: click.Parameter, incomplete: str) -
     folder, _, front = incomplete.rpartition("/")
     base = Path(f"{folder}/" if incomplete.startswith("/") or folder else ".").expanduser()
     try:
-        found = sorted(one for one in base.iterdir() if one.name.startswith(front) and not one.name.startswith("."))
+        found = sorted(path for path in base.iterdir() if path.name.startswith(front) and not path.name.startswith("."))
     except OSError:
         return []
     before = f"{folder}/" if "/" in incomplete else ""
-    return [f"{before}{one.name}" for one in found if one.suffix == ".toml" or one.is_dir()]
+    return [f"{before}{path.name}" for path in found if path.suffix == ".toml" or path.is_dir()]
 
 
 def _paths(ctx: click.Context, *, chosen: bool) -> Iterable[str]:

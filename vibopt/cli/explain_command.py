@@ -41,14 +41,14 @@ def _tell(result: Explanation, console: Console) -> None:
     from vibopt.answer.jsonable import views_of
     from vibopt.answer.text import grid, paragraph, section, show, verdict
 
-    found = result.answer
-    console.print(found.title, style="bold")
-    console.print(verdict(found))
-    for text in (found.claim, found.reason):
+    answer = result.answer
+    console.print(answer.title, style="bold")
+    console.print(verdict(answer))
+    for text in (answer.claim, answer.reason):
         if text:
             paragraph(console, text)
-    section(console, "Model", grid([(one.name, one.words) for one in result.model], whole=(0,)))
-    methods = [(one.name, f"{'answers' if one.chosen else 'cannot'}: {one.why}") for one in result.methods]
+    section(console, "Model", grid([(said.name, said.words) for said in result.model], whole=(0,)))
+    methods = [(method.name, f"{'answers' if method.chosen else 'cannot'}: {method.why}") for method in result.methods]
     section(console, "Method", grid(methods, whole=(0,)))
     if result.limits:
         section(console, "Limits", grid([(limit.name, limit.words) for limit in result.limits], whole=(0,)))
@@ -57,12 +57,12 @@ def _tell(result: Explanation, console: Console) -> None:
     if result.absorbers is not None:
         for title, rows in result.absorbers.blocks:
             section(console, title, grid(rows, whole=(0,)))
-    if found.conflict is not None and not found.reason:
-        section(console, "Cannot hold together", ", ".join(found.conflict.limits))
-    for block in views_of(found).nearest_blocks(found):
+    if answer.conflict is not None and not answer.reason:
+        section(console, "Cannot hold together", ", ".join(answer.conflict.limits))
+    for block in views_of(answer).nearest_blocks(answer):
         show(block, console)
-    if found.notes:
-        section(console, "Notes", grid([(note,) for note in found.notes]))
-    work = [(key, str(value)) for key, value in found.details.items() if isinstance(value, int)]
+    if answer.notes:
+        section(console, "Notes", grid([(note,) for note in answer.notes]))
+    work = [(key, str(value)) for key, value in answer.details.items() if isinstance(value, int)]
     if work:
         section(console, "Work done", grid(work, whole=(0,)))

@@ -39,7 +39,7 @@ def help_(words: tuple[str, ...], as_json: bool) -> int:
     found, more = book.find(" ".join(words))
     text = found.shown if isinstance(found, Topic) else found.text
     if as_json:
-        say_json({"status": "ok", "topic": _topic(found), "text": text, "also": [_place(one) for one in more]})
+        say_json({"status": "ok", "topic": _topic(found), "text": text, "also": [_place(section) for section in more]})
         return 0
     say(rendered(text, width(), colour()))
     if isinstance(found, Section) and found.level > 1:

@@ -100,11 +100,11 @@ def plot(
         raise InputError("--campbell draws whirls against the spin: leave --sketch, --spectrum and --map out.")
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
-    found = answered(Asked(file, job, changes, method), fresh=fresh)
+    answer = answered(Asked(file, job, changes, method), fresh=fresh)
     asked = "campbell" if campbell else "spectrum" if spectrum else "sketch" if sketch else ""
-    figure = _asked_for(found, asked) if asked else _drawn(found, as_map)
+    figure = _asked_for(answer, asked) if asked else _drawn(answer, as_map)
     write_file(target, saved(figure, format_of(target, FORMATS)))
-    return _done(found, target, as_json)
+    return _done(answer, target, as_json)
 
 
 _OF_MACHINES = {
@@ -115,49 +115,49 @@ _OF_MACHINES = {
 """Pictures that are asked for by name, and what is said where there is no machine."""
 
 
-def _asked_for(found: Answer[Any], picture: str) -> Figure:
+def _asked_for(answer: Answer[Any], picture: str) -> Figure:
     """The machine, what a load does to any mount, or the whirls of rotors against the spin."""
     from vibopt.jobs import is_scene
     from vibopt.report.figures import response_figure
 
-    if not is_scene(found.job):
-        raise InputError(f"{found.name}: {_OF_MACHINES[picture]}")
+    if not is_scene(answer.job):
+        raise InputError(f"{answer.name}: {_OF_MACHINES[picture]}")
     if picture == "spectrum":
         from vibopt.report.spectrum_views import spectrum_asked
 
-        return response_figure(spectrum_asked(found), found.title)
+        return response_figure(spectrum_asked(answer), answer.title)
     if picture == "campbell":
         from vibopt.report.campbell import campbell_of
         from vibopt.report.figures.campbell_diagram import campbell_figure
 
-        return campbell_figure(campbell_of(found), found.title)
+        return campbell_figure(campbell_of(answer), answer.title)
     from vibopt.report.space_views import machine_figure
 
-    figure = machine_figure(found, found.title)
+    figure = machine_figure(answer, answer.title)
     if figure is None:
         lone = "there is nothing but single bodies, or too many"
-        why = lone if found.x else "no places are known without a design"
-        raise InputError(f"{found.name}: there is no sketch: {why}.")
+        why = lone if answer.x else "no places are known without a design"
+        raise InputError(f"{answer.name}: there is no sketch: {why}.")
     return figure
 
 
-def _drawn(found: Answer[Any], as_map: str | None) -> Figure:
+def _drawn(answer: Answer[Any], as_map: str | None) -> Figure:
     from vibopt.jobs import is_scene
 
-    if is_scene(found.job):
-        return _picture(found, as_map)
+    if is_scene(answer.job):
+        return _picture(answer, as_map)
     if as_map is not None:
         from vibopt.jobs import noun_of
 
         raise InputError(
-            f"{found.name}: a map has two numbers of a machine as its axes; what {noun_of(found.job)} chooses are "
+            f"{answer.name}: a map has two numbers of a machine as its axes; what {noun_of(answer.job)} chooses are "
             "vectors. Leave --map out: the plot shows each by its size and angle."
         )
     from vibopt.balancing.figures import figure_of
 
-    figure = figure_of(found)
+    figure = figure_of(answer)
     if figure is None:
-        raise InputError(f"{found.name}: there is nothing to draw: there is no plan ({found.status}).")
+        raise InputError(f"{answer.name}: there is nothing to draw: there is no plan ({answer.status}).")
     return figure
 
 
@@ -198,11 +198,12 @@ def _picture(design: Design, as_map: str | None) -> Figure:
     if drawn is not None:
         return plane_figure(drawn)
     if design.found is not None and design.scene.variables:
-        (one,) = design.scene.variables
-        ends = "..".join(Entry(end, one.dimension, one.unit).shown for end in (one.low, one.high))
+        (variable,) = design.scene.variables
+        ends = "..".join(Entry(end, variable.dimension, variable.unit).shown for end in (variable.low, variable.high))
         raise InputError(
-            f"{name}: find_all answers with values of {one.path}, and curves are of one machine. Draw its limits over "
-            f'them: vibopt sweep {name} --vary {one.path}="{ends}" --figure sweep.svg'
+            f"{name}: find_all answers with values of {variable.path}, and curves are of one machine. Draw its limits "
+            "over "
+            f'them: vibopt sweep {name} --vary {variable.path}="{ends}" --figure sweep.svg'
         )
     without = bool(design.scene.variables) and not design.x
     why = f"there is no design ({design.status})" if without else "nothing depends on a speed"
@@ -255,13 +256,13 @@ def report(
     program = _browser(job, target, sheet)
     asked = Asked(file, job, changes, method)
     if sheet:
-        found = _for_a_sheet(asked, rounding, fresh=fresh)
-        page = _sheet(asked, found, program, target, paper)
+        answer = _for_a_sheet(asked, rounding, fresh=fresh)
+        page = _sheet(asked, answer, program, target, paper)
     else:
-        found = answered(asked, fresh=fresh, prices=True)
-        page = _paged(_page(found, changes, paper), program, target)
+        answer = answered(asked, fresh=fresh, prices=True)
+        page = _paged(_page(answer, changes, paper), program, target)
     write_file(target, page)
-    return _done(found, target, as_json)
+    return _done(answer, target, as_json)
 
 
 def _browser(job: Job, target: Path, sheet: bool) -> str:
@@ -279,14 +280,14 @@ def _for_a_sheet(asked: Asked, rounding: tuple[str, ...], *, fresh: bool) -> Ans
     from vibopt.answer.answer import EMPTY
     from vibopt.cli.solve_command import answered
 
-    found = answered(asked, fresh=fresh)
-    if found.status in EMPTY:
-        found = answered(asked, fresh=fresh, prices=found)
-    if rounding and found.status not in EMPTY:
+    answer = answered(asked, fresh=fresh)
+    if answer.status in EMPTY:
+        answer = answered(asked, fresh=fresh, prices=answer)
+    if rounding and answer.status not in EMPTY:
         from vibopt.study.rounded_plan import drawn
 
-        found = drawn(asked.job, found, rounding).design
-    return found
+        answer = drawn(asked.job, answer, rounding).design
+    return answer
 
 
 def _paged(page: str, program: str, target: Path) -> bytes:
@@ -295,38 +296,38 @@ def _paged(page: str, program: str, target: Path) -> bytes:
     return pdf(page, program, str(target)) if program else page.encode()
 
 
-def _sheet(asked: Asked, found: Answer[Any], program: str, target: Path, paper: str) -> bytes:
+def _sheet(asked: Asked, answer: Answer[Any], program: str, target: Path, paper: str) -> bytes:
     """The sheet of a machine on its mounts, or what to do with a rotor, a shaft or an engine for the shop floor."""
     from vibopt.answer.answer_page import html as page_of
     from vibopt.jobs import is_scene
     from vibopt.report.sheet import digests_of, html, printed
 
-    if not is_scene(found.job):
-        return _paged(page_of(found, changes=asked.changes, sheet=True, paper=paper), program, target)
-    digests = digests_of(asked.file, found.job)
+    if not is_scene(answer.job):
+        return _paged(page_of(answer, changes=asked.changes, sheet=True, paper=paper), program, target)
+    digests = digests_of(asked.file, answer.job)
     if program:
-        return printed(found, program, str(target), digests=digests, changes=asked.changes, paper=paper)
-    return html(found, digests=digests, changes=asked.changes, paper=paper).encode()
+        return printed(answer, program, str(target), digests=digests, changes=asked.changes, paper=paper)
+    return html(answer, digests=digests, changes=asked.changes, paper=paper).encode()
 
 
-def _page(found: Answer[Any], changes: tuple[str, ...], paper: str) -> str:
+def _page(answer: Answer[Any], changes: tuple[str, ...], paper: str) -> str:
     from vibopt.answer.answer_page import html
     from vibopt.jobs import is_scene
 
-    if not is_scene(found.job):
-        return html(found, changes=changes, paper=paper)
+    if not is_scene(answer.job):
+        return html(answer, changes=changes, paper=paper)
     from vibopt.study.absorbers import study_absorbers
 
-    studied = study_absorbers(found)
-    return html(found, changes=changes, also=None if studied is None else studied.blocks, paper=paper)
+    studied = study_absorbers(answer)
+    return html(answer, changes=changes, also=None if studied is None else studied.blocks, paper=paper)
 
 
-def _done(found: Answer[Any], target: Path, as_json: bool) -> int:
+def _done(answer: Answer[Any], target: Path, as_json: bool) -> int:
     """Say what was written, and what it says."""
     from vibopt.answer.text import verdict
 
     if as_json:
-        say_json({**found.to_json(), "written": [str(target)]})
+        say_json({**answer.to_json(), "written": [str(target)]})
     else:
-        say(f"{verdict(found)}\nWritten: {target}")
-    return found.exit_code
+        say(f"{verdict(answer)}\nWritten: {target}")
+    return answer.exit_code

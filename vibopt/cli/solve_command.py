@@ -109,37 +109,37 @@ def solve(
     modelled = save_coefficients if is_scene(job) and job.rotors else None
     learnt = {} if modelled is not None else _coefficients(job, save_coefficients, force=force)
     asked = Asked(file, job, changes, method, fidelity == "full")
-    found = answered(asked, fresh=True)
-    drawn = _rounded(found, job, rounding) if rounding else None
-    found = drawn.design if drawn is not None else _priced(asked, found, no_prices=no_prices)
+    answer = answered(asked, fresh=True)
+    drawn = _rounded(answer, job, rounding) if rounding else None
+    answer = drawn.design if drawn is not None else _priced(asked, answer, no_prices=no_prices)
     if few is not None:
-        found = replace(found, notes=(few.words, *found.notes))
-    refused = "" if target is None else _save(found, job, drawn, target, changes)
+        answer = replace(answer, notes=(few.words, *answer.notes))
+    refused = "" if target is None else _save(answer, job, drawn, target, changes)
     if modelled is not None:
-        learnt = _modelled(found, modelled, force=force)
+        learnt = _modelled(answer, modelled, force=force)
     _write(learnt)
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
     if as_json:
         more: dict[str, Any] = {"written": written} if written or refused else {}
-        say_json({**found.to_json(), **more, **({"messages": [refused]} if refused else {})})
+        say_json({**answer.to_json(), **more, **({"messages": [refused]} if refused else {})})
     else:
-        say(text_of(found, width=width(), colour=colour(), file=file, changes=changes))
+        say(text_of(answer, width=width(), colour=colour(), file=file, changes=changes))
         _say(drawn, written, refused)
-    if require_proof and not found.proven and found.exit_code == 0:
+    if require_proof and not answer.proven and answer.exit_code == 0:
         if not as_json:
-            complain(f"{found.status} is not proven, and --require-proof was asked for.")
+            complain(f"{answer.status} is not proven, and --require-proof was asked for.")
         return UNPROVEN
-    return found.exit_code
+    return answer.exit_code
 
 
-def _priced(asked: Asked, found: Answer[Any], *, no_prices: bool) -> Answer[Any]:
+def _priced(asked: Asked, answer: Answer[Any], *, no_prices: bool) -> Answer[Any]:
     """The answer with what loosening a limit buys, or with the words that nothing was looked for."""
     if not no_prices:
-        return answered(asked, fresh=True, prices=found)
-    if found.status not in EMPTY or found.nearest is not None:
-        return found
+        return answered(asked, fresh=True, prices=answer)
+    if answer.status not in EMPTY or answer.nearest is not None:
+        return answer
     words = "The nearest design was not looked for, nor what each limit could be alone: leave --no-prices out."
-    return replace(found, notes=(*found.notes, words))
+    return replace(answer, notes=(*answer.notes, words))
 
 
 def _write(texts: dict[Path, str]) -> None:
@@ -194,7 +194,7 @@ def _tell_all(found: OneForAll, console: Console) -> None:
         console.print(grid([(path, variable.shown) for path, variable in found.variables.items()]))
     names = list(dict.fromkeys(key for rows in found.limits.values() for key in rows))
     rows = [
-        (name, *(f"{one.value.shown} {one.state}".strip() if (one := held.get(name)) else "-"
+        (name, *(f"{checked.value.shown} {checked.state}".strip() if (checked := held.get(name)) else "-"
                  for held in found.limits.values()))
         for name in names
     ]  # fmt: skip
@@ -202,24 +202,24 @@ def _tell_all(found: OneForAll, console: Console) -> None:
         section(console, "Limits", grid(rows, ("", *found.limits)))
 
 
-def _rounded(found: Answer[Any], job: Job, rounding: tuple[str, ...]) -> Rounded | None:
+def _rounded(answer: Answer[Any], job: Job, rounding: tuple[str, ...]) -> Rounded | None:
     """The rounded design; None where there is no answer to be rounded, which the answer says itself."""
     from vibopt.cli.progress import Bar
     from vibopt.study.rounded_plan import drawn
 
-    if found.status in EMPTY:
+    if answer.status in EMPTY:
         return None
     with Bar() as bar:
         bar("rounding", 0.0)
-        return drawn(job, found, rounding)
+        return drawn(job, answer, rounding)
 
 
-def _save(found: Answer[Any], job: Job, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
+def _save(answer: Answer[Any], job: Job, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
     """Write the design; why not, where there is none."""
     from vibopt.study.saved import saved_text
 
     try:
-        text = saved_text(job, found, target, fixed=drawn.kept if drawn is not None else None, changes=changes)
+        text = saved_text(job, answer, target, fixed=drawn.kept if drawn is not None else None, changes=changes)
     except InputError as error:
         return str(error)
     from vibopt.files.writing import write_file
@@ -314,11 +314,11 @@ def answered(asked: Asked, *, fresh: bool, prices: Answer[Any] | bool = False) -
     before = [] if timed else asked.stamps()
     with metered() as meter:
         if stage == "answer":
-            found = _answer(asked)
+            answer = _answer(asked)
         else:
-            found = _beside(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices)
-    keep(asked, stage, found, before, meter.done)
-    return found
+            answer = _beside(answered(asked, fresh=fresh) if isinstance(prices, bool) else prices)
+    keep(asked, stage, answer, before, meter.done)
+    return answer
 
 
 def _answer(asked: Asked) -> Answer[Any]:
@@ -333,20 +333,20 @@ def _answer(asked: Asked) -> Answer[Any]:
     return found
 
 
-def _beside(found: Answer[Any]) -> Answer[Any]:
+def _beside(answer: Answer[Any]) -> Answer[Any]:
     """The answer with what its limits cost, or with the design that comes nearest."""
     from vibopt.cli.progress import Bar
     from vibopt.jobs import is_scene
 
     with Bar() as bar:
-        if found.status in EMPTY and is_scene(found.job):
+        if answer.status in EMPTY and is_scene(answer.job):
             from vibopt.study.nearest import with_nearest
 
             bar("the design that comes nearest", 0.0)
-            found = with_nearest(found)
-        if found.goal is not None:
+            answer = with_nearest(answer)
+        if answer.goal is not None:
             from vibopt.study.prices import priced
 
             bar("what loosening a limit buys", 0.0)
-            found = priced(found)
-    return found
+            answer = priced(answer)
+    return answer

@@ -184,11 +184,11 @@ def _run(
     answered = growing.add if growing is not None else None
     try:
         with Bar() as bar:
-            found = run(job, ranges, "", points, most=most or MOST_POINTS, progress=bar, answered=answered, **how)
+            sweep = run(job, ranges, "", points, most=most or MOST_POINTS, progress=bar, answered=answered, **how)
             if edges:
                 bar("boundaries", 0.0)
-                _ = found.boundaries
-            return found
+                _ = sweep.boundaries
+            return sweep
     except KeyboardInterrupt:
         if growing is not None and growing.points:
             count = how_many(ranges, points, how["sample"])
@@ -224,7 +224,7 @@ def _list(result: Sweep, console: Console) -> None:
         values = [value_at(entries, path) for path in paths]
         goal = [point.goal.shown if point.goal is not None else "-"] if result.goal else []
         bought = [point.parts.get(path, "-") for path in parts]
-        where = [one.shown for one in point.varied.values()]
+        where = [entry.shown for entry in point.varied.values()]
         rows.append((*where, point.status, *goal, *bought, *values, _tight(point, result.drawn)))
     names = [path.split(".", 1)[-1] for path in (*parts, *paths)]
     where = ["Value"] if len(result.paths) == 1 else [_short(path) for path in result.paths]
@@ -253,7 +253,7 @@ def _list_boundaries(found: Sequence[Boundary], console: Console) -> None:
     from vibopt.answer.text import grid, section
     from vibopt.study.sweep_series import change_words
 
-    rows = [(one.precise, change_words(one)) for one in found[:MOST_ROWS]]
+    rows = [(boundary.precise, change_words(boundary)) for boundary in found[:MOST_ROWS]]
     section(console, "Where the answer changes, found by solving again", grid(rows, whole=(0,)))
 
 

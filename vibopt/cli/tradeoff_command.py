@@ -71,7 +71,7 @@ def tradeoff(
         from vibopt.study.sweep_series import front_of
 
         write_file(picture, saved(tradeoff_figure(front_of(result)), format_of(picture, FORMATS)))
-    written = [str(one) for one in (table, picture) if one is not None]
+    written = [str(path) for path in (table, picture) if path is not None]
     told(result, _list, as_json=as_json, written=written)
     return 0
 

@@ -135,7 +135,7 @@ def _say_json(result: Verification, comparisons: Sequence[Comparison], written: 
             "files": result.files,
             "records": result.rows,
             **({"compared": comparisons} if comparisons else {}),
-            **({"written": [str(one) for one in written]} if written else {}),
+            **({"written": [str(path) for path in written]} if written else {}),
         }
     )
 

@@ -83,17 +83,17 @@ def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
     return here.exit_code
 
 
-def _tell_prices(found: Prices, console: Console) -> None:
+def _tell_prices(prices: Prices, console: Console) -> None:
     from vibopt.answer.text import grid, section
     from vibopt.study.price_words import HEADS, range_rows, rows_of
 
-    console.print(found.job.title, style="bold")
-    console.print(found.first)
-    title = f"What to argue about: {found.measure} is {found.shown}"
-    section(console, title, grid(rows_of(found), HEADS, whole=(1, 2, 3)))
-    section(console, "How far that goes on, and what takes over", grid(range_rows(found)))
-    if found.notes:
-        section(console, "Notes", grid([(note,) for note in found.notes]))
+    console.print(prices.job.title, style="bold")
+    console.print(prices.first)
+    title = f"What to argue about: {prices.measure} is {prices.shown}"
+    section(console, title, grid(rows_of(prices), HEADS, whole=(1, 2, 3)))
+    section(console, "How far that goes on, and what takes over", grid(range_rows(prices)))
+    if prices.notes:
+        section(console, "Notes", grid([(note,) for note in prices.notes]))
 
 
 def _mended(job: Job, thorough: bool, as_json: bool, bar: Progress) -> int:
@@ -114,11 +114,11 @@ def _tell_remedies(mended: Remedies, console: Console) -> None:
     from vibopt.jobs import is_scene
     from vibopt.report.machine_words import conflict_words
 
-    found = mended.found
+    answer = mended.found
     console.print(mended.job.title, style="bold")
-    console.print(verdict(found))
-    said = conflict_words(replace(found, nearest=None)) if is_scene(mended.job) else ()
-    for text in (found.reason, *said, mended.first):
+    console.print(verdict(answer))
+    said = conflict_words(replace(answer, nearest=None)) if is_scene(mended.job) else ()
+    for text in (answer.reason, *said, mended.first):
         if text:
             paragraph(console, text)
     if mended.helpful:
@@ -128,7 +128,7 @@ def _tell_remedies(mended: Remedies, console: Console) -> None:
     for text in (mended.useless, *mended.notes):
         if text:
             paragraph(console, text)
-    for block in views_of(found).nearest_blocks(found):
+    for block in views_of(answer).nearest_blocks(answer):
         show(block, console)
 
 
@@ -145,8 +145,8 @@ def _tell(result: WhatIf, console: Console) -> None:
     new = {path: as_wide(inside(job.document, path), one) for path, one in result.changes.items()}  # tolerances stay
     console.print(grid([(path, f"{_old(job, path)} -> {_written(one)}") for path, one in new.items()]))
     section(console, "Before and after", grid(_beside(result), ("", "Before", "After")))
-    for name, one in (("before", result.before), ("after", result.after)):
-        if words := reason(one):
+    for name, answer in (("before", result.before), ("after", result.after)):
+        if words := reason(answer):
             console.print(f"  {name}: {words}")
     if result.keep_design:
         names = listed([f'"{name}"' for name in result.breaks])
@@ -185,31 +185,31 @@ def _beside(result: WhatIf) -> list[tuple[str, ...]]:
     from vibopt.jobs import with_changes
 
     changed = with_changes(result.job, result.changes)
-    both = [_cells(job, one, result) for job, one in ((result.job, result.before), (changed, result.after))]
+    both = [_cells(job, answer, result) for job, answer in ((result.job, result.before), (changed, result.after))]
     return [(name, *(one.get(name, "-") for one in both)) for name in dict.fromkeys((*both[0], *both[1]))]
 
 
-def _cells(job: Job, found: Answer[Any], result: WhatIf) -> dict[str, str]:
+def _cells(job: Job, answer: Answer[Any], result: WhatIf) -> dict[str, str]:
     """What an answer is compared by; of a design that is kept not what was chosen."""
     from vibopt.jobs import is_scene
     from vibopt.study.seen import chosen, goal_of, results
     from vibopt.verify.measured_goal import MEASURED
 
-    cells = {"verdict": found.status}
+    cells = {"verdict": answer.status}
     if is_scene(job) and job.find_all is not None:
-        cells[job.find_all] = _intervals(found)
-    goal = goal_of(job, found)
+        cells[job.find_all] = _intervals(answer)
+    goal = goal_of(job, answer)
     became = [name for name in MEASURED.values() if result.keep_design and name in result.after.measures]
-    if goal is not None and found.goal is not None and not (became or (result.keep_design and is_scene(job))):
-        cells[found.goal[0]] = goal.shown
-    taken = {} if result.keep_design else chosen(job, found)
+    if goal is not None and answer.goal is not None and not (became or (result.keep_design and is_scene(job))):
+        cells[answer.goal[0]] = goal.shown
+    taken = {} if result.keep_design else chosen(job, answer)
     cells |= {path: one.shown for path, one in taken.items()}
     if goal is not None:  # what a kept design measures was the goal before
         cells |= dict.fromkeys(became, goal.shown)
-    rows = {**found.limits, **found.measures}
-    cells |= {name: _cell(row, told=found.found is None) for name, row in rows.items()}
+    rows = {**answer.limits, **answer.measures}
+    cells |= {name: _cell(row, told=answer.found is None) for name, row in rows.items()}
     few = not (result.before.limits or result.before.measures)
-    return cells | ({path: one.shown for path, one in results(job, found).items()} if few and not taken else {})
+    return cells | ({path: entry.shown for path, entry in results(job, answer).items()} if few and not taken else {})
 
 
 def _intervals(design: Design) -> str:
@@ -266,11 +266,11 @@ def _thresholds(result: WhatIf) -> list[tuple[str, ...]]:
     ]
 
 
-def edge_words(one: Threshold, value: Entry | None, limit: str) -> str:
+def edge_words(threshold: Threshold, value: Entry | None, limit: str) -> str:
     """An end of what a fact may be and the limit that ends it; of whole numbers the last that holds, and the next."""
     if value is None:
         return "-"
-    if one.whole:  # the last that holds; the next number fails
-        last = value.value + (1.0 if value.value < one.now.value else -1.0)
+    if threshold.whole:  # the last that holds; the next number fails
+        last = value.value + (1.0 if value.value < threshold.now.value else -1.0)
         return f"{last:.0f} ({value.shown} fails)\n  {limit}"
-    return f"{'at once' if one.at_once(value) else value.shown}\n  {limit}"
+    return f"{'at once' if threshold.at_once(value) else value.shown}\n  {limit}"

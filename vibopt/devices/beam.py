@@ -200,7 +200,9 @@ class Beam(Table):
         of = bent(self.kind, at / long)
         stiffness, depth = self.modulus.value * second / long**3, 0.5 * max(high, outer)
         each = mass / max(1.0, at / long)
-        moment = [one * long * depth / second for one in (stiffness * of.moment[0], *(each * m for m in of.moment[1:]))]
+        moment = [
+            value * long * depth / second for value in (stiffness * of.moment[0], *(each * m for m in of.moment[1:]))
+        ]
         right = [of.right[0] / of.force, each * of.right[1], each * of.right[2]]
         whole = [1.0, mass * (1.0 - of.means[0]), mass * (of.means[0] - of.means[1])]
         return Borne(

@@ -166,11 +166,11 @@ class BearingTable(Device):
         if len(self.table) < 2:
             raise word(f"has a table of {len(self.table)} rows, and two at least say something of the speeds between.")
         speeds = [row.speed for row in self.table]
-        for one, other in pairwise(speeds):
-            if one.value == other.value:
-                raise word(f"has a table with two rows for {_rpm(one.value)}. Keep one of them.")
-            if one.value > other.value:
-                raise word(f"has a table that falls from {_rpm(one.value)} to {_rpm(other.value)}. Sort its rows.")
+        for fact, other in pairwise(speeds):
+            if fact.value == other.value:
+                raise word(f"has a table with two rows for {_rpm(fact.value)}. Keep one of them.")
+            if fact.value > other.value:
+                raise word(f"has a table that falls from {_rpm(fact.value)} to {_rpm(other.value)}. Sort its rows.")
         return self
 
     @property
@@ -196,7 +196,7 @@ class BearingTable(Device):
 
     def springs(self, name: str) -> tuple[str, ...]:
         rows = self.table or (self,)
-        return (name,) if any(getattr(one, key) is not None for one in rows for key in ("k_yy", "k_zz")) else ()
+        return (name,) if any(getattr(row, key) is not None for row in rows for key in ("k_yy", "k_zz")) else ()
 
     def lacks(self, word: str, alone: bool) -> str:
         """What is asked of it alone: the force through it, and how far its ends move apart."""

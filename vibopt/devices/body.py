@@ -391,7 +391,7 @@ class BodyTable(Device):
         from vibopt.mechanics.rigid import Rigid
 
         off = [numbers.factor(f"bodies.{name}.centre.{axis}") for axis in AXES]
-        moved = [offset_of(one, self.reaches.get(axis, 0.0)) for one, axis in zip(off, AXES, strict=True)]
+        moved = [offset_of(value, self.reaches.get(axis, 0.0)) for value, axis in zip(off, AXES, strict=True)]
         centre = np.array(self.place) + moved
         if self.made_of is not None:
             own, factor = self.solid(1.0), numbers.factor(f"bodies.{name}.made_of")

@@ -52,7 +52,7 @@ class Tensor(Table):
     @property
     def tensor(self) -> FloatArray:
         """Shape (3, 3) [kg m^2]; products with a minus sign, as the tensor has them."""
-        xy, yz, zx = (0.0 if one is None else one.value for one in (self.xy, self.yz, self.zx))
+        xy, yz, zx = (0.0 if fact is None else fact.value for fact in (self.xy, self.yz, self.zx))
         return np.array([[self.xx.value, -xy, -zx], [-xy, self.yy.value, -yz], [-zx, -yz, self.zz.value]], dtype=float)
 
 

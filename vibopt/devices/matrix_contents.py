@@ -77,10 +77,10 @@ def from_matrix_market(content: bytes) -> Any:
 def _said(content: bytes) -> _Market:
     """Its first lines, looked at before anything of their sizes is made."""
     banner, _, rest = content.partition(b"\n")
-    found = _BANNER.match(banner)
-    if not found:
+    match = _BANNER.match(banner)
+    if not match:
         raise QuantityError(_MATRIX_MARKET.format("its first line does not say so"))
-    form, field, symmetry = (group.decode().lower() for group in found.groups())
+    form, field, symmetry = (group.decode().lower() for group in match.groups())
     if field == "pattern":
         raise QuantityError(f"cannot be used. It {NO_VALUES}")
     start = _COMMENTS.match(rest)

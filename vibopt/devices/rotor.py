@@ -139,7 +139,10 @@ class RotorTable(Device):
                         *at,
                     )
                 continue
-            place, free = spot.value, next((i for i, one in enumerate(self.sections) if one.free), len(self.sections))
+            place, free = (
+                spot.value,
+                next((i for i, section in enumerate(self.sections) if section.free), len(self.sections)),
+            )
             if free < len(self.sections) and place > self._ends[free] + _TOGETHER * self.long:
                 raise word(
                     f"has {name} at {place:g} m, behind the begin of section {free + 1}, whose length is not fixed. "
@@ -186,7 +189,7 @@ class RotorTable(Device):
     @property
     def _ends(self) -> FloatArray:
         """Left end of the first section and right ends of all [m]."""
-        return np.cumsum([0.0, *(one.lengths[1] for one in self.sections)])
+        return np.cumsum([0.0, *(section.lengths[1] for section in self.sections)])
 
     @property
     def _spots(self) -> dict[str, Place]:
@@ -289,13 +292,13 @@ class RotorTable(Device):
         """The shaft in polynomials that are good up to a frequency [rad/s], and for so many of its lowest whirls."""
         thin, thick = self._extremes()
         top = max(top, self._reach(thick, modes))
-        degrees = [max(one.degree(top)[0], other.degree(top)[0]) for one, other in zip(thin, thick, strict=True)]
+        degrees = [max(span.degree(top)[0], other.degree(top)[0]) for span, other in zip(thin, thick, strict=True)]
         return Beam(tuple(long for _, long in self.spans), tuple(degrees))
 
     def half_waves(self, top: float) -> float:
         """Most half waves of one span, as thin as it may be, at a frequency [rad/s]; none of matrices."""
         thin, _ = self._extremes() if self.matrices is None else ([], [])
-        return max((one.phase(top) / math.pi for one in thin), default=0.0)
+        return max((span.phase(top) / math.pi for span in thin), default=0.0)
 
     def _extremes(self) -> tuple[list[Span], list[Span]]:
         """The spans, as long as they may be, where every diameter that may be chosen is least, and greatest."""
@@ -368,7 +371,7 @@ class RotorTable(Device):
         """How good the polynomials are, for the answer."""
         thin, thick = self._extremes()
         top = max(builder.top, self._reach(thick, builder.modes))
-        moved = max(one.degree(top)[1] for one in thin)
+        moved = max(span.degree(top)[1] for span in thin)
         least, most = min(beam.degrees), max(beam.degrees)
         degrees = f"degree {most}" if least == most else f"degrees {least} to {most}"
         many = counted(len(thin), "spans")

@@ -92,7 +92,7 @@ Units = Annotated[
 
 def _order(given: object) -> tuple[str, ...]:
     words = tuple(given) if isinstance(given, (list, tuple)) else ()
-    axes = [str(one).removeprefix("-") for one in words]
+    axes = [str(word).removeprefix("-") for word in words]
     strange = next((one for one, axis in zip(words, axes, strict=True) if axis not in (*_AXES, *_AWAY)), None)
     if strange is not None or not words:
         what = f'has "{strange}"' if strange is not None else "is empty"
@@ -123,11 +123,11 @@ def _nodes(given: object) -> tuple[float, ...]:
             found.append(place if isinstance(place, float) else read_quantity(place, "length").value)
         except QuantityError as error:
             raise complaint(f'has "{place}", which {error} Write a place: "250 mm".') from None
-    for number, (one, other) in enumerate(pairwise(found), start=1):
-        if other <= one:
+    for number, (value, other) in enumerate(pairwise(found), start=1):
+        if other <= value:
             raise complaint(
-                f"does not rise from node {number} at {one:g} m to node {number + 1} at {other:g} m. Number the nodes "
-                "from left to right."
+                f"does not rise from node {number} at {value:g} m to node {number + 1} at {other:g} m. Number the "
+                "nodes from left to right."
             )
     if found[0] < 0.0:
         raise complaint("begins left of the shaft. Count places from its left end.")

@@ -27,8 +27,8 @@ Place = Fact | EndOf
 
 
 def _end(given: object) -> EndOf | None:
-    found = _END.fullmatch(given.strip()) if isinstance(given, str) else None
-    return EndOf(int(found[1])) if found else None
+    match = _END.fullmatch(given.strip()) if isinstance(given, str) else None
+    return EndOf(int(match[1])) if match else None
 
 
 def _at(given: object) -> Place:
@@ -52,10 +52,10 @@ def _stations(given: object) -> object:
 
 
 def _place(given: object) -> Fact:
-    found = read_quantity(given, "length")
-    if found.value < 0.0:
+    quantity = read_quantity(given, "length")
+    if quantity.value < 0.0:
         raise QuantityError("is left of the shaft.")
-    return Fact(found.value, found.unit)
+    return Fact(quantity.value, quantity.unit)
 
 
 _WORDS = {"type": "string", "description": 'a length from the left end, or "end of section 2"'}

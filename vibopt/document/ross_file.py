@@ -94,7 +94,7 @@ def ross_document(path: str | FilePath) -> dict[str, Any]:
     bearings = {names[one.name]: _bearing(one, places, bodies) for one in held}
     links = {name: _link(one, bearings.pop(name)) for one in held if not places.keys() & _ends(one)
              for name in (names[one.name],)}  # fmt: skip
-    points = [str(one["name"]) for one in discs.values()] or list(stations)
+    points = [str(disc["name"]) for disc in discs.values()] or list(stations)
     shaker = {"kind": "unbalance", "on": points[0], "unbalance": UNBALANCE, "speed": _speeds(bearings)}
     return {
         "title": f"{file.stem}, a rotor of ROSS",
@@ -104,7 +104,7 @@ def ross_document(path: str | FilePath) -> dict[str, Any]:
         **({"links": links} if links else {}),
         "excitations": {"imbalance": shaker},
         "measures": {
-            **{f"whirl_of_{one}": {"response": "displacement", "of": one} for one in points},
+            **{f"whirl_of_{name}": {"response": "displacement", "of": name} for name in points},
             **{f"force_of_{one}": {"response": "transmitted_force", "through": one} for one in (*bearings, *links)},
         },
     }
@@ -112,10 +112,10 @@ def ross_document(path: str | FilePath) -> dict[str, Any]:
 
 def _speeds(bearings: Mapping[str, dict[str, Any]]) -> str:
     """Those at which all tables of bearings say something, whose own speeds get their unit here."""
-    tables = [one["table"] for one in bearings.values() if "table" in one]
+    tables = [bearing["table"] for bearing in bearings.values() if "table" in bearing]
     if not tables:
         return SPEEDS
-    low, high = max(one[0]["speed"] for one in tables), min(one[-1]["speed"] for one in tables)
+    low, high = max(table[0]["speed"] for table in tables), min(table[-1]["speed"] for table in tables)
     for row in (row for rows in tables for row in rows):
         row["speed"] = _in("rad/s", row["speed"])
     return f"{low:.12g}..{high:.12g} rad/s"
@@ -144,36 +144,36 @@ def _places(shaft: list[_Element]) -> dict[int, float]:
     """Place of each node of the shaft [m], whose elements are looked at."""
     places, at = {shaft[0].node: 0.0}, 0.0
     material = shaft[0].said.get("material")
-    for number, one in enumerate(shaft):
-        if one.node != shaft[0].node + number:
-            one.refuse("lies beside another element, or leaves a gap. Rotors have one section after another.")
+    for number, element in enumerate(shaft):
+        if element.node != shaft[0].node + number:
+            element.refuse("lies beside another element, or leaves a gap. Rotors have one section after another.")
         for key in _ZERO:
-            if one.number(key, 0.0):
-                one.refuse(f"has {key} = {one.number(key):g}, which sections do not have. Leave it out.")
+            if element.number(key, 0.0):
+                element.refuse(f"has {key} = {element.number(key):g}, which sections do not have. Leave it out.")
         for key in _TRUE:
-            if not one.said.get(key, True):
-                one.refuse(f"has {key} = false, and sections always count it. Leave it out.")
-        if one.said.get("shear_method_calc", "cowper") != "cowper":
-            one.refuse("takes the shear coefficient by another method than Cowper's. Take that one.")
-        outer, inner, *other = (one.number(key) for key in ("odl", "idl", "odr", "idr"))
+            if not element.said.get(key, True):
+                element.refuse(f"has {key} = false, and sections always count it. Leave it out.")
+        if element.said.get("shear_method_calc", "cowper") != "cowper":
+            element.refuse("takes the shear coefficient by another method than Cowper's. Take that one.")
+        outer, inner, *other = (element.number(key) for key in ("odl", "idl", "odr", "idr"))
         if abs(outer - other[0]) + abs(inner - other[1]) > _SAME * outer:
-            one.refuse("is conical, and sections are not. Write it as steps.")
-        own = one.said.get("material")
+            element.refuse("is conical, and sections are not. Write it as steps.")
+        own = element.said.get("material")
         if not isinstance(own, Mapping) or any(not isinstance(own.get(key), (int, float)) for key in _STEEL):
-            one.refuse("has no material with E, rho and G_s. Save the rotor anew with Rotor.save.")
+            element.refuse("has no material with E, rho and G_s. Save the rotor anew with Rotor.save.")
         assert isinstance(material, Mapping)
         if any(own[key] != material[key] for key in _STEEL):
-            one.refuse(f"is of another material than {shaft[0].name}. A rotor has one.")
-        at += one.number("L")
-        places[one.node + 1] = at
+            element.refuse(f"is of another material than {shaft[0].name}. A rotor has one.")
+        at += element.number("L")
+        places[element.node + 1] = at
     return places
 
 
 def _sections(shaft: list[_Element]) -> list[dict[str, str]]:
     """Sections, of neighbours of the same diameters one."""
     found: list[tuple[float, float, float]] = []
-    for one in shaft:
-        long, outer, inner = (one.number(key) for key in ("L", "odl", "idl"))
+    for element in shaft:
+        long, outer, inner = (element.number(key) for key in ("L", "odl", "idl"))
         if found and found[-1][1:] == (outer, inner):
             long += found.pop()[0]
         found.append((long, outer, inner))
@@ -190,13 +190,15 @@ def _sections(shaft: list[_Element]) -> list[dict[str, str]]:
 def _names(elements: list[_Element]) -> dict[str, str]:
     """A name of its own for each element, of letters, digits and underscores."""
     found: dict[str, str] = {}
-    for one in elements:
-        tag = one.said.get("tag")
-        base = re.sub(r"\W+", "_", str(tag or one.name.partition("_")[2] or one.kind).lower()).strip("_") or "part"
+    for element in elements:
+        tag = element.said.get("tag")
+        base = (
+            re.sub(r"\W+", "_", str(tag or element.name.partition("_")[2] or element.kind).lower()).strip("_") or "part"
+        )
         name, number = base, 2
         while name in found.values():
             name, number = f"{base}_{number}", number + 1
-        found[one.name] = name
+        found[element.name] = name
     return found
 
 
@@ -206,32 +208,40 @@ def _heavy(
     """Discs and points with a mass on the shaft, and bodies beside it by their node."""
     discs: dict[str, dict[str, Any]] = {}
     bodies: dict[int, tuple[str, str]] = {}
-    for one in elements:
-        if one.kind == "DiskElement":
-            if one.node not in places:
-                one.refuse(f"stands at node {one.node}, where there is no shaft.")
-            mass, across, about = (one.number(key) for key in ("m", "Id", "Ip"))
-            discs[one.name] = {"name": names[one.name], "at": _in("mm", places[one.node]), "mass": _in("kg", mass)}
+    for element in elements:
+        if element.kind == "DiskElement":
+            if element.node not in places:
+                element.refuse(f"stands at node {element.node}, where there is no shaft.")
+            mass, across, about = (element.number(key) for key in ("m", "Id", "Ip"))
+            discs[element.name] = {
+                "name": names[element.name],
+                "at": _in("mm", places[element.node]),
+                "mass": _in("kg", mass),
+            }
             if across or about:
-                discs[one.name] |= {"diametral": _in("kg m2", across), "polar": _in("kg m2", about)}
-        elif one.kind == "PointMass":
-            level, upward = (one.number(key, one.number("m", 0.0)) for key in ("mx", "my"))
+                discs[element.name] |= {"diametral": _in("kg m2", across), "polar": _in("kg m2", about)}
+        elif element.kind == "PointMass":
+            level, upward = (element.number(key, element.number("m", 0.0)) for key in ("mx", "my"))
             if level != upward:
-                one.refuse(f"has {level:g} kg along x and {upward:g} kg along y. A body has one mass.")
-            if one.node in places:
-                discs[one.name] = {"name": names[one.name], "at": _in("mm", places[one.node]), "mass": _in("kg", level)}
+                element.refuse(f"has {level:g} kg along x and {upward:g} kg along y. A body has one mass.")
+            if element.node in places:
+                discs[element.name] = {
+                    "name": names[element.name],
+                    "at": _in("mm", places[element.node]),
+                    "mass": _in("kg", level),
+                }
             else:
-                bodies[one.node] = names[one.name], _in("kg", level)
+                bodies[element.node] = names[element.name], _in("kg", level)
     return discs, bodies
 
 
-def _ends(one: _Element) -> tuple[int, ...]:
+def _ends(element: _Element) -> tuple[int, ...]:
     """Nodes at which a bearing ends; of the ground none."""
-    link = one.said.get("n_link")
-    return (one.node, link) if isinstance(link, int) else (one.node,)
+    link = element.said.get("n_link")
+    return (element.node, link) if isinstance(link, int) else (element.node,)
 
 
-def _link(one: _Element, said: dict[str, Any]) -> dict[str, Any]:
+def _link(element: _Element, said: dict[str, Any]) -> dict[str, Any]:
     """What holds a pedestal, alike in both planes."""
     words = {"k_yy": "stiffness", "c_yy": "damping"}
     if (
@@ -239,35 +249,35 @@ def _link(one: _Element, said: dict[str, Any]) -> dict[str, Any]:
         or any(said.get(f"{force}_yy") != said.get(f"{force}_zz") for force in _FORCES)
         or "k_yz" in said
     ):
-        one.refuse("holds a pedestal otherwise along x than along y. Pedestals are alike in both planes.")
+        element.refuse("holds a pedestal otherwise along x than along y. Pedestals are alike in both planes.")
     return {"between": said["between"], **{words[key]: said[key] for key in words if key in said}}
 
 
-def _bearing(one: _Element, places: Mapping[int, float], bodies: Mapping[int, tuple[str, str]]) -> dict[str, Any]:
+def _bearing(element: _Element, places: Mapping[int, float], bodies: Mapping[int, tuple[str, str]]) -> dict[str, Any]:
     """Its ends, and its eight coefficients, by speed where they change."""
 
     def place(node: int) -> str:
         if node in places:
             return f"node_{node}"
         if node not in bodies:
-            one.refuse(f"ends at node {node}, where there is neither shaft nor PointMass.")
+            element.refuse(f"ends at node {node}, where there is neither shaft nor PointMass.")
         return bodies[node][0]
 
-    first, *others = _ends(one)
+    first, *others = _ends(element)
     ends = [place(first), *(place(other) for other in others)] if others else [place(first), "ground"]
     for key in ("mxx", "mxy", "myx", "myy"):
-        if any(_list(one.said.get(key, 0.0))):
-            one.refuse(f"has an inertia {key}, which bearings do not have. Leave it out.")
+        if any(_list(element.said.get(key, 0.0))):
+            element.refuse(f"has an inertia {key}, which bearings do not have. Leave it out.")
     rows = {}
     for force in _FORCES:
         for a, b in (("x", "x"), ("x", "y"), ("y", "x"), ("y", "y")):
             unit = "MN/m" if force == "k" else "kN s/m"
-            values = _list(one.said.get(f"{force}{a}{b}", 0.0))
+            values = _list(element.said.get(f"{force}{a}{b}", 0.0))
             rows[f"{force}_{_ALONG[a]}{_ALONG[b]}"] = values, unit
-    speeds = _list(one.said.get("frequency") or 0.0)
+    speeds = _list(element.said.get("frequency") or 0.0)
     many = max(len(values) for values, _ in rows.values())
     if many > 1 and len(speeds) != many:
-        one.refuse(
+        element.refuse(
             f"has {counted(many, 'values')} of a coefficient and {counted(len(speeds), 'speeds')}. Save it anew."
         )
 

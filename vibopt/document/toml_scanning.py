@@ -45,7 +45,7 @@ class Scan:
         self._depth = 0
         self._text = text
         self._position = 0
-        self._breaks = [found.start() for found in re.finditer("\n", text)]
+        self._breaks = [match.start() for match in re.finditer("\n", text)]
         with suppress(RecursionError):
             self._document()
 
@@ -142,11 +142,11 @@ class Scan:
 
     def _take(self, pattern: re.Pattern[str]) -> str:
         """Text of `pattern` at this position, which moves behind it; "" if it is not here."""
-        found = pattern.match(self._text, self._position)
-        if not found:
+        match = pattern.match(self._text, self._position)
+        if not match:
             return ""
-        self._position = found.end()
-        return found[0]
+        self._position = match.end()
+        return match[0]
 
     def _skip(self, sign: str) -> bool:
         """Moves behind `sign` if it is here, and says so."""

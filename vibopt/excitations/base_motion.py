@@ -36,7 +36,7 @@ class BaseMotion(Excitation):
 
     @model_validator(mode="after")
     def _one_of_three(self) -> "BaseMotion":
-        given = [one for one in (self.displacement, self.velocity, self.acceleration) if one is not None]
+        given = [fact for fact in (self.displacement, self.velocity, self.acceleration) if fact is not None]
         if len(given) != 1:
             raise word('needs one of displacement, velocity and acceleration. Write displacement = "1 mm".')
         return self

@@ -42,7 +42,7 @@ class Directed(Excitation):
 
 def place_name(body: str, at: Vector) -> str:
     """Name of a place on a body without a name of its own."""
-    return f"{body} ({', '.join(repr(one) for one in at)})"
+    return f"{body} ({', '.join(repr(value) for value in at)})"
 
 
 def turned(axis: Vector) -> tuple[FloatArray, FloatArray]:

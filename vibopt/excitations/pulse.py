@@ -256,8 +256,8 @@ class Pulse(Transient):
         return np.asarray(np.exp(-decay * turned) * wave)
 
 
-def _sized(one: Segment, size: float) -> Segment:
-    return replace(one, start=size * one.start)
+def _sized(segment: Segment, size: float) -> Segment:
+    return replace(segment, start=size * segment.start)
 
 
 __all__ = ["Pulse"]

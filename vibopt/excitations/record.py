@@ -174,7 +174,7 @@ def _ground_record(file: Path, column: str | None, interval: float | None) -> _S
     found = [re.search(rf"{key}\s*=\s*([\d.eE+-]+)", heading, re.IGNORECASE) for key in ("NPTS", "DT")]
     begin = next((i for i, one in enumerate(lines[:6], start=1) if re.search(r"NPTS", one, re.IGNORECASE)), 0)
     try:
-        count, step = (float(one[1]) for one in found if one is not None)
+        count, step = (float(match[1]) for match in found if match is not None)
         values = np.array(" ".join(lines[begin:]).split(), dtype=float)
     except ValueError:
         raise InputError(
@@ -193,7 +193,7 @@ def _ground_record(file: Path, column: str | None, interval: float | None) -> _S
 
 def _ground_unit(file: str, heading: list[str]) -> tuple[float, str]:
     """SI value of one, and what it is, from "ACCELERATION TIME SERIES IN UNITS OF CM/S/S" in a heading."""
-    said = next((one for line in heading if (one := _GROUND_UNIT.search(line))), None)
+    said = next((match for line in heading if (match := _GROUND_UNIT.search(line))), None)
     if said is None:
         raise InputError(
             f'{file} says no unit. Write it into its heading: "ACCELERATION TIME SERIES IN UNITS OF G", or CM/S/S.'
@@ -338,7 +338,7 @@ def _gaps(file: str, steps: FloatArray, rows: IntArray) -> str:
     if not wide or (np.abs(steps - usual) <= _ALIKE * usual).mean() < _REST:
         return ""
     widest, unit = int(steps.argmax()), best_unit(usual, "time")
-    much, rest = (show(one, unit, "time") for one in (float(steps[widest]), usual))
+    much, rest = (show(value, unit, "time") for value in (float(steps[widest]), usual))
     several = f"at {wide} places, the widest" if wide > 1 else "once,"
     return (
         f"samples are missing in {file} {several} before row {rows[widest + 1]} ({much} where the rest is {rest} "

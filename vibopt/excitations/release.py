@@ -34,7 +34,7 @@ class Release(AtOnce):
 
     @property
     def start(self) -> tuple[float, float]:
-        displacement, velocity = (0.0 if one is None else one.value for one in (self.displacement, self.velocity))
+        displacement, velocity = (0.0 if fact is None else fact.value for fact in (self.displacement, self.velocity))
         return displacement, velocity
 
     def segments(self) -> tuple[Segment, ...]:

@@ -200,7 +200,7 @@ def _sweep(excitation: Excitation) -> Sweep:
     low, high = ends_of(excitation)
     [line] = excitation.lines(np.ones(1))
     rate, amplitude, own = rate_of(excitation), line.amplitude, sorted((low, high))
-    joints = [own[0], *(one for one in amplitude.breaks() if own[0] < one < own[1]), own[1]]
+    joints = [own[0], *(value for value in amplitude.breaks() if own[0] < value < own[1]), own[1]]
     powers = [_powers(amplitude, 0.5 * (a + b), -1j * rate * excitation.swung) for a, b in pairwise(joints)]
     still = amplitude.at(np.array([low, high]))
     if rate < 0.0:

@@ -45,11 +45,11 @@ def _segment(
 def moved(signal: tuple[Segment, ...]) -> tuple[Segment, ...]:
     """Accelerations of a base whose displacement is a signal without jumps; where its velocity jumps, it is struck."""
     found, speed, size = [], 0.0, 0.0
-    for one in signal:
-        faster = one.read @ one.rates / one.length
-        first, last = (float((faster @ w)[0]) for w in (one.start, exponential(one.rates) @ one.start))
-        found.append(replace(one, read=faster @ one.rates / one.length, blows=np.array([first - speed])))
-        speed, size = last, max(size, float(np.abs(faster).max()) * float(np.abs(one.start).max()))
+    for segment in signal:
+        faster = segment.read @ segment.rates / segment.length
+        first, last = (float((faster @ w)[0]) for w in (segment.start, exponential(segment.rates) @ segment.start))
+        found.append(replace(segment, read=faster @ segment.rates / segment.length, blows=np.array([first - speed])))
+        speed, size = last, max(size, float(np.abs(faster).max()) * float(np.abs(segment.start).max()))
     if abs(speed) > _NOTHING * size and not signal[-1].endless:
         found.append(replace(line(AFTER, 0.0, 0.0), blows=np.array([-speed])))
     return tuple(found)
@@ -59,7 +59,7 @@ def together(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
     """Several signals that begin at once, each of one row, as segments that read them all; cut at every joint."""
     if len(signals) == 1:
         return signals[0]
-    lengths = [[one.length for one in signal if not one.endless] for signal in signals]
+    lengths = [[segment.length for segment in signal if not segment.endless] for signal in signals]
     begins = [np.concatenate([[0.0], np.cumsum(length)]) for length in lengths]
     joints = np.unique(np.concatenate(begins))
     spans = np.diff(joints)

@@ -48,10 +48,10 @@ def _density(given: object) -> object:
         return given
     if isinstance(given, dict):
         raise complaint("is a choice, but this value must be a fact. Write one value.")
-    found = _read(given)
-    if found.value <= 0.0:
+    quantity = _read(given)
+    if quantity.value <= 0.0:
         raise complaint('is not greater than zero. Write a positive value, for example "100 N²/Hz".')
-    return Fact(found.value, found.unit, found.echo)
+    return Fact(quantity.value, quantity.unit, quantity.echo)
 
 
 NoSpeed = Annotated[SpeedRange, ReadBy(_no_speed, CLOSED)]

@@ -57,8 +57,8 @@ def is_ours(content: bytes) -> bool:
         text = content.decode()
     except UnicodeDecodeError:
         return False
-    found = next(filter(None, (re.search(one, text) for one in (_CHECK, _MARKDOWN_CHECK, _JSON_CHECK))), None)
-    return _digest(text[: found.start()]) == found[1] if found else _is_table(text)
+    match = next(filter(None, (re.search(one, text) for one in (_CHECK, _MARKDOWN_CHECK, _JSON_CHECK))), None)
+    return _digest(text[: match.start()]) == match[1] if match else _is_table(text)
 
 
 def _digest(text: str) -> str:

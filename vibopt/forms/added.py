@@ -55,12 +55,12 @@ class Added(Form):
             return self.worst(model, at, least_wanted=least_wanted).value
 
         first = [part.extremes(model, x, least_wanted=least_wanted)[0] for part in self.parts]
-        values = np.exp(np.array([one.value for one in first]))
+        values = np.exp(np.array([local.value for local in first]))
         whole = self._together(values)
         if not 0.0 < whole < np.inf:
             return [Local(log_of(value(x)), by_differences(value, x))]
         shares = (values / whole) ** (2 if self.squares else 1)
-        return [Local(log_of(whole), np.asarray(shares @ np.array([one.slope for one in first])))]
+        return [Local(log_of(whole), np.asarray(shares @ np.array([local.slope for local in first])))]
 
     def _together(self, values: list[float] | FloatArray) -> float:
         return float(np.linalg.norm(values) if self.squares else np.sum(values))

@@ -47,7 +47,7 @@ class Amplification(Form):
         found = np.zeros(len(x))
         for i in range(len(x)):
             ends = [self.value(model, x * np.exp(sense * _TURN * (np.arange(len(x)) == i))) for sense in (1.0, -1.0)]
-            if all(0.0 < one < np.inf for one in ends):
+            if all(0.0 < value < np.inf for value in ends):
                 found[i] = np.log(ends[0] / ends[1]) / (2.0 * _TURN)
         return found
 
@@ -74,12 +74,12 @@ class Amplification(Form):
         singular = rotor.singular(np.concatenate([frozen(band, knots) for band in wider]))
         tops = peaks(size, drive.bands, singular, knots, within=0.0)
         found: list[tuple[float, float]] = []
-        for one in tops:
-            beside = one.speed * np.array([1.0 - _BESIDE, 1.0 + _BESIDE])
+        for top in tops:
+            beside = top.speed * np.array([1.0 - _BESIDE, 1.0 + _BESIDE])
             inside = any(band.low < beside[0] and beside[1] < band.high for band in drive.bands)
-            known = any(abs(one.speed - speed) <= _BESIDE * speed for speed, _ in found)
-            if inside and not known and (not np.isfinite(one.value) or (size(beside) < one.value).all()):
-                found.append((one.speed, factor_of(size, one.speed, one.value, ends, singular.real)))
+            known = any(abs(top.speed - speed) <= _BESIDE * speed for speed, _ in found)
+            if inside and not known and (not np.isfinite(top.value) or (size(beside) < top.value).all()):
+                found.append((top.speed, factor_of(size, top.speed, top.value, ends, singular.real)))
         return found
 
 
@@ -93,7 +93,7 @@ def factor_of(size: Size, speed: float, top: float, ends: tuple[float, float], p
     if not np.isfinite(top):
         return float("inf")
     sides = [_side(size, speed, top, sense, ends, poles) for sense in (-1.0, 1.0)]
-    known = [one for one in sides if one is not None]
+    known = [value for value in sides if value is not None]
     if not known:
         return 1.0
     wide = sum(known) * (2.0 / len(known))

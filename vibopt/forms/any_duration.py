@@ -173,7 +173,7 @@ class PeakOverDurations(Form):
             yield np.arange(len(times)), lambda those: stretched(whole, times[those] / self.high)
             return
         signals = [self.signals(float(time)) for time in times]
-        kinds = [tuple((*one.rates.shape, one.endless) for one in signal) for signal in signals]
+        kinds = [tuple((*segment.rates.shape, segment.endless) for segment in signal) for signal in signals]
         for kind in dict.fromkeys(kinds):  # several pulses may come in another order
             alike = np.flatnonzero([one == kind for one in kinds])
             yield alike, lambda those: side_by_side([signals[i] for i in those])
@@ -183,11 +183,11 @@ class PeakOverDurations(Form):
         """Whether another duration stretches all signals alike, and changes nothing else: one pulse of a force."""
         every = zip(self.signals(self.high), part := self.signals(_PART * self.high), strict=False)
         return len(part) == len(self.signals(self.high)) and all(
-            not one.endless
-            and one.released is None
-            and abs(other.length - _PART * one.length) <= _EVEN * other.length
-            and all(np.array_equal(*pair) for pair in zip(one.states, other.states, strict=True))
-            for one, other in every
+            not segment.endless
+            and segment.released is None
+            and abs(other.length - _PART * segment.length) <= _EVEN * other.length
+            and all(np.array_equal(*pair) for pair in zip(segment.states, other.states, strict=True))
+            for segment, other in every
         )
 
     def reach(self, model: Model) -> Reach | None:

@@ -51,8 +51,8 @@ def curved(model: Model, output: Output, drive: Drive, x: FloatArray, speed: flo
         lines = [_line(model, output, line, x, speed) for line in drive.lines]
     except np.linalg.LinAlgError:
         return None
-    lines = [one for one in lines if np.isfinite(one.log)]
-    if not lines or not all(np.isfinite(one.bend).all() for one in lines):
+    lines = [line for line in lines if np.isfinite(line.log)]
+    if not lines or not all(np.isfinite(line.bend).all() for line in lines):
         return None
     return added(lines, 2.0 if combine == "rss" else 1.0)
 

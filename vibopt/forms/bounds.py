@@ -129,7 +129,7 @@ def _is_new(speed: float, ranked: list[float]) -> bool:
     """Whether a speed stands nowhere in the list, which then takes it up in its place."""
     place = bisect_left(ranked, speed)
     beside = ranked[max(place - 1, 0) : place + 1]
-    if not math.isfinite(speed) or any(abs(speed - one) <= 1e-12 * abs(one) for one in beside):
+    if not math.isfinite(speed) or any(abs(speed - value) <= 1e-12 * abs(value) for value in beside):
         return False
     ranked.insert(place, speed)
     return True

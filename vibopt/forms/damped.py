@@ -211,10 +211,10 @@ class LogDecrement(Form):
 
     def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
         found = self._ratio.extremes(model, x, least_wanted=least_wanted, within=within)
-        ratios = [min(float(np.exp(one.value)), 1.0 - 1e-12) for one in found]
+        ratios = [min(float(np.exp(local.value)), 1.0 - 1e-12) for local in found]
         return [
-            Local(log_of(float(decrement(np.array(z)))), one.slope / (1.0 - z**2), one.speeds)
-            for z, one in zip(ratios, found, strict=True)
+            Local(log_of(float(decrement(np.array(z)))), local.slope / (1.0 - z**2), local.speeds)
+            for z, local in zip(ratios, found, strict=True)
         ]
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:

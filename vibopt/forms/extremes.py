@@ -38,7 +38,7 @@ def of_few(model: Model, form: Modulus, x: FloatArray, within: float) -> list[Lo
     found = few_peaks(model, form, drive, x, within)
     if found is None:
         return None
-    return [Local(log_of(one.at.value), one.slope, (one.at.speed,), one.bend) for one in found]
+    return [Local(log_of(peak.at.value), peak.slope, (peak.at.speed,), peak.bend) for peak in found]
 
 
 def of_drive(
@@ -211,7 +211,7 @@ def candidates_of(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         return _once([candidate for band in drive.bands for candidate in closed.candidates(band)])
     few = None if least_wanted else few_peaks(model, form, drive, x, 0.9)
     if few is not None:
-        return _once([one.at for one in few])
+        return _once([peak.at for peak in few])
     return _once(extremes_of(model, form, drive, x, least_wanted=least_wanted, within=0.9))
 
 

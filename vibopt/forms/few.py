@@ -46,7 +46,7 @@ def few_peaks(model: Model, form: Modulus, drive: Drive, x: FloatArray, within: 
     found = made.peaks(x, drive.bands, within)
     if found is None:
         return None
-    return _shared(model, form, found) if all(0.0 < one.at.value < np.inf for one in found) else None
+    return _shared(model, form, found) if all(0.0 < peak.at.value < np.inf for peak in found) else None
 
 
 def followed(model: Model, form: Modulus, x: FloatArray, speeds: FloatArray) -> list[Peak] | None:
@@ -64,7 +64,7 @@ def _shared(model: Model, form: Modulus, found: list[Peak]) -> list[Peak]:
     share = _share(model, form)
     if share == 1.0:
         return found
-    return [replace(one, at=Extreme(one.at.value / share, one.at.speed)) for one in found]
+    return [replace(peak, at=Extreme(peak.at.value / share, peak.at.speed)) for peak in found]
 
 
 def _share(model: Model, form: Modulus) -> float:

@@ -164,7 +164,7 @@ class Floors:
         segments, last = self.form.segments, self.form.segments[-1]
         long = _STAYS if last.endless and not (last.rates @ last.start).any() else 1.0
         times = np.linspace(0.0, long * sum(float(segment.length) for segment in segments), _GRID + 1)
-        position, velocity = (self.mass * machine.history(one, times) for one in self.moves)
+        position, velocity = (self.mass * machine.history(reading, times) for reading in self.moves)
         found = []
         for many in np.unique(np.geomspace(1, _GRID // 2, _WIDTHS).astype(int)):
             before, width = np.zeros(many), times[many]

@@ -130,7 +130,7 @@ class Modulus(Form):
             return few[:MOST]
         per_drive = [of_drive(model, self, drive, x, least_wanted, within) for drive in self.drives]
         found = [self._together(combo) for combo in islice(product(*per_drive), 4 * MOST)]
-        return sorted(found, key=lambda one: one.value if least_wanted else -one.value)[:MOST]
+        return sorted(found, key=lambda local: local.value if least_wanted else -local.value)[:MOST]
 
     def glance(self, model: Model, x: FloatArray) -> FloatArray | None:
         from vibopt.forms.few import few_sampled
@@ -260,7 +260,9 @@ class Modulus(Form):
                 from vibopt.forms.drive_response import solved
 
                 speeds = at.speeds[drive.name]
-                squares = np.stack([solved(at.model, self.output, one, speeds, x) ** 2 for one in drive.lines], axis=-1)
+                squares = np.stack(
+                    [solved(at.model, self.output, line, speeds, x) ** 2 for line in drive.lines], axis=-1
+                )
             else:
                 squares = self._lines_at(at, drive, x)
             total = np.sum(squares if self.combine == "rss" else np.sqrt(squares), axis=-1)
@@ -288,7 +290,7 @@ class Modulus(Form):
         from vibopt.forms.reduce import driven
 
         lines = [line.vector for drive in self.drives for line in drive.lines]
-        loads = [part for one in lines for part in (one.real, one.imag) if part.any()]
+        loads = [part for line in lines for part in (line.real, line.imag) if part.any()]
         return None if self.rigid_link else driven(model, self.output, loads)
 
     def _together(self, combo: tuple[Local, ...]) -> Local:
@@ -297,14 +299,14 @@ class Modulus(Form):
 
         if len(combo) == 1:
             return combo[0]
-        speeds = tuple(one.speeds[0] for one in combo)
-        endless = [one for one in combo if one.value == np.inf]
+        speeds = tuple(local.speeds[0] for local in combo)
+        endless = [local for local in combo if local.value == np.inf]
         if endless:
             return Local(np.inf, endless[0].slope, speeds)
-        real = [one for one in combo if one.value > -WITHOUT_END]
+        real = [local for local in combo if local.value > -WITHOUT_END]
         if not real:
             return Local(-WITHOUT_END, np.zeros(len(combo[0].slope)), speeds)
         none = np.full((len(combo[0].slope),) * 2, np.nan)
-        parts = [Curved(one.value, one.slope, none if one.bend is None else one.bend) for one in real]
+        parts = [Curved(local.value, local.slope, none if local.bend is None else local.bend) for local in real]
         made = added(parts, 2.0 if self.combine == "rss" else 1.0)
         return Local(made.log, made.slope, speeds, made.bend if np.isfinite(made.bend).all() else None)

@@ -137,9 +137,9 @@ class Monomials(Form):
         lower = np.zeros(len(low))
         upper = np.zeros(len(low))
         for scale, exponents, up in zip(self.scale, self.exponents, rising, strict=True):
-            one = Monomials(np.array([scale]), exponents[None, :])
-            lower += one.at(np.where(up, low, high))
-            upper += one.at(np.where(up, high, low))
+            monomials = Monomials(np.array([scale]), exponents[None, :])
+            lower += monomials.at(np.where(up, low, high))
+            upper += monomials.at(np.where(up, high, low))
         return lower, upper
 
     def known(self, at: FormBounds) -> bool:

@@ -42,7 +42,7 @@ class Orbit(Form):
         return self.worst(model, x).value
 
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
-        found = {one.name: self._tops(model, x, one, least_wanted)[0] for one in self.shaken}
+        found = {drive.name: self._tops(model, x, drive, least_wanted)[0] for drive in self.shaken}
         return Worst(self._total([one.value for one in found.values()]), {k: one.speed for k, one in found.items()})
 
     def _total(self, values: list[float]) -> float:
@@ -58,7 +58,7 @@ class Orbit(Form):
             speeds = tuple(worst.speeds.values())
             return [Local(log_of(worst.value), self._slope(model, x, speeds), speeds)]
         tops = self._tops(model, x, self.shaken[0], least_wanted)
-        kept = [one for one in tops if least_wanted or one.value >= within * tops[0].value][:_MOST]
+        kept = [top for top in tops if least_wanted or top.value >= within * tops[0].value][:_MOST]
         return [self._local(model, x, one) for one in kept]
 
     def _local(self, model: Model, x: FloatArray, top: Extreme) -> Local:
@@ -89,11 +89,11 @@ class Orbit(Form):
         if len(self.shaken) > 1:
             worst = self.worst(model, x, least_wanted=least_wanted)
             return [(tuple(worst.speeds.values()), worst.value)]
-        return [((one.speed,), one.value) for one in self._tops(model, x, self.shaken[0], least_wanted)]
+        return [((top.speed,), top.value) for top in self._tops(model, x, self.shaken[0], least_wanted)]
 
     def acting(self, model: Model) -> FloatArray:
-        held = [power.row(model.n_vars) for one in model.bearings for power in one.powers]
-        return np.vstack([model.exponents, *(one.exponents for one in model.rotating), *held])
+        held = [power.row(model.n_vars) for bearing in model.bearings for power in bearing.powers]
+        return np.vstack([model.exponents, *(term.exponents for term in model.rotating), *held])
 
     def cost(self, model: Model) -> float:
         return sum(2.0 if band.is_point else 60.0 for drive in self.shaken for band in drive.bands)
@@ -117,7 +117,7 @@ class Orbit(Form):
 
     def _tops(self, model: Model, x: FloatArray, drive: Drive, least_wanted: bool) -> list[Extreme]:
         """Local extremes over the bands, the worst first."""
-        knots = np.unique(np.concatenate([one.speeds for one in model.bearings]))
+        knots = np.unique(np.concatenate([bearing.speeds for bearing in model.bearings]))
         spins = np.concatenate([frozen(band, knots) for band in drive.bands])
         singular = spun(model, x).singular(spins) if len(spins) else np.zeros(0, dtype=complex)
 
@@ -127,9 +127,9 @@ class Orbit(Form):
         if least_wanted:
             return [least(response, drive.bands, singular, knots)]
         distinct: list[Extreme] = []
-        for one in peaks(response, drive.bands, singular, knots, within=_WITHIN):
-            if all(abs(one.speed - other.speed) > _TOGETHER * one.speed for other in distinct):
-                distinct.append(one)
+        for peak in peaks(response, drive.bands, singular, knots, within=_WITHIN):
+            if all(abs(peak.speed - other.speed) > _TOGETHER * peak.speed for other in distinct):
+                distinct.append(peak)
         around = np.array([one.speed for one in distinct])[:, None] * np.array([1.0 - _BESIDE, 1.0 + _BESIDE])
         inside = np.any([(around >= band.low) & (around <= band.high) for band in drive.bands], axis=0)
         beside = np.where(inside, response(around), -np.inf).max(axis=1)

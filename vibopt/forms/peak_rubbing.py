@@ -46,8 +46,8 @@ class PeakRubbing(PeakInTime):
         return True
 
     def push(self, mass: float, speed: float) -> float:
-        sizes = np.array([np.abs(one.read @ one.start) for one in self.segments]).max(axis=0)
-        blows = np.array([np.abs(one.blows) for one in self.segments]).max(axis=0)
+        sizes = np.array([np.abs(segment.read @ segment.start) for segment in self.segments]).max(axis=0)
+        blows = np.array([np.abs(segment.blows) for segment in self.segments]).max(axis=0)
         forces = np.abs(self.loads[0]) + mass * np.abs(self.loads[1:]).sum(axis=0)
         return float(forces @ (sizes + speed * blows)) or 1.0
 
@@ -66,7 +66,7 @@ class PeakRubbing(PeakInTime):
         machine, read = self.transient(model, model.values(x[None]))
         free = abs(machine.peaks(read).each()[0].value)
         sizes = [_NEAR * abs(value), _NEAR * abs(other), _ROUNDED * free]
-        return max([0.0, *(one for one in sizes if np.isfinite(one))])
+        return max([0.0, *(size for size in sizes if np.isfinite(size))])
 
     def cost(self, model: Model) -> float:
         return 10.0 + 0.1 * len(self.segments)
@@ -85,7 +85,10 @@ class PeakRubbing(PeakInTime):
 
         assert model.rubbing is not None
         known: dict[tuple[bytes, ...], Sliding] = vars(model).setdefault("sliding", {})
-        arrays = ((np.array(one.length), one.start, one.rates, one.read, one.blows) for one in self.segments)
+        arrays = (
+            (np.array(segment.length), segment.start, segment.rates, segment.read, segment.blows)
+            for segment in self.segments
+        )
         said = (one.tobytes() for every in arrays for one in every)  # each response has segments of its own
         released = self.segments[0].released
         begins = b"" if released is None else released.tobytes()

@@ -157,7 +157,9 @@ def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArra
         ends = np.linspace(0, len(kappa), min(len(kappa), -(-count // _NEAR)) + 1).astype(int)
         own = coefficients.ndim == kappa.ndim
         parts = [slice(*some) for some in pairwise(ends)]
-        return np.concatenate([_multilinear(coefficients[one] if own else coefficients, kappa[one]) for one in parts])
+        return np.concatenate(
+            [_multilinear(coefficients[part] if own else coefficients, kappa[part]) for part in parts]
+        )
     value = np.broadcast_to(coefficients, (*kappa.shape[:-1], coefficients.shape[-1]))
     for g in range(kappa.shape[-1]):
         half = value.shape[-1] // 2

@@ -66,7 +66,7 @@ class Rows:
     @classmethod
     def joined(cls, every: list[Rows]) -> Rows:
         """All of several."""
-        kinds = [one.value for one in every], [one.slope for one in every]
+        kinds = [rows.value for rows in every], [rows.slope for rows in every]
         return cls(*(np.concatenate(some, axis=1) for some in kinds))
 
 

@@ -104,7 +104,7 @@ class DampedCriticalSpeed(Form):
 
     def every(self, model: Model, x: FloatArray) -> FloatArray:
         """All that are looked for, ascending [rad/s]."""
-        return np.array([one.speed for one in self._met(model, x)])
+        return np.array([synchronous.speed for synchronous in self._met(model, x)])
 
     def _met(self, model: Model, x: FloatArray) -> list[Synchronous]:
         def found(each: FloatArray) -> list[list[Synchronous]]:
@@ -131,7 +131,7 @@ class DampedCriticalSpeed(Form):
         return by_differences(value, x)
 
     def value(self, model: Model, x: FloatArray) -> float:
-        return self._of([one.speed for one in self._met(model, x)])
+        return self._of([synchronous.speed for synchronous in self._met(model, x)])
 
     def _of(self, speeds: list[float]) -> float:
         if self.mode:

@@ -91,7 +91,7 @@ def the_book() -> Book:
         for name in names
     }
     made = [*reference.devices(), *reference.excitations(), *reference.responses(), *reference.balancing()]
-    for one in [one for one in made if one.name in written]:
+    for one in [topic for topic in made if topic.name in written]:
         guide = written[one.name]
         written[one.name] = Topic(guide.name, guide.group, partial(_with_keys, guide, one), guide.about)
         made.remove(one)
@@ -109,7 +109,7 @@ def _with_keys(guide: Topic, table: Topic) -> str:
 
 def _guide_text(name: str) -> str:
     tables = reference.tables()
-    return _TABLE.sub(lambda found: tables[found[1]](), _file(name).read_text(encoding="utf-8"))
+    return _TABLE.sub(lambda match: tables[match[1]](), _file(name).read_text(encoding="utf-8"))
 
 
 def _title(name: str) -> str:

@@ -64,7 +64,7 @@ def said_of(kind: type) -> dict[str, str]:
 def keys_of(kind: type[Table]) -> tuple[Key, ...]:
     """The keys that a file may write, those that must be there first."""
     made = [_key(kind, name) for name in kind.model_fields if name in said_of(kind) and not _is_closed(kind, name)]
-    return tuple(sorted(made, key=lambda one: not one.needed))
+    return tuple(sorted(made, key=lambda key: not key.needed))
 
 
 def tables_in(kind: type[Table]) -> tuple[type[Table], ...]:
@@ -138,9 +138,9 @@ def _refused(rule: Rule | None) -> str:
 def _example(kind: type[Table], name: str) -> str:
     """As its words show it, else as its rule or its type has it."""
     rule, annotation = rule_of(kind, name), kind.model_fields[name].annotation
-    found = re.search(rf"`({name} = [^`]+)`", said_of(kind).get(name, ""))
-    if found:
-        return found[1]
+    match = re.search(rf"`({name} = [^`]+)`", said_of(kind).get(name, ""))
+    if match:
+        return match[1]
     if rule is not None:
         shown = DIMENSIONS[rule.dimension].example
         return f"{name} = {shown}" if rule.dimension == "count" else f'{name} = "{shown}"'
@@ -185,7 +185,7 @@ def _tables(annotation: object) -> Iterator[type[Table]]:
 def _is_closed(kind: type[Table], name: str) -> bool:
     """Whether the table has a key of its base that it refuses."""
     told = kind.model_fields[name].metadata
-    return any(isinstance(one, ReadBy) and one.schema == CLOSED for one in told)
+    return any(isinstance(read_by, ReadBy) and read_by.schema == CLOSED for read_by in told)
 
 
 def text_of(node: ast.expr) -> str:

@@ -53,11 +53,11 @@ def body_of(topic: Topic) -> str:
 
 def address(target: str, topic: str) -> str:
     """Where a link of a guide leads within the page: "absorbers.md#maps" as "#absorbers--maps"."""
-    found = _LINK.match(target)
-    if not found or "://" in target:
+    match = _LINK.match(target)
+    if not match or "://" in target:
         return target
-    name = found["topic"] or topic
-    return f"#{name}--{found['place']}" if found["place"] else f"#{name}"
+    name = match["topic"] or topic
+    return f"#{name}--{match['place']}" if match["place"] else f"#{name}"
 
 
 def _mend(token: Any, topic: Topic) -> None:

@@ -81,7 +81,7 @@ def responses() -> Iterator[Topic]:
 def _response(name: str) -> str:
     kind = RESPONSES[name]
     own = [key for key in keys_of(kind) if key.name not in COMMON]
-    common = sorted({one.name for one in keys_of(kind)} & COMMON - {"response"})
+    common = sorted({key.name for key in keys_of(kind)} & COMMON - {"response"})
     example = example_of(kind, {"response": name})
     words = [f"# {name}", _said(kind), _facts(kind), fenced("toml", [f"[{_family(kind)}.NAME]", *example])]
     words += [key_table(own), "With the keys that many have ([limits](limits.md)): " + listed(common) + "."]

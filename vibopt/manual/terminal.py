@@ -58,7 +58,9 @@ def contents(book: Book, width: int) -> str:
 
 def others(found: Sequence[Section], width: int) -> str:
     """Where else the words are."""
-    names = dict.fromkeys(one.topic if one.level == 1 else f"{one.topic} ({one.heading})" for one in found)
+    names = dict.fromkeys(
+        section.topic if section.level == 1 else f"{section.topic} ({section.heading})" for section in found
+    )
     text = f"Also: {', '.join(names)}"
     return textwrap.fill(text, width, subsequent_indent="  ", break_long_words=False) if names else ""
 

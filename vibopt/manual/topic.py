@@ -74,15 +74,15 @@ class Topic:
         lines = self.text.splitlines()
         for k, line in enumerate([*lines, "# end"]):
             fenced ^= line.startswith("```")
-            found = _HEADING.match(line)
-            if not found or fenced:
+            match = _HEADING.match(line)
+            if not match or fenced:
                 continue
             if k:
                 whole = "\n".join(lines[start:k])
                 yield Section(
                     self.name, plain(heading), level, _WORDS.sub("", whole).strip(), " ".join(_WORDS.findall(whole))
                 )
-            start, heading, level = k, found[2], len(found[1])
+            start, heading, level = k, match[2], len(match[1])
 
 
 def plain(text: str) -> str:

@@ -108,7 +108,9 @@ class Assembly:
         if space:
             from vibopt.mechanics.rigid import SpaceMachine
 
-            moves = [(name, i, own[2]) for name, one in self.rigid.items() for i, own in enumerate(one.moves, start=1)]
+            moves = [
+                (name, i, own[2]) for name, rigid in self.rigid.items() for i, own in enumerate(rigid.moves, start=1)
+            ]
             return SpaceMachine(
                 {**masses, **{f"{name}.{i}": resists for name, i, resists in moves}},
                 *core,

@@ -79,7 +79,7 @@ class Rub:
 
     @cached_property
     def _slipping(self) -> Slipping:
-        return Slipping(*(np.array([one]) for one in (self.r, self.ratio, self.friction)))
+        return Slipping(*(np.array([value]) for value in (self.r, self.ratio, self.friction)))
 
     @cached_property
     def poles(self) -> tuple[complex, complex]:
@@ -128,13 +128,13 @@ class Rub:
             for j in np.flatnonzero(least <= _SAFE * most):
                 turned = np.flatnonzero(part[j] <= 0.0)
                 plain = len(turned) and turned[0] > 1 and part[j, : turned[0] - 1].min() > _SAFE * most[j]
-                found = (
+                value = (
                     self._between(piece, tau[j, turned[0] - 1], tau[j, turned[0]])
                     if plain
                     else self._closely(piece, float(low[j]), float(width[j]), first=bool(power) and k + j == 0)
                 )
-                if found is not None:
-                    return found
+                if value is not None:
+                    return value
         return None
 
     def _between(self, piece: Piece, low: float, high: float) -> float:

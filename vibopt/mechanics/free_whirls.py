@@ -209,7 +209,7 @@ def synchronous(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> l
     What is damped by `NO_PEAK` of critical and more has no resonance, and is left out.  Up to `top` and as far as
     tables go; without a top the `most` lowest are looked for up to `FARTHEST` times the lowest frequency at rest.
     """
-    halves = [rotor] if rotor.model.bearings else [Half(rotor, one) for one in (1.0, -1.0) if one * sense >= 0.0]
+    halves = [rotor] if rotor.model.bearings else [Half(rotor, value) for value in (1.0, -1.0) if value * sense >= 0.0]
     found = [one for half in halves for one in _met_by(half, sense, top, most)]
     found.sort(key=lambda one: one.speed)
     alone = np.diff([one.speed for one in found], prepend=0.0) > [_EQUAL * one.speed for one in found]
@@ -224,9 +224,13 @@ def _met_by(rotor: Spun, sense: float, top: float, most: int) -> list[Synchronou
     for high in spins[1:]:
         after = _Look.at(rotor, high, few)
         for spin, near, way in _crossings(rotor, before, after):
-            one, goes = _as_fast(rotor, spin, near, way)
-            if goes * sense >= 0.0 and one.rate.imag < NO_PEAK * abs(one.rate) and spins[0] <= one.speed <= spins[-1]:
-                found.append(one)
+            synchronous, goes = _as_fast(rotor, spin, near, way)
+            if (
+                goes * sense >= 0.0
+                and synchronous.rate.imag < NO_PEAK * abs(synchronous.rate)
+                and spins[0] <= synchronous.speed <= spins[-1]
+            ):
+                found.append(synchronous)
         before = after
         if most and len(found) >= most + 1:  # one may be met twice
             break

@@ -246,8 +246,8 @@ def _bernstein(n: int) -> tuple[FloatArray, IntArray]:
     rows = []
     for k in range(degree + 1):
         first = _of_power(k, degree)
-        second = [k * one for one in _of_power(k - 1, degree - 1)]
-        third = [k * (k - 1) * one for one in _of_power(k - 2, degree - 2)]
+        second = [k * value for value in _of_power(k - 1, degree - 1)]
+        third = [k * (k - 1) * value for value in _of_power(k - 2, degree - 2)]
         rows.append(first + second + third)
     power = np.arange(n)[:, None] + np.arange(n)
     return np.array(rows)[power].reshape(n * n, -1), np.array([0, 2 * n - 1, 4 * n - 3])

@@ -122,7 +122,7 @@ def nearby(
     pushes = (machine.struck @ vectors.T).mT
     rows = _rows(machine, every, machine.own) / wide(machine.scale)
     count = len(elements)
-    begins = np.cumsum([0.0, *(one.length for one in machine.segments)])
+    begins = np.cumsum([0.0, *(segment.length for segment in machine.segments)])
     kernels, sums = _kernels(machine, pushes, rows, begins[within] + part)
     direct = np.abs(np.stack([_at_once(machine, one, pushes) for one in every], axis=1))
     squares, now = _along(machine, every, within, part)

@@ -90,7 +90,7 @@ class Path:
         found = []
         for run in self._free.runs:
             rates, read = run[0].rates, self.mix @ run[0].read
-            starts = np.array([one.start for one in run])
+            starts = np.array([segment.start for segment in run])
             seen = np.abs(starts @ (read @ exponentials(rates, np.linspace(0.0, 1.0, _LOOKS))).T).max(axis=1)
             grows = np.exp(max(0.0, float(np.linalg.eigvalsh(0.5 * (rates + rates.T)).max())))
             between = np.linalg.norm(read @ rates) * np.linalg.norm(starts, axis=1) * grows
@@ -234,10 +234,10 @@ class _Program:
         cost = np.zeros(down + 1)
         cost[peak if self.given[0] is not None else room] = 1.0
         kinds = [(EQUAL, equal), (LINEAR, linear), (CONE, 3), (CONE, 3)]
-        found = solve_cones(cost, self._table(down + 1), np.concatenate(self.right), kinds, tolerance=_TOLERANCE)
-        if not found.is_finite or found.status not in ("Solved", "AlmostSolved"):
+        cone_point = solve_cones(cost, self._table(down + 1), np.concatenate(self.right), kinds, tolerance=_TOLERANCE)
+        if not cone_point.is_finite or cone_point.status not in ("Solved", "AlmostSolved"):
             return None
-        z = found.z
+        z = cone_point.z
         sizes = np.append(0.0, z[touches[1] : touches[1] + n - 1] - z[touches[0] : touches[0] + n - 1])
         times, path = self.times, self.y
         for sign, row, at in ((1.0, cones, speeds), (-1.0, cones + 3, speeds + 2)):
@@ -248,7 +248,7 @@ class _Program:
                 path = np.append(path, self.y[-1] + self.v[-1] * later)
         order = np.argsort(times, kind="stable")
         unit = self.fast if self.given[0] is not None else self.long
-        return float(found.x @ cost) * unit, _Atoms(times[order], sizes[order], path[order])
+        return float(cone_point.x @ cost) * unit, _Atoms(times[order], sizes[order], path[order])
 
     def _motion(self, x: IntArray, v: IntArray, u: IntArray) -> None:
         """From node to node, and from where it begins: behind a blow the mass lags."""

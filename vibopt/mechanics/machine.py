@@ -178,7 +178,7 @@ class Machine:
         rows = {name: unit[number[name]] for name in self.bases} | {GROUND: np.zeros(len(unit))}
         order = sorted(self.joints, key=lambda one: (-one.stiffness, -one.damping))
         while len(rows) <= len(unit):
-            leads = next((one for one in order if len({*one.ends} & {*rows}) == 1), None)
+            leads = next((joint for joint in order if len({*joint.ends} & {*rows}) == 1), None)
             if leads is None:
                 new = next(name for name in self.masses if name not in rows)
                 rows[new] = unit[number[new]]
@@ -227,7 +227,7 @@ class Machine:
         if place in self.masses:
             return np.asarray(self.own(place) * course.points[place][2] - course.forces.get(place, np.zeros(1)))
         into = [joint for joint in self.joints if place in joint.ends]
-        forces = [(1.0 if one.ends[1] == place else -1.0) * self.joint_course(one, course) for one in into]
+        forces = [(1.0 if joint.ends[1] == place else -1.0) * self.joint_course(joint, course) for joint in into]
         return np.asarray(sum(forces, np.zeros(1)))
 
     def force_into(self, place: str, motion: Motion) -> ComplexArray:

@@ -58,6 +58,6 @@ class Monomial:
 def product(scale: float, x: Sequence[float], powers: Sequence[float]) -> float:
     """scale * prod_i x_i**powers_i at one design; what divides by zero, or is beyond all numbers, has no end."""
     try:
-        return float(scale * prod(one**power for one, power in zip(x, powers, strict=True) if power))
+        return float(scale * prod(value**power for value, power in zip(x, powers, strict=True) if power))
     except ArithmeticError:
         return scale * inf

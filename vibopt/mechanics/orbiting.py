@@ -122,7 +122,9 @@ class OrbitingMachine(RotatingMachine):
 
     def poles(self) -> ComplexArray:
         """Complex speeds near which the unbalance response is singular [rad/s], coefficients as at some spins."""
-        knots = np.unique([at for one in self.bearings.values() if len(one.speeds) > 1 for at in one.speeds.tolist()])
+        knots = np.unique(
+            [at for bearing in self.bearings.values() if len(bearing.speeds) > 1 for at in bearing.speeds.tolist()]
+        )
         spins = np.zeros(1)
         if len(knots):
             middles = 0.5 * (knots[1:] + knots[:-1])
@@ -213,11 +215,11 @@ class OrbitingMachine(RotatingMachine):
 
     @property
     def tables(self) -> list[FloatArray]:
-        return [one.speeds for one in self.bearings.values() if len(one.speeds) > 1]
+        return [bearing.speeds for bearing in self.bearings.values() if len(bearing.speeds) > 1]
 
     @property
     def known_spins(self) -> tuple[float, float]:
-        return max([0.0, *(one[0] for one in self.tables)]), min([np.inf, *(one[-1] for one in self.tables)])
+        return max([0.0, *(table[0] for table in self.tables)]), min([np.inf, *(table[-1] for table in self.tables)])
 
     @cached_property
     def slowest(self) -> float:
@@ -229,14 +231,14 @@ class OrbitingMachine(RotatingMachine):
         return self._growth(spin)[0] > _STILL * self.slowest
 
     def searched(self, top: float = 0.0) -> float:
-        return float(min([top or FARTHEST * self.slowest, *(one[-1] for one in self.tables)]))
+        return float(min([top or FARTHEST * self.slowest, *(table[-1] for table in self.tables)]))
 
     def threshold(self, top: float = 0.0) -> float:
         """As of `RotatingMachine`, up to a spin and as far as tables go: lowest motions scanned, then the waves."""
         from scipy.optimize import brentq
 
         tables, slow, high = self.tables, self.slowest, self.searched(top)
-        low = max((one[0] for one in tables), default=0.0)
+        low = max((table[0] for table in tables), default=0.0)
         spins = np.concatenate([np.linspace(low, high, _SCANNED), slow * np.geomspace(1e-3, 10.0, _SCANNED), *tables])
         none, before = _STILL * slow, low
         for spin in np.unique(spins[(spins >= low) & (spins <= high)]).tolist():

@@ -46,7 +46,7 @@ class Spun:
         self.polar = -model.matrix(INERTIA, np.where(polar, p, 0.0))[:n, :n]
         self.mass = forward + self.polar
         self._lossy = np.flatnonzero(np.isin(model.kinds, (DAMPING, HYSTERETIC)) & (p != 0.0))
-        rotating = [(one.vector[:n], _size(one.scale, one.exponents, x)) for one in model.rotating]
+        rotating = [(term.vector[:n], _size(term.scale, term.exponents, x)) for term in model.rotating]
         self._rotating = np.array([size for _, size in rotating])
         rows = [*model.vectors[self._lossy, :n], *(row for row, _ in rotating), *(b.row[:n] for b in model.bearings)]
         self.rows = np.array(rows).reshape(-1, n)
@@ -75,16 +75,16 @@ class Spun:
     def _bearings(self) -> list[tuple[IntArray, Bearing]]:
         """Where the stretch of each stands among forward and backward ones (2,), and the bearing."""
         r, begin = len(self.rows), len(self.rows) - len(self.model.bearings)
-        return [(np.array([j, r + j]), one) for j, one in enumerate(self.model.bearings, start=begin)]
+        return [(np.array([j, r + j]), bearing) for j, bearing in enumerate(self.model.bearings, start=begin)]
 
     @cached_property
     def _even(self) -> tuple[ComplexArray, ComplexArray]:
         """Stiffness beside `held` and damping of bearings that are the same at every spin, each (2 r, 2 r)."""
         still, moving = np.zeros((2, 2 * len(self.rows), 2 * len(self.rows)), dtype=complex)
-        for (at, one), held in zip(self._bearings, self._reference, strict=True):
+        for (at, bearing), held in zip(self._bearings, self._reference, strict=True):
             still[at, at] = -held
-            if not len(one.speeds):
-                stiff, damp = one.whirling(self.x, np.zeros(()))
+            if not len(bearing.speeds):
+                stiff, damp = bearing.whirling(self.x, np.zeros(()))
                 still[at[:, None], at] += stiff
                 moving[at[:, None], at] = damp
         return still, moving
@@ -92,7 +92,7 @@ class Spun:
     @cached_property
     def _tabled(self) -> list[tuple[IntArray, Bearing]]:
         """Those that change with the spin."""
-        return [(at, one) for at, one in self._bearings if len(one.speeds)]
+        return [(at, bearing) for at, bearing in self._bearings if len(bearing.speeds)]
 
     def coupling(
         self, omega: ComplexArray | FloatArray, spin: FloatArray, turned: FloatArray | None = None
@@ -112,8 +112,8 @@ class Spun:
             found[:, at, at] = 1j * (omega - sense * turned)[:, None] * self._rotating
         still, moving = self._even
         found += still + 1j * omega[:, None, None] * moving
-        for at, one in self._tabled:
-            stiff, damp = one.whirling(self.x, spin)
+        for at, bearing in self._tabled:
+            stiff, damp = bearing.whirling(self.x, spin)
             found[:, at[:, None], at] += stiff + 1j * omega[:, None, None] * damp
         return found
 
@@ -284,11 +284,11 @@ class Spun:
     @cached_property
     def knots(self) -> FloatArray:
         """Speeds of the rows of all tables [rad/s], ascending; those within the ends of each."""
-        tables = [one.speeds for one in self.model.bearings if len(one.speeds)]
+        tables = [bearing.speeds for bearing in self.model.bearings if len(bearing.speeds)]
         if not tables:
             return np.zeros(0)
         every = np.unique(np.concatenate(tables))
-        inside = (every >= max(one[0] for one in tables)) & (every <= min(one[-1] for one in tables))
+        inside = (every >= max(table[0] for table in tables)) & (every <= min(table[-1] for table in tables))
         return np.asarray(every[inside])
 
     def threshold(self, top: float = 0.0) -> float:
@@ -303,9 +303,9 @@ class Spun:
         for low, high in pairwise(knots.tolist()):
             first, last = self.rates(low), self.rates(high)
             slope = (last - first) / (high - low)
-            found = first_growth(first - low * slope, slope, low, high, unit)
-            if found is not None:
-                return self._neutral(found) if found > low else found
+            value = first_growth(first - low * slope, slope, low, high, unit)
+            if value is not None:
+                return self._neutral(value) if value > low else value
         return float("inf")
 
     def _neutral(self, spin: float) -> float:
@@ -325,7 +325,7 @@ class Spun:
             steps = 1e-6 * np.abs(here)
             slopes = [(resists(here + move) - resists(here - move)) / (2.0 * move.sum()) for move in np.diag(steps)]
             value = resists(here)
-            table = [[one.real for one in slopes], [one.imag for one in slopes]]
+            table = [[slope.real for slope in slopes], [slope.imag for slope in slopes]]
             step = np.linalg.solve(table, [-value.real, -value.imag])
             here = here + step
             if np.all(np.abs(step) <= 1e-13 * np.abs(here)):
@@ -373,8 +373,8 @@ def _reference(model: Model, x: FloatArray) -> FloatArray:
     """
     known: dict[str, FloatArray] = vars(model)
     if "held alike" not in known:
-        middle = [np.mean(one.speeds) if len(one.speeds) else 0.0 for one in model.bearings]
-        eight = [one.coefficients(x, np.array(at)) for one, at in zip(model.bearings, middle, strict=True)]
+        middle = [np.mean(bearing.speeds) if len(bearing.speeds) else 0.0 for bearing in model.bearings]
+        eight = [bearing.coefficients(x, np.array(at)) for bearing, at in zip(model.bearings, middle, strict=True)]
         known["held alike"] = np.array([max(0.5 * float(one[0] + one[3]), 0.0) for one in eight])
     return known["held alike"]
 

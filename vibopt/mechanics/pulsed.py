@@ -148,7 +148,7 @@ class _Road:
         orders = np.concatenate([first, first * self.modes.poles[:, None], first * self.modes.poles[:, None] ** 2], 1)
         self.row = (self.read * orders).sum(axis=1)
         self.sizes = ((np.abs(rows[..., :n]) @ np.abs(self.modes.shapes)) * np.abs(orders)).sum(axis=1)
-        own, more = self.modes.poles.shape[1], max((_waves(one) for one in self.segments), default=0)
+        own, more = self.modes.poles.shape[1], max((_waves(segment) for segment in self.segments), default=0)
         self.pieces = _Pieces.none(self.count, len(self.segments) + 1, own + more)
         self.pieces.rates[..., :own] = self.modes.poles[:, None]
         self.noise, self.open = np.zeros(self.count), np.zeros(self.count, dtype=bool)
@@ -260,7 +260,7 @@ def _in_a_row(segment: Segment) -> tuple[FloatArray, ...]:
     """Length, start, rates, reading and blows of a segment, of one machine of a row or of each."""
     if np.ndim(segment.length):
         return np.asarray(segment.length), *segment.states
-    return np.array([segment.length]), *(one[None] for one in segment.states)
+    return np.array([segment.length]), *(state[None] for state in segment.states)
 
 
 def _waves(segment: Segment) -> int:

@@ -71,7 +71,7 @@ class Peaks:
     @classmethod
     def of(cls, every: Iterable[Peaks]) -> Peaks:
         """Behind each other."""
-        rows = [(one.value, one.time, one.within, one.part, one.open) for one in every]
+        rows = [(peaks.value, peaks.time, peaks.within, peaks.part, peaks.open) for peaks in every]
         return cls(*(np.concatenate(column) for column in zip(*rows, strict=True)))
 
     def take(
@@ -309,17 +309,17 @@ class Behind:
         followed = _Followed(self, reading, Peaks.none(count), 0, np.zeros(count))
         return np.asarray(np.abs(followed.still) + followed._reach(np.arange(count)))
 
-    def follow(self, reading: Reading, found: Peaks, begun: int, ended: FloatArray, seen: FloatArray) -> None:
+    def follow(self, reading: Reading, peaks: Peaks, begun: int, ended: FloatArray, seen: FloatArray) -> None:
         """Take up what follows a load, where it is greater; sizes of the states that were `seen` before (n, size)."""
-        _Followed(self, reading, found, begun, ended).through(seen)
+        _Followed(self, reading, peaks, begun, ended).through(seen)
 
 
 class _Followed:
     """A reading of what follows."""
 
-    def __init__(self, behind: Behind, reading: Reading, found: Peaks, begun: int, ended: FloatArray) -> None:
+    def __init__(self, behind: Behind, reading: Reading, peaks: Peaks, begun: int, ended: FloatArray) -> None:
         machine, size = behind.machine, behind.size
-        self.behind, self.found, self.begun, self.ended = behind, found, begun, ended
+        self.behind, self.found, self.begun, self.ended = behind, peaks, begun, ended
         self.reads = machine.row(reading, behind.whole)
         self.row = self.reads[:, :size]
         self.sum = self.most = 0.0
@@ -344,13 +344,13 @@ class _Followed:
 
     def through(self, seen: FloatArray) -> None:
         """Window by window, until nothing greater can come."""
-        found, behind = self.found, self.behind
+        peaks, behind = self.found, self.behind
         alive = self._stays(seen)
         gone, index, horizon = np.zeros(len(self.still)), 0, behind.horizon
         while len(alive):
             alive = alive[self._may_rise(alive)]
             over = gone[alive] >= horizon[alive] * (1.0 - _SURE)
-            found.open[alive[over]] = True
+            peaks.open[alive[over]] = True
             alive = alive[~over]
             if not len(alive) or (index == _WINDOWS and self._beats(gone)):
                 return
@@ -359,14 +359,14 @@ class _Followed:
                 length, along = length[alive], along.some(alive)
             a = behind.whole[alive] * length[:, None, None]
             try:
-                best = greatest(a, self.reads[alive], self.state[alive][:, None], np.abs(found.value[alive]), along)
+                best = greatest(a, self.reads[alive], self.state[alive][:, None], np.abs(peaks.value[alive]), along)
             except TooLongError:
-                if len(found.value) > 1:
+                if len(peaks.value) > 1:
                     raise
-                found.open[:] = True
+                peaks.open[:] = True
                 return
             part = (gone[alive] + best.at * length) / behind.machine.rate[alive]
-            found.take(best.value, self.ended[alive] + part, self.begun, part, alive)
+            peaks.take(best.value, self.ended[alive] + part, self.begun, part, alive)
             step = along.whole
             self.state[alive] = (step @ self.state[alive][..., None])[..., 0]
             own = step[:, : behind.size, : behind.size]
@@ -385,24 +385,24 @@ class _Followed:
         once, lasts = rates.imag >= 0.0, 1j * self.lasting.speeds
         waves = np.concatenate([[self.still[0] + 0j], self.lasting.waves * np.exp(lasts * gone[0]),
                                 np.where(rates.imag > 0.0, 2.0, 1.0)[once] * shares[once]])  # fmt: skip
-        found, falls = self.found, -rates.real[np.abs(shares) > _FADED * self.sum]
+        peaks, falls = self.found, -rates.real[np.abs(shares) > _FADED * self.sum]
         length = min(
             -np.log(_FADED) / max(float(falls.min(initial=np.inf)), 1e-300), _LONGEST * float(self.behind.period[0])
         )
         every = np.concatenate([[0.0], lasts, rates[once]])
-        value, at, found.open[0] = highest(every, waves, length, abs(float(found.value[0])))
+        value, at, peaks.open[0] = highest(every, waves, length, abs(float(peaks.value[0])))
         if at >= 0.0:
             part = (gone + at) / self.behind.machine.rate
             signed = np.copysign(value, float((waves @ np.exp(every * at)).real))
-            found.take(np.array([signed]), self.ended + part, self.begun, part)
-        if self.most > abs(found.value[0]):
+            peaks.take(np.array([signed]), self.ended + part, self.begun, part)
+        if self.most > abs(peaks.value[0]):
             forever = np.array([np.inf])
-            found.take(np.array([self.most]), forever, self.begun, forever)
+            peaks.take(np.array([self.most]), forever, self.begun, forever)
         return True
 
     def _stays(self, seen: FloatArray) -> IntArray:
         """Machines that do not go on without end; what is left behind is taken up."""
-        behind, found = self.behind, self.found
+        behind, peaks = self.behind, self.found
         along = (self.row[:, None] @ behind.a)[:, 0]
         away, cancelled = _dot(along, self.drifting), _dot(np.abs(along), np.abs(self.drifting))
         seen = np.maximum(seen, np.abs(behind.start[:, : behind.size]))
@@ -411,9 +411,9 @@ class _Followed:
         if self.held is not None:
             goes |= self.held.runs_away(self.row[0], along[0])
         endless = np.where(goes, np.copysign(np.inf, away), np.inf if not np.isfinite(self.sum) else 0.0)
-        found.take(endless, np.full(len(goes), np.inf), self.begun, 0.0)
-        left = np.where((endless == 0.0) & (np.abs(found.value) < np.abs(self.still)), self.still, 0.0)
-        found.take(left, self.ended if self.held is None else np.full(len(left), np.inf), self.begun, 0.0)
+        peaks.take(endless, np.full(len(goes), np.inf), self.begun, 0.0)
+        left = np.where((endless == 0.0) & (np.abs(peaks.value) < np.abs(self.still)), self.still, 0.0)
+        peaks.take(left, self.ended if self.held is None else np.full(len(left), np.inf), self.begun, 0.0)
         return np.flatnonzero(endless == 0.0)
 
     def _may_rise(self, alive: IntArray) -> BoolArray:

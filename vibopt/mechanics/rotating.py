@@ -52,7 +52,7 @@ class RotatingMachine(Machine):
 
     @property
     def spinning(self) -> float:
-        return float(sum(one.weighs for one in self.shafts.values()))
+        return float(sum(shaft.weighs for shaft in self.shafts.values()))
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
@@ -255,7 +255,7 @@ class RotatingMachine(Machine):
             low, high = near / _FAR, near * _FAR
             if rank >= 0 and falls(low) > 0.0 > falls(high):
                 met.append(float(brentq(falls, low, high, xtol=_CLOSE * near, rtol=_CLOSE)))
-        return min(met, key=lambda one: math.inf if math.isnan(one) else abs(one - near))
+        return min(met, key=lambda value: math.inf if math.isnan(value) else abs(value - near))
 
     @cached_property
     def _size(self) -> FloatArray:

@@ -105,7 +105,7 @@ class WhirlingShaft:
     def pieces(self) -> int:
         """Into how many each section is cut for slow motion."""
         slender = [replace(section, shear=np.inf, rotary=0.0) for section in self.sections]
-        longest = max(one.stretches(self.top, _SHORT) for one in slender)
+        longest = max(section.stretches(self.top, _SHORT) for section in slender)
         return max(_FEWEST, -(-_PIECES // len(self.sections)), longest)
 
     @property
@@ -131,7 +131,7 @@ class WhirlingShaft:
         ]
         return replace(
             self,
-            sections=tuple(one for one, n in zip(shorter, counts, strict=True) for _ in range(n)),
+            sections=tuple(section for section, n in zip(shorter, counts, strict=True) for _ in range(n)),
             discs=tuple(replace(disc, node=node[disc.node]) for disc in self.discs),
             points={name: node[point] for name, point in self.points.items()},
         )
@@ -207,7 +207,7 @@ class WhirlingShaft:
     @property
     def weighs(self) -> float:
         """Its mass and that of its discs [kg]."""
-        return sum(one.mass * one.length for one in self.sections) + sum(disc.mass for disc in self.discs)
+        return sum(section.mass * section.length for section in self.sections) + sum(disc.mass for disc in self.discs)
 
     def on_nodes(self, moved: ComplexArray, omega: float) -> ComplexArray:
         """A slow motion (n,) over the nodes of `cut`, (size,), where both have one."""

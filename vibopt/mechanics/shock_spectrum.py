@@ -110,10 +110,15 @@ def _runs(mix: FloatArray, segments: tuple[Segment, ...]) -> Iterator[_Run]:
         load.pop()
         if last:
             break
-    groups = [list(one) for _, one in groupby(load, lambda one: (one.length, one.rates.tobytes(), one.read.tobytes()))]
+    groups = [
+        list(iterator)
+        for _, iterator in groupby(
+            load, lambda segment: (segment.length, segment.rates.tobytes(), segment.read.tobytes())
+        )
+    ]
     for i, run in enumerate(groups):
-        blows = [float(one.blows @ mix) for one in run] + [last if i == len(groups) - 1 else 0.0]
-        starts = np.array([one.start for one in run])
+        blows = [float(segment.blows @ mix) for segment in run] + [last if i == len(groups) - 1 else 0.0]
+        starts = np.array([segment.start for segment in run])
         yield _Run(run[0].length, run[0].rates, mix @ run[0].read, starts, np.array(blows))
     if not groups:
         yield _Run(1e-300, np.zeros((1, 1)), np.zeros(1), np.zeros((1, 1)), np.array([last, 0.0]))

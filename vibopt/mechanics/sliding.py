@@ -155,7 +155,7 @@ class Sliding:
     def peak(self, reading: Reading) -> Peak:
         """Greatest size of a reading from the beginning on, for ever."""
         best, seen = Peak(0.0, 0.0), 0
-        load = np.inf if self.segments[-1].endless else sum(one.length for one in self.segments)
+        load = np.inf if self.segments[-1].endless else sum(segment.length for segment in self.segments)
         while some := self._from(seen):
             best, seen = self._higher(some, reading, best), seen + len(some)
             last = some[-1]
@@ -165,13 +165,13 @@ class Sliding:
 
     def _higher(self, pieces: list[Piece], reading: Reading, best: Peak) -> Peak:
         """The greatest on some pieces, where it is above the best so far."""
-        rows = [one.law.row(reading, one.side) for one in pieces]
+        rows = [piece.law.row(reading, piece.side) for piece in pieces]
         if pieces[-1].length == np.inf:
             value, time = _rung(pieces[-1].law, self._swings, rows.pop(), pieces[-1].start, abs(best.value))
             best = Peak(value, pieces[-1].begin + time) if value else best
         if not rows:
             return best
-        read = [row @ one.states for row, one in zip(rows, pieces, strict=False)]
+        read = [row @ piece.states for row, piece in zip(rows, pieces, strict=False)]
         sizes = peaks_of(np.array(read), np.zeros(len(read)))
         if sizes.max() <= abs(best.value) * (1.0 + _ROUND):
             return best
@@ -202,7 +202,7 @@ class Sliding:
         """The reading at times [s], (n,); what is not followed stays as it ended."""
         while (not self._known or self._known[-1].begin < times.max(initial=0.0)) and self._from(len(self._known)):
             pass
-        begins = np.array([one.begin for one in self._known])
+        begins = np.array([piece.begin for piece in self._known])
         which = np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)
         found = []
         for time, one in zip(times, (self._known[k] for k in which), strict=True):
@@ -251,9 +251,9 @@ class Sliding:
             law = self._law(segment)
             for _ in range(_LASTING if segment.endless else 1):
                 before, state = own, np.concatenate([own, segment.start])
-                for one in self._along(law, time, segment.length, state):
-                    yield one
-                    state, most = one.states.sum(axis=1), np.maximum(most, np.abs(one.states[led]).sum(axis=1))
+                for piece in self._along(law, time, segment.length, state):
+                    yield piece
+                    state, most = piece.states.sum(axis=1), np.maximum(most, np.abs(piece.states[led]).sum(axis=1))
                 time, own = time + segment.length, state[: len(own)]
                 if np.abs(own - before).max() <= _REPEATS * np.abs(own).max():
                     break
@@ -268,15 +268,15 @@ class Sliding:
         """Pieces behind the load, until it is held for good, creeps to where it stays, or swings on and on."""
         still = Segment(1.0, np.zeros(0), np.zeros((0, 0)), np.zeros((self.loads.shape[1], 0)), np.zeros(0))
         law, before, most = self._law(still), 1, 0.0
-        for one in self._along(law, time, np.inf, own):
-            held = law, self._swings, law.carries, one.start, self.friction
-            if one.side == 0 and before and _rung(*held, any_above=True)[0] == 0.0:
-                yield Piece(one.begin, np.inf, 0, law, one.start[:, None])
+        for piece in self._along(law, time, np.inf, own):
+            held = law, self._swings, law.carries, piece.start, self.friction
+            if piece.side == 0 and before and _rung(*held, any_above=True)[0] == 0.0:
+                yield Piece(piece.begin, np.inf, 0, law, piece.start[:, None])
                 return
-            yield one
-            before, fast = one.side, float(np.abs(one.states[self._numbers[1]]).sum())
+            yield piece
+            before, fast = piece.side, float(np.abs(piece.states[self._numbers[1]]).sum())
             most = max(most, fast)
-            if (one.side and fast <= _ROUND * most) or one.begin - time > _SWUNG * law.period:
+            if (piece.side and fast <= _ROUND * most) or piece.begin - time > _SWUNG * law.period:
                 return
 
     @cached_property
@@ -344,7 +344,7 @@ class Sliding:
             if not len(told) or early[told[0]] < 0.0:
                 return 0.0
             roots = roots[told[0] :]
-        return next((float(one) for one in roots if SLOPES @ speed @ _basis(one) <= 0.0), None)
+        return next((float(root) for root in roots if SLOPES @ speed @ _basis(root) <= 0.0), None)
 
     def _leaves(self, law: Law, states: FloatArray, side: int, whole: float, *, fresh: bool) -> float | None:
         """Part of a panel at which friction holds no longer; None where it does."""
@@ -357,7 +357,7 @@ class Sliding:
             over = sense * carried
             over[0] -= self.friction
             roots = _roots(over, _BEGUN if fresh else 0.0, whole)
-            found += [float(one) for one in roots if SLOPES @ over @ _basis(one) > 0.0][:1]
+            found += [float(root) for root in roots if SLOPES @ over @ _basis(root) > 0.0][:1]
         if not found and abs(values[-1]) > self.friction:  # it was so from the beginning
             return _BEGUN
         return max(min(found), 1e-300) if found else None

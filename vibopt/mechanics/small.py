@@ -140,7 +140,7 @@ class Ratio:
                 self.known.pop(next(iter(self.known)), None)
             self.known[key] = self._peaks(x, bands)
         found = self.known[key]
-        return found if found is None else [one for one in found if one.at.value >= within * found[0].at.value]
+        return found if found is None else [peak for peak in found if peak.at.value >= within * found[0].at.value]
 
     def _peaks(self, x: FloatArray, bands: tuple[Band, ...]) -> list[Peak] | None:
         p = np.append(self.model.values(x), 1.0)

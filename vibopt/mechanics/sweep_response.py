@@ -62,7 +62,7 @@ class RunUp:
                 return Peak(np.inf, time, len(self.sweep.rates) if time else 0)
         *turning, (begun, stays) = self.stretches(machine)
         best = Peak(0.0, 0.0)
-        most = [float(one.bound(np.zeros(1), np.array([one.length]))[0]) for _, one in turning]
+        most = [float(stretch.bound(np.zeros(1), np.array([stretch.length]))[0]) for _, stretch in turning]
         for number in np.argsort(-np.array(most), kind="stable").tolist():  # a resonance first: the others are less
             if most[number] <= best.value:
                 break
@@ -93,9 +93,9 @@ class RunUp:
     def turning(self, machine: Modal, times: FloatArray) -> ComplexArray:
         """A reading in the frame that turns with the force, at times [s], (n,); without end the steady vibration."""
         found = np.zeros(len(times), dtype=complex)
-        for begun, one in self.stretches(machine):
+        for begun, stretch in self.stretches(machine):
             now = times >= begun
-            found[now] = one.value(times[now] - begun)
+            found[now] = stretch.value(times[now] - begun)
         return found
 
     def stretches(self, machine: Modal) -> list[tuple[float, Stretch]]:
@@ -105,9 +105,9 @@ class RunUp:
         state = np.zeros(len(machine.poles), dtype=complex) + sweep.still[0] * begins
         found = []
         for low, high, rate, powers in zip(sweep.speeds, sweep.speeds[1:], sweep.rates, sweep.powers, strict=False):
-            one = Stretch(machine, state, low, rate, (high - low) / rate, powers)
-            found.append((begun, one))
-            state, begun = one.states(np.array([one.length]))[:, 0], begun + one.length
+            stretch = Stretch(machine, state, low, rate, (high - low) / rate, powers)
+            found.append((begun, stretch))
+            state, begun = stretch.states(np.array([stretch.length]))[:, 0], begun + stretch.length
         stays = np.array([sweep.still[1]], dtype=complex)
         return [*found, (begun, Stretch(machine, state, sweep.speeds[-1], 0.0, np.inf, stays))]
 

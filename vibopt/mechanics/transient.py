@@ -136,16 +136,16 @@ class Transient:
 
     def _peaks(self, reading: Reading) -> Peaks:
         count = len(self.mass)
-        found, begun, ended, seen = Peaks.none(count), 0, np.zeros(count), np.zeros((count, self.size))
+        peaks, begun, ended, seen = Peaks.none(count), 0, np.zeros(count), np.zeros((count, self.size))
         for stretch in self.stretches:
             seen = np.maximum(seen, np.abs(stretch.starts[..., : self.size]).max(axis=1))
             best = greatest(stretch.a, self.row(reading, stretch.a / wide(self.rate * stretch.length)), stretch.starts,
-                            np.abs(found.value), stretch.along)  # fmt: skip
+                            np.abs(peaks.value), stretch.along)  # fmt: skip
             part = best.at * stretch.length
-            found.take(best.value, ended + best.start * stretch.length + part, begun + best.start, part)
+            peaks.take(best.value, ended + best.start * stretch.length + part, begun + best.start, part)
             begun, ended = begun + stretch.starts.shape[-2], ended + stretch.starts.shape[-2] * stretch.length
-        self.behind.follow(reading, found, begun, ended, seen)
-        return found
+        self.behind.follow(reading, peaks, begun, ended, seen)
+        return peaks
 
     @cached_property
     def row_of_one(self) -> Transient:
@@ -185,7 +185,7 @@ class Transient:
     def times_above(self, reading: Reading, levels: FloatArray, times: FloatArray) -> FloatArray:
         """About the first times [s] at which a reading is as great in size, (...); `times` where none is earlier."""
         first = np.array(times)
-        load = sum((one.length for one in self.finite), np.zeros(()))
+        load = sum((segment.length for segment in self.finite), np.zeros(()))
         for at, (values,) in self._samples([reading], np.maximum(times - load, 0.0)):
             above = np.where(np.abs(values) >= levels[..., None, None], at, np.inf)
             first = np.minimum(first, above.min(axis=(-2, -1)))
@@ -211,7 +211,7 @@ class Transient:
         """Parts of pieces of so many seconds, (many,), and each reading there from each start, (..., n, many)."""
         count = int(np.clip(_LOOKED_AT * float(np.max(self.rate * length)), _FEW, _MANY))
         whole = a / wide(np.maximum(self.rate * length, 1e-300))
-        rows = stepped(exponential(a / count).mT, np.stack([self.row(one, whole) for one in readings]), count)
+        rows = stepped(exponential(a / count).mT, np.stack([self.row(reading, whole) for reading in readings]), count)
         return np.arange(count + 1) / count, starts @ rows.mT
 
     def at(self, reading: Reading, within: int | IntArray, part: float | FloatArray) -> Numbers:
@@ -233,7 +233,7 @@ class Transient:
 
     def placed(self, times: FloatArray) -> tuple[IntArray, FloatArray]:
         """Segments and seconds behind their beginnings of times [s], as of peaks."""
-        begins = np.cumsum([0.0, *(one.length for one in self.finite)])
+        begins = np.cumsum([0.0, *(segment.length for segment in self.finite)])
         within = np.searchsorted(begins[1:], times, side="right")
         return within, times - begins[within]
 
@@ -296,10 +296,10 @@ class Transient:
     @cached_property
     def parts(self) -> tuple[Numbers, Numbers, Numbers, int, int]:
         """Mass, damping, stiffness of the coordinates that are states, the number of free ones, and with mass."""
-        one = self.jointed
-        if one is None:
+        condensed = self.jointed
+        if condensed is None:
             return self.mass, self.damping, self.stiffness, self.n_free, self.n_free
-        return one.mass, one.damping, one.stiffness, one.n, one.heavy
+        return condensed.mass, condensed.damping, condensed.stiffness, condensed.n, condensed.heavy
 
     @cached_property
     def root(self) -> Numbers:
@@ -485,7 +485,8 @@ class Transient:
         return [
             list(run)
             for _, run in groupby(
-                self.finite, lambda one: (np.asarray(one.length).tobytes(), one.rates.tobytes(), one.read.tobytes())
+                self.finite,
+                lambda segment: (np.asarray(segment.length).tobytes(), segment.rates.tobytes(), segment.read.tobytes()),
             )
         ]
 
@@ -501,8 +502,8 @@ class Transient:
     def _through(self, alike: list[Segment], state: Numbers, step: Numbers) -> tuple[Numbers, Numbers]:
         """States at the beginning of each of a run of segments, (..., n, N), and behind the last, (..., size)."""
         size = self.size
-        signals = np.stack([one.start for one in alike], axis=-2)
-        blows = np.stack([one.blows for one in alike], axis=-2) @ self._pushed.mT * wide(self.rate)
+        signals = np.stack([segment.start for segment in alike], axis=-2)
+        blows = np.stack([segment.blows for segment in alike], axis=-2) @ self._pushed.mT * wide(self.rate)
         count = len(alike)
         states = np.empty((*state.shape[:-1], count + 1, size), dtype=np.result_type(state, self.own))
         states[..., 0, :] = state + blows[..., 0, :]

@@ -45,7 +45,7 @@ def in_planes(machine: RotatingMachine) -> OrbitingMachine:
     """The same in two planes, of supports that are alike in both, too."""
     if isinstance(machine, OrbitingMachine):
         return machine
-    return OrbitingMachine(**{one.name: getattr(machine, one.name) for one in fields(machine)})
+    return OrbitingMachine(**{field.name: getattr(machine, field.name) for field in fields(machine)})
 
 
 def whirls(machine: OrbitingMachine, spin: float, top: float, most: float = np.inf) -> list[Whirl]:
@@ -146,7 +146,7 @@ def as_fast(machine: OrbitingMachine, sense: float, most_damped: float, top: flo
     Those with a damping ratio of `most_damped` and more are left out.  As far as tables go, and up to `top`; without
     it the lowest `many`.
     """
-    low = max((one[0] for one in machine.tables), default=0.0)
+    low = max((table[0] for table in machine.tables), default=0.0)
     high = machine.searched(top)
     slow = machine.slowest
     steps = slow * np.geomspace(0.03, max(high / slow, 0.1), _UP)

@@ -127,7 +127,7 @@ class Collected:
 
     def below(self, name: str, *expressions: Any, equal: bool = False) -> None:
         """What is no more than zero, or zero."""
-        self.rows += [(name, one, equal) for one in expressions]
+        self.rows += [(name, expression, equal) for expression in expressions]
 
     def program(self, goal: Any) -> NonlinearProgram:
         """All of it, with a goal."""

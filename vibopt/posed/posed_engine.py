@@ -40,8 +40,8 @@ def plain_names(box: Box) -> tuple[str, ...]:
 
 def size_of(goal: Lengths) -> float:
     """What a goal of one is: the goal with nothing fitted, or with one unit where that is zero [SI]."""
-    found = goal.value(np.zeros(goal.slope.shape[1]))
-    return found or float(np.abs(goal.slope).max(initial=0.0)) or 1.0
+    value = goal.value(np.zeros(goal.slope.shape[1]))
+    return value or float(np.abs(goal.slope).max(initial=0.0)) or 1.0
 
 
 def convex(goal: Lengths, limits: Limits, box: Box, paths: Sequence[str], *, margin: float = 0.0) -> Any:
@@ -53,13 +53,13 @@ def convex(goal: Lengths, limits: Limits, box: Box, paths: Sequence[str], *, mar
     weights = [cp.Variable(complex=True, name=path) for path in paths[first:]]
     columns = [*shares, *(part(weight) for weight in weights for part in (cp.real, cp.imag))]
 
-    def measure(one: Lengths, size: float) -> Any:
-        rows = [column * (one.slope[:, k] / size) for k, column in enumerate(columns)]
-        sizes = cp.abs(one.constant / size + sum(rows[1:], rows[0]))
-        return cp.max(sizes) if one.by == "worst" else cp.sum(sizes)
+    def measure(lengths: Lengths, size: float) -> Any:
+        rows = [column * (lengths.slope[:, k] / size) for k, column in enumerate(columns)]
+        sizes = cp.abs(lengths.constant / size + sum(rows[1:], rows[0]))
+        return cp.max(sizes) if lengths.by == "worst" else cp.sum(sizes)
 
-    held = [conic.named(measure(one, one.limit or size_of(goal)) <= (1.0 - margin) * bool(one.limit), path)
-            for path, one in limits]  # fmt: skip
+    held = [conic.named(measure(lengths, lengths.limit or size_of(goal)) <= (1.0 - margin) * bool(lengths.limit), path)
+            for path, lengths in limits]  # fmt: skip
     for variable, (low, high), path in zip(shares, box.shares, paths, strict=False):
         held += [conic.named(variable >= low, f"{path}.from")]
         held += [conic.named(variable <= high, f"{path}.to")] if np.isfinite(high) else []
@@ -102,8 +102,8 @@ def smooth(goal: Lengths, limits: Limits, box: Box, paths: Sequence[str]) -> Non
 
     made = _Smooth(goal, box, paths)
     objective = made.measure("goal", goal, size_of(goal), None)
-    for path, one in limits:
-        made.measure(path, one, one.limit or size_of(goal), float(bool(one.limit)))
+    for path, asked in limits:
+        made.measure(path, asked, asked.limit or size_of(goal), float(bool(asked.limit)))
     for k, cap in enumerate(box.caps):
         if np.isfinite(cap):
             path = paths[len(box.shares) + k]
@@ -128,21 +128,23 @@ class _Smooth(Collected):
             self.variables[path] = casadi.vertcat(*parts)
         self.x = casadi.vertcat(*self.variables.values())
 
-    def measure(self, path: str, one: Lengths, size: float, bound: float | None) -> Any:
+    def measure(self, path: str, lengths: Lengths, size: float, bound: float | None) -> Any:
         """Sum or greatest of the lengths over `size`, held below `bound` where there is one."""
         import casadi
 
         real, imag = (
             casadi.SX(casadi.DM(np.ascontiguousarray(c))) + casadi.mtimes(casadi.DM(np.ascontiguousarray(s)), self.x)
-            for c, s in ((one.constant.real / size, one.slope.real / size),
-                         (one.constant.imag / size, one.slope.imag / size))
+            for c, s in ((lengths.constant.real / size, lengths.slope.real / size),
+                         (lengths.constant.imag / size, lengths.slope.imag / size))
         )  # fmt: skip
         squares = casadi.vertsplit(real**2 + imag**2)
-        if one.by == "worst" and bound is not None:
+        if lengths.by == "worst" and bound is not None:
             self.below(path, *(row - bound**2 for row in squares))
             return None
-        heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in (squares[:1] if one.by == "worst" else squares)]
-        above = heads * len(squares) if one.by == "worst" else heads
+        heads = [
+            self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in (squares[:1] if lengths.by == "worst" else squares)
+        ]
+        above = heads * len(squares) if lengths.by == "worst" else heads
         self.below(path, *(row - head**2 for row, head in zip(squares, above, strict=True)))
         total = sum(heads[1:], heads[0])
         if bound is not None:

@@ -216,8 +216,8 @@ class Exchange:
         aim = self.program.aim
         if aim is None or np.isnan(promised):
             return True
-        found = aim.worst(self.x(y)).value
-        return bool(abs(found - promised) <= EXACT * abs(found))
+        value = aim.worst(self.x(y)).value
+        return bool(abs(value - promised) <= EXACT * abs(value))
 
 
 class _Rows(SampledProgram):

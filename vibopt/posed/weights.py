@@ -99,8 +99,8 @@ class Named:
             sizes = np.abs(q.H).max(axis=0, initial=0.0)[self.free]
             amounts = np.abs(q.y0).max(initial=0.0) / np.where(sizes > 0.0, sizes, np.inf) * q.densities[self.free]
             return float(amounts.sum()) or 1.0
-        found = float(q.measure(np.abs(q.y0)))
-        return found or 1.0
+        value = float(q.measure(np.abs(q.y0)))
+        return value or 1.0
 
     def not_convex(self) -> str:
         """Why there is no convex program; "" where there is one."""

@@ -52,7 +52,7 @@ def looks(cost: float, most: float) -> tuple[tuple[int, ...], float]:
     """
     sizes = tuple(size for k, size in enumerate(SIZES) if not k or size * cost <= most)
     if _ALIKE.get():
-        return (max(one for one in sizes if one <= COMPARED),), CONFIDENCE
+        return (max(size for size in sizes if size <= COMPARED),), CONFIDENCE
     return sizes, 1.0 - (1.0 - CONFIDENCE) / len(SIZES)
 
 
@@ -143,11 +143,11 @@ def drawn(doubts: Sequence[Uncertain], count: int, stream: str = "", *, evenly: 
     another `stream` is independent of the first.  Machines that are spread `evenly` (a Latin hypercube) say more of a
     share, and nothing of how sure it is.
     """
-    shares = shares_of([one.path for one in doubts], count, stream, evenly=evenly)
+    shares = shares_of([doubt.path for doubt in doubts], count, stream, evenly=evenly)
     columns = []
-    for one, share in zip(doubts, shares.T, strict=True):
-        assert isinstance(one.tolerance, Scatter)
-        columns.append(one.tolerance.factors(share))
+    for uncertain, share in zip(doubts, shares.T, strict=True):
+        assert isinstance(uncertain.tolerance, Scatter)
+        columns.append(uncertain.tolerance.factors(share))
     return np.stack(columns, axis=1)
 
 
@@ -156,7 +156,11 @@ def every_one(doubts: Sequence[Uncertain], cost: float, most: float) -> FloatArr
 
     None where not all numbers come from data, or machines are too many; `cost` and `most` are those of `looks`.
     """
-    lists = [one.tolerance.data for one in doubts if isinstance(one.tolerance, Scatter) and one.tolerance.kind == DATA]
+    lists = [
+        doubt.tolerance.data
+        for doubt in doubts
+        if isinstance(doubt.tolerance, Scatter) and doubt.tolerance.kind == DATA
+    ]
     count = prod(len(one) for one in lists)
     if not lists or len(lists) < len(doubts) or count > COUNTED or count * cost > most:
         return None
@@ -194,7 +198,7 @@ def sampled(parts: Sequence[Limit], factors: FloatArray, confidence: float) -> S
     values = np.empty(len(factors))
     sense = -1.0 if first.side == "at_least" else 1.0
     for some in in_batches(len(factors)):
-        values[some] = np.max([sense * one.values(factors[some]) for one in parts], axis=0) * sense
+        values[some] = np.max([sense * part.values(factors[some]) for part in parts], axis=0) * sense
     size = abs(first.bound) or 1.0
     kept = sense * (values - first.bound) <= _ROUNDING * size
     return Sampled(1.0 - values if first.complement else values, kept, confidence)

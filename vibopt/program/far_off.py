@@ -33,7 +33,7 @@ class Beyond:
     @classmethod
     def of(cls, doubts: Sequence[Uncertain], acting: BoolArray, part: float) -> Beyond:
         """The box in the numbers that act (n_doubts,) beyond which a share of all machines lies; data is not cut."""
-        cut = [isinstance(one.tolerance, Scatter) and one.tolerance.kind != DATA for one in doubts]
+        cut = [isinstance(doubt.tolerance, Scatter) and doubt.tolerance.kind != DATA for doubt in doubts]
         return cls(tuple(doubts), acting & np.array(cut), part)
 
     @property
@@ -46,8 +46,8 @@ class Beyond:
         """The box, in factors."""
         ends = np.array([self.tail, 1.0 - self.tail])
         return tuple(
-            Axis(one.path, *(_factors(one, ends) if bounded else one.ends))
-            for one, bounded in zip(self.doubts, self.bounded, strict=True)
+            Axis(uncertain.path, *(_factors(uncertain, ends) if bounded else uncertain.ends))
+            for uncertain, bounded in zip(self.doubts, self.bounded, strict=True)
         )
 
     def machines(self, count: int, stream: str = "") -> FloatArray:
@@ -56,7 +56,7 @@ class Beyond:
         The first of the bounded numbers that is outside is drawn by its chance; those before it are inside, those
         behind it anywhere.
         """
-        shares = shares_of([one.path for one in self.doubts], count, stream)
+        shares = shares_of([doubt.path for doubt in self.doubts], count, stream)
         where = np.flatnonzero(self.bounded)
         inside = 1.0 - 2.0 * self.tail
         ends = np.cumsum((1.0 - inside) * inside ** np.arange(len(where))) / self.part
@@ -66,12 +66,12 @@ class Beyond:
             own = shares[:, column]
             outside = np.where(own < 0.5, 2.0 * own * self.tail, 1.0 - 2.0 * (1.0 - own) * self.tail)
             shares[:, column] = np.where(first > k, self.tail + inside * own, np.where(first == k, outside, own))
-        return np.stack([_factors(one, shares[:, k]) for k, one in enumerate(self.doubts)], axis=1)
+        return np.stack([_factors(uncertain, shares[:, k]) for k, uncertain in enumerate(self.doubts)], axis=1)
 
 
-def _factors(one: Uncertain, shares: FloatArray) -> FloatArray:
-    assert isinstance(one.tolerance, Scatter)
-    return one.tolerance.factors(shares)
+def _factors(uncertain: Uncertain, shares: FloatArray) -> FloatArray:
+    assert isinstance(uncertain.tolerance, Scatter)
+    return uncertain.tolerance.factors(shares)
 
 
 __all__ = ["Beyond"]

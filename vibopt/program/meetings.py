@@ -15,7 +15,7 @@ def watched(parts: Iterable[Limit | Aim]) -> FloatArray:
     found: list[float] = []
     for part in parts:
         found += part.form.watched((part.bound, part.upper) if isinstance(part, Limit) else ())
-    return np.array(list(dict.fromkeys(one for one in found if 0.0 < one < np.inf)))
+    return np.array(list(dict.fromkeys(value for value in found if 0.0 < value < np.inf)))
 
 
 __all__ = ["watched"]

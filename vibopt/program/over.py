@@ -132,7 +132,7 @@ def pieces_of(drive: Drive) -> list[Band]:
     breaks = sorted({speed for line in drive.lines for speed in line.amplitude.breaks()})
     found = []
     for band in drive.bands:
-        cuts = [band.low, *(one for one in breaks if band.low < one < band.high), band.high]
+        cuts = [band.low, *(value for value in breaks if band.low < value < band.high), band.high]
         found += [Band(a, b) for a, b in pairwise(cuts)]
     return found
 

@@ -75,8 +75,8 @@ def asked_of(scene: Scene, full: Model, *, reduce: bool = True) -> Program:
     """The question of a scene on a model of it; its axes are the design variables."""
     limits = tuple(
         limit
-        for name, one in scene.limits.items()
-        for each in members(scene, one)
+        for name, response in scene.limits.items()
+        for each in members(scene, response)
         for limit in _limits(scene, full, name, each, reduce)
     )
     limits += tuple(ratings(full, reduce=reduce))
@@ -170,7 +170,7 @@ def form_of(scene: Scene, model: Model, response: Response) -> Form:
 
 def _form_of(scene: Scene, model: Model, response: Response) -> Form:
     if isinstance(response, HarmonicResponse):
-        drives = tuple(_pushed(scene, model, one) for one in drives_for(scene, response, model.points))
+        drives = tuple(_pushed(scene, model, drive) for drive in drives_for(scene, response, model.points))
         return response.form(model, drives, combine_for(scene, response))
     if isinstance(response, RandomResponse):
         return response.noise_form(model, noises_for(scene, response, model.points))

@@ -55,7 +55,7 @@ def around(scene: Scene, x: FloatArray) -> Program:
     """The limits and the goal of a machine at a design x (n_vars,), in the factors of its uncertain numbers."""
     nominal = replace(scene, off={})
     asked = asked_of(nominal, model_of(nominal, np.asarray(x, dtype=float)))
-    axes = tuple(Axis(one.path, *one.ends) for one in doubts_at(scene, x))
+    axes = tuple(Axis(uncertain.path, *uncertain.ends) for uncertain in doubts_at(scene, x))
     return replace(asked, axes=axes)
 
 

@@ -159,11 +159,11 @@ def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
         elif response is not None:
             own["over"] = response.over
         one = Stroke.model_construct(**own) if response is None else response.model_copy(update=own)  # type: ignore[arg-type]
-        found = measure_on(scene, machine, one, "at_most")
+        measured = measure_on(scene, machine, one, "at_most")
         speed = table.speed
-        at = Entry(table.from_rotation(found.speeds[excitation]), speed.dimension, speed.unit)
+        at = Entry(table.from_rotation(measured.speeds[excitation]), speed.dimension, speed.unit)
         bound = response.at_most.value if response is not None and response.at_most is not None else None
-        yield StrokeBar(name, excitation, found.value, at, bound, limit if bound is not None else "")
+        yield StrokeBar(name, excitation, measured.value, at, bound, limit if bound is not None else "")
 
 
 def _shaken(scene: Scene, on: str) -> set[str]:
@@ -211,13 +211,13 @@ def modes(design: Design) -> Modes | None:
     if not has_absorbers(design) or not steady:
         return None
     chosen = chosen_in(design)
-    units = [one.speed.unit for one in steady.values() if not one.of_vehicle]
+    units = [excitation.speed.unit for excitation in steady.values() if not excitation.of_vehicle]
     unit = units[0] if units else "Hz"
     factor = to_unit(1.0, unit, "angular_rate")
     here = bare(scene)
     before = machine_of(here, chosen).natural_frequencies() if here.bodies or here.structures else np.zeros(0)
     after = machine_of(scene, chosen).natural_frequencies()
-    bands = tuple(band for name, one in steady.items() for band in _bands(name, one, factor))
+    bands = tuple(band for name, excitation in steady.items() for band in _bands(name, excitation, factor))
     ends = [end for band in bands for end in (band.low, band.high) if isfinite(end) and end > 0.0]
     low, high = min(ends, default=1.0), max(ends, default=1.0)
     near = [one * factor for one in (*before, *after) if low / 5.0 <= one * factor <= 5.0 * high]

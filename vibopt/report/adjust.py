@@ -56,7 +56,7 @@ class Adjusting:
     @property
     def words(self) -> str:
         """As one sentence."""
-        past = ["more than " if not one.because else "" for one in (self.low, self.high)]
+        past = ["more than " if not end.because else "" for end in (self.low, self.high)]
         spring = f"spring {past[0]}{_percent(self.low.stiffness)} to {past[1]}{_percent(self.high.stiffness)}"
         tuned = f"tuning {past[0]}{_percent(self.low.tuning)} to {past[1]}{_percent(self.high.tuning)}"
         why = " and ".join(dict.fromkeys(filter(None, (self.low.because, self.high.because))))
@@ -81,7 +81,7 @@ def adjusting(design: Design) -> tuple[Adjusting, ...]:
         if not table.has_spring:
             continue
         strict = _ends(_Worse(program, x, name, 0.0))
-        tight = any(abs(one.stiffness) < _NOTHING for one in strict)
+        tight = any(abs(end.stiffness) < _NOTHING for end in strict)
         low, high = _ends(_Worse(program, x, name, GROWTH)) if tight else strict
         found.append(Adjusting(name, low, high, GROWTH if tight else 0.0))
     return tuple(found)

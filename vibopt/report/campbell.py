@@ -116,13 +116,14 @@ def _no_machine(design: Design) -> str:
     scene = design.scene
     if design.found is None:
         return f"{scene.name}: there is no Campbell diagram: there is no design ({design.status})."
-    (one,) = scene.variables
+    (variable,) = scene.variables
     sets = [(a.value, b.value) for a, b in design.found]
-    low, high = max(sets, key=lambda ends: ends[1] - ends[0], default=(one.low, one.high))
-    there = Entry(0.5 * (low + high), one.dimension, one.unit).shown
+    low, high = max(sets, key=lambda ends: ends[1] - ends[0], default=(variable.low, variable.high))
+    there = Entry(0.5 * (low + high), variable.dimension, variable.unit).shown
     return (
-        f"{scene.name}: find_all answers with values of {one.path}, and a Campbell diagram is of one machine. Choose "
-        f'it: vibopt plot {scene.name} --campbell --set {one.path}="{there}" -o campbell.svg'
+        f"{scene.name}: find_all answers with values of {variable.path}, and a Campbell diagram is of one machine. "
+        "Choose "
+        f'it: vibopt plot {scene.name} --campbell --set {variable.path}="{there}" -o campbell.svg'
     )
 
 
@@ -132,8 +133,8 @@ def _spins(machine: Machine) -> TypeGuard[RotatingMachine]:
 
 def _running(scene: Scene) -> tuple[tuple[float, float], ...]:
     """Speeds of what is out of balance, or those that limits keep away from [rad/s]."""
-    bands = [band for one in scene.excitations.values() for band in one.own_bands()]
-    bands = bands or [band for one in scene.limits.values() for band in one.outside_bands]
+    bands = [band for excitation in scene.excitations.values() for band in excitation.own_bands()]
+    bands = bands or [band for limit in scene.limits.values() for band in limit.outside_bands]
     return tuple(dict.fromkeys((band.low, band.high) for band in bands if 0.0 < band.high < np.inf))
 
 

@@ -108,11 +108,11 @@ def _quantity(response: HarmonicResponse) -> str:
     return "transmissibility" if response.complement else response.response
 
 
-def _same(scene: Scene, one: _Entry) -> tuple[object, ...]:
+def _same(scene: Scene, entry: _Entry) -> tuple[object, ...]:
     """What tells curves apart; with several excitations each limit is its own, for the others stand at its worst."""
-    names = names_for(scene, one.response)
-    alone = one.name if len(names) > 1 else ""
-    return _quantity(one.response), place_of(one.response), names, one.response.combine, alone
+    names = names_for(scene, entry.response)
+    alone = entry.name if len(names) > 1 else ""
+    return _quantity(entry.response), place_of(entry.response), names, entry.response.combine, alone
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,11 +204,11 @@ class _Drawing:
 
     def _notes(self, shown: list[_Entry], curves: tuple[Curve, ...]) -> tuple[str, ...]:
         notes = []
-        if any(one.response.complement for one in shown):
+        if any(entry.response.complement for entry in shown):
             notes.append("isolation = 1 - transmissibility")
         if any(not curve.known.all() for curve in curves):
             notes.append("dashed: as if the excitation kept its amplitude")
-        if any(len(names_for(self.scene, one.response)) > 1 for one in shown):
+        if any(len(names_for(self.scene, entry.response)) > 1 for entry in shown):
             notes.append("the other excitations at their worst speeds")
         return tuple(notes)
 
@@ -236,8 +236,8 @@ class _Drawing:
             for low, high in self.design.found
         )
 
-    def _bands(self, one: _Entry) -> tuple[Band, ...]:
-        return bands_for(self.scene, one.response, self.excitation)
+    def _bands(self, entry: _Entry) -> tuple[Band, ...]:
+        return bands_for(self.scene, entry.response, self.excitation)
 
     def _resonances(self) -> FloatArray:
         """Speeds at which a harmonic of the excitation meets a natural frequency [rad/s]."""
@@ -250,7 +250,7 @@ class _Drawing:
         """First and last speed to draw [rad/s], and whether on a logarithmic axis."""
         excitation = self.scene.excitations[self.excitation]
         own = () if excitation.speed.asked else excitation.own_bands()
-        bands = [*own, *(band for one in shown for band in self._bands(one))]
+        bands = [*own, *(band for entry in shown for band in self._bands(entry))]
         top = max(band.high for band in bands)
         resonances = self._resonances()
         near = resonances[resonances < 3.0 * top] if top else np.sort(resonances)[:1]
@@ -275,19 +275,19 @@ class _Drawing:
         values = [one.checked.value.value for one in shown if one.checked is not None]
         if not values and self.design.goal is not None:
             values = [self.design.goal[1].value]
-        return best_unit(max((one for one in values if isfinite(one)), default=0.0), response.dimension)
+        return best_unit(max((value for value in values if isfinite(value)), default=0.0), response.dimension)
 
-    def _curve(self, one: _Entry, unit: str, speeds: _Speeds, labelled: bool, how: str) -> Curve:
-        form, drive = self._form(one)
-        combined = f"({one.response.combine})" if one.response.combine else ""
-        label = (place_of(one.response), combined) if labelled else ()
+    def _curve(self, entry: _Entry, unit: str, speeds: _Speeds, labelled: bool, how: str) -> Curve:
+        form, drive = self._form(entry)
+        combined = f"({entry.response.combine})" if entry.response.combine else ""
+        label = (place_of(entry.response), combined) if labelled else ()
         said = " ".join(filter(None, (how, *label)))
-        return self._drawn(one, unit, self.model, form, drive, self._samples(self.model, drive, speeds), said)
+        return self._drawn(entry, unit, self.model, form, drive, self._samples(self.model, drive, speeds), said)
 
-    def _off(self, one: _Entry) -> Mapping[str, float]:
+    def _off(self, entry: _Entry) -> Mapping[str, float]:
         """By how much numbers are off where an entry is worst; empty without tolerances."""
-        if one.checked is not None:
-            return one.checked.off
+        if entry.checked is not None:
+            return entry.checked.off
         return self.design.tolerances.goal_off if self.design.tolerances is not None else {}
 
     def _at(self, off: Mapping[str, float]) -> _Drawing:
@@ -312,72 +312,72 @@ class _Drawing:
             found.append(replace(self._at(off)._curve(one, unit, speeds, False, said), worst=True))
         return found
 
-    def _before(self, one: _Entry, unit: str, speeds: _Speeds, pairs: int) -> Curve | None:
+    def _before(self, entry: _Entry, unit: str, speeds: _Speeds, pairs: int) -> Curve | None:
         """The same response without absorbers, with its worst in words."""
         if self.without is None or pairs > MOST_PAIRS:
             return None
-        form = form_without(self.scene, self.without, one.response)
+        form = form_without(self.scene, self.without, entry.response)
         drive = next((drive for drive in form.drives if drive.name == self.excitation), None) if form else None
         if form is None or drive is None:
             return None
         worst = drive_extreme(self.without, form, drive, self.x, False)
         value = float(together(form, np.array([worst.value]), rest_of(self.without, form, drive, self.x))[0])
-        place = f" {place_of(one.response)}" if pairs > 1 else ""
-        words = f"without absorbers{place}: worst {self._words(one, value, worst.speed)}"
+        place = f" {place_of(entry.response)}" if pairs > 1 else ""
+        words = f"without absorbers{place}: worst {self._words(entry, value, worst.speed)}"
         samples = self._samples(self.without, drive, speeds)
-        return replace(self._drawn(one, unit, self.without, form, drive, samples, words), before=True)
+        return replace(self._drawn(entry, unit, self.without, form, drive, samples, words), before=True)
 
-    def _words(self, one: _Entry, value: float, speed: float) -> str:
+    def _words(self, entry: _Entry, value: float, speed: float) -> str:
         """A value and its speed, each in the user's unit."""
         excitation = self.scene.excitations[self.excitation]
-        bound = one.response.at_most or one.response.at_least
-        unit = one.response.unit or (bound.unit if bound is not None else "") or ""
-        shown = show(value, unit, one.response.dimension, amplitude=one.response.amplitude)
+        bound = entry.response.at_most or entry.response.at_least
+        unit = entry.response.unit or (bound.unit if bound is not None else "") or ""
+        shown = show(value, unit, entry.response.dimension, amplitude=entry.response.amplitude)
         at = show(excitation.from_rotation(speed), excitation.speed.unit, excitation.speed.dimension)
         return f"{shown} at {at}"
 
-    def _beside(self, one: _Entry) -> float:
+    def _beside(self, entry: _Entry) -> float:
         """What adds to it at every speed."""
-        if type(one.response).beside is HarmonicResponse.beside:
+        if type(entry.response).beside is HarmonicResponse.beside:
             return 0.0
         chosen = {each.path: value for each, value in zip(self.scene.variables, self.design.x, strict=True)}
-        _, member = self._member(one)
+        _, member = self._member(entry)
         return member.beside(machine_of(self.scene, chosen)) if isinstance(member, HarmonicResponse) else 0.0
 
-    def _member(self, one: _Entry) -> tuple[Form, Response]:
+    def _member(self, entry: _Entry) -> tuple[Form, Response]:
         """Of the places that a response stands for the one where it is greatest, and what it is there."""
-        asked = [(form_of(self.scene, self.model, each), each) for each in members(self.scene, one.response)]
+        asked = [(form_of(self.scene, self.model, each), each) for each in members(self.scene, entry.response)]
         swings = [two for two in asked if two[0].swings is not None]
         return max(swings, key=lambda two: two[0].value(self.model, self.x)) if len(swings) > 1 else swings[0]
 
-    def _form(self, one: _Entry) -> tuple[Modulus, Drive]:
-        form = self._member(one)[0].swings
+    def _form(self, entry: _Entry) -> tuple[Modulus, Drive]:
+        form = self._member(entry)[0].swings
         assert form is not None
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 
     def _drawn(
-        self, one: _Entry, unit: str, model: Model, form: Modulus, drive: Drive, speeds: FloatArray, label: str
+        self, entry: _Entry, unit: str, model: Model, form: Modulus, drive: Drive, speeds: FloatArray, label: str
     ) -> Curve:
         """A response of some model at given speeds, the other excitations at their worst."""
         values = DriveResponse(model, form, drive, self.x)(speeds)
-        values = together(form, values, rest_of(model, form, drive, self.x)) + self._beside(one)
+        values = together(form, values, rest_of(model, form, drive, self.x)) + self._beside(entry)
         known = np.ones(speeds.shape, dtype=bool)
-        if not one.response.normalised:
+        if not entry.response.normalised:
             bands = self.scene.excitations[self.excitation].known_bands
             known = np.any([_inside(band, speeds) for band in bands], axis=0)
-        return Curve(label, self._factor() * speeds, _in_unit(values, unit, one.response.dimension), known)
+        return Curve(label, self._factor() * speeds, _in_unit(values, unit, entry.response.dimension), known)
 
-    def _equal(self, one: _Entry, unit: str) -> list[Mark]:
+    def _equal(self, entry: _Entry, unit: str) -> list[Mark]:
         """Peaks that are as high as the greatest, of a machine with absorbers."""
-        if not self.scene.absorbers or one.response.complement:
+        if not self.scene.absorbers or entry.response.complement:
             return []
-        form, drive = self._form(one)
+        form, drive = self._form(entry)
         rest = rest_of(self.model, form, drive, self.x)
         marks = []
         for peak in equal_peaks(self.model, form, drive, self.x):
             value = float(together(form, np.array([peak.value]), rest)[0])
-            height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
-            marks.append(Mark(one.name, self._words(one, value, peak.speed), self._to_x(peak.speed), height))
+            height = float(_in_unit(np.array([value]), unit, entry.response.dimension)[0])
+            marks.append(Mark(entry.name, self._words(entry, value, peak.speed), self._to_x(peak.speed), height))
         return marks
 
     def _samples(self, model: Model, drive: Drive, speeds: _Speeds) -> FloatArray:
@@ -393,46 +393,46 @@ class _Drawing:
         found = np.unique(np.concatenate([even, close, edges, breaks, speeds.marked]))
         return found[(found >= low) & (found <= high)]
 
-    def _zones(self, one: _Entry, unit: str) -> list[Zone]:
+    def _zones(self, entry: _Entry, unit: str) -> list[Zone]:
         zones = []
         for side in ("at_most", "at_least"):
-            bound = getattr(one.response, side)
+            bound = getattr(entry.response, side)
             if bound is None:
                 continue
-            value = 1.0 - bound.value if one.response.complement else bound.value
-            shown = show(bound.value, bound.unit, one.response.dimension, amplitude=one.response.amplitude)
-            isolation = "isolation " if one.response.complement else ""
-            words = f"{one.name}: {isolation}{SIDES[side]} {shown}"
-            above = (side == "at_most") != one.response.complement
-            height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
+            value = 1.0 - bound.value if entry.response.complement else bound.value
+            shown = show(bound.value, bound.unit, entry.response.dimension, amplitude=entry.response.amplitude)
+            isolation = "isolation " if entry.response.complement else ""
+            words = f"{entry.name}: {isolation}{SIDES[side]} {shown}"
+            above = (side == "at_most") != entry.response.complement
+            height = float(_in_unit(np.array([value]), unit, entry.response.dimension)[0])
             zones += [
-                Zone(one.name, words, self._to_x(band.low), self._to_x(band.high), height, above)
-                for band in self._bands(one)
+                Zone(entry.name, words, self._to_x(band.low), self._to_x(band.high), height, above)
+                for band in self._bands(entry)
             ]
         return zones
 
-    def _mark(self, one: _Entry, unit: str) -> Mark | None:
-        if one.checked is None:
-            return self._goal_mark(one, unit)
-        if self.excitation not in one.checked.worst_at:
+    def _mark(self, entry: _Entry, unit: str) -> Mark | None:
+        if entry.checked is None:
+            return self._goal_mark(entry, unit)
+        if self.excitation not in entry.checked.worst_at:
             return None
         speed = self.scene.excitations[self.excitation].speed
-        x = to_unit(one.checked.worst_at[self.excitation].value, speed.unit, speed.dimension)
-        value = one.checked.value.value
-        y = 1.0 - value if one.response.complement else value
-        height = float(_in_unit(np.array([y]), unit, one.response.dimension)[0])
-        return Mark(one.name, f"{one.name} {value_at(one.checked)}", x, height)
+        x = to_unit(entry.checked.worst_at[self.excitation].value, speed.unit, speed.dimension)
+        value = entry.checked.value.value
+        y = 1.0 - value if entry.response.complement else value
+        height = float(_in_unit(np.array([y]), unit, entry.response.dimension)[0])
+        return Mark(entry.name, f"{entry.name} {value_at(entry.checked)}", x, height)
 
-    def _goal_mark(self, one: _Entry, unit: str) -> Mark | None:
+    def _goal_mark(self, entry: _Entry, unit: str) -> Mark | None:
         """The worst that the goal speaks of."""
-        here = self._at(self._off(one))
-        form, drive = here._form(one)
+        here = self._at(self._off(entry))
+        form, drive = here._form(entry)
         least_wanted = self.scene.goal is not None and self.scene.goal.sense != MINIMISE
         worst = drive_extreme(here.model, form, drive, self.x, least_wanted)
         value = float(together(form, np.array([worst.value]), rest_of(here.model, form, drive, self.x))[0])
-        height = float(_in_unit(np.array([value]), unit, one.response.dimension)[0])
-        words = f"goal {self._words(one, value, worst.speed)}"
-        return Mark("goal", words, self._to_x(worst.speed), height) if not one.response.complement else None
+        height = float(_in_unit(np.array([value]), unit, entry.response.dimension)[0])
+        words = f"goal {self._words(entry, value, worst.speed)}"
+        return Mark("goal", words, self._to_x(worst.speed), height) if not entry.response.complement else None
 
 
 def _inside(band: Band, speeds: FloatArray) -> BoolArray:

@@ -107,14 +107,14 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
         goal, label = _worst_of(design, program.limits, excesses, shape)
     here = None
     if best is not None:
-        x, y = (to_unit(a, unit, one.dimension) for a, unit, one in zip(best, units, variables, strict=True))
+        x, y = (to_unit(a, unit, variable.dimension) for a, unit, variable in zip(best, units, variables, strict=True))
         here = x, y
     lines = zip(program.limits, excesses, strict=True)
     return Plane(
         title=_title(absorber, len(design.scene.variables) - 2),
         x=shown[0],
         y=shown[1],
-        boundaries=tuple(Boundary(one.name, excess.reshape(shape)) for one, excess in lines),
+        boundaries=tuple(Boundary(limit.name, excess.reshape(shape)) for limit, excess in lines),
         goal=goal,
         goal_label=label,
         best=here,

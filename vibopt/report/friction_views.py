@@ -56,21 +56,21 @@ def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """What equivalent viscous damping would say, where friction bounds a resonance, and where the start decides."""
     model, x, notes = model_of(scene), np.array([chosen[variable.path] for variable in scene.variables]), list[str]()
     endless: set[float] = set()
-    for one in _asked(scene, model, {}):
-        worst = one.form.worst(model, x)
+    for asked in _asked(scene, model, {}):
+        worst = asked.form.worst(model, x)
         [(name, speed)] = worst.speeds.items()
         unit = scene.excitations[name].speed.unit
         if not isfinite(worst.value):
             endless.add(speed)
             continue
-        notes.append(f"{one.where}: {_beside(one, worst.value, one.form.at(model, x, speed, rough=True))}")
-        if _left_to_the_start(one.form, model, x, speed):
+        notes.append(f"{asked.where}: {_beside(asked, worst.value, asked.form.at(model, x, speed, rough=True))}")
+        if _left_to_the_start(asked.form, model, x, speed):
             notes.append(
-                f"{one.where}: at {show(speed, unit, ROTATION)} the natural frequency is a whole multiple of that of "
+                f"{asked.where}: at {show(speed, unit, ROTATION)} the natural frequency is a whole multiple of that of "
                 "the force and nothing is damped: what it began with swings on, and the greatest may be more."
             )
     for speed in sorted(endless):
-        push = one.form.motion(model, x, speed)[1]
+        push = asked.form.motion(model, x, speed)[1]
         notes.append(
             f"At the resonance, {show(speed, unit, ROTATION)}, the motion has no end: without viscous damping friction "
             f"bounds it only above π/4 of the force, {show(0.25 * pi * push, '', 'force')}, and there are "
@@ -104,60 +104,63 @@ def friction_panels(design: Design, model: Model) -> list[Panel]:
     """Each response against speed, the equivalent viscous one beside, and over one cycle at its worst speed."""
     x = np.array(design.x)
     first: dict[tuple[str, str], _Asked] = {}
-    for one in _asked(design.scene, model, {**design.measures, **design.limits}):
-        first.setdefault((one.response.response.replace("isolation", "transmissibility"), place_of(one.response)), one)
+    for asked in _asked(design.scene, model, {**design.measures, **design.limits}):
+        first.setdefault(
+            (asked.response.response.replace("isolation", "transmissibility"), place_of(asked.response)), asked
+        )
     panels = []
-    for one in first.values():
-        panels.append(_against_speed(design, model, x, one))
-        value, speed = one.form.tops(model, x)[0]
-        if isfinite(value) and one.form.motion(model, x, speed)[0].r * _ENDLESS > 1.0:
-            panels.append(_over_cycle(design, model, x, one))
+    for asked in first.values():
+        panels.append(_against_speed(design, model, x, asked))
+        value, speed = asked.form.tops(model, x)[0]
+        if isfinite(value) and asked.form.motion(model, x, speed)[0].r * _ENDLESS > 1.0:
+            panels.append(_over_cycle(design, model, x, asked))
     return panels
 
 
-def _against_speed(design: Design, model: Model, x: FloatArray, one: _Asked) -> Panel:
-    scene, name = design.scene, one.form.shaken[0].name
-    bands, natural = bands_for(scene, one.response, name), natural_frequency(model, x) / _order(one.form)
+def _against_speed(design: Design, model: Model, x: FloatArray, asked: _Asked) -> Panel:
+    scene, name = design.scene, asked.form.shaken[0].name
+    bands, natural = bands_for(scene, asked.response, name), natural_frequency(model, x) / _order(asked.form)
     known = scene.excitations[name].known_bands[0]
     low = max(known.low, 0.1 * natural, 1e-3 * bands[-1].high)
     high = min(known.high, max(1.2 * max(band.high for band in bands), 2.0 * natural))
-    value, speed = one.form.tops(model, x)[0]
+    value, speed = asked.form.tops(model, x)[0]
     speeds = np.union1d(np.geomspace(min(low, 0.5 * high), high, _SPEEDS), [speed, natural][: 1 + (natural < high)])
-    exact = one.form.sizes(model, x, speeds)
-    unit, factor = _unit(one, value)
+    exact = asked.form.sizes(model, x, speeds)
+    unit, factor = _unit(asked, value)
     per = to_unit(1.0, scene.excitations[name].speed.unit, ROTATION)
-    bound = one.response.at_most
-    limit = (1.0 - bound.value if one.response.complement else bound.value) if bound is not None else 0.0
+    bound = asked.response.at_most
+    limit = (1.0 - bound.value if asked.response.complement else bound.value) if bound is not None else 0.0
     top = factor * max(4.0 * float(np.median(exact)), limit, value if isfinite(value) else 0.0)
     for _ in range(_CLOSER):
         steep = np.arctan2(np.diff(np.minimum(factor * exact / top, 1.5)), _WIDE * np.diff(speeds) / (high - speeds[0]))
         bent = np.flatnonzero(np.abs(np.diff(steep)) > _BENT)
         speeds = np.union1d(speeds, [0.5 * (speeds[bent + k] + speeds[bent + k + 1]) for k in (0, 1)])
-        exact = one.form.sizes(model, x, speeds)
-    other = np.array([one.form.at(model, x, w, rough=True) for w in speeds])
-    said = "" if bound is None else show(bound.value, bound.unit, one.response.dimension)
+        exact = asked.form.sizes(model, x, speeds)
+    other = np.array([asked.form.at(model, x, w, rough=True) for w in speeds])
+    said = "" if bound is None else show(bound.value, bound.unit, asked.response.dimension)
     zones = [
-        Zone(one.where, f"{one.where.partition('.')[2]}: at most {said}",
+        Zone(asked.where, f"{asked.where.partition('.')[2]}: at most {said}",
              per * band.low, per * band.high, factor * limit, True)
         for band in (bands if bound is not None else ())
     ]  # fmt: skip
-    words = f"{one.where.rpartition('.')[2]} {value_at(one.row)}" if one.row is not None else one.where
+    words = f"{asked.where.rpartition('.')[2]} {value_at(asked.row)}" if asked.row is not None else asked.where
     return Panel(
-        title=_title(one), x_label=f"speed of {name} [{scene.excitations[name].speed.unit}]", y_label=_label(one, unit),
+        title=_title(asked), x_label=f"speed of {name} [{scene.excitations[name].speed.unit}]",
+        y_label=_label(asked, unit),
         curves=(
             known_curve("dry friction", per * speeds, np.minimum(factor * exact, 1e3 * top)),
             known_curve("equivalent viscous", per * speeds, np.minimum(factor * other, 1e3 * top), before=True),
         ),
-        zones=tuple(zones), marks=(Mark(one.where, words, per * speed, factor * value),), excitation=name,
+        zones=tuple(zones), marks=(Mark(asked.where, words, per * speed, factor * value),), excitation=name,
         x_span=(per * speeds[0], per * speeds[-1]), y_span=(0.0, 1.25 * top),
     )  # fmt: skip
 
 
-def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Panel:
+def _over_cycle(design: Design, model: Model, x: FloatArray, asked: _Asked) -> Panel:
     """Two cycles, with the times at which friction holds."""
-    value, speed = one.form.tops(model, x)[0]
-    rub, _, (parts, phasor) = one.form.motion(model, x, speed)
-    count = float(one.form.per(model, x, np.array(speed)))
+    value, speed = asked.form.tops(model, x)[0]
+    rub, _, (parts, phasor) = asked.form.motion(model, x, speed)
+    count = float(asked.form.per(model, x, np.array(speed)))
     theta, read, held = list[float](), list[float](), list[bool]()
     for half in range(4):
         for piece in rub.half_cycle or ():
@@ -167,19 +170,19 @@ def _over_cycle(design: Design, model: Model, x: FloatArray, one: _Asked) -> Pan
             turned = (phasor * np.exp(1j * (piece.begin + tau))).real
             read += (sign * (parts @ rub.at(piece, tau) + turned) / count).tolist()
             held += [piece.side == 0] * len(tau)
-    times = (np.array(theta) - theta[0]) / (speed * _order(one.form))
-    unit, factor = _unit(one, value)
+    times = (np.array(theta) - theta[0]) / (speed * _order(asked.form))
+    unit, factor = _unit(asked, value)
     slow = "ms" if times[-1] < 1.0 else "s"
     per, y = to_unit(1.0, slow, "time"), factor * np.array(read)
-    top, at, name = factor * value, int(np.abs(y).argmax()), one.form.shaken[0].name
+    top, at, name = factor * value, int(np.abs(y).argmax()), asked.form.shaken[0].name
     shaker = design.scene.excitations[name]
     shown = show(shaker.from_rotation(speed), shaker.speed.unit, ROTATION)
     curves = [known_curve("slips", per * times, y)]
     if any(held):
         curves.append(known_curve("held by friction", per * times, np.where(held, y, np.nan), worst=True))
     return Panel(
-        title=f"{_title(one)}, two cycles at {shown}", x_label=f"time [{slow}]", y_label=_label(one, unit),
-        curves=tuple(curves), excitation=name, marks=(Mark(one.where, "greatest", per * times[at], float(y[at])),),
+        title=f"{_title(asked)}, two cycles at {shown}", x_label=f"time [{slow}]", y_label=_label(asked, unit),
+        curves=tuple(curves), excitation=name, marks=(Mark(asked.where, "greatest", per * times[at], float(y[at])),),
         x_span=(0.0, per * float(times[-1])), y_span=(-1.35 * top, 1.35 * top),
     )  # fmt: skip
 
@@ -188,18 +191,18 @@ def _order(form: Rubbing) -> float:
     return form.shaken[0].lines[0].order
 
 
-def _title(one: _Asked) -> str:
-    quantity = "transmissibility" if one.response.complement else one.response.response
-    return f"{spoken(quantity).capitalize()} {place_of(one.response)}"
+def _title(asked: _Asked) -> str:
+    quantity = "transmissibility" if asked.response.complement else asked.response.response
+    return f"{spoken(quantity).capitalize()} {place_of(asked.response)}"
 
 
-def _label(one: _Asked, unit: str) -> str:
-    quantity = "transmissibility" if one.response.complement else one.response.response
+def _label(asked: _Asked, unit: str) -> str:
+    quantity = "transmissibility" if asked.response.complement else asked.response.response
     return spoken(quantity) + (f" [{unit}]" if unit else "")
 
 
-def _unit(one: _Asked, value: float) -> tuple[str, float]:
-    kind = one.response.dimension
+def _unit(asked: _Asked, value: float) -> tuple[str, float]:
+    kind = asked.response.dimension
     if kind == "ratio":
         return "", 1.0
     unit = best_unit(value if isfinite(value) else 1.0, kind)

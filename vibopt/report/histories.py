@@ -62,7 +62,7 @@ def histories(design: Design, model: Model) -> list[Panel]:
     for one in asked:
         first.setdefault((one.response.response, place_of(one.response), names_for(scene, one.response)), one)
     drawn = [_panel(design, model, one) for one in first.values()]
-    return [*{(one.title, one.excitation): one for one in drawn if one is not None}.values()]
+    return [*{(panel.title, panel.excitation): panel for panel in drawn if panel is not None}.values()]
 
 
 def _parts(scene: Scene, asked: _Asked) -> list[_Asked]:
@@ -145,9 +145,9 @@ def _history(label: str, model: Model, form: PeakInTime, x: FloatArray, asked: _
     count = mount_count(model, form.output, x)
     most, at, there = abs(peak.value) / count, peak.time, peak.value / count
     if asked.row is not None and isfinite(peak.time):
-        for one in asked.row.worst_at.values():  # of several that are as great, the one that the answer names
-            other = float(machine.history(reading, np.array([one.value]))[0]) / count
-            at, there = (one.value, other) if abs(other) >= (1.0 - _EVEN) * most else (at, there)
+        for entry in asked.row.worst_at.values():  # of several that are as great, the one that the answer names
+            other = float(machine.history(reading, np.array([entry.value]))[0]) / count
+            at, there = (entry.value, other) if abs(other) >= (1.0 - _EVEN) * most else (at, there)
     times = np.linspace(0.0, max(_end(model, form, peak, x), at if isfinite(at) else 0.0), _POINTS)
     if isfinite(peak.time):
         times = np.sort(np.append(times, at))

@@ -67,9 +67,11 @@ def isolator_block(design: Design, machine: Machine) -> Block:
     """One row an isolator, and one more for each further excitation."""
     shapes, scene = _shapes(design, machine), design.scene
     found = isolators_of(scene, machine, shapes)
-    rows = [row for one in found for row in _rows(one, found, several=len(shapes) > 1)]
+    rows = [row for isolator in found for row in _rows(isolator, found, several=len(shapes) > 1)]
     worst = "Static sag,\nworst mount"
-    asked = any(one.response == "static_deflection" for one in (*scene.limits.values(), *scene.measures.values()))
+    asked = any(
+        response.response == "static_deflection" for response in (*scene.limits.values(), *scene.measures.values())
+    )
     sag = worst if machine.in_space else "Static sag" if asked else "Static sag\nif vertical"
     heads = ("", "Strained\nin mode", "Natural\nfrequency", "Damping\nratio", sag, "Isolation")
     shown = [row for row in rows if any(row[1:])]
@@ -101,20 +103,22 @@ def mode_block(design: Design, shapes: list[Shape]) -> Block:
     return table(title, ("Mode", "Frequency", "Damping\nratio", "Share of kinetic energy"), rows, whole=(0, 1, 2))
 
 
-def _rows(one: Isolator, every: list[Isolator], *, several: bool) -> Iterator[tuple[str | Entry, ...]]:
+def _rows(isolator: Isolator, every: list[Isolator], *, several: bool) -> Iterator[tuple[str | Entry, ...]]:
     """A row, and one more for each further excitation."""
-    alone = [_support(other.ends) for other in every].count(_support(one.ends)) == 1
+    alone = [_support(other.ends) for other in every].count(_support(isolator.ends)) == 1
     said = [
-        f"{'' if len(one.isolation) == 1 and 'along ' not in name else f'{name}: '}{isolation_words(row)}"
-        f"{'' if alone else f', all into {_support(one.ends)}'}"
-        for name, row in one.isolation.items()
+        f"{'' if len(isolator.isolation) == 1 and 'along ' not in name else f'{name}: '}{isolation_words(row)}"
+        f"{'' if alone else f', all into {_support(isolator.ends)}'}"
+        for name, row in isolator.isolation.items()
     ]
     first = (
-        one.name,
-        f"{one.mode[0]} ({plain(100.0 * one.mode[1], 2)} %)" if one.mode is not None and several else "",
-        Entry(one.shape.frequency, "angular_rate", "Hz") if one.shape is not None else "",
-        Entry(one.shape.damping, "ratio", digits=3) if one.shape is not None and one.shape.damping else "",
-        one.sag.value if one.sag is not None and isfinite(one.sag.value.value) else "",
+        isolator.name,
+        f"{isolator.mode[0]} ({plain(100.0 * isolator.mode[1], 2)} %)" if isolator.mode is not None and several else "",
+        Entry(isolator.shape.frequency, "angular_rate", "Hz") if isolator.shape is not None else "",
+        Entry(isolator.shape.damping, "ratio", digits=3)
+        if isolator.shape is not None and isolator.shape.damping
+        else "",
+        isolator.sag.value if isolator.sag is not None and isfinite(isolator.sag.value.value) else "",
     )
     yield (*first, said[0] if said else "")
     yield from (("", "", "", "", "", more) for more in said[1:])
@@ -221,10 +225,10 @@ def _in_space(scene: Scene, machine: Machine, ends: tuple[str, str]) -> Iterator
                     yield key, replace(row, value=Entry(1.0 - row.value.value / whole, "ratio"))
 
 
-def _ways(one: Excitation) -> Iterator[tuple[str, list[float], float]]:
+def _ways(excitation: Excitation) -> Iterator[tuple[str, list[float], float]]:
     """Directions in which it acts, in words and as numbers, and its amplitude along each as a part of the whole."""
-    acts = {key.rpartition(".")[2]: part for key, part in one.acts.items()} if one.direction_known else {}
-    if getattr(one, "direction", None) is not None and len(acts) > 1:
+    acts = {key.rpartition(".")[2]: part for key, part in excitation.acts.items()} if excitation.direction_known else {}
+    if getattr(excitation, "direction", None) is not None and len(acts) > 1:
         yield "along its direction", [acts.get(axis, 0j).real for axis in AXES], 1.0
         return
     for number, axis in enumerate(AXES):

@@ -79,27 +79,27 @@ class Limiting:
     @property
     def words(self) -> str:
         """ "peak acceleration of instrument: 1.31 times the least that any isolator ... (4.02 to 4.03 m/s²)"."""
-        one, other = self.judged, self.room if self.judged is self.peak else self.peak
-        times = one.value / self.least.high
+        asked, other = self.judged, self.room if self.judged is self.peak else self.peak
+        times = asked.value / self.least.high
         much = "as little as" if times < 1.0 + _SAME else f"{plain(times, 3)} times the least that"
         within = f"in {other.shown(self.given)}" if other is self.room else f"with {other.shown(self.given)}"
-        unit = one.unit or best_unit(self.least.high, one.response.dimension)
+        unit = asked.unit or best_unit(self.least.high, asked.response.dimension)
         low, high = (
-            plain(outward(to_unit(value, unit, one.response.dimension), side, _DIGITS))
+            plain(outward(to_unit(value, unit, asked.response.dimension), side, _DIGITS))
             for value, side in ((self.least.low, "at_least"), (self.least.high, "at_most"))
         )
         return (
-            f"{one.what}: {much} any isolator, passive or active, could reach {within} "
+            f"{asked.what}: {much} any isolator, passive or active, could reach {within} "
             f"({low if low == high else f'{low} to {high}'} {unit}, proven)"
         )
 
     def to_json(self) -> dict[str, Any]:
-        one, other = self.judged, self.room if self.judged is self.peak else self.peak
-        kind = one.response.dimension
+        asked, other = self.judged, self.room if self.judged is self.peak else self.peak
+        kind = asked.response.dimension
         return {
-            "of": one.where,
-            "times": one.value / self.least.high,
-            "least": [Entry(end, kind, one.unit).to_json() for end in (self.least.low, self.least.high)],
+            "of": asked.where,
+            "times": asked.value / self.least.high,
+            "least": [Entry(end, kind, asked.unit).to_json() for end in (self.least.low, self.least.high)],
             "within": {"of": other.where, **Entry(self.given, other.response.dimension, other.unit).to_json()},
             "words": self.words,
         }
@@ -205,7 +205,7 @@ def _path(
     """What pushes the mass away from its support, as a path; and the peak for an acceleration of one."""
     from vibopt.mechanics.limiting import Path
 
-    names = [set(names_for(design.scene, one.response)) for one in (peak, room)]
+    names = [set(names_for(design.scene, asked.response)) for asked in (peak, room)]
     form = form_of(design.scene, model, peak.response).in_time
     if names[0] != names[1] or form is None or form.segments[-1].endless:
         return None

@@ -69,7 +69,11 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
 def damping_of_poles(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """Which damping ratios are those of poles, as asked for, and which of undamped modes, where they differ."""
     every = scene.responses.values()
-    asked = [one for one in every if one.response == "damping_ratio" and one.free_vibration and not one.spins]
+    asked = [
+        response
+        for response in every
+        if response.response == "damping_ratio" and response.free_vibration and not response.spins
+    ]
     machine = machine_of(scene, chosen) if asked else None
     if machine is None or machine.on_structures:
         return []
@@ -77,7 +81,7 @@ def damping_of_poles(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     from vibopt.responses.damping import ratios_of
 
     shapes = shapes_of(machine, sorted(turning(scene)))
-    modes = [plain(one, 3) for one in sorted(one.damping for one in shapes if one.damping is not None)]
+    modes = [plain(value, 3) for value in sorted(shape.damping for shape in shapes if shape.damping is not None)]
     poles = machine.poles()
     told = [plain(float(one), 3) for one in np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))]
     if told == modes or len(modes) < _SEVERAL:
@@ -90,7 +94,11 @@ def damping_of_poles(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def wide_orbits(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """Squeeze films whose rings whirl further than the formula of a film is good for, or touch."""
-    films = {name: one.squeeze_film for name, one in bearings(scene).items() if one.squeeze_film is not None}
+    films = {
+        name: bearing_table.squeeze_film
+        for name, bearing_table in bearings(scene).items()
+        if bearing_table.squeeze_film is not None
+    }
     if not films or not scene.excitations:
         return []
     from vibopt.report.isolators import asked

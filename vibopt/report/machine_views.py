@@ -77,12 +77,21 @@ def own_json(design: Design) -> dict[str, Any]:
     return {
         "variables": {
             **{
-                path: {"value": one.value, "unit": "", "shown": one.value, "at_bound": "", "one_of": list(one.options)}
-                for path, one in design.places.items()
+                path: {
+                    "value": word.value,
+                    "unit": "",
+                    "shown": word.value,
+                    "at_bound": "",
+                    "one_of": list(word.options),
+                }
+                for path, word in design.places.items()
             },
-            **{path: {**one.value.to_json(), "at_bound": one.at_bound} for path, one in design.variables.items()},
+            **{
+                path: {**chosen.value.to_json(), "at_bound": chosen.at_bound}
+                for path, chosen in design.variables.items()
+            },
         },
-        **({} if not design.scene.absorbers else {"build": {one.name: one for one in parts_of(design)}}),
+        **({} if not design.scene.absorbers else {"build": {part.name: part for part in parts_of(design)}}),
         "set": None if design.found is None else design.found,
         "model": design.model,
         **({} if design.tolerances is None else {"tolerances": design.tolerances}),

@@ -125,7 +125,11 @@ def tolerance_rows(design: Design) -> list[tuple[str, str, str]]:
 
 def worst_rows(design: Design) -> list[tuple[str, str]]:
     """Per limit, measure and the goal the machine on which it is worst."""
-    rows = [(name, off_words(one.off)) for name, one in (*design.limits.items(), *design.measures.items()) if one.off]
+    rows = [
+        (name, off_words(checked.off))
+        for name, checked in (*design.limits.items(), *design.measures.items())
+        if checked.off
+    ]
     if design.tolerances is not None and design.tolerances.goal_off and design.goal is not None:
         rows.append((f"goal: {design.goal[0]}", off_words(design.tolerances.goal_off)))
     return rows
@@ -133,14 +137,14 @@ def worst_rows(design: Design) -> list[tuple[str, str]]:
 
 def ranges_of(scene: Scene) -> dict[str, str]:
     """What may be chosen in each variable, positions of mounts included, by path."""
-    return {one.path: range_words(one) for one in (*asked_positions(scene).values(), *scene.variables)}
+    return {variable.path: range_words(variable) for variable in (*asked_positions(scene).values(), *scene.variables)}
 
 
 def range_words(variable: Variable) -> str:
     """What may be chosen: "10 kN/m to 1 GN/m", "one of 1 MN/m, 2 MN/m"."""
     if variable.choice.options:
         if len(variable.choice.options) > MOST_LISTED:
-            ends = (_short(one, variable) for one in (variable.low, variable.high))
+            ends = (_short(value, variable) for value in (variable.low, variable.high))
             return f"one of {len(variable.choice.options)} values from {' to '.join(ends)}"
         return "one of " + ", ".join(_short(option, variable) for option in variable.choice.options)
     low, high = _short(variable.low, variable), _short(variable.high, variable)
@@ -273,7 +277,7 @@ def notes_of(scene: Scene) -> list[str]:
 def _says_amplitude(scene: Scene) -> bool:
     """Whether an amplitude is given or bounded without a word that says peak, pp or rms."""
     given = [getattr(excitation, key) for excitation in scene.excitations.values() for key in _amplitudes(excitation)]
-    if any(isinstance(one, Fact) and not split_detector(one.unit)[1] for one in given):
+    if any(isinstance(fact, Fact) and not split_detector(fact.unit)[1] for fact in given):
         return True
     bounds = [bound for limit in scene.limits.values() if limit.amplitude for bound in (limit.at_most, limit.at_least)]
     return any(bound is not None and bound.detector is None for bound in bounds) or any(

@@ -101,7 +101,7 @@ def shapes_of(machine: Machine, turning: Sequence[str] = ()) -> list[Shape]:
         if lossy and frequency > 0.0:
             ratio = float(mode @ (damping / frequency + hysteretic / frequency**2) @ mode) / 2.0
         parts = [_part(body, way, rows, mode) for body, way, rows in motions]
-        found.append(Shape(float(frequency), ratio, tuple(sorted(parts, key=lambda one: -one.share))))
+        found.append(Shape(float(frequency), ratio, tuple(sorted(parts, key=lambda part: -part.share))))
     return found
 
 
@@ -174,7 +174,7 @@ def _percent(share: float) -> str:
 
 def _step(said: Sequence[Part]) -> str:
     """Whether the two bodies that move most go the same way."""
-    one, other = said[:2]
-    if one.way != other.way or one.body == other.body:
+    part, other = said[:2]
+    if part.way != other.way or part.body == other.body:
         return ""
-    return ", in step" if one.sense * other.sense > 0.0 else ", against each other"
+    return ", in step" if part.sense * other.sense > 0.0 else ", against each other"

@@ -84,7 +84,9 @@ def balancing_document(design: Design) -> dict[str, Any]:
         for plane in planes
     ]
     size = part if part >= _LOOSE else 1.0
-    limits = {key: row for names in sensors.values() for one in names for key, row in _limits(scene, one, speeds, size)}
+    limits = {
+        key: row for names in sensors.values() for name in names for key, row in _limits(scene, name, speeds, size)
+    }
     told = "Limits are those of the file at the speeds of the runs; what is left between them is not known."
     if _LOOSE <= part < 1.0:
         told = f"Limits are {1e2 * (1.0 - part):.1f} % tighter here, so that they hold at every speed of their ranges."
@@ -112,17 +114,17 @@ def _modelled(design: Design) -> tuple[Machine, dict[str, list[str]], list[str],
         )
     sensors, planes = _sensors(scene), [disc.name for rotor in scene.rotors.values() for disc in rotor.discs]
     there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
-    for lacks in (words for words, one in there.items() if not one):
+    for lacks in (words for words, collection in there.items() if not collection):
         raise InputError(f"{scene.name}: {lacks}")
-    (name, one), *others = scene.excitations.items()
-    if one.anywhere or len(one.loose) > 1:
+    (name, excitation), *others = scene.excitations.items()
+    if excitation.anywhere or len(excitation.loose) > 1:
         raise InputError(
             f"{scene.name}: excitations.{name} is an unbalance at places or angles that nobody knows, so nothing says "
             "what to take back. Leave or_on and angles out."
         )
     if others:
         raise InputError(f"{scene.name}: {_ONE}")
-    return machine, sensors, planes, one
+    return machine, sensors, planes, excitation
 
 
 def _sensors(scene: Scene) -> dict[str, list[str]]:
@@ -156,14 +158,16 @@ def held_between(
     is added.
     """
     ((_, imbalance),) = scene.excitations.items()
-    columns = [{one: 1.0 + 0j} for one in planes] + [imbalance.acts] * (not {*imbalance.acts} <= {*planes})
+    columns = [{name: 1.0 + 0j} for name in planes] + [imbalance.acts] * (not {*imbalance.acts} <= {*planes})
     asked = [(point, _bound(scene, name), _bands(scene, name)) for point, names in sensors.items() for name in names]
 
     def rows(speeds: Iterable[FloatArray]) -> ComplexArray:
         """What a unit of each column does at speeds of each limit, as a part of it, (n, n_columns)."""
         found = []
         for (point, most, _), at in zip(asked, speeds, strict=True):
-            each = ({place: np.asarray(part * at**2, dtype=complex) for place, part in one.items()} for one in columns)
+            each = (
+                {place: np.asarray(part * at**2, dtype=complex) for place, part in column.items()} for column in columns
+            )
             found.append(np.array([machine.shake(at, one, {}).points[point] for one in each]).T / most)
         return np.concatenate(found)
 
@@ -183,7 +187,7 @@ def held_between(
 def _tried(bands: list[Band], poles: ComplexArray) -> FloatArray:
     """Speeds of ranges [rad/s]: evenly, and close to each pole."""
     found = [np.linspace(band.low, band.high, _TRIED)[1:] for band in bands if not band.is_point]
-    near = [one.real + abs(one.imag) * np.linspace(-6.0, 6.0, 41) for one in poles]
+    near = [pole.real + abs(pole.imag) * np.linspace(-6.0, 6.0, 41) for pole in poles]
     close = np.concatenate([*near, np.zeros(0)])
     return np.unique(np.concatenate([*found, close[_within(close, bands)]])) if found else np.zeros(0)
 
@@ -250,11 +254,11 @@ def _speeds(scene: Scene, machine: Machine) -> FloatArray:
     peaks = (np.abs(square) / np.sqrt(np.maximum(square.real, 1e-300))).tolist()
     points, even = [band.low for band in bands if band.is_point], []
     for band in (one for one in bands if not one.is_point):
-        points += [one for one in peaks if band.low < one < band.high]
+        points += [peak for peak in peaks if band.low < peak < band.high]
         even += np.linspace(band.low, band.high, _PARTS + 1)[::-1].tolist()
     kept: list[float] = []
     for speed in [*points, *even]:
-        if speed > 0.0 and all(abs(speed - one) > _APART * one for one in kept):
+        if speed > 0.0 and all(abs(speed - value) > _APART * value for value in kept):
             kept.append(speed)
     return np.sort(kept)
 

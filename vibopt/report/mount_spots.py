@@ -54,9 +54,9 @@ def spots_of(machine: SpaceMachine) -> list[Spot]:
 def sums_of(spots: list[Spot]) -> dict[str, float]:
     """Sum of the loads under each body that stands on mounts [N]; bodies that are not held are left out."""
     sums: dict[str, float] = {}
-    for one in spots:
-        if isfinite(one.load):
-            sums[one.carried] = sums.get(one.carried, 0.0) + one.load
+    for spot in spots:
+        if isfinite(spot.load):
+            sums[spot.carried] = sums.get(spot.carried, 0.0) + spot.load
     return sums
 
 

@@ -51,20 +51,20 @@ def run_up_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 def _beside(scene: Scene, machine: Machine, where: str, name: str, response: TransientResponse) -> str:
     """How much less or more it is than the greatest steady vibration on the way, and how much later."""
     unit, band = scene.excitations[name].speed.unit, band_of(scene.excitations[name])
-    found = measure_on(scene, machine, response, "at_most")
+    measured = measure_on(scene, machine, response, "at_most")
     over = {"over": {name: SpeedRange((band,), ROTATION, unit)}, "due_to": (name,)}
     steady = measure_on(scene, machine, response.steady.model_copy(update=over), "at_most")
-    if isfinite(steady.value) and not isfinite(found.value):  # the motor sticks, as is said
+    if isfinite(steady.value) and not isfinite(measured.value):  # the motor sticks, as is said
         most = show(steady.value, best_unit(steady.value, response.dimension), response.dimension)
         return f"{where}: steady, it is at most {most} on the way, at {show(steady.speeds[name], unit, ROTATION)}."
     if not isfinite(steady.value):
         return (
             f"{where}: run slowly it is infinite, at {show(steady.speeds[name], unit, ROTATION)}; in the run-up "
-            f"{'too' if not isfinite(found.value) else 'it is not'}."
+            f"{'too' if not isfinite(measured.value) else 'it is not'}."
         )
     size = show(steady.value, best_unit(steady.value, response.dimension), response.dimension)
-    part, begins = found.value / steady.value - 1.0, steady.speeds[name]
-    shift = found.speeds[name] / begins - 1.0 if begins > 0.0 else found.speeds[name]
+    part, begins = measured.value / steady.value - 1.0, steady.speeds[name]
+    shift = measured.speeds[name] / begins - 1.0 if begins > 0.0 else measured.speeds[name]
     much = "as much" if abs(part) < _SAME else f"{100.0 * abs(part):.2g} % {'more' if part > 0.0 else 'less'}"
     when = f"at a speed {plain(100.0 * abs(shift), 2)} % {'above' if shift > 0.0 else 'below'}"
     when = "there" if abs(shift) < _SAME else when if begins > 0.0 else f"at {show(shift, unit, ROTATION)}"
@@ -81,7 +81,7 @@ def _never(scene: Scene, machine: Machine, name: str) -> list[str]:
     modes = [float(frequency) for frequency in machine.natural_frequencies()]
     if any(band.low <= mode <= band.high for mode in modes):
         return []
-    near = min(modes, key=lambda one: max(band.low - one, one - band.high))
+    near = min(modes, key=lambda value: max(band.low - value, value - band.high))
     return [
         f"excitations.{name}: its {_run(scene, name)} passes no resonance; the nearest natural frequency is "
         f"{show(near, unit, ROTATION)}."

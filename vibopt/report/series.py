@@ -102,7 +102,9 @@ def heights(
     middle = float(np.median(positive)) if len(positive) else 1.0
     peak = min(top, max(30.0 * middle, 4.0 * max(named, default=0.0)))
     high = max([peak, *named])
-    floor = min([float(np.percentile(positive, 5)) if len(positive) else high, *(one for one in named if one > 0.0)])
+    floor = min(
+        [float(np.percentile(positive, 5)) if len(positive) else high, *(value for value in named if value > 0.0)]
+    )
     if high > 30.0 * floor and floor > 0.0:
         return (max(floor / 2.0, high * 1e-6), 2.5 * high), True
     return (0.0, 1.25 * high if high > 0.0 else 1.0), False

@@ -137,9 +137,9 @@ class _Page:
 
     def _past_joints(self, name: str) -> list[Link]:
         """Links down from a box past a joint on which it stands, too."""
-        down = [one for one in self.sketch.links if name in one.ends and self._gap_of(one)[1] == self.level[name]]
+        down = [link for link in self.sketch.links if name in link.ends and self._gap_of(link)[1] == self.level[name]]
         on_joints = any(box.joint for box in self.sketch.boxes for link in down if box.name in link.ends)
-        return [one for one in down if on_joints and self.level[name] - self._gap_of(one)[0] > 1]
+        return [link for link in down if on_joints and self.level[name] - self._gap_of(link)[0] > 1]
 
     def _half(self, name: str) -> float:
         """Half the width of a box."""

@@ -48,7 +48,7 @@ def views_figure(machine: SpaceMachine, scene: Scene, title: str = "") -> Figure
         return None
     named = {name: machine.fixed[name][1] for name in scene.points if name in machine.fixed}
     sites = [*_shaken(machine, scene), *(_Site(np.asarray(at), drawn(name, 16)) for name, at in named.items())]
-    centres = {name: np.asarray(one.centre) for name, one in machine.rigid.items()}
+    centres = {name: np.asarray(rigid.centre) for name, rigid in machine.rigid.items()}
     places = np.array([[*spot.at] for spot in spots] + [site.at for site in sites] + list(centres.values()))
     low, high = places.min(axis=0), places.max(axis=0)
     size = np.maximum(high - low, 1e-3 * max(float((high - low).max()), 1e-3))
@@ -154,19 +154,19 @@ class _Views:
                 axes.text(x, y, f" {words[k]} ", ha=align, va="center", fontsize=SMALL, color=INK)
 
 
-def _site(axes: Any, at: tuple[float, float], one: _Site, pair: tuple[int, int]) -> None:
+def _site(axes: Any, at: tuple[float, float], site: _Site, pair: tuple[int, int]) -> None:
     """A named point as a cross; a force as an arrow, along the view as a dot in a ring; an axis as a dashed line."""
     x, y = at
-    if one.along is None:
+    if site.along is None:
         axes.plot([x], [y], marker="x", color=INK, ms=5, ls="", zorder=5)
         return
-    dx, dy = (0.42 * float(one.along[k]) for k in pair)
+    dx, dy = (0.42 * float(site.along[k]) for k in pair)
     if abs(dx) + abs(dy) < 0.05:
         axes.plot([x], [y], marker="o", mfc="none", mec=BLUE, ms=16, mew=1.6, ls="", zorder=6)
         axes.plot([x], [y], marker="o", color=BLUE, ms=4, ls="", zorder=7)
         return
-    dx, dy = (1.9 * dx, 1.9 * dy) if not one.about else (1.4 * dx, 1.4 * dy)
-    if one.about:
+    dx, dy = (1.9 * dx, 1.9 * dy) if not site.about else (1.4 * dx, 1.4 * dy)
+    if site.about:
         axes.plot([x - dx, x + dx], [y - dy, y + dy], color=BLUE, lw=1.4, ls=(0, (6, 2, 1, 2)), zorder=6)
         return
     style = {"arrowstyle": "<|-|>", "color": BLUE, "lw": 1.8, "mutation_scale": 14, "shrinkA": 0, "shrinkB": 0}
@@ -208,9 +208,9 @@ def machine_figure(design: Design, title: str = "") -> Figure | None:
     """
     machine = machine_in(design)
     if isinstance(machine, SpaceMachine):
-        found = views_figure(machine, design.scene, title)
-        if found is not None:
-            return found
+        figure = views_figure(machine, design.scene, title)
+        if figure is not None:
+            return figure
     if design.scene.rotors:
         notes = [
             f"Shaken by {shake_words(design.scene, excitation)}.".replace("\n", ": ")

@@ -54,13 +54,13 @@ class ShockSpectrum(Tabular):
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each mount; accelerations in m/s^2, of a pushed body forces in N, displacements in m."""
-        one, rows = self.found, []
+        spectrum, rows = self.found, []
         kind = "acceleration" if self.moves else "force"
         for (i, ratio), (j, rate) in (
             (each, other) for each in enumerate(self.ratios.tolist()) for other in enumerate(self.rates.tolist())
         ):
-            primary, residual = float(one.absolute[i, j]), float(one.absolute_after[i, j])
-            pseudo = max(float(one.pseudo[i, j]), float(one.pseudo_after[i, j]))
+            primary, residual = float(spectrum.absolute[i, j]), float(spectrum.absolute_after[i, j])
+            pseudo = max(float(spectrum.pseudo[i, j]), float(spectrum.pseudo_after[i, j]))
             rows.append(
                 {"natural_frequency_hz": rate / (2.0 * np.pi), "damping_ratio": ratio}
                 | {f"{kind}_maximax": max(primary, residual), f"{kind}_primary": primary}
@@ -111,8 +111,8 @@ def shock_spectrum(
             f"{scene.name}: natural frequencies are above zero, in Hz, and damping ratios zero or more. Leave them out "
             "for the usual ones."
         )
-    found = spectra(np.ones(1), _summed(segments), rates, ratios[:, None])
-    return ShockSpectrum(" and ".join(names), place, place in scene.bases, rates, ratios, found)
+    spectrum = spectra(np.ones(1), _summed(segments), rates, ratios[:, None])
+    return ShockSpectrum(" and ".join(names), place, place in scene.bases, rates, ratios, spectrum)
 
 
 def _loads(scene: Scene) -> dict[str, tuple[list[str], tuple[Segment, ...]]]:
@@ -201,8 +201,8 @@ def spectrum_panels(design: Design) -> list[Panel]:
         own = mount.ratio if mount is not None else _USUAL
         rates = _rates(segments, mount.rate if mount is not None else None)
         ratios = np.union1d(DAMPING, [own])
-        found = spectra(np.ones(1), _summed(segments), rates, ratios[:, None])
-        of = ShockSpectrum(" and ".join(names), place, place in design.scene.bases, rates, ratios, found)
+        spectrum = spectra(np.ones(1), _summed(segments), rates, ratios[:, None])
+        of = ShockSpectrum(" and ".join(names), place, place in design.scene.bases, rates, ratios, spectrum)
         sudden = not any((segment.start != 0.0).any() for segment in segments)
         panels += _Drawn(design.scene, of, own, mount, sudden, segments[-1].endless).panels()
     return panels
@@ -238,12 +238,15 @@ class _Drawn:
     stays: bool
 
     def panels(self) -> list[Panel]:
-        one, kind = self.of.found, "acceleration" if self.of.moves else "force"
-        most = np.maximum(one.absolute, one.absolute_after)
+        spectrum, kind = self.of.found, "acceleration" if self.of.moves else "force"
+        most = np.maximum(spectrum.absolute, spectrum.absolute_after)
         row, ratio = int(self.of.ratios.searchsorted(self.own)), plain(self.own, 3)
         parts = {"maximax": most[row]}
         if not (self.sudden or self.stays):
-            parts |= {"primary, during the load": one.absolute[row], "residual, after it": one.absolute_after[row]}
+            parts |= {
+                "primary, during the load": spectrum.absolute[row],
+                "residual, after it": spectrum.absolute_after[row],
+            }
         listed = {f"damping ratio {plain(z, 3)}": each for z, each in zip(self.of.ratios.tolist(), most, strict=True)}
         name = f"Shock spectrum of {self.of.name} on {self.of.on}"
         quantity = "absolute acceleration" if self.of.moves else "force on the support"
@@ -252,7 +255,7 @@ class _Drawn:
             self._panel(f"{name}, maximax", quantity, kind, listed, most[row], log=self.sudden),
         ]
         if self.of.moves:
-            across = np.maximum(one.pseudo, one.pseudo_after) / self.of.rates**2
+            across = np.maximum(spectrum.pseudo, spectrum.pseudo_after) / self.of.rates**2
             words = {f"damping ratio {plain(z, 3)}": each for z, each in zip(self.of.ratios, across, strict=True)}
             title = f"{name}, relative displacement"
             found.append(self._panel(title, "relative displacement", "length", words, across[row], log=True))

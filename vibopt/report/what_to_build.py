@@ -101,11 +101,11 @@ def _joined(first: str, then: list[str]) -> str:
     return ": ".join(filter(None, (first, ", ".join(then))))
 
 
-def _again(one: Entry) -> str:
+def _again(entry: Entry) -> str:
     """The same value with all its digits, in the unit in which it was shown."""
-    unit = one.shown.partition(" ")[2]
-    exact = one.dimension in ("mass", "stiffness", "damping")
-    return verified(one.value, unit, one.dimension) if exact else one.shown
+    unit = entry.shown.partition(" ")[2]
+    exact = entry.dimension in ("mass", "stiffness", "damping")
+    return verified(entry.value, unit, entry.dimension) if exact else entry.shown
 
 
 def _order(design: Design, path: str, part: Part | None, count: float) -> str:

@@ -39,7 +39,7 @@ def asks_whirls(scene: Scene) -> bool:
 
 
 def _asked(scene: Scene) -> list[OfWhirls]:
-    return [cast("OfWhirls", one) for one in scene.responses.values() if one.spins]
+    return [cast("OfWhirls", response) for response in scene.responses.values() if response.spins]
 
 
 def whirls_of(design: Design, machine: Machine | None) -> list[Whirl]:
@@ -70,7 +70,9 @@ def whirls_of(design: Design, machine: Machine | None) -> list[Whirl]:
 
 def whirls_block(design: Design, machine: Machine | None) -> Block:
     """Their table; empty where no damping of a whirl is asked."""
-    rows = [(one.spin, one.frequency, one.whirl, one.logarithmic_decrement) for one in whirls_of(design, machine)]
+    rows = [
+        (whirl.spin, whirl.frequency, whirl.whirl, whirl.logarithmic_decrement) for whirl in whirls_of(design, machine)
+    ]
     return table("Free whirls", ("Spin", "Frequency", "Whirl", "Log. decrement"), rows)
 
 

@@ -179,9 +179,9 @@ class Isolation(Transmissibility):
     def _read_bounds(cls, given: dict[str, Any]) -> dict[str, Quantity]:
         """Shares below 1: a level of them could mean what is handed on as well as what is kept back."""
         read = super()._read_bounds(given)
-        for key, one in read.items():
-            if one.unit == "dB":
-                level = abs(20.0 * log10(one.value))
+        for key, quantity in read.items():
+            if quantity.unit == "dB":
+                level = abs(20.0 * log10(quantity.value))
                 share = f"{100.0 * (1.0 - 10.0 ** (-level / 20.0)):.4g} %"
                 other = "at_most" if key == "at_least" else "at_least"
                 raise KeyedError(
@@ -189,7 +189,7 @@ class Isolation(Transmissibility):
                     f'is a level, but isolation is a share of 1. Write "{share}", or response = '
                     f'"transmissibility" with {other} = "{-level:.4g} dB".',
                 )  # fmt: skip
-            if one.value >= 1.0:
-                meant = f'"{one.value:g} %"' if not one.unit and one.value < 100.0 else "less than 100 %"
+            if quantity.value >= 1.0:
+                meant = f'"{quantity.value:g} %"' if not quantity.unit and quantity.value < 100.0 else "less than 100 %"
                 raise KeyedError(key, given[key], f"is as much as nothing coming through, or more. Write {meant}.")
         return read

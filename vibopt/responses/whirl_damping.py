@@ -59,12 +59,12 @@ class OfWhirls(Response):
         if given is None or isinstance(given, Quantity):
             return given
         try:
-            found = read_quantity(given, ROTATION)
+            quantity = read_quantity(given, ROTATION)
         except QuantityError as error:
             raise complaint(str(error)) from None
-        if found.value <= 0.0:
+        if quantity.value <= 0.0:
             raise complaint('is not above zero. Write the greatest frequency that counts: up_to = "6000 rpm".')
-        return found
+        return quantity
 
     @model_validator(mode="after")
     def _spins(self) -> OfWhirls:

@@ -27,12 +27,14 @@ def bearings(scene: Scene) -> dict[str, BearingTable]:
 @places.once
 def in_planes(scene: Scene) -> list[str]:
     """Names of the bearings that are not alike in both planes: orbits are then no circles."""
-    return [name for name, one in bearings(scene).items() if not one.alike]
+    return [name for name, bearing_table in bearings(scene).items() if not bearing_table.alike]
 
 
 def table_ends(scene: Scene) -> tuple[str, float, float] | None:
     """Speeds [rad/s] between which all tables of bearings say something, and the one that says least; None of none."""
-    ends = [(name, *one.ends) for name, one in bearings(scene).items() if one.ends is not None]
+    ends = [
+        (name, *bearing_table.ends) for name, bearing_table in bearings(scene).items() if bearing_table.ends is not None
+    ]
     if not ends:
         return None
     low, high = max(one[1] for one in ends), min(one[2] for one in ends)
@@ -59,7 +61,7 @@ def check_bearings(scene: Scene, mistakes: Mistakes) -> None:
             "the whirl is then no circle, and bends every fibre to and fro. Leave it out, or write bearings that are "
             "alike.",
         )
-    stations = {point for one in scene.rotors.values() for point in one.names}
+    stations = {point for rotor in scene.rotors.values() for point in rotor.names}
     for name, table in bearings(scene).items():
         if scene.rotors and not stations & {*table.between}:
             mistakes.value(
@@ -84,9 +86,9 @@ def holding_rows(model: Model) -> list[FloatArray]:
     planes = []
     for place in (0, 3):  # of k_yy and k_zz
         held = []
-        for one in model.bearings:
-            least = one.table[:, place].min() if len(one.speeds) else one.powers[place].scale
-            held += [one.row[: model.n_free]] if least > 0.0 else []
+        for bearing in model.bearings:
+            least = bearing.table[:, place].min() if len(bearing.speeds) else bearing.powers[place].scale
+            held += [bearing.row[: model.n_free]] if least > 0.0 else []
         planes.append(np.array([*springs, *held]))
     return planes
 
@@ -122,7 +124,9 @@ def planes_fault(scene: Scene, path: Path, response: Response, mistakes: Mistake
     if response.response == "stability_threshold":
         return _threshold_beyond(scene, path, response, mistakes)
     if bands := response.spins or response.outside_bands:
-        return _outside_tables(scene, path, (min(one.low for one in bands), max(one.high for one in bands)), mistakes)
+        return _outside_tables(
+            scene, path, (min(band.low for band in bands), max(band.high for band in bands)), mistakes
+        )
     return isinstance(response, HarmonicResponse) and _beyond_table(scene, path, response, mistakes)
 
 
@@ -149,7 +153,7 @@ def _beyond_table(scene: Scene, path: Path, response: HarmonicResponse, mistakes
     if table_ends(scene) is None or not set(names_for(scene, response)) <= set(scene.excitations):
         return False
     bands = [band for one in names_for(scene, response) for band in bands_for(scene, response, one)]
-    asked = min(one.low for one in bands), max(one.high for one in bands)
+    asked = min(band.low for band in bands), max(band.high for band in bands)
     return _outside_tables(scene, path, asked, mistakes)
 
 
@@ -161,7 +165,7 @@ def _outside_tables(scene: Scene, path: Path, asked: tuple[float, float], mistak
     if asked[0] >= low * (1.0 - 1e-12) and asked[1] <= high * (1.0 + 1e-12):
         return False
     said, known = (
-        " to ".join(dict.fromkeys(show(one, "rpm", "angular_rate") for one in two)) for two in (asked, (low, high))
+        " to ".join(dict.fromkeys(show(value, "rpm", "angular_rate") for value in two)) for two in (asked, (low, high))
     )
     mistakes.add(
         path,

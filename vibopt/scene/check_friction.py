@@ -85,7 +85,7 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
 
 def _shaken(scene: Scene, where: str, path: Path, mistakes: Mistakes) -> None:
     """One harmonic, or what comes once: together such excitations are one motion, beside others they are none."""
-    names = [f"excitations.{one}" for one in scene.excitations]
+    names = [f"excitations.{name}" for name in scene.excitations]
     lasting = [one for one, table in scene.excitations.items() if table.sort != "transient"]
     if len(names) > 1 and lasting:
         mistakes.add(
@@ -145,7 +145,7 @@ def _loose(scene: Scene) -> list[str]:
     held, ends = {GROUND, *places.supports(scene)}, places.ends(scene)
     for _ in scene.bodies:
         held |= {end for link in places.springs(scene) if held & {*ends[link]} for end in ends[link]}
-    return [one for one in scene.bodies if one not in held]
+    return [name for name in scene.bodies if name not in held]
 
 
 def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
@@ -156,7 +156,7 @@ def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
     if isinstance(response, TransientResponse) and response.combine is not None:
         why = "of one excitation is no part of that of several, for all together decide when it slips"
         way = "Leave combine out: then all act together, from one beginning."
-    moving = [f"bodies.{one}" for one in scene.bodies] + [f"absorbers.{one}" for one in scene.absorbers]
+    moving = [f"bodies.{name}" for name in scene.bodies] + [f"absorbers.{name}" for name in scene.absorbers]
     if isinstance(response, HarmonicResponse) and len(moving) > 1:
         why = f"is answered in steady vibration of one body alone, and here {moving[0]} and {moving[1]} move"
         way = f'Ask in time: begins = "suddenly" in the excitation, and response = "peak_{response.response}".'

@@ -105,10 +105,13 @@ def _missing(scene: Scene, response: Response, name: str | None) -> str:
 
 def _refers(scene: Scene, what: str, name: str) -> str:
     """Why an absorber has nothing to which its ratio could refer."""
-    one = scene.absorbers[name]
-    if what == "mass" and (one.relative_to or one.host) not in {**scene.bodies, **scene.absorbers}:
-        return f"{one.host} is a point without a mass of its own. Ask for the mass of the absorber."
-    if what == "frequency" and one.tuning is None and places.is_whole(scene):
+    absorber_table = scene.absorbers[name]
+    if what == "mass" and (absorber_table.relative_to or absorber_table.host) not in {
+        **scene.bodies,
+        **scene.absorbers,
+    }:
+        return f"{absorber_table.host} is a point without a mass of its own. Ask for the mass of the absorber."
+    if what == "frequency" and absorber_table.tuning is None and places.is_whole(scene):
         try:
             reference(scene, name)
         except NoReferenceError as error:

@@ -38,7 +38,7 @@ def _fault(scene: Scene, path: Path, response: Response) -> str:
     doubts = uncertain(scene)
     if not doubts:
         return 'no number scatters. Add one, for example tolerance = { normal = "2 %" } of a mass.'
-    bare = [one.path for one in doubts if not isinstance(one.tolerance, Scatter)]
+    bare = [doubt.path for doubt in doubts if not isinstance(doubt.tolerance, Scatter)]
     if bare:
         return (
             f"of {bare[0]} it is only known how far it may be off. Write its distribution, tolerance = {{ uniform = "

@@ -163,8 +163,8 @@ def _place(response: TransientResponse) -> str:
 def _from_standstill(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
     """Adds a steady vibration whose speeds begin at zero."""
     for name in names:
-        one = scene.excitations[name]
-        if response.sort not in one.sorts and any(band.low == 0.0 for band in one.own_bands()):
+        excitation = scene.excitations[name]
+        if response.sort not in excitation.sorts and any(band.low == 0.0 for band in excitation.own_bands()):
             return (
                 f"adds the steady vibration of excitations.{name}, whose own speeds begin at standstill. Write those "
                 "at which it runs."
@@ -389,7 +389,7 @@ def _falls(scene: Scene, base: str) -> dict[str, float]:
 
 def _passes(scene: Scene, link: str) -> int:
     """Power of the frequency that the force across a link has beyond that of a spring: 1 with a damper."""
-    table = next(one for _, name, one in places.devices(scene) if link in one.joins(name))
+    table = next(device for _, name, device in places.devices(scene) if link in device.joins(name))
     return table.passes or int(_damped(table))
 
 

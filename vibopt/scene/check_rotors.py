@@ -140,7 +140,7 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
     """Whether a response asks of a rotor what changes with its speed, or what it has no number for; adds it."""
     key, where = response.response, dotted(path)
     if not scene.rotors:
-        turns = next((body for body, one in scene.bodies.items() if one.turns), "")
+        turns = next((body for body, body_table in scene.bodies.items() if body_table.turns), "")
         if response.whirls and turns and not response.free_vibration:
             mistakes.add(
                 path,

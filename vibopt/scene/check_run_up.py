@@ -22,10 +22,10 @@ _ROOM, _TURNS = 1e-9, 3e5
 
 def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
     """Add what is wrong with the speeds of a run-up."""
-    one = scene.excitations[name]
-    path, where, unit = ("excitations", name, "run_up"), f"excitations.{name}", one.speed.unit
-    begins, stays = ends_of(one)
-    own, band = max(each.high for each in one.own_bands()), band_of(one)
+    excitation = scene.excitations[name]
+    path, where, unit = ("excitations", name, "run_up"), f"excitations.{name}", excitation.speed.unit
+    begins, stays = ends_of(excitation)
+    own, band = max(each.high for each in excitation.own_bands()), band_of(excitation)
 
     def shown(speed: float) -> str:
         return show(speed, unit, "angular_rate")
@@ -38,7 +38,7 @@ def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
             f"{where}.run_up goes up to {shown(band.high)}, but speed = {shown(own)} is beyond it: which of the two "
             f'does the machine reach? Write to = "{shown(own)}", or a lower speed.',
         )
-    elif (motor := motor_of(one)) is not None and not _covers(motor):
+    elif (motor := motor_of(excitation)) is not None and not _covers(motor):
         mistakes.add(
             path,
             f"{where}.run_up goes from {shown(begins)} to {shown(stays)}, and its torque is not known at all of these "
@@ -53,13 +53,13 @@ def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
             f"{left}, which turns it no further {way}. Write a {'greater' if stays > begins else 'smaller'} torque, or "
             "another end.",
         )
-    elif _turned(one) > _TURNS * 2.0 * math.pi:
+    elif _turned(excitation) > _TURNS * 2.0 * math.pi:
         mistakes.add(
             path,
             f"{where}.run_up takes more than {_TURNS:.0f} turns, so slowly that it is steady at every speed. Ask for "
             f'steady responses over the range instead: over = "{shown(band.low)}..{shown(band.high)}".',
         )
-    elif not any(each.holds(band.low) and each.holds(band.high) for each in one.known_bands):
+    elif not any(each.holds(band.low) and each.holds(band.high) for each in excitation.known_bands):
         mistakes.add(
             path,
             f"{where}.run_up goes from {shown(begins)} to {shown(stays)}, and its amplitude is not known at all of "
@@ -77,7 +77,7 @@ def _covers(motor: Motor) -> bool:
 def _known(motor: Motor) -> FloatArray:
     """Speeds at which torques are looked at: ends, joints of their curves, and some between."""
     low, high = sorted((motor.begins, motor.stays))
-    joints = [one for one in (*motor.driving.breaks(), *motor.load.breaks()) if low < one < high]
+    joints = [value for value in (*motor.driving.breaks(), *motor.load.breaks()) if low < value < high]
     return np.sort(np.concatenate([np.linspace(low, high, 201), joints]))
 
 
@@ -88,11 +88,11 @@ def _weak(motor: Motor) -> float | None:
     return float(stuck[0] if sense > 0.0 else stuck[-1]) if len(stuck) else None
 
 
-def _turned(one: Excitation) -> float:
+def _turned(excitation: Excitation) -> float:
     """Angle through which it turns on its way [rad]."""
-    motor, (begins, stays) = motor_of(one), ends_of(one)
+    motor, (begins, stays) = motor_of(excitation), ends_of(excitation)
     if motor is None:
-        return abs(stays**2 - begins**2) / abs(2.0 * rate_of(one))
+        return abs(stays**2 - begins**2) / abs(2.0 * rate_of(excitation))
     speeds = _known(motor)
     return float(abs(np.trapezoid(speeds * motor.inertia / motor.left(speeds), speeds)))
 

@@ -186,30 +186,30 @@ def _lifted(scene: Scene, body: str, held: Mapping[str, MountTable]) -> tuple[st
 
 def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     """Whether an excitation acts in space, where its direction is checked here."""
-    one = scene.excitations[name]
-    path, on = ("excitations", name), one.on
+    excitation = scene.excitations[name]
+    path, on = ("excitations", name), excitation.on
     if _half_read(scene) and on in (*places.moving(scene), *places.raw(scene, "points")):
         return True
-    way, axis = getattr(one, "direction", None), getattr(one, "axis", None)
+    way, axis = getattr(excitation, "direction", None), getattr(excitation, "axis", None)
     inside = place_in_space(scene, on)
-    if one.sort != "steady" and (inside or scene.mounts):
-        what = "white noise" if one.sort == "random" else f'of kind "{one.kind}"'
+    if excitation.sort != "steady" and (inside or scene.mounts):
+        what = "white noise" if excitation.sort == "random" else f'of kind "{excitation.kind}"'
         mistakes.add(path, f"excitations.{name} is {what}, which machines in space do not take yet. Remove it.")
         return True
-    if one.family == "bases":
+    if excitation.family == "bases":
         carries = any(on in table.between for table in scene.mounts.values())
-        if carries and way is None and "direction" in type(one).model_fields:
+        if carries and way is None and "direction" in type(excitation).model_fields:
             mistakes.add(path, f'excitations.{name} moves {on} in no direction. Add direction = "z", or "x" or "y".')
         return carries
     if not inside:
-        said = [key for key in ("direction", "axis", "at") if getattr(one, key, None) is not None]
+        said = [key for key in ("direction", "axis", "at") if getattr(excitation, key, None) is not None]
         if said and on in places.moving(scene) and not _unread(scene, on):
             mistakes.add(
                 (*path, said[0]),
                 f"excitations.{name} has {said[0]}, but {on} knows one line or axis only. Remove {said[0]}.",
             )
         return False
-    if one.moment:
+    if excitation.moment:
         if on not in bodies_in_space(scene):
             body = scene.points[on].on
             mistakes.add(
@@ -221,14 +221,14 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
         elif kept := _kept(scene, on, axis, turn=True):
             mistakes.add(path, f"excitations.{name} acts {kept}")
     elif way is None and axis is None:
-        more = ', or axis = "x" where it rotates about it' if one.kind == "unbalance" else ""
+        more = ', or axis = "x" where it rotates about it' if excitation.kind == "unbalance" else ""
         mistakes.add(
             path,
             f'excitations.{name} acts on {on}, which moves in space, but in no direction. Add direction = "z"{more}.',
         )
     elif kept := _kept(scene, on, way, turn=False):
         mistakes.add(path, f"excitations.{name} acts {kept}")
-    if getattr(one, "at", None) is not None and on not in bodies_in_space(scene):
+    if getattr(excitation, "at", None) is not None and on not in bodies_in_space(scene):
         mistakes.add(
             (*path, "at"), f"excitations.{name} has at, but {on} is a place already. Remove at, or name the body."
         )

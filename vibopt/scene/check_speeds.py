@@ -151,7 +151,7 @@ def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
 def _detected(path: Path, response: HarmonicResponse, combine: str, mistakes: Mistakes) -> None:
     """What is bounded or shown in rms or pp must be that of several harmonics as they add up."""
     bounds = (getattr(bound, "detector", None) for bound in (response.at_most, response.at_least))
-    said = {("bound", one) for one in bounds} | {("unit", split_detector(response.unit or "")[1])}
+    said = {("bound", bound) for bound in bounds} | {("unit", split_detector(response.unit or "")[1])}
     for what, detector in sorted(said, key=str):
         if detector == "rms" and combine != "rss":
             mistakes.value(

@@ -45,7 +45,7 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
             f"{where} turns with a shaft, beside the dry friction of links.{places.rubbing(scene)[0]}, which rubs in "
             "another direction at every instant of a whirl. Keep one of them.",
         )
-    if not scene.excitations and not any(one.response == _THRESHOLD for one in asked):
+    if not scene.excitations and not any(response.response == _THRESHOLD for response in asked):
         mistakes.add(
             path,
             f'{where} turns with a shaft, but nothing spins. Add an excitation with kind = "unbalance", whose speed is '
@@ -64,7 +64,7 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
     from vibopt.mechanics.whirl import MOST
 
     other = [*turns][1].partition(".")[2]
-    empty = [body for body, one in scene.bodies.items() if one.massless]
+    empty = [body for body, body_table in scene.bodies.items() if body_table.massless]
     if empty:
         mistakes.add(
             path,
@@ -86,7 +86,7 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
         return
     asked = [((family, name), one) for family in ("limits", "measures") for name, one in vars(scene)[family].items()]
     limits = [one.at_least for _, one in asked if one.response == _THRESHOLD and one.at_least is not None]
-    known = max((one.value for one in limits), default=0.0)
+    known = max((limit.value for limit in limits), default=0.0)
     for path, response in [*asked, *goal]:
         driven = response.reading or response
         if not isinstance(driven, HarmonicResponse):

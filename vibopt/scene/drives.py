@@ -58,8 +58,8 @@ def signals_for(
 ) -> tuple[FloatArray, tuple[Segment, ...] | Sweep | Sweeps | Motor]:
     """What the response counts in time: the coordinates that it acts on, (n_coords, n_signals), signals or a run-up."""
     every = [scene.excitations[name] for name in names_for(scene, response)]
-    rows = np.array([row_of(one, points) for one in every]).T
-    forces = np.array([one.family == "bodies" for one in every])
+    rows = np.array([row_of(excitation, points) for excitation in every]).T
+    forces = np.array([excitation.family == "bodies" for excitation in every])
     acts = np.arange(len(rows))[:, None] < n_free
     loads = np.where(acts == forces, rows, 0.0)
     if every[0].ramp is not None:
@@ -69,7 +69,7 @@ def signals_for(
         return loads, course_of(every[0], places, names_for(scene, response)[0])
     from vibopt.excitations.segments import together
 
-    once = [one.once for one in every if one.once is not None]
+    once = [excitation.once for excitation in every if excitation.once is not None]
     return loads, together([one.segments() for one in once])
 
 
@@ -178,8 +178,8 @@ def looked_at(scene: Scene) -> tuple[float, int]:
     Frequencies without an end are left to the modes.
     """
     asked = scene.responses.values()
-    tops = [top for one in asked for top in _tops(scene, one) if math.isfinite(top)]
-    modes = max((one.modes for one in asked), default=0)
+    tops = [top for response in asked for top in _tops(scene, response) if math.isfinite(top)]
+    modes = max((response.modes for response in asked), default=0)
     tuned = [
         absorber.mode or 1
         for absorber in scene.absorbers.values()
@@ -229,7 +229,10 @@ def _bounded(limit: Response, mounts: Mapping[str, MountTable]) -> Response:
     if limit.at_most is not None or limit.at_least is not None:
         return limit
     name = getattr(limit, "of", None)
-    mount = next((one for group, one in mounts.items() if name == group or name in one.singles(group)), None)
+    mount = next(
+        (mount_table for group, mount_table in mounts.items() if name == group or name in mount_table.singles(group)),
+        None,
+    )
     if mount is None:
         return limit
     if limit.response == "static_load" and mount.rating is not None:

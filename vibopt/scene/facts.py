@@ -45,7 +45,7 @@ def _facts(path: str, table: Table, given: Any) -> Iterator[FactAt]:
         if key == "shift" and inner is not None:
             given = said if isinstance(said, Mapping) else {}
             moved = _lengths(here, [given.get(axis, "0 m") for axis in AXES], signed=True)
-            yield from (one for one in moved if one.path.rpartition(".")[2] in given)
+            yield from (fact_at for fact_at in moved if fact_at.path.rpartition(".")[2] in given)
         if key in (*_PLACES, *_SIDES) and isinstance(inner, tuple):
             yield from _lengths(here, said, signed=key in _PLACES)
         found = _fact(here, table, key)

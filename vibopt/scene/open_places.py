@@ -170,7 +170,7 @@ def _spans(scene: Scene, name: str, table: MountTable) -> list[tuple[str, Span]]
             found += [(f"{path}.{axis}", one) for axis, one in zip(AXES, place, strict=True)]
     base = f"mounts.{name}.shift"
     found += [(f"{base}.{axis}", one) for axis, one in zip(AXES, table.shift or (), strict=False)]
-    return [(path, one) for path, one in found if isinstance(one, Span)]
+    return [(path, span) for path, span in found if isinstance(span, Span)]
 
 
 def _places(scene: Scene, name: str, table: MountTable) -> list[str]:
@@ -183,7 +183,7 @@ def _places(scene: Scene, name: str, table: MountTable) -> list[str]:
 def positioned(scene: Scene, values: Sequence[float]) -> Scene:
     """The scene with a value [m] for each open position, in the order of `open_positions`."""
     opened = open_positions(scene)
-    chosen = dict(zip(opened, (float(one) for one in values), strict=True))
+    chosen = dict(zip(opened, (float(value) for value in values), strict=True))
     mounts = {name: _with(scene, name, table, chosen) for name, table in scene.mounts.items()}
     said = {path: _said(value, opened[path].unit) for path, value in chosen.items()}
     return replace(scene, mounts=mounts, document=changed(scene.document, said), asked=scene)

@@ -49,7 +49,7 @@ def devices(scene: Scene) -> list[tuple[str, str, Device]]:
 
 def bound_parts(scene: Scene) -> list[Bound]:
     """Parts of catalogues that are to be chosen."""
-    return [one for _, name, table in devices(scene) for one in table.bound(name)]
+    return [bound for _, name, table in devices(scene) for bound in table.bound(name)]
 
 
 @once

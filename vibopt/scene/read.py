@@ -144,7 +144,7 @@ class _Parts:
         devices: dict[str, Any] = {family: self._family(family) for family in FAMILIES}
         own = {family: devices.pop(family) for family in OWN_FIELDS}
         excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
-        excitations = {name: self._weighed(name, one, own["rotors"]) for name, one in excitations.items()}
+        excitations = {name: self._weighed(name, excitation, own["rotors"]) for name, excitation in excitations.items()}
         limits: dict[str, Response] = self._kinds("limits", "response", RESPONSES)
         measures: dict[str, Response] = self._kinds("measures", "response", RESPONSES)
         goal, find_all = self._goal()
@@ -166,20 +166,20 @@ class _Parts:
             locator=locator,
         )
 
-    def _weighed(self, name: str, one: Excitation, rotors: Mapping[str, RotorTable]) -> Excitation:
+    def _weighed(self, name: str, excitation: Excitation, rotors: Mapping[str, RotorTable]) -> Excitation:
         """An unbalance with the mass that its grade counts, that of its rotor where the file says none."""
-        if getattr(one, "grade", None) is None or getattr(one, "rotor_mass", None) is not None:
-            return one
-        shaft = next((key for key, table in rotors.items() if one.on in table.names), "")
+        if getattr(excitation, "grade", None) is None or getattr(excitation, "rotor_mass", None) is not None:
+            return excitation
+        shaft = next((key for key, table in rotors.items() if excitation.on in table.names), "")
         heavy = rotors[shaft].mass if shaft else None
         if heavy is None:
-            lacks = f"sizes of rotors.{shaft} are to be chosen" if shaft else f"{one.on} is on no rotor"
+            lacks = f"sizes of rotors.{shaft} are to be chosen" if shaft else f"{excitation.on} is on no rotor"
             self.mistakes.add(
                 ("excitations", name, "grade"),
                 f"excitations.{name}.grade counts the mass of a rotor, and {lacks}. Add rotor_mass, or write the "
                 "unbalance itself.",
             )
-        known = one.model_copy(update={"rotor_mass": Fact(heavy or 1.0, "kg")})
+        known = excitation.model_copy(update={"rotor_mass": Fact(heavy or 1.0, "kg")})
         size, mass = show(known.swung, "", "unbalance"), show(heavy or 1.0, "", "mass")
         self.notes.append(f"excitations.{name}.grade: {size}, of a rotor of {mass}")
         return known

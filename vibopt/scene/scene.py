@@ -118,7 +118,7 @@ class Scene:
     def responses(self) -> dict[str, Response]:
         """Everything that is asked, by path: limits, measures and the goal."""
         families = ("limits", self.limits), ("measures", self.measures)
-        found = {f"{family}.{name}": one for family, every in families for name, one in every.items()}
+        found = {f"{family}.{name}": response for family, every in families for name, response in every.items()}
         return found if self.goal is None else {**found, "goal": self.goal.response}
 
     @property

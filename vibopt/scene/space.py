@@ -36,10 +36,10 @@ def spatial_bases(scene: Scene) -> tuple[str, ...]:
 def pins(scene: Scene) -> dict[str, tuple[str, Vector]]:
     """Places on bodies in space by name: points of the file, and where excitations act."""
     found = {name: (point.on, point.at) for name, point in scene.points.items()}
-    for one in scene.excitations.values():
-        at = getattr(one, "at", None)
+    for excitation in scene.excitations.values():
+        at = getattr(excitation, "at", None)
         if at is not None:
-            found[one.place] = (one.on, at)
+            found[excitation.place] = (excitation.on, at)
     return found
 
 

@@ -49,10 +49,10 @@ class _Trial:
         try:
             changed = with_changes(self.scene, {place: text})
             asked = replace(changed, goal=None) if len(changed.variables) == 1 or self.near is not None else changed
-            found = self.answer(asked) if self.near is None else self.answer(asked, near=self.near)
+            answer = self.answer(asked) if self.near is None else self.answer(asked, near=self.near)
         except InputError:
             return False
-        return found.status in ("optimal", "feasible")
+        return answer.status in ("optimal", "feasible")
 
     def number(self, value: float) -> float:
         """A value [SI] in the user's unit."""
@@ -139,10 +139,12 @@ def confirmed_bound(
     wide = [fact.value + part * step for part in _WIDER]
     try:
         now = trial.number(fact.value)
-        aimed = [beside(trial.number(one), now, side) for one in wide]
+        aimed = [beside(trial.number(value), now, side) for value in wide]
         if response.dimension == "count":
-            aimed = [float(math.ceil(one - 1e-9) if side == "at_most" else math.floor(one + 1e-9)) for one in wide]
-        numbers = [now, *[one for one in dict.fromkeys(aimed) if one != now]]
+            aimed = [
+                float(math.ceil(value - 1e-9) if side == "at_most" else math.floor(value + 1e-9)) for value in wide
+            ]
+        numbers = [now, *[value for value in dict.fromkeys(aimed) if value != now]]
         found = trial.least(numbers, known=known, fine=response.dimension != "count")
     except ValueError:  # no such number in this unit: decibels of what is not positive
         return None
@@ -159,12 +161,12 @@ def _bound(response: Response, number: float, unit: str) -> Entry:
 
 def beside(number: float, now: float, side: str) -> float:
     """A bound rounded outward, with as few digits as leave the way from `now` what it is."""
-    found = outward(number, side, _DIGITS)
+    value = outward(number, side, _DIGITS)
     for digits in range(_DIGITS + 1, MOST_DIGITS + 1):
-        if abs(found - number) <= FINE * abs(number - now):
+        if abs(value - number) <= FINE * abs(number - now):
             break
-        found = float(f"{outward(number, side, digits):.12g}")
-    return found
+        value = float(f"{outward(number, side, digits):.12g}")
+    return value
 
 
 def mass_words(scene: Scene, clash: Impossible, answer: Answer) -> str:

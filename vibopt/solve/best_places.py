@@ -42,7 +42,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     status, claim = _verdict(best, designs)
     claim += _exchanged(scene)
     rows = [_row(one, design) for one, design in found]
-    seconds = {stage: sum(one.timings.get(stage, 0.0) for one in designs) for stage in best.timings}
+    seconds = {stage: sum(design.timings.get(stage, 0.0) for design in designs) for stage in best.timings}
     settled_places = {path: Word(words[path], names) for path, names in open_places(scene).items()}
     has_answer = best.goal is not None or best.status == "unbounded"
     return replace(

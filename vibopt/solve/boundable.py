@@ -73,7 +73,7 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
 
 def unbounded(parts: Sequence[Limit | Aim]) -> Limit | Aim | None:
     """The first that has no bounds on boxes."""
-    return next((one for one in parts if not FormBounds(one.model, one.form, np.zeros(0)).bounded), None)
+    return next((part for part in parts if not FormBounds(part.model, part.form, np.zeros(0)).bounded), None)
 
 
 def no_rows(part: Limit | Aim) -> str:

@@ -67,8 +67,8 @@ class Judge:
     def limit(self, limit: Limit, x: FloatArray) -> tuple[float, Worst]:
         """Violation as a part of the bound (negative when met), and the worst."""
         worked(limit.cost)
-        found = limit.worst(x)
-        return violation(limit, found.value, x), found
+        worst = limit.worst(x)
+        return violation(limit, worst.value, x), worst
 
     def ahead(self, x: FloatArray) -> None:
         """Measure at once at designs x (n, n_vars), one or more, what takes less for many together."""
@@ -83,7 +83,7 @@ class Judge:
             return Worst(0.0)
         worked(sum(piece.cost for piece in aim.pieces))
         found = [piece.worst(x) for piece in aim.pieces]
-        first = max(found, key=lambda one: aim.sense * one.value)
+        first = max(found, key=lambda worst: aim.sense * worst.value)
         return Worst(aim.sense * first.value, first.speeds)
 
     def feasible(self, x: FloatArray) -> bool:
@@ -261,8 +261,8 @@ class Search:
         x = np.array(x, dtype=float)
         good = True
         for limit, bounds in zip(self.judge.program.limits, self.forms, strict=True):
-            missed, found = self.judge.limit(limit, x)
-            bounds.add(found.speeds)
+            missed, worst = self.judge.limit(limit, x)
+            bounds.add(worst.speeds)
             good = good and missed <= self.judge.tolerance
         goal = self.judge.goal(x)
         if np.isfinite(goal.value):

@@ -91,14 +91,16 @@ def by_chance(
     """A design for limits with a probability, or an answer that is proven; `again` answers a scene without any."""
     names = _chances(scene)
     said = ", ".join(names)
-    loose = again(replace(scene, limits={name: one for name, one in scene.limits.items() if name not in names}))
+    loose = again(
+        replace(scene, limits={name: response for name, response in scene.limits.items() if name not in names})
+    )
     if loose.status == "infeasible":
         return replace(loose, job=scene, claim=f"already without {said}: {loose.claim}")
     strict = again(_for_the_worst(scene))
     if _as_good(strict, loose) and _within(scene) >= max(names.values()):
         words = f"{strict.claim}; it is as good without {said}, so no share of all machines allows a better one"
         return replace(strict, job=scene, claim=words)
-    starts = [np.array(one.x) for one in (strict, loose) if one.x and one.status != "unbounded"][:1]
+    starts = [np.array(answer.x) for answer in (strict, loose) if answer.x and answer.status != "unbounded"][:1]
     held = starts[:1] if strict.x and strict.status != "unbounded" else []
     both = strict.tolerances
     if both is not None and both.variables:
@@ -151,7 +153,7 @@ def _judged(scene: Scene, x: FloatArray, both: Tolerances | None) -> Sought | No
 
 
 def _for_the_worst(scene: Scene) -> Scene:
-    limits = {name: one.model_copy(update={"with_probability": None}) for name, one in scene.limits.items()}
+    limits = {name: response.model_copy(update={"with_probability": None}) for name, response in scene.limits.items()}
     return replace(scene, limits=limits)
 
 
@@ -159,8 +161,8 @@ def _as_good(strict: Design, loose: Design) -> bool:
     """Whether both are proven the best, and the limits that are told apart cost nothing."""
     if strict.status != "optimal" or loose.status != "optimal" or strict.goal is None or loose.goal is None:
         return False
-    one, other = strict.goal[1].value, loose.goal[1].value
-    return abs(one - other) <= _EVEN * max(abs(one), abs(other))
+    value, other = strict.goal[1].value, loose.goal[1].value
+    return abs(value - other) <= _EVEN * max(abs(value), abs(other))
 
 
 def _within(scene: Scene) -> float:
@@ -201,10 +203,10 @@ class _Machines:
 
 def missed_on(parts: list[Limit], machines: FloatArray) -> FloatArray:
     """By how much each part is missed on machines (n, n_doubts), shape (n_parts, n)."""
-    worked(len(machines) * sum(one.cost for one in parts))
+    worked(len(machines) * sum(part.cost for part in parts))
     found = np.empty((len(parts), len(machines)))
     for some in in_batches(len(machines)):
-        found[:, some] = [[missed(one, value) for value in one.values(machines[some])] for one in parts]
+        found[:, some] = [[missed(part, value) for value in part.values(machines[some])] for part in parts]
     return found
 
 
@@ -244,7 +246,7 @@ class _Search:
         self.scene, self.names, self.more = scene, names, more
         self.doubts = uncertain(scene)
         parts = self._parts(self._around(np.array([max(variable.low, 1e-300) for variable in scene.variables])))
-        cost = max(sum(one.cost for one in many) for many in parts.values())
+        cost = max(sum(limit.cost for limit in many) for many in parts.values())
         sizes, self.confidence = looks(cost, MOST_WORK)
         self.whole = every_one(self.doubts, cost, MOST_WORK)
         self.count = sizes[-1] if self.whole is None else len(self.whole)
@@ -263,18 +265,18 @@ class _Search:
     def _parts(self, program: Program) -> dict[Key, list[Limit]]:
         """Limits with a probability by name and side; of several places one each."""
         found: dict[Key, list[Limit]] = {}
-        for one in program.limits:
-            if one.name in self.names:
-                found.setdefault((one.name, one.user_side), []).append(one)
+        for limit in program.limits:
+            if limit.name in self.names:
+                found.setdefault((limit.name, limit.user_side), []).append(limit)
         return found
 
     def best(
         self, starts: list[FloatArray], method: str | Method | None, progress: Progress | None
     ) -> FloatArray | None:
         """The best design x (n_vars,) that the rehearsal bears, or None."""
-        if any(np.isnan(one.aim) for one in self.asked.values()):
+        if any(np.isnan(asked.aim) for asked in self.asked.values()):
             return None
-        aims = {key: one.aim for key, one in self.asked.items()}
+        aims = {key: asked.aim for key, asked in self.asked.items()}
         reached = [self._followed(x, aims, method, whole=not k) for k, x in enumerate(starts)]
         for x in sorted((one for one in reached if one is not None), key=self._goal):
             found = self._borne(x, method, progress)
@@ -287,22 +289,22 @@ class _Search:
         for key, many in self._parts(self._around(x)).items():
             if self.names[key[0]] > RARE:  # as far off as the verdict will draw them
                 self.asked[key] = self._asked(key, proven_beyond(many, self.doubts, self.names[key[0]]))
-        targets, found = {key: one.aim for key, one in self.asked.items()}, None
+        targets, found = {key: asked.aim for key, asked in self.asked.items()}, None
         if any(np.isnan(one) for one in targets.values()):
             return None
         for step in range(_REHEARSALS):
             if progress is not None:
                 progress("machines drawn", (step + 0.5) / _REHEARSALS)
             off = self._rehearsed(x)
-            if all(one >= 0.0 for one in off.values()) and (found is None or self._goal(x) < self._goal(found)):
+            if all(value >= 0.0 for value in off.values()) and (found is None or self._goal(x) < self._goal(found)):
                 found = x
             edges = self._edges(x, targets)
             held = {key: self._tight(x, key, edges[key]) for key in off}
-            if all(one >= 0.0 and (one <= _SPARE or not held[key]) for key, one in off.items()):
+            if all(value >= 0.0 and (value <= _SPARE or not held[key]) for key, value in off.items()):
                 break
             more = 0.5 * _SPARE if step >= _STRAIGHT else 0.0
-            by = {key: more - one if one < 0.0 or held[key] else 0.0 for key, one in off.items()}
-            targets = {key: _moved(targets[key], one) for key, one in by.items()}
+            by = {key: more - value if value < 0.0 or held[key] else 0.0 for key, value in off.items()}
+            targets = {key: _moved(targets[key], value) for key, value in by.items()}
             there = self._followed(x, targets, method)
             if there is None or late("the search among machines drawn"):
                 break

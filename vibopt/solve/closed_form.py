@@ -55,8 +55,8 @@ def answer(asked: Question, numbers: Numbers, count: int, progress: Callable[[fl
     first: Speeds = []
     for size in (n for n in _COARSE if _FEWER * n <= count):
         few = np.unique(np.round(np.linspace(0, count - 1, size)).astype(int))
-        found = _answer(asked, take(numbers, few), _at(first, few), len(few))
-        first = _speeds(asked, numbers, few, found, count)
+        answers = _answer(asked, take(numbers, few), _at(first, few), len(few))
+        first = _speeds(asked, numbers, few, answers, count)
     parts = []
     for begin in range(0, count, _CHUNK):
         chunk = slice(begin, min(begin + _CHUNK, count))
@@ -74,15 +74,15 @@ def _at(speeds: Speeds, chosen: IntArray | slice) -> Speeds:
     return [(index, w[chosen]) for index, w in speeds]
 
 
-def _speeds(asked: Question, numbers: Numbers, few: IntArray, found: Answers, count: int) -> Speeds:
+def _speeds(asked: Question, numbers: Numbers, few: IntArray, answers: Answers, count: int) -> Speeds:
     """Worst speeds at a few answers, drawn as straight lines between them."""
-    good = found.status == OPTIMAL
+    good = answers.status == OPTIMAL
     speeds = []
     for index, kind in enumerate(asked.rows):
         if not kind.over_speeds or not good.any():
             continue
         with np.errstate(all="ignore"):
-            _, w = worst(asked, take(numbers, few[good]), index, found.x[:, good])
+            _, w = worst(asked, take(numbers, few[good]), index, answers.x[:, good])
         between = np.interp(np.arange(count), few[good], np.sqrt(w))
         speeds.append((index, _within(kind, numbers, index, between) ** 2))
     return speeds
@@ -179,14 +179,14 @@ class StiffnessAndDamping:
 
 def closed_found(program: Program, asked: Question, name: str) -> Found:
     """The answer to one question."""
-    found = answer(asked, asked.numbers, 1)
-    if found.status[0] == OPEN:
+    answers = answer(asked, asked.numbers, 1)
+    if answers.status[0] == OPEN:
         return Found("unproven", None, "the worst speeds did not settle", name)
-    if found.status[0] == INFEASIBLE:
-        return none_found(name, found.rounds)
+    if answers.status[0] == INFEASIBLE:
+        return none_found(name, answers.rounds)
     x, reach = np.zeros(len(asked.order)), np.zeros(len(asked.order))
-    x[list(asked.order)], reach[list(asked.order)] = found.x[:, 0], found.reach[:, 0]
-    return best_found(program, name, x, found.rounds, tuple(reach.tolist()))
+    x[list(asked.order)], reach[list(asked.order)] = answers.x[:, 0], answers.reach[:, 0]
+    return best_found(program, name, x, answers.rounds, tuple(reach.tolist()))
 
 
 def none_found(name: str, rounds: int) -> Found:

@@ -85,7 +85,7 @@ def loosenings(
             continue
         value, near = best.details.get("goal"), None
         if not isinstance(value, float):
-            value = sense * max(sense * float(one.form.value(one.model, best.x)) for one in aim.pieces)
+            value = sense * max(sense * float(piece.form.value(piece.model, best.x)) for piece in aim.pieces)
             near = best.x
         if math.isfinite(value):
             found.append(Loosening(limit, value, near))

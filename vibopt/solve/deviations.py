@@ -36,7 +36,7 @@ def side_by_side(scene: Scene, nominal: Found | None, robust: Robust, goal_off: 
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, nominal.x, strict=True)}
     goal = goal_of(plain, chosen)
     variables = {variable.path: chosen_of(variable, chosen[variable.path]).value for variable in scene.variables}
-    parts = {path: one.value for path, one in parts_of(plain, chosen).items()}
+    parts = {path: word.value for path, word in parts_of(plain, chosen).items()}
     return Tolerances(nominal.status, goal[1] if goal else None, variables, widths, goal_off, robust.open, parts)
 
 

@@ -88,9 +88,9 @@ def permitted_values(scene: Scene, program: Program) -> Design:
     )
 
 
-def _claim(program: Program, found: Permitted, path: str, leaps: bool) -> tuple[str, bool]:
+def _claim(program: Program, permitted: Permitted, path: str, leaps: bool) -> tuple[str, bool]:
     """How the set was found, and whether it is proven."""
-    if not found.complete:
+    if not permitted.complete:
         return f"the limits were followed over the range of {path}, but part of it was not settled", False
     claim = f"every limit was followed over the whole range of {path}, and each end is exact"
     claim += ", or just inside of one where a limit leaps" if leaps else ""
@@ -107,11 +107,11 @@ def _good(rows: Rows) -> bool:
     return all(row.met for row in rows.values())
 
 
-def _between(found: Permitted, low: float, high: float) -> Iterator[tuple[float, bool]]:
+def _between(permitted: Permitted, low: float, high: float) -> Iterator[tuple[float, bool]]:
     """A value inside each interval and each gap [SI], and whether all limits must hold there."""
-    for inside in found.intervals:
+    for inside in permitted.intervals:
         yield 0.5 * sum(inside), True
-    cuts = [low, *(one for two in found.intervals for one in two), high]
+    cuts = [low, *(value for two in permitted.intervals for value in two), high]
     for before, after in zip(cuts[::2], cuts[1::2], strict=True):
         if after > before:
             yield 0.5 * (before + after), False

@@ -54,17 +54,21 @@ def hopeless_words(scene: Scene, program: Program) -> str:
     """The limit that no spring and damper of the chosen link can meet, with its speed; "" where there is none."""
     from vibopt.solve.plane.invariant_points import hopeless
 
-    one = hopeless(closed(program))
-    if one is None:
+    invariant = hopeless(closed(program))
+    if invariant is None:
         return ""
-    response = scene.limits[one.limit.name]
+    response = scene.limits[invariant.limit.name]
     assert isinstance(response, HarmonicResponse)
     excitation = scene.excitations[names_for(scene, response)[0]]
-    at = show(excitation.from_rotation(one.speed), excitation.speed.unit, excitation.speed.dimension)
+    at = show(excitation.from_rotation(invariant.speed), excitation.speed.unit, excitation.speed.dimension)
     unit = getattr(response.at_most, "unit", "")
-    value, bound = (shown_value(response, user_bound(one.limit, v), unit).shown for v in (one.value, one.limit.bound))
+    value, bound = (
+        shown_value(response, user_bound(invariant.limit, v), unit).shown
+        for v in (invariant.value, invariant.limit.bound)
+    )
     return (
-        f"At {at} {one.limit.name} is {value}, whatever the spring and the damper; at most {bound} is asked. Only a "
+        f"At {at} {invariant.limit.name} is {value}, whatever the spring and the damper; at most {bound} is asked. "
+        "Only a "
         "wider limit, another mass, or a range of speeds without this one can help."
     )
 
@@ -133,9 +137,12 @@ def _guesses(
     shared = [key for key in sets[0] if all(key in other for other in sets[1:])]
     clash = tuple(limit for limit in program.limits if (limit.name, limit.user_side) in shared)
     loosened, left = loosenings(program, clash, _ask, may)
-    for one in loosened:
-        found[one.limit.name, one.limit.user_side] = user_bound(one.limit, one.bound), one.near
-    return found, [one.name for one in left]
+    for loosening in loosened:
+        found[loosening.limit.name, loosening.limit.user_side] = (
+            user_bound(loosening.limit, loosening.bound),
+            loosening.near,
+        )
+    return found, [limit.name for limit in left]
 
 
 def user_bound(limit: Limit, value: float) -> float:

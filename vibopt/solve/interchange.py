@@ -70,16 +70,16 @@ def _rows(*columns: np.ndarray) -> list[_Row]:
     return sorted(tuple(float(f"{one:.10g}") for one in row) for row in table)
 
 
-def _same(one: Sampled, other: Sampled, order: IntArray) -> bool:
+def _same(sampled: Sampled, other: Sampled, order: IntArray) -> bool:
     """Whether a response is the other with the variables in another order."""
-    after, before = _members(one.groups, order), _members(other.groups, None)
+    after, before = _members(sampled.groups, order), _members(other.groups, None)
     count = len(after)
-    if sorted(after) != sorted(before) or one.count != other.count:
+    if sorted(after) != sorted(before) or sampled.count != other.count:
         return False
     there = [after.index(group) for group in before]
-    if len(set(there)) < count or not np.allclose(one.scale[:, there], other.scale, rtol=_SAME, atol=0.0):
+    if len(set(there)) < count or not np.allclose(sampled.scale[:, there], other.scale, rtol=_SAME, atol=0.0):
         return False
-    for mine, its in ((one.top, other.top), (one.bottom, other.bottom)):
+    for mine, its in ((sampled.top, other.top), (sampled.bottom, other.bottom)):
         turned = mine.reshape(-1, *([2] * count)).transpose(0, *(1 + g for g in there)).reshape(its.shape)
         room = np.maximum(_SAME * np.abs(its), _NOTHING * np.abs(its).max(axis=1, keepdims=True))
         if not (np.abs(turned - its) <= room).all():

@@ -41,10 +41,12 @@ def clashes_of(program: Program, *, most: float) -> Clashes[str]:
                 return Found("unproven", None, "", "")
             return asked(part)
 
-        found = conflicts(program, in_time, lambda: meter.done <= 0.2 * most)
+        clashes = conflicts(program, in_time, lambda: meter.done <= 0.2 * most)
     spoken: dict[tuple[str, str], str] = {(limit.name, limit.user_side): spoken_name(limit) for limit in program.limits}
-    sets = tuple(dict.fromkeys(tuple(dict.fromkeys(spoken[key] for key in one)) for one in found.sets))
-    return Clashes(sets, found.complete, found.answers, tuple(dict.fromkeys(spoken[key] for key in found.doubtful)))
+    sets = tuple(dict.fromkeys(tuple(dict.fromkeys(spoken[key] for key in one)) for one in clashes.sets))
+    return Clashes(
+        sets, clashes.complete, clashes.answers, tuple(dict.fromkeys(spoken[key] for key in clashes.doubtful))
+    )
 
 
 def spoken_name(limit: Limit) -> str:

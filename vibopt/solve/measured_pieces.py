@@ -123,13 +123,13 @@ class Exact:
                 yield _piece(-1 - index, extreme, aim.sense, 0.0)
 
 
-def _piece(index: int, one: Local, sense: float, bound: float) -> Piece:
-    mark = tuple(np.log(np.maximum(one.speeds, 1e-300)))
-    value = sense * (one.value - bound)
+def _piece(index: int, local: Local, sense: float, bound: float) -> Piece:
+    mark = tuple(np.log(np.maximum(local.speeds, 1e-300)))
+    value = sense * (local.value - bound)
     if not np.isfinite(value):
         value = np.copysign(BEYOND, value)
-    bend = None if one.bend is None else sense * one.bend
-    return Piece(index, float(np.clip(value, -BEYOND, BEYOND)), sense * one.slope, mark, bend)
+    bend = None if local.bend is None else sense * local.bend
+    return Piece(index, float(np.clip(value, -BEYOND, BEYOND)), sense * local.slope, mark, bend)
 
 
 def _outside(index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:

@@ -348,7 +348,7 @@ class _Run:
     @staticmethod
     def _agree(good: list[tuple[float, tuple[float, ...]]]) -> int:
         best = min(good, default=(np.inf,))[0]
-        return sum(one - best <= _SAME * abs(best) for one, _ in good) if np.isfinite(best) else 0
+        return sum(value - best <= _SAME * abs(best) for value, _ in good) if np.isfinite(best) else 0
 
     def _beaten(self, y: FloatArray, found: list[FloatArray]) -> bool:
         """Whether a design found is no worse than y, which holds at some speeds only, or y is far from holding."""

@@ -84,7 +84,7 @@ def _looked(scene: Scene, x: FloatArray, row: Checked, parts: list[Limit], wante
 
 def _machines(doubts: Sequence[Uncertain], factors: FloatArray) -> list[dict[str, float]]:
     """Factors (n, n_doubts) of each machine, by path."""
-    names = [one.path for one in doubts]
+    names = [doubt.path for doubt in doubts]
     return [dict(zip(names, row, strict=True)) for row in factors.tolist()]
 
 
@@ -96,9 +96,9 @@ def _contradicted(scene: Scene, x: FloatArray, row: Checked, seen: Sampled, mach
     for k in {*near.tolist(), int(seen.values.argmin()), int(seen.values.argmax())}:
         rows = checked_limits(replace(scene, off=machines[k]), chosen).values()
         built = next(one for one in rows if (one.name, one.side) == (row.name, row.side))
-        one, other = built.value.value, float(seen.values[k])
-        if abs(one - other) > _SAME * max(abs(one), abs(other)) and one != other:
-            return f"{row.name} is {other:.9g} in the model of a machine that was drawn, {one:.9g} on it as built"
+        value, other = built.value.value, float(seen.values[k])
+        if abs(value - other) > _SAME * max(abs(value), abs(other)) and value != other:
+            return f"{row.name} is {other:.9g} in the model of a machine that was drawn, {value:.9g} on it as built"
     return ""
 
 

@@ -178,7 +178,7 @@ class _Run:
         self.span = float(np.log1p((high - low) / self.bend))
         self.size = 1.0
         self.missed: dict[tuple[float, int], tuple[float, float]] = {}
-        self.still = [k for k, one in enumerate(self.program.limits) if not getattr(one.form, "bands", ())]
+        self.still = [k for k, limit in enumerate(self.program.limits) if not getattr(limit.form, "bands", ())]
 
     def x(self, place: float) -> FloatArray:
         """Design at a place of the range, 0 to 1; even in logarithms."""
@@ -328,9 +328,9 @@ class _Run:
             limit = self.program.limits[index]
             with warnings.catch_warnings():  # far ends have matrices without digits; what comes of it is no design
                 warnings.simplefilter("ignore")
-                part, found = self.judge.limit(limit, self.x(place))
-            told = part if np.isfinite(found.value) or found.value > 0.0 else np.inf
-            self.missed[place, index] = told, _violation(limit, part, found.value)
+                part, worst = self.judge.limit(limit, self.x(place))
+            told = part if np.isfinite(worst.value) or worst.value > 0.0 else np.inf
+            self.missed[place, index] = told, _violation(limit, part, worst.value)
         return self.missed[place, index]
 
     def _compared(self, value: float) -> float:
@@ -392,7 +392,7 @@ class _Run:
         reach = max(1e-4 * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
         low, high = max(place - reach, piece.low), min(place + reach, piece.high)
         if self.row(low)[row] * self.row(high)[row] < 0.0:
-            place = crossing(lambda one: float(self.row(one)[row]), low, high)
+            place = crossing(lambda value: float(self.row(value)[row]), low, high)
         self.row(place)
         return place
 
@@ -478,8 +478,8 @@ _TO_CHEBYSHEV = _matrix()
 
 def _without_specks(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Without what is left or right of a leap by rounding: parts of no width close to one that has some."""
-    wide = [one for one in parts if one[1] - one[0] > _SPECK]
-    beside = [min((max(low - one[1], one[0] - high) for low, high in wide), default=np.inf) for one in parts]
+    wide = [part for part in parts if part[1] - part[0] > _SPECK]
+    beside = [min((max(low - part[1], part[0] - high) for low, high in wide), default=np.inf) for part in parts]
     return [one for one, far in zip(parts, beside, strict=True) if one in wide or far > _SPECK]
 
 

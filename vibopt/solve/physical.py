@@ -81,9 +81,9 @@ def _clash(program: Program, pushed: tuple[Limit, Modulus], moved: tuple[Limit, 
     speeds = _common(first.bands, second.bands)
     if not len(speeds):
         return None
-    one, other = first.lines[0], second.lines[0]
-    omega = one.order * speeds
-    shaken = np.abs(one.amplitude.at(speeds) * one.vector[0])
+    line, other = first.lines[0], second.lines[0]
+    omega = line.order * speeds
+    shaken = np.abs(line.amplitude.at(speeds) * line.vector[0])
     really = np.abs(other.amplitude.at(speeds) * other.vector[0])
     with np.errstate(divide="ignore", invalid="ignore"):
         allowed = force.bound * really / shaken

@@ -19,7 +19,7 @@ _LEAST_LEFT = 0.02
 
 def beyond(parts: Sequence[Limit], doubts: Sequence[Uncertain], wanted: float, times: float) -> Beyond | None:
     """Machines beyond a box, so many times more than may break a limit; None where there is no such box."""
-    acting = sum((one.form.acting(one.model) != 0.0).any(axis=0) for one in parts) > 0
+    acting = sum((part.form.acting(part.model) != 0.0).any(axis=0) for part in parts) > 0
     found = Beyond.of(doubts, acting, times * (1.0 - wanted))
     if found.part >= _MOST or not found.bounded.any():
         return None
@@ -30,7 +30,7 @@ def proven_beyond(parts: Sequence[Limit], doubts: Sequence[Uncertain], wanted: f
     """Machines beyond the greatest of some boxes on which a limit is proven to hold; None where it is on none."""
     for times in _TIMES:
         found = beyond(parts, doubts, wanted, times)
-        if found is not None and all(kept_within(one, found.axes) for one in parts):
+        if found is not None and all(kept_within(part, found.axes) for part in parts):
             return found
     return None
 

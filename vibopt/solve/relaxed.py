@@ -270,13 +270,17 @@ class _Speeds:
         found, known = self.part.extremes(x), np.array(self.known)
         with np.errstate(divide="ignore"):
             said = 0.5 * np.log(self.sampled.square(x[None])[0])
-        top = max((one.value for one in found), default=0.0) if isinstance(self.part, Aim) else np.log(self.part.bound)
+        top = (
+            max((local.value for local in found), default=0.0)
+            if isinstance(self.part, Aim)
+            else np.log(self.part.bound)
+        )
         self._add(
             [
-                one.speeds[0]
-                for one in found
-                if one.value >= top - open_
-                and not one.value - said[np.abs(known - one.speeds[0]).argmin()] <= _TOLD * open_
+                local.speeds[0]
+                for local in found
+                if local.value >= top - open_
+                and not local.value - said[np.abs(known - local.speeds[0]).argmin()] <= _TOLD * open_
             ]
         )
 

@@ -231,9 +231,9 @@ class _Run:
         program = around(self.scene, x)
         known = {index: self.machines.near(x, key) for index, key in keys_of(program).items()}
         told = {
-            i: _worst_among(one, self.among[key])
-            for i, one in enumerate(program.limits)
-            if (key := _key(one)) in self.among
+            i: _worst_among(limit, self.among[key])
+            for i, limit in enumerate(program.limits)
+            if (key := _key(limit)) in self.among
         }
         hits = worst_machines(program, known, quick=quick, told=told)
         if not quick:

@@ -148,7 +148,7 @@ def _devices(program: Program) -> list[_Device]:
         while host in hosts and depth < len(hosts):
             depth, host = depth + 1, hosts[host]
         own = [term for term in model.terms if term.owner == name and term.kind == INERTIA]
-        mass = sum(one.scale for one in own if not one.exponents.any())
+        mass = sum(term.scale for term in own if not term.exponents.any())
         found.append(_Device(owners[name], mass, depth, name not in hosts.values(), hosts[name]))
     return found
 

@@ -68,14 +68,14 @@ class Several:
 
     def parts_off(self, x: FloatArray, factors: FloatArray) -> FloatArray:
         """A machine from the factors (n_uncertain,) at a design x (n_vars,)."""
-        widths = np.array([one.tolerance for one in doubts_at(self.scene, x)])
+        widths = np.array([uncertain.tolerance for uncertain in doubts_at(self.scene, x)])
         off = np.divide(factors - 1.0, widths, out=np.zeros(len(widths)), where=widths > 0.0)
         parts: FloatArray = np.where(np.abs(np.abs(off) - 1.0) < _SAME, np.sign(off), off)
         return parts
 
     def factors(self, x: FloatArray, machine: FloatArray) -> FloatArray:
         """Factors (n_uncertain,) of a machine at a design x (n_vars,)."""
-        widths = np.array([one.tolerance for one in doubts_at(self.scene, x)])
+        widths = np.array([uncertain.tolerance for uncertain in doubts_at(self.scene, x)])
         factors: FloatArray = 1.0 + machine * widths
         return factors
 

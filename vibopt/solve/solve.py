@@ -278,14 +278,16 @@ def _used_of(model: Model, used: int) -> Used:
 
 
 def _used_by(scene: Scene, program: Program) -> Used:
-    asked = [each for one in (*scene.limits.values(), *scene.measures.values()) for each in members(scene, one)]
-    needs = [on_needed(scene, program.model, one) for one in asked]
+    asked = [
+        each for response in (*scene.limits.values(), *scene.measures.values()) for each in members(scene, response)
+    ]
+    needs = [on_needed(scene, program.model, response) for response in asked]
     used = max((model.n_free for model, form in needs if form.powers is None), default=program.used_dof)
     return _used_of(program.model, max(used, program.used_dof))
 
 
 def _measured_how(scene: Scene) -> str:
-    sorts = {one.sort for one in (*scene.limits.values(), *scene.measures.values())}
+    sorts = {response.sort for response in (*scene.limits.values(), *scene.measures.values())}
     return "followed through time" if sorts == {"transient"} else "measured at every speed of each range"
 
 
@@ -338,9 +340,9 @@ def _permitted(scene: Scene, program: Program, clock: _Clock) -> Design:
     from vibopt.solve.find_all import permitted_speeds
     from vibopt.solve.find_values import permitted_values
 
-    found = permitted_values(scene, program) if scene.variables else permitted_speeds(scene, program)
+    answer = permitted_values(scene, program) if scene.variables else permitted_speeds(scene, program)
     clock.stage("solve")
-    return replace(found, model=_used(program), timings=clock.seconds)
+    return replace(answer, model=_used(program), timings=clock.seconds)
 
 
 def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> Design:

@@ -300,8 +300,8 @@ def _by_cones(
     quadratic: FloatArray, linear: FloatArray, table: FloatArray, right: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Least 1/2 z quadratic z + linear z under table z <= right, and the prices of the rows."""
-    found = solve_cones(linear, table, right, [(LINEAR, len(right))], quadratic=quadratic)
-    return found.x, found.z
+    cone_point = solve_cones(linear, table, right, [(LINEAR, len(right))], quadratic=quadratic)
+    return cone_point.x, cone_point.z
 
 
 def _first_bend(here: Point) -> FloatArray:

@@ -107,7 +107,7 @@ class _Part:
         x, reach = (np.array(column) for column in zip(*((one.x, one.reach) for one in boxes), strict=True))
         sign, many = _sign(self.of), self.of.form.tangents(self.of.model, x, reach, level, self.times)
         for box, some in zip(boxes, many, strict=True):
-            yield box, [one.signed(sign).scaled(sign * self.bound, self.size) for one in some]
+            yield box, [tangent.signed(sign).scaled(sign * self.bound, self.size) for tangent in some]
 
 
 @dataclass(eq=False)
@@ -131,11 +131,11 @@ class _Box:
 
     def cut(self, times: int, best: float) -> tuple[FloatArray, FloatArray]:
         """Halved so many times along the side on which most is left out, and most changes of what is known."""
-        size = abs(best) if np.isfinite(best) else max([abs(one.value) for one in self.goals], default=1.0)
+        size = abs(best) if np.isfinite(best) else max([abs(goal.value) for goal in self.goals], default=1.0)
         bends, slopes = np.zeros(len(self.reach)), np.zeros(len(self.reach))
-        for one in [*self.limits, *(goal.scaled(0.0, size or 1.0) for goal in self.goals)]:
-            bends += np.minimum(one.sides, 1e9)
-            slopes += np.abs(one.slope) * self.reach
+        for tangent in [*self.limits, *(goal.scaled(0.0, size or 1.0) for goal in self.goals)]:
+            bends += np.minimum(tangent.sides, 1e9)
+            slopes += np.abs(tangent.slope) * self.reach
         if not (bends + slopes).any():
             slopes = self.lost.copy() if self.lost.any() else self.reach.copy()
         low, high = self.low[None], self.high[None]
@@ -156,7 +156,7 @@ class _Search:
         program = self.program
         self.judge = Judge(program)
         self.limits = [_Part(one, one.bound, abs(one.bound) or 1.0) for one in program.limits if _tangible(one)]
-        self.aims = [_Part(one, 0.0, 1.0) for one in (program.aim.pieces if program.aim else ())]
+        self.aims = [_Part(aim, 0.0, 1.0) for aim in (program.aim.pieces if program.aim else ())]
         self.others = [
             (one, FormBounds(one.model, one.form, program.high)) for one in program.limits if not _tangible(one)
         ]
@@ -246,14 +246,14 @@ class _Search:
             left = []
             for box, known in part.tangents(boxes, part.bound):
                 box.limits += known
-                box.middle_feasible &= bool(known) and max(one.value for one in known) <= 0.0
-                left += [] if any(one.least(box.reach) > SAFETY for one in known) else [box]
+                box.middle_feasible &= bool(known) and max(tangent.value for tangent in known) <= 0.0
+                left += [] if any(tangent.least(box.reach) > SAFETY for tangent in known) else [box]
             boxes = left
         for limit, bounds in self.others:
             for box in boxes:
                 if box.middle_feasible:
-                    missed, found = self.judge.limit(limit, box.x)
-                    bounds.add(found.speeds)
+                    missed, worst = self.judge.limit(limit, box.x)
+                    bounds.add(worst.speeds)
                     box.middle_feasible = missed <= self.judge.tolerance
         return boxes
 
@@ -263,7 +263,7 @@ class _Search:
             left = []
             for box, known in part.tangents(boxes, self.best if _sign(part.of) > 0.0 else np.inf):
                 box.goals += known
-                left += [] if any(one.least(box.reach) >= self.bar for one in known) else [box]
+                left += [] if any(tangent.least(box.reach) >= self.bar for tangent in known) else [box]
             boxes = left
         return boxes
 

@@ -84,7 +84,10 @@ class Absorbers:
         """Titles and rows, as they are printed."""
         made = (
             (BUILD, tuple((part.name, part.words) for part in self.parts)),
-            ("How far each spring may be off", tuple((one.absorber, one.words) for one in self.adjusting)),
+            (
+                "How far each spring may be off",
+                tuple((adjusting.absorber, adjusting.words) for adjusting in self.adjusting),
+            ),
             (
                 "What if",
                 tuple((consequence.head, consequence.words) for consequence in self.consequences if consequence.words),
@@ -122,7 +125,7 @@ def consequences(design: Design, *, thorough: bool = False) -> tuple[Consequence
         found.append(_as_built(design, LOST, name, lost(document, name)))
         if _rests(design, name):
             found.append(_anew(design, LESS, name, lost, thorough))
-    return tuple(one for one in found if one is not None)
+    return tuple(consequence for consequence in found if consequence is not None)
 
 
 def _rests(design: Design, name: str) -> bool:
@@ -181,7 +184,7 @@ def _as_built(design: Design, what: str, name: str, document: Document) -> Conse
         return None
     breaks = tuple(limit for limit in other.limits.values() if not limit.met)
     goal = other.measures.get(GOAL)
-    said = [_broken(one) for one in breaks] or (["every limit holds"] if other.limits else [])
+    said = [_broken(checked) for checked in breaks] or (["every limit holds"] if other.limits else [])
     if goal is not None and design.goal is not None:
         assert design.scene.goal is not None
         response = design.scene.goal.response
@@ -190,10 +193,10 @@ def _as_built(design: Design, what: str, name: str, document: Document) -> Conse
     return Consequence(name, what, other.status, breaks, goal.value if goal is not None else None, "; ".join(said))
 
 
-def _broken(one: Checked) -> str:
+def _broken(checked: Checked) -> str:
     """A broken limit: "comfort breaks: 0.9413 m/s2 pk at 1.998 Hz, at most 0.2 m/s2 pk"."""
-    allowed = f"{SIDES.get(one.side, one.side)} {one.limit.shown}" if one.limit is not None else ""
-    return f"breaks {one.name}: {value_at(one)}, {allowed}"
+    allowed = f"{SIDES.get(checked.side, checked.side)} {checked.limit.shown}" if checked.limit is not None else ""
+    return f"breaks {checked.name}: {value_at(checked)}, {allowed}"
 
 
 def _anew(

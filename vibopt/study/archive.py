@@ -257,9 +257,9 @@ def _same_words(before: object, after: object, *, shown: bool) -> bool:
 
 def _same_numeral(before: str, after: str) -> bool:
     """Whether two numerals differ by no more than one in the last digit, or are both rounding around zero."""
-    one, other = (float(text.replace("−", "-")) for text in (before, after))
-    size = max(abs(one), abs(other))
-    return abs(one - other) <= 1.5 * max(_last_digit(before), _last_digit(after)) or size <= CLOSENESS
+    value, other = (float(text.replace("−", "-")) for text in (before, after))
+    size = max(abs(value), abs(other))
+    return abs(value - other) <= 1.5 * max(_last_digit(before), _last_digit(after)) or size <= CLOSENESS
 
 
 def _last_digit(text: str) -> float:

@@ -124,7 +124,7 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
     closed = batch or is_scene(job)
     fine = _fineness(many) if closed else ACTIVE
     states = np.empty(len(many), dtype=object)
-    states[:] = [(state_of(one, fine), one) for one in many]
+    states[:] = [(state_of(point, fine), point) for point in many]
     grid = states.reshape([len(axis) for axis in axes])
     open_gaps = list(_gaps(grid, axes))
     close = CLOSE if batch or len(axes) == 1 else ALONG_EDGES
@@ -173,7 +173,7 @@ def _merged(gaps: list[_Gap], narrow: _Narrowing) -> Iterator[_Gap]:
             runs.append([one])
     for run in runs:
         first, last_one = run[0], run[-1]
-        edge = next((one for one in run if one.before[0] != one.after[0]), None)
+        edge = next((gap for gap in run if gap.before[0] != gap.after[0]), None)
         low, high = (edge.low, edge.high) if edge is not None else (first.low, last_one.high)
         if first.before != last_one.after:
             sides = (first.sides[0], last_one.sides[1])
@@ -197,8 +197,8 @@ class _Narrowing:
         return bool(high - low > (1.5 if self.varied[gap.axis].whole else self._known_to(gap)))
 
     def _known_to(self, gap: _Gap) -> float:
-        one, close = self.varied[gap.axis], self.of_limits if gap.before[0] == gap.after[0] else self.of_designs
-        return close * min(one.high - one.low, float(np.abs([gap.low, gap.high])[:, gap.axis].max()) or inf)
+        varied, close = self.varied[gap.axis], self.of_limits if gap.before[0] == gap.after[0] else self.of_designs
+        return close * min(varied.high - varied.low, float(np.abs([gap.low, gap.high])[:, gap.axis].max()) or inf)
 
     def follows(self, gap: _Gap, other: _Gap) -> bool:
         """Whether another gap begins on the same line, behind this one by no more than a few times what is known."""
@@ -209,7 +209,7 @@ class _Narrowing:
 
     def all(self, gaps: list[_Gap]) -> list[_Gap]:
         for self.round in range(_MOST_ROUNDS):
-            wide = [one for one in gaps if self.is_wide(one)]
+            wide = [gap for gap in gaps if self.is_wide(gap)]
             if not wide or len(wide) * self.inner > self.left:
                 break
             try:
@@ -221,25 +221,25 @@ class _Narrowing:
 
     def _cut(self, wide: list[_Gap]) -> list[list[_Gap]]:
         places = [self._places(one) for one in wide]
-        facts = tuple(one.fact for one in self.varied)
+        facts = tuple(varied.fact for varied in self.varied)
         found = list(answered(self.job, facts, np.concatenate(places), sure=self.inner > 1))
         self.left -= len(found)
         parts, begin = [], 0
         for gap, inner in zip(wide, places, strict=True):
             here = found[begin : begin + len(inner)]
             begin += len(inner)
-            between = [(at, state_of(one, self.fine), one) for at, one in zip(inner, here, strict=True)]
+            between = [(at, state_of(point, self.fine), point) for at, point in zip(inner, here, strict=True)]
             steps = [(gap.low, gap.before, gap.sides[0]), *between, (gap.high, gap.after, gap.sides[1])]
             parts.append([_Gap(gap.axis, a, b, s, t, (g, h)) for (a, s, g), (b, t, h) in pairwise(steps) if s != t])
         return parts
 
     def _places(self, gap: _Gap) -> FloatArray:
-        one, low, high = self.varied[gap.axis], gap.low[gap.axis], gap.high[gap.axis]
+        varied, low, high = self.varied[gap.axis], gap.low[gap.axis], gap.high[gap.axis]
         parts = np.arange(1, self.inner + 1) / (self.inner + 1)
-        along = low * (high / low) ** parts if one.by_ratios else low + parts * (high - low)
-        if self.inner == 1 and not one.whole and (self.round + 1) % _HALVED:
+        along = low * (high / low) ** parts if varied.by_ratios else low + parts * (high - low)
+        if self.inner == 1 and not varied.whole and (self.round + 1) % _HALVED:
             along = self._met_between(gap, low, high, along)
-        along = np.unique(np.clip(np.round(along), low + 1, high - 1)) if one.whole else along
+        along = np.unique(np.clip(np.round(along), low + 1, high - 1)) if varied.whole else along
         places = np.tile(gap.low, (len(along), 1))
         places[:, gap.axis] = along
         return places
@@ -247,8 +247,8 @@ class _Narrowing:
     def _met_between(self, gap: _Gap, low: float, high: float, middle: FloatArray) -> FloatArray:
         """Where the one bound that is broken on one side alone is met on a straight line, a little to the far side."""
         slack = ACTIVE if gap.before[0] == gap.after[0] else 0.0
-        before, after = ({name: one + slack for name, one in side.margins.items()} for side in gap.sides)
-        turned = [(one, after[name]) for name, one in before.items() if name in after and one * after[name] < 0.0]
+        before, after = ({name: value + slack for name, value in side.margins.items()} for side in gap.sides)
+        turned = [(value, after[name]) for name, value in before.items() if name in after and value * after[name] < 0.0]
         measured = {gap.before[0], gap.after[0]} <= {"met", "violated"}
         if not measured or len(turned) != 1 or not np.isfinite(turned).all():
             return middle

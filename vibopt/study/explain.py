@@ -75,7 +75,7 @@ class Explanation(Tabular):
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each reason: of the model, of each method considered, of each limit."""
-        model = [{"of": "model", "name": one.name, "chosen": None, "words": one.words} for one in self.model]
+        model = [{"of": "model", "name": said.name, "chosen": None, "words": said.words} for said in self.model]
         methods = [
             {"of": "method", "name": method.name, "chosen": method.chosen, "words": method.why}
             for method in self.methods
@@ -141,10 +141,10 @@ def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explana
     return Explanation(found, said, considered, (*limits, *caps), None, every)
 
 
-def _priced(found: Answer[Any], thorough: bool) -> tuple[Answer[Any], Prices | None]:
+def _priced(answer: Answer[Any], thorough: bool) -> tuple[Answer[Any], Prices | None]:
     """An answer with what limits and caps buy, and the table of it where there is one."""
-    every = prices_of_limits(found, thorough=thorough)
-    return (priced(found), None) if every is None else (with_prices(found, every), every)
+    every = prices_of_limits(answer, thorough=thorough)
+    return (priced(answer), None) if every is None else (with_prices(answer, every), every)
 
 
 def _ranged(every: Prices | None, name: str) -> str:
@@ -158,12 +158,12 @@ def _ranged(every: Prices | None, name: str) -> str:
     return "".join(f"; {words}" for words in known if words)
 
 
-def _row(one: Checked) -> str:
+def _row(checked: Checked) -> str:
     """What a limit of a balancing job does to its answer."""
-    if not one.met:
+    if not checked.met:
         return "BROKEN"
-    price = f", {one.price.words}" if one.price is not None and one.price.words else ""
-    return f"ACTIVE{price}" if one.active else f"{one.margin_shown or 'room'} to spare{price}"
+    price = f", {checked.price.words}" if checked.price is not None and checked.price.words else ""
+    return f"ACTIVE{price}" if checked.active else f"{checked.margin_shown or 'room'} to spare{price}"
 
 
 def _model(design: Design, program: Program) -> list[Said]:
@@ -192,14 +192,14 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
         return [Considered("catalogue", True, "parts of a catalogue are chosen row by row, by this method alone")]
     considered = []
     for name in OWN:  # as vibopt asks them, the one that proves most first
-        one = METHODS[name]()
-        refusal = one.refuses(finite)
-        if refusal is None and one.name == "branch_and_bound" and blind(finite) and design.method != one.name:
+        method = METHODS[name]()
+        refusal = method.refuses(finite)
+        if refusal is None and method.name == "branch_and_bound" and blind(finite) and design.method != method.name:
             loose = next(part for part in finite.parts if not part.form.sampleable(part.model))
             refusal = (
                 f"few boxes leave {loose.name} open." if provable(finite) else f"{loose.name} {loose.form.no_bounds}."
             )
-        considered.append(Considered(one.name, refusal is None, refusal or one.summary))
+        considered.append(Considered(method.name, refusal is None, refusal or method.summary))
         if refusal is None:
             break
     if design.method == DRAWN:
@@ -208,17 +208,17 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
 
 
 def _limit(design: Design, name: str) -> str:
-    one = design.limits[name]
+    checked = design.limits[name]
     if design.found is not None:
         return "separates good speeds from bad ones"
-    if not one.met:
+    if not checked.met:
         return "BROKEN"
     odds = design.tolerances.odds.get(name) if design.tolerances is not None else None
     if odds is not None:
         least = odds.least if odds.counted else f"{odds.least} at least"
         return f"asked of {percent(odds.wanted)} of all machines; {least} keep it"
-    if one.active:
-        return f"ACTIVE, {one.price.words}" if one.price is not None else "ACTIVE"
-    spare = f"{one.margin_shown or 'room'} to spare"
+    if checked.active:
+        return f"ACTIVE, {checked.price.words}" if checked.price is not None else "ACTIVE"
+    spare = f"{checked.margin_shown or 'room'} to spare"
     stepped = any(variable.values is not None for variable in design.scene.variables)
     return spare if stepped else f"{spare}: does not hold the design back"

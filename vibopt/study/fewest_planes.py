@@ -68,7 +68,7 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
             if progress is not None:
                 progress("fewest planes", (tried + len(found)) / 2.0 ** len(names))
             found[chosen] = _with(job, chosen, names)
-        good = [chosen for chosen, one in found.items() if one.status in ("optimal", "feasible")]
+        good = [chosen for chosen, answer in found.items() if answer.status in ("optimal", "feasible")]
         if good:
             best = min(good, key=lambda chosen: _goal(job, found[chosen]))
             if count == 1 and _holds_as_found(found[best]):
@@ -78,7 +78,7 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
                 )
             return _told(best, names, tried, here, proven=not unsettled)
         tried += here
-        unsettled += sum(one.status != "infeasible" for one in found.values())
+        unsettled += sum(answer.status != "infeasible" for answer in found.values())
     raise InputError(
         f"{job.name}: no planes keep every limit, not all of them. Leave --fewest-planes out: the answer says which "
         "limits cannot hold together."
@@ -91,13 +91,13 @@ def _with(job: RotorJob, chosen: tuple[str, ...], names: tuple[str, ...]) -> Ans
     return answer(with_changes(job, changes) if changes else job, explain=False, brief=True)
 
 
-def _goal(job: RotorJob, found: Answer[Any]) -> float:
-    goal = goal_of(job, found)
+def _goal(job: RotorJob, answer: Answer[Any]) -> float:
+    goal = goal_of(job, answer)
     return goal.value if goal is not None else 0.0
 
 
-def _holds_as_found(found: Answer[Any]) -> bool:
-    rows = found.plan.fittings[0].rows
+def _holds_as_found(answer: Answer[Any]) -> bool:
+    rows = answer.plan.fittings[0].rows
     return all(row.limit is None or abs(row.y0) <= row.limit.value for row in rows)
 
 

@@ -130,4 +130,4 @@ def _keep_tolerances(scene: Scene, name: str, given: dict[str, Any]) -> None:
 def _farthest(had: float, tolerance: float, power: int) -> float:
     """How far a part is off at most, by its own tolerance and by one of a number that it goes with a power of."""
     factors = [own * off**power for own in span(had) for off in span(tolerance)]
-    return float(max(abs(one - 1.0) for one in factors))
+    return float(max(abs(value - 1.0) for value in factors))

@@ -67,9 +67,9 @@ def gallery(results: Sequence[FileResult], folder: Path) -> str:
     folder
         Where the page will lie; links start from there.
     """
-    problems = sorted((_problem(result, folder) for result in results), key=lambda one: _natural(one.place))
+    problems = sorted((_problem(result, folder) for result in results), key=lambda problem: _natural(problem.place))
     parts = [_HEAD, _summary(problems), _faults(problems), _ONE_NUMBER]
-    parts += [_folder(name, list(inside)) for name, inside in groupby(problems, key=lambda one: one.folder)]
+    parts += [_folder(name, list(inside)) for name, inside in groupby(problems, key=lambda problem: problem.folder)]
     return with_markdown_check("\n".join(filter(None, parts)))
 
 
@@ -118,10 +118,10 @@ def _faults(problems: Sequence[_Problem]) -> str:
     return f"## Printed wrongly\n\n{_table(heads, rows)}" if rows else ""
 
 
-def _asked(one: _Problem) -> Iterator[tuple[str, Row, str]]:
+def _asked(problem: _Problem) -> Iterator[tuple[str, Row, str]]:
     """What each record asks, also where it stands alone: "its angle (mass in plane 2)"."""
     whose = ""
-    for row, why in one.records:
+    for row, why in problem.records:
         of_another = bool(whose) and row.what.startswith("its ")
         whose = whose if of_another else row.what
         yield _plain(f"{row.what} ({whose})" if of_another else row.what), row, why
@@ -141,9 +141,9 @@ def _folder(name: str, problems: Iterable[_Problem]) -> str:
     return f"## {_plain(name) or 'Problems'}\n\n{table}"
 
 
-def _records(one: _Problem) -> Iterator[str]:
+def _records(problem: _Problem) -> Iterator[str]:
     """What was asked, ours and the right value, and what was printed with its verdict and the reason."""
-    for row, why in one.records:
+    for row, why in problem.records:
         ours = f"**{_plain(row.ours)}**" if row.ours else ""
         right = "" if row.right == row.ours else f", right {_plain(row.right)}"
         printed = f"; printed {_plain(row.printed)}" if row.printed else ""
@@ -162,8 +162,8 @@ def _proof(about: About) -> str:
     return f"{about.status}{proven}{open_}{method}"
 
 
-def _link(one: _Problem, words: str) -> str:
-    return f"[{_plain(words)}]({quote(one.place)})"
+def _link(problem: _Problem, words: str) -> str:
+    return f"[{_plain(words)}]({quote(problem.place)})"
 
 
 def _plain(text: str) -> str:

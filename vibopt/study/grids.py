@@ -100,13 +100,13 @@ class Grid:
 def numbers(scene: Scene, kept: Scene) -> list[Number]:
     """What may be rounded of a design: ranges of the file; of absorbers the mass, the spring and the damper."""
     free = [variable for variable in scene.variables if variable.values is None]
-    paths = {one.path for one in free}
+    paths = {variable.path for variable in free}
     for name in scene.absorbers:
         own = {path for path in paths if path.startswith(f"absorbers.{name}.")}
         if own and all(one.split(".")[2] in _SAID and one.count(".") == 2 for one in own):
             paths = (paths - own) | {f"absorbers.{name}.{word}" for word in _BUILT}
             paths |= {one for one in own if one.endswith(".loss_factor")}
-    return [one for one in map(Number, facts(kept)) if one.name in paths]
+    return [number for number in map(Number, facts(kept)) if number.name in paths]
 
 
 def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
@@ -125,7 +125,7 @@ def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
         if sign:
             steps[_known(own, path)] = step
             continue
-        alike = [one.name for one in own if _is_step(path, one.fact)]
+        alike = [number.name for number in own if _is_step(path, number.fact)]
         if alike:
             kinds |= dict.fromkeys(alike, path)
             continue
@@ -136,8 +136,8 @@ def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
             )
         digits = int(path)
     steps = kinds | steps
-    made = [_stepped(one, steps[one.name]) for one in own if one.name in steps]
-    return made + [_to_digits(one, digits) for one in own if digits is not None and one.name not in steps]
+    made = [_stepped(number, steps[number.name]) for number in own if number.name in steps]
+    return made + [_to_digits(number, digits) for number in own if digits is not None and number.name not in steps]
 
 
 def _is_step(text: str, fact: FactAt) -> bool:
@@ -149,52 +149,52 @@ def _is_step(text: str, fact: FactAt) -> bool:
 
 
 def _known(own: Sequence[Number], path: str) -> str:
-    names = [one.name for one in own]
+    names = [number.name for number in own]
     if path not in names:
         raise InputError(f"--round {path}: this is no value that can be rounded.{way_out(path, names)}")
     return path
 
 
-def _example(one: Number) -> str:
-    size = Decimal(1).scaleb(_decimal(one).adjusted() - 2)
-    return f"{size:f} {one.fact.unit}".strip()
+def _example(number: Number) -> str:
+    size = Decimal(1).scaleb(_decimal(number).adjusted() - 2)
+    return f"{size:f} {number.fact.unit}".strip()
 
 
-def _decimal(one: Number) -> Decimal:
-    fact = one.fact
+def _decimal(number: Number) -> Decimal:
+    fact = number.fact
     return Decimal(repr(float(to_unit(fact.value, fact.unit, fact.dimension) if fact.unit else fact.value)))
 
 
-def _to_digits(one: Number, digits: int) -> Grid:
-    exact = _decimal(one)
+def _to_digits(number: Number, digits: int) -> Grid:
+    exact = _decimal(number)
     step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
-    return _grid(one, exact, step, one.fact.unit, digits, f"{digits} digit{'s' * (digits != 1)}")
+    return _grid(number, exact, step, number.fact.unit, digits, f"{digits} digit{'s' * (digits != 1)}")
 
 
-def _stepped(one: Number, text: str) -> Grid:
+def _stepped(number: Number, text: str) -> Grid:
     """Whole steps; the unit is that of the step."""
-    fact = one.fact
+    fact = number.fact
     try:
         said = read_quantity(text, fact.dimension)
     except QuantityError as error:
-        raise InputError(f'--round {one.name}="{text}": {error}') from None
+        raise InputError(f'--round {number.name}="{text}": {error}') from None
     step = Decimal(repr(float(to_unit(said.value, said.unit, fact.dimension) if said.unit else said.value)))
     if step <= 0:
-        raise InputError(f'--round {one.name}="{text}": a step is greater than zero. Write "{_example(one)}".')
+        raise InputError(f'--round {number.name}="{text}": a step is greater than zero. Write "{_example(number)}".')
     exact = Decimal(repr(float(to_unit(fact.value, said.unit, fact.dimension) if said.unit else fact.value)))
-    if exact < step and one.least:
+    if exact < step and number.least:
         raise InputError(
-            f'--round {one.name}="{text}": the step is greater than the value, {exact:.4g} {said.unit}. Write a '
-            f'smaller one, "{_example(one)}".'
+            f'--round {number.name}="{text}": the step is greater than the value, {exact:.4g} {said.unit}. Write a '
+            f'smaller one, "{_example(number)}".'
         )
     digits = max(1, exact.adjusted() - step.adjusted() + 1)
-    return _grid(one, exact, step, said.unit, digits, f"steps of {text}")
+    return _grid(number, exact, step, said.unit, digits, f"steps of {text}")
 
 
-def _grid(one: Number, exact: Decimal, step: Decimal, unit: str, digits: int, words: str) -> Grid:
+def _grid(number: Number, exact: Decimal, step: Decimal, unit: str, digits: int, words: str) -> Grid:
     count = exact / step
     near = count.to_integral_value()
-    return Grid(one, step, unit, near if abs(count - near) <= Decimal("1e-9") else count, digits, words)
+    return Grid(number, step, unit, near if abs(count - near) <= Decimal("1e-9") else count, digits, words)
 
 
 def x_of(design: Design, kept: Scene) -> tuple[float, ...] | None:

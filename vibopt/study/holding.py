@@ -82,7 +82,7 @@ class State:
 
     def filling(self, plane: str) -> list[tuple[str, int, float, float]]:
         """The pieces, that of the value in a plane without its mass: what stays the same while it alone is moved."""
-        same = (math.isclose(one[3], self.value, rel_tol=1e-9) and one[0] == plane for one in self.pieces)
+        same = (math.isclose(piece[3], self.value, rel_tol=1e-9) and piece[0] == plane for piece in self.pieces)
         return sorted((*one[:3], 0.0 if moved else one[3]) for one, moved in zip(self.pieces, same, strict=True))
 
     def like(self, other: State) -> bool:
@@ -101,36 +101,36 @@ def measured_by(job: Job) -> tuple[str, int]:
     return ("least margin", 1) if getattr(job, "limits", None) else ("", 0)
 
 
-def state_of(job: Job, found: Answer[Any], value: float) -> State:
+def state_of(job: Job, answer: Answer[Any], value: float) -> State:
     """What holds an answer back."""
-    if found.status in ("met", "violated") and found.goal is None:
-        rows = {name: limit for name, limit in found.limits.items() if math.isfinite(limit.margin)}
+    if answer.status in ("met", "violated") and answer.goal is None:
+        rows = {name: limit for name, limit in answer.limits.items() if math.isfinite(limit.margin)}
         if not rows:
-            return State(value, found.status, None, frozenset())
+            return State(value, answer.status, None, frozenset())
         least = min(rows, key=lambda name: rows[name].margin)
         broken = {f"{name} broken" for name, row in rows.items() if not row.met}
-        return State(value, found.status, Entry(rows[least].margin, "ratio", "%"), frozenset({least, *broken}))
-    goal = goal_of(job, found)
-    if goal is None or found.status not in ("optimal", "feasible"):
-        return State(value, found.status, None, frozenset())
-    worst = {name: limit.value.value for name, limit in found.limits.items()}
-    room = {name: limit.margin for name, limit in found.limits.items()}
+        return State(value, answer.status, Entry(rows[least].margin, "ratio", "%"), frozenset({least, *broken}))
+    goal = goal_of(job, answer)
+    if goal is None or answer.status not in ("optimal", "feasible"):
+        return State(value, answer.status, None, frozenset())
+    worst = {name: limit.value.value for name, limit in answer.limits.items()}
+    room = {name: limit.margin for name, limit in answer.limits.items()}
     if not is_scene(job):
-        caps = {path: part for path, _, part in caps_of(job, found)}
+        caps = {path: part for path, _, part in caps_of(job, answer)}
         room |= {_at_most(path): 1.0 - part for path, part in caps.items()}
-        touched = frozenset(_balancing_held(job, found, caps))
-        return State(value, found.status, goal, touched, worst, room, pieces=tuple(_pieces(job, found)))
-    held = {name for name, limit in found.limits.items() if limit.active}
-    ends = {path: one.at_bound for path, one in found.variables.items() if one.at_bound}
+        touched = frozenset(_balancing_held(job, answer, caps))
+        return State(value, answer.status, goal, touched, worst, room, pieces=tuple(_pieces(job, answer)))
+    held = {name for name, limit in answer.limits.items() if limit.active}
+    ends = {path: chosen.at_bound for path, chosen in answer.variables.items() if chosen.at_bound}
     held |= {f"{path} at {_PLACES['high' if end == 'to' else 'low']}" for path, end in ends.items()}
-    listed = {variable.path for variable in found.scene.variables if variable.values is not None}
-    held |= {f"{path} = {variable.value.shown}" for path, variable in found.variables.items() if path in listed}
-    held |= {f"{path} = {place.value}" for path, place in found.places.items()}
-    for one, x in zip(found.scene.variables, found.x, strict=False):
+    listed = {variable.path for variable in answer.scene.variables if variable.values is not None}
+    held |= {f"{path} = {variable.value.shown}" for path, variable in answer.variables.items() if path in listed}
+    held |= {f"{path} = {place.value}" for path, place in answer.places.items()}
+    for one, x in zip(answer.scene.variables, answer.x, strict=False):
         if x > 0.0:
             room[f"{one.path} at {_PLACES['low']}"] = math.log(x / one.low) if one.low > 0.0 else math.inf
             room[f"{one.path} at {_PLACES['high']}"] = math.log(one.high / x)
-    return State(value, found.status, goal, frozenset(held), worst, room, tuple(found.x))
+    return State(value, answer.status, goal, frozenset(held), worst, room, tuple(answer.x))
 
 
 def is_looser(path: str, change: float) -> bool:
@@ -145,16 +145,16 @@ def in_steps(job: Job) -> bool:
     return bool(robust) or getattr(job, "is_search", False) or listed
 
 
-def caps_of(job: Any, found: Answer[Any]) -> Iterator[tuple[str, FactAt, float]]:
+def caps_of(job: Any, answer: Answer[Any]) -> Iterator[tuple[str, FactAt, float]]:
     """Upper ends of what a balancing job chooses: path of the choice, the number, and the part of it that is taken."""
-    planes = {f"planes.{one.name}": one.weights for one in found.plan.planes}
+    planes = {f"planes.{plane.name}": plane.weights for plane in answer.plan.planes}
     for fact in facts(job):
         path, _, end = fact.path.rpartition(".")
         if end not in ("to", "deepest") or not fact.value > 0.0:
             continue
         weights = planes.get(path.rpartition(".")[0])
         if weights is None:  # no measured rotor, whose entries are as many as its coefficients
-            entries = found.entries()
+            entries = answer.entries()
             one = entries.get(next(filter(entries.get, _chosen_at(path)), ""))
             taken = one.value if isinstance(one, Entry) else 0.0
         elif end == "deepest":
@@ -175,7 +175,7 @@ def _bounds_of(job: Job, name: str) -> Iterator[FactAt]:
                 number = variable.high if end == _PLACES["high"] else variable.low
                 yield FactAt(f"{path}.{keys[0]}", number, variable.unit, variable.dimension)
     wanted = {f"{path}.{key}" for key in keys} if end else {f"limits.{name}.at_most", f"limits.{name}.at_least"}
-    yield from (one for one in facts(job) if one.path in wanted and one.dimension != "count")
+    yield from (fact for fact in facts(job) if fact.path in wanted and fact.dimension != "count")
 
 
 def is_touched(part: float) -> bool:
@@ -187,26 +187,26 @@ def _at_most(path: str) -> str:
     return f"{path} at {_PLACES['high']}"
 
 
-def _balancing_held(job: Any, found: Answer[Any], caps: Mapping[str, float]) -> set[str]:
+def _balancing_held(job: Any, answer: Answer[Any], caps: Mapping[str, float]) -> set[str]:
     """Limits and caps that are touched and hold the goal back, and what was chosen of lists."""
-    rates = found.rates if found.rates is not None else {}
-    held = {name for name, limit in found.limits.items() if is_touched(1.0 - limit.margin) and rates.get(name, 1.0)}
+    rates = answer.rates if answer.rates is not None else {}
+    held = {name for name, limit in answer.limits.items() if is_touched(1.0 - limit.margin) and rates.get(name, 1.0)}
     held |= {_at_most(path) for path, part in caps.items() if is_touched(part) and rates.get(path, 1.0)}
-    for plane, made in zip(getattr(job, "planes", ()), found.plan.planes, strict=False):
+    for plane, made in zip(getattr(job, "planes", ()), answer.plan.planes, strict=False):
         if plane.is_discrete:
             held.add(f"{plane.name}: {' and '.join(_fitted(plane, made)) or 'nothing'}")
     if cranks := [path for path in job.choices if path.startswith("cyl")]:
-        entries = found.entries()
+        entries = answer.entries()
         held |= {f"{path} = {entries[path].shown}" for path in cranks if path in entries}
     return held
 
 
-def _pieces(job: Any, found: Answer[Any]) -> Iterator[tuple[str, int, float, float]]:
+def _pieces(job: Any, answer: Answer[Any]) -> Iterator[tuple[str, int, float, float]]:
     """Plane, hole, radius and mass of each weight of a shelf that is fitted."""
-    for plane, made in zip(getattr(job, "planes", ()), found.plan.planes, strict=False):
-        for one in made.weights if plane.is_discrete else ():
-            mass = min(plane.shelf, key=lambda kind: abs(kind - one.mass), default=one.mass)
-            yield plane.name, -1 if one.hole is None else one.hole, one.radius or 0.0, mass
+    for plane, made in zip(getattr(job, "planes", ()), answer.plan.planes, strict=False):
+        for weight in made.weights if plane.is_discrete else ():
+            mass = min(plane.shelf, key=lambda kind: abs(kind - weight.mass), default=weight.mass)
+            yield plane.name, -1 if weight.hole is None else weight.hole, weight.radius or 0.0, mass
 
 
 def _fitted(plane: Any, made: Any) -> Iterator[str]:
@@ -296,9 +296,9 @@ class Road:
                 bounds = list(_bounds_of(here, name))
                 if not bounds:
                     return refused
-                for one in bounds:
-                    way = 1.0 if is_looser(one.path, 1.0) else -1.0
-                    changes |= one.changes(one.value * (1.0 + by * way))
+                for bound in bounds:
+                    way = 1.0 if is_looser(bound.path, 1.0) else -1.0
+                    changes |= bound.changes(bound.value * (1.0 + by * way))
             here = with_changes(here, changes)
         except InputError:
             return refused
@@ -309,7 +309,7 @@ class Road:
     def _near(self, value: float) -> Sequence[float] | None:
         """A design to begin at: along the line through the two nearest of one kind, else the nearest."""
         known: dict[float, tuple[tuple[float, ...], object]] = {one: (x, None) for one, x in self.beside.items()}
-        known.update({one.value: (one.x, one.held) for one in self.known.values() if one.x})
+        known.update({state.value: (state.x, state.held) for state in self.known.values() if state.x})
         first, *others = sorted(known, key=lambda one: abs(one - value)) or [math.nan]
         if not known:
             return self.near
@@ -345,29 +345,29 @@ class Road:
         from vibopt.study.many import batch
 
         self.work += LEAST_WORK + 0.05 * len(values)
-        found = batch(self.job, [self.fact], np.array(values)[:, None])
-        if found is None:
+        columns = batch(self.job, [self.fact], np.array(values)[:, None])
+        if columns is None:
             return False
-        for index, status in enumerate(found.status):
+        for index, status in enumerate(columns.status):
             if status in ("optimal", "infeasible"):
-                self.known[values[index]] = self._state(found, index, values[index])
+                self.known[values[index]] = self._state(columns, index, values[index])
         return True
 
-    def _state(self, found: Columns, index: int, value: float) -> State:
+    def _state(self, columns: Columns, index: int, value: float) -> State:
         scene: Any = self.job
-        if found.status[index] == "infeasible":
+        if columns.status[index] == "infeasible":
             return State(value, "infeasible", None, frozenset())
-        if found.words is not None and found.held is not None:
-            held = {name if name in found.margins else _at_most(name) for name in found.held(index)}
-            return State(value, "optimal", found.words(index)[0], frozenset(held))
-        held = {name for name, margin in found.margins.items() if abs(margin[index]) <= ACTIVE}
-        for variable, row in zip(scene.variables, found.x, strict=True):
+        if columns.words is not None and columns.held is not None:
+            held = {name if name in columns.margins else _at_most(name) for name in columns.held(index)}
+            return State(value, "optimal", columns.words(index)[0], frozenset(held))
+        held = {name for name, margin in columns.margins.items() if abs(margin[index]) <= ACTIVE}
+        for variable, row in zip(scene.variables, columns.x, strict=True):
             for end, word in ((variable.low, "low"), (variable.high, "high")):
                 if abs(row[index] - end) <= _AT_END * abs(end):
                     held.add(f"{variable.path} at {_PLACES[word]}")
-        assert found.goal is not None
+        assert columns.goal is not None
         response = scene.goal.response
-        goal = shown_response(response, float(found.goal[index]), response.unit or "")
+        goal = shown_response(response, float(columns.goal[index]), response.unit or "")
         return State(value, "optimal", goal, frozenset(held))
 
 

@@ -59,8 +59,10 @@ def changed_at(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Job:
     places = [fact.place for fact in facts if fact.place]
     pairs = [(fact, float(value)) for fact, value in zip(facts, values, strict=True)]
     if len({*places}) == len(places):
-        return with_changes(job, {path: text for one, value in pairs for path, text in one.changes(value).items()})
-    return with_changes(job, {one.path: one.text(value) for one, value in pairs})  # two numbers of one text
+        return with_changes(
+            job, {path: text for fact_at, value in pairs for path, text in fact_at.changes(value).items()}
+        )
+    return with_changes(job, {fact_at.path: fact_at.text(value) for fact_at, value in pairs})  # two numbers of one text
 
 
 def answered(
@@ -205,13 +207,13 @@ def _together(
     single: dict[int, Point],
 ) -> Columns | None:
     """All points in one batch, one of them answered alone to compare; None where that is not possible."""
-    found = batch(job, facts, values, tell)
-    if found is None:
+    columns = batch(job, facts, values, tell)
+    if columns is None:
         return None
     middle = len(values) // 2
     point = one_point(job, facts, values[middle])
     single.setdefault(middle, point)
-    return found if _agree(job, found, middle, point) else None
+    return columns if _agree(job, columns, middle, point) else None
 
 
 def batch(

@@ -114,11 +114,11 @@ class Rounding(ABC):
     sense = 1.0
     """-1 where more of the goal is better."""
 
-    def __init__(self, job: Any, found: Answer[Any]) -> None:
-        self.job, self.found = job, found
+    def __init__(self, job: Any, answer: Answer[Any]) -> None:
+        self.job, self.found = job, answer
 
     @abstractmethod
-    def kept(self, found: Answer[Any]) -> Any:
+    def kept(self, answer: Answer[Any]) -> Any:
         """The job with what an answer chose as facts."""
 
     @abstractmethod
@@ -154,7 +154,9 @@ class Rounding(ABC):
         """The nearest rounding with what is known of it."""
         exact, (steps, best, enough) = self.found, self._nearest(asked)
         values = {step.path: Value(step.exact, step.shown(best.texts[step.path])) for step in steps}
-        same = all(abs(one.rounded.value - one.exact.value) <= _SAME * abs(one.exact.value) for one in values.values())
+        same = all(
+            abs(value.rounded.value - value.exact.value) <= _SAME * abs(value.exact.value) for value in values.values()
+        )
         goal, words = self.goal(best), f"to {', '.join(dict.fromkeys(step.words for step in steps))}"
         worse = 0.0 if same and goal is not None else self._worse(goal)
         done = Rounded(exact, best.kept, exact, values, worse, best.tried, goal, best.broken, best.by, enough)
@@ -230,16 +232,16 @@ class Rounding(ABC):
         bounds = [fact for fact in facts(self.job) if fact.path.startswith("limits.") and fact.value > 0.0]
         for part in ROOMS:
             changes: dict[str, str | float] = {}
-            for one in bounds:
-                sign = -1.0 if one.path.endswith(".at_most") else 1.0
-                changes |= one.changes(one.value * (1.0 + sign * part))
+            for bound in bounds:
+                sign = -1.0 if bound.path.endswith(".at_most") else 1.0
+                changes |= bound.changes(bound.value * (1.0 + sign * part))
             try:
-                found = self.again(changes)
+                answer = self.again(changes)
             except InputError:
                 return
-            if found is None:
+            if answer is None:
                 return
-            yield self.kept(found)
+            yield self.kept(answer)
 
     def _roomiest(self, roomy: Sequence[Any], asked: Sequence[str]) -> Near | None:
         """A rounding near one of them that keeps the bounds as they are, the first with the best goal."""
@@ -253,7 +255,7 @@ class Rounding(ABC):
 
 def _combinations(steps: Sequence[Grid], reach: int) -> Iterator[dict[str, str]]:
     """Every number so many steps down and up; of more than eight the rest to the nearest."""
-    free = sorted(steps, key=lambda one: one.doubt, reverse=True)[:MOST_FREE]
+    free = sorted(steps, key=lambda grid: grid.doubt, reverse=True)[:MOST_FREE]
     ways = [step.around(reach) if step in free else (step.nearest,) for step in steps]
     if reach > 1 and math.prod(map(len, ways)) > MOST_TRIED:
         return

@@ -108,7 +108,7 @@ def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     if not own:
         return None
     sense = 1.0 if own[0].side == "at_most" else -1.0
-    aims = [Aim(one.name, one.model, one.form, sense, one.complement) for one in own]
+    aims = [Aim(limit.name, limit.model, limit.form, sense, limit.complement) for limit in own]
     alone = replace(program, limits=(), aim=replace(aims[0], others=tuple(aims[1:])))
     best = modest(alone).solve(alone)
     if best.x is None or best.status not in ("optimal", "feasible"):
@@ -143,20 +143,22 @@ class Missing(Exact):
     kept: Mapping[int, float] = field(default_factory=dict)
 
     def _at(self, y: FloatArray) -> Point:
-        every = tuple(self._counted(one) for one in super()._at(y).limits)
-        kept = tuple(replace(one, value=one.value - self.kept[one.part]) for one in every if one.part in self.kept)
-        goals = tuple(replace(one, part=-1 - one.part) for one in every if one.part not in self.kept)
+        every = tuple(self._counted(limit) for limit in super()._at(y).limits)
+        kept = tuple(
+            replace(piece, value=piece.value - self.kept[piece.part]) for piece in every if piece.part in self.kept
+        )
+        goals = tuple(replace(piece, part=-1 - piece.part) for piece in every if piece.part not in self.kept)
         return Point(np.array(y), kept, goals)
 
-    def _counted(self, one: Piece) -> Piece:
+    def _counted(self, piece: Piece) -> Piece:
         """A piece as the weight of its limit counts it."""
-        limit = self.program.limits[one.part]
+        limit = self.program.limits[piece.part]
         at_least = limit.side == "at_least"
         if limit.soft == 1.0 and not at_least:
-            return one
-        value, first, second = counted(one.value, limit.soft, at_least=at_least)
-        bend = bent(one.slope, one.bend, first, second)
-        return replace(one, value=value, slope=first * one.slope, bend=bend)
+            return piece
+        value, first, second = counted(piece.value, limit.soft, at_least=at_least)
+        bend = bent(piece.slope, piece.bend, first, second)
+        return replace(piece, value=value, slope=first * piece.slope, bend=bend)
 
 
 def nearest_to(program: Program, given: Sequence[FloatArray] = ()) -> FloatArray:

@@ -81,15 +81,15 @@ def one_plan(job: Job, variants: Mapping[str, Job]) -> OneForAll:
         claim = f"{solved.claim}; no one plan was found that holds in all scenarios"
         return OneForAll(job, status, claim, None, {}, {}, reason)
     found = {name: one.with_plan(replace(solved, prices=None)) for name, one in asked.items()}
-    refused = next(((name, one) for name, one in found.items() if one.status not in GOOD), None)
+    refused = next(((name, answer) for name, answer in found.items() if answer.status not in GOOD), None)
     if refused is not None:
         return OneForAll(job, refused[1].status, f"{refused[0]}: {refused[1].claim}", None, {}, {})
-    goal = max((one.goal for one in found.values() if one.goal is not None), key=lambda one: one[1].value)
+    goal = max((answer.goal for answer in found.values() if answer.goal is not None), key=lambda one: one[1].value)
     said = f"{solved.claim}; put back into each of {len(found)} {'shafts' if is_known(job) else 'simulated rotors'}"
     if asked[AS_IT_IS].question.goal not in ("worst", "correction"):
         said += "; made least over all scenarios at once"
     values = {path: one for path, one in chosen(job, found[AS_IT_IS]).items() if isinstance(one, Entry)}
-    limits = {name: dict(one.limits) for name, one in found.items()}
+    limits = {name: dict(answer.limits) for name, answer in found.items()}
     return OneForAll(job, solved.status, said, goal, values, limits)
 
 
@@ -128,7 +128,7 @@ def _rotor(job: RotorJob) -> _Asked:
 
 def _same_choice(first: Question, other: Question) -> bool:
     """Whether the planes may take the same, but for their caps, and the same is made best."""
-    holes = [[None if fan is None else (fan.each, *fan.angles) for fan in one.fans] for one in (first, other)]
+    holes = [[None if fan is None else (fan.each, *fan.angles) for fan in question.fans] for question in (first, other)]
     return holes[0] == holes[1] and all(_same(getattr(first, name), getattr(other, name)) for name in _SAME_CHOICE)
 
 
@@ -143,10 +143,11 @@ def _same(one: object, other: object) -> bool:
 def _merged(questions: Sequence[Question]) -> Question:
     """The readings of all, within the least of all caps."""
     rows: dict[str, Any] = {
-        name: np.concatenate([getattr(one, name) for one in questions]) for name in ("y0", "H", "importance", "limits")
+        name: np.concatenate([getattr(question, name) for question in questions])
+        for name in ("y0", "H", "importance", "limits")
     }
-    caps = np.min([one.caps for one in questions], axis=0)
-    return replace(questions[0], **rows, caps=caps, total_cap=min(one.total_cap for one in questions))
+    caps = np.min([question.caps for question in questions], axis=0)
+    return replace(questions[0], **rows, caps=caps, total_cap=min(question.total_cap for question in questions))
 
 
 def _reason(asked: Mapping[str, _Asked], solved: Solved) -> str:

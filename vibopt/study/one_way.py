@@ -202,15 +202,15 @@ class Along:
         assert way.ends is not None
         end = abs(self._t_of(way.ends.value))
         if self.axis.counted:
-            places = [one for one in self._ladder(direction, far) if abs(self._t_of(one)) > end]
+            places = [value for value in self._ladder(direction, far) if abs(self._t_of(value)) > end]
         else:
             parts = np.linspace(end, far, (_BEHIND if self.road.together else _FEW_BEHIND) + 1)[1:]
             places = [self.axis.value(direction * float(part)) for part in parts if part > end]
         try:
-            states = [one for one in self.road.at(places) if one is not None and one.status != "refused"]
+            states = [state for state in self.road.at(places) if state is not None and state.status != "refused"]
         except SpentError:
             return replace(way, far=way.ends)
-        again = next((self._entry(one.value) for one in states if one.good), None)
+        again = next((self._entry(state.value) for state in states if state.good), None)
         return replace(way, looked=len(states), again=again)
 
     def _filled(self, way: Way, direction: int) -> Way:
@@ -243,9 +243,9 @@ class Along:
         last = self.road(self.axis.value(direction * far))
         if not self.loose and last.good:  # a fact may have designs again
             behind = sorted(
-                (one for one in self.road.known.values() if not one.good), key=lambda one: abs(self._t(one))
+                (state for state in self.road.known.values() if not state.good), key=lambda state: abs(self._t(state))
             )
-            last = next((one for one in behind if direction * self._t(one) > direction * self._t(other)), last)
+            last = next((state for state in behind if direction * self._t(state) > direction * self._t(other)), last)
         if not last.good:
             good, bad = self._edge(other, last, direction)
             return replace(way, ends=self._entry(good.value), beyond=no_more(bad, good.value))
@@ -255,7 +255,7 @@ class Along:
             return replace(way, ends=way.until, beyond="nothing more to gain")
         inside = self._let_go(other, last, direction)
         if inside is None:
-            inside, _ = self._halved(other, last, direction, lambda one: not self._same_goal(one, last))
+            inside, _ = self._halved(other, last, direction, lambda state: not self._same_goal(state, last))
         return replace(way, ends=self._entry(inside.value), beyond="nothing more to gain")
 
     def _let_go(self, other: State, last: State, direction: int) -> State | None:
@@ -267,11 +267,11 @@ class Along:
         inner, outer = (self.road(self.axis.value(t + direction * side * _BESIDE)) for side in (-1, 1))
         return inner if self.key in inner.held and self._same_goal(outer, last) else None
 
-    def _same_goal(self, one: State, other: State) -> bool:
-        if one.measure is None or other.measure is None:
+    def _same_goal(self, state: State, other: State) -> bool:
+        if state.measure is None or other.measure is None:
             return False
-        size = max(abs(one.measure.value), abs(other.measure.value)) or 1.0
-        return abs(one.measure.value - other.measure.value) <= _SAME * size
+        size = max(abs(state.measure.value), abs(other.measure.value)) or 1.0
+        return abs(state.measure.value - other.measure.value) <= _SAME * size
 
     def _first(self, direction: int, far: float) -> tuple[State, State, State | None]:
         """The last answer before other things hold it back, the last that was looked at, and the first behind."""
@@ -316,11 +316,13 @@ class Along:
             inner, before.held - outer.held, -_TIGHTER
         )
 
-    def _as_before(self, before: State, one: State) -> bool:
+    def _as_before(self, before: State, state: State) -> bool:
         """Whether the same things hold the goal back, whatever else is touched: to loosen that buys nothing."""
-        if not one.good or self._same_goal(one, before) or one.like(before):
-            return one.good
-        return self._idle(one, one.held - before.held, _LOOSER) and self._idle(before, before.held - one.held, _LOOSER)
+        if not state.good or self._same_goal(state, before) or state.like(before):
+            return state.good
+        return self._idle(state, state.held - before.held, _LOOSER) and self._idle(
+            before, before.held - state.held, _LOOSER
+        )
 
     def _idle(self, state: State, names: frozenset[str], by: float) -> bool:
         """Whether the goal stays as it is while the numbers of what is touched leave a part more room."""
@@ -333,7 +335,7 @@ class Along:
         good = begin
         ladder = self._ladder(direction, far)
         begun = abs(self._t(begin))
-        values = [one for one in ladder if abs(self._t_of(one)) > begun * (1.0 + 1e-12)]
+        values = [value for value in ladder if abs(self._t_of(value)) > begun * (1.0 + 1e-12)]
         states = self.road.at(values) if self.road.together else map(self.road, values)
         for state in states:
             if state is None:
@@ -361,14 +363,14 @@ class Along:
         else:
             parts = np.array([*_ALONE, *([2.0, far] if far > 1.0 else [])])
         ladder = [axis.step(direction), *(axis.value(direction * float(part)) for part in parts)]
-        return sorted(set(ladder), key=lambda one: abs(axis.at(one)))
+        return sorted(set(ladder), key=lambda value: abs(axis.at(value)))
 
     def _guessed(self, like: State, good: State, bad: State, direction: int) -> tuple[State, State] | None:
         """Both sides of the value at which the limit itself begins, or ends, to matter, if it is between the two."""
-        one = like if self.key not in like.held else bad
+        state = like if self.key not in like.held else bad
         changes = (self.key in like.held) != (self.key in bad.held)
-        value = self.guess(one) if self.key and changes and not self.axis.counted else None
-        if value is None or not one.good:
+        value = self.guess(state) if self.key and changes and not self.axis.counted else None
+        if value is None or not state.good:
             return None
         t = self.axis.at(value)
         if not (math.isfinite(t) and abs(self._t(good)) < abs(t) < abs(self._t(bad))):
@@ -410,12 +412,12 @@ class Along:
         """
         way = math.copysign(1.0, self._t(bad))
         low, high = way * self._t(good), way * self._t(bad)
-        known = [(way * self._t(one), one) for one in self.road.known.values()]
+        known = [(way * self._t(state), state) for state in self.road.known.values()]
         for names, side, end in ((bad.held - like.held, like, low), (like.held - bad.held, bad, high)):
             states = [one for one in known if one[1].like(side) and (0.0 <= one[0] <= low or one[0] >= high)]
             states.sort(key=lambda one: abs(one[0] - end))
             for name in sorted(names):
-                room = [(t, one.room[name]) for t, one in states if one.room.get(name, 0.0) > 0.0][:3]
+                room = [(t, state.room[name]) for t, state in states if state.room.get(name, 0.0) > 0.0][:3]
                 if len(room) >= 2 and room[0][1] != room[1][1]:
                     return _at_nothing(room, end), room[0][0]
         return math.nan, math.nan
@@ -424,10 +426,12 @@ class Along:
         """The last value before `bad` that has a design and the first behind it that has none."""
         way = math.copysign(1.0, self._t(bad))
         known = sorted(
-            (one for one in self.road.known.values() if way * self._t(one) <= way * self._t(bad)), key=self._t
+            (state for state in self.road.known.values() if way * self._t(state) <= way * self._t(bad)), key=self._t
         )
-        good = max((one for one in known if one.good), key=lambda one: way * self._t(one))
-        bad = next(one for one in (known if way > 0.0 else known[::-1]) if way * self._t(one) > way * self._t(good))
+        good = max((state for state in known if state.good), key=lambda state: way * self._t(state))
+        bad = next(
+            state for state in (known if way > 0.0 else known[::-1]) if way * self._t(state) > way * self._t(good)
+        )
         for _ in range(0 if self.axis.counted else _BRINKS):  # whole numbers have nothing between
             low, high = abs(self._t(good)), abs(self._t(bad))
             if high - low <= 2.5 * _BESIDE:
@@ -437,7 +441,7 @@ class Along:
                 break
             inner, outer = (self.road(self.axis.value(direction * (t + side * _BESIDE))) for side in (-1, 1))
             good, bad = (outer, bad) if outer.good else (inner if inner.good else good, outer if inner.good else inner)
-        return self._halved(good, bad, direction, lambda one: one.good)
+        return self._halved(good, bad, direction, lambda state: state.good)
 
     def _halved(self, good: State, bad: State, direction: int, holds: Callable[[State], bool]) -> tuple[State, State]:
         """The last value at which something holds and the first at which it does not, as near as they are known."""
@@ -448,8 +452,10 @@ class Along:
         while high - low > close * max(1.0, low):
             parts = np.linspace(low, high, 34)[1:-1] if self.road.together else [0.5 * (low + high)]
             values = [self.axis.value(direction * float(part)) for part in parts]
-            states = [(float(t), one) for t, one in zip(parts, self.road.at(values), strict=True) if one is not None]
-            index = next((k for k, (_, one) in enumerate(states) if not holds(one)), len(states))
+            states = [
+                (float(t), state) for t, state in zip(parts, self.road.at(values), strict=True) if state is not None
+            ]
+            index = next((k for k, (_, state) in enumerate(states) if not holds(state)), len(states))
             if not states:
                 break
             if index:
@@ -479,4 +485,4 @@ def _at_nothing(points: list[tuple[float, float]], end: float) -> float:
         return line
     large = -0.5 * (inner + math.copysign(math.sqrt(square), inner))
     roots = [a + large / bend, *([a + first / large] if large else [])]
-    return min(roots, key=lambda one: abs(one - end))
+    return min(roots, key=lambda value: abs(value - end))

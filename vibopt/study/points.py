@@ -165,18 +165,18 @@ def in_unit(values: FloatArray, unit: str, dimension: str) -> FloatArray:
         return np.where(values > 0.0, np.round(20.0 * np.log10(values), 12), np.nan)
 
 
-def point_of(facts: Sequence[FactAt], values: FloatArray, job: Job, found: Answer[Any]) -> Point:
+def point_of(facts: Sequence[FactAt], values: FloatArray, job: Job, answer: Answer[Any]) -> Point:
     """The point that one answer makes."""
-    entries = {} if is_scene(job) else entries_of(job, found)
-    taken = chosen(job, found, entries)
+    entries = {} if is_scene(job) else entries_of(job, answer)
+    taken = chosen(job, answer, entries)
     return Point(
         varied=varied_at(facts, values),
-        status=found.status,
-        goal=goal_of(job, found),
+        status=answer.status,
+        goal=goal_of(job, answer),
         variables={path: one for path, one in taken.items() if isinstance(one, Entry)},
-        margins={name: limit.margin for name, limit in found.limits.items() if found.status not in NOTHING},
+        margins={name: limit.margin for name, limit in answer.limits.items() if answer.status not in NOTHING},
         parts={path: one.value for path, one in taken.items() if isinstance(one, Word)},
-        results=results(job, found, entries),
+        results=results(job, answer, entries),
     )
 
 

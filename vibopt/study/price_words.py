@@ -19,11 +19,11 @@ NONE = "no design"
 LIMITS, CAPS, FACTS = "limit", "cap", "fact"
 
 
-def words_of(found: Answer[Any], now: Entry, way: Way, ways: Sequence[Way] = ()) -> str:
+def words_of(answer: Answer[Any], now: Entry, way: Way, ways: Sequence[Way] = ()) -> str:
     """What a loosened limit buys, then what a tighter one costs, and where there is nothing more to gain."""
-    assert found.goal is not None
+    assert answer.goal is not None
     assert way.goal is not None
-    name, goal = found.goal[0].replace("_", " "), found.goal[1]
+    name, goal = answer.goal[0].replace("_", " "), answer.goal[1]
     text = f"{now.shown} -> {way.value.shown}: {name} {goal.shown} -> {way.goal.shown}"
     if goal.shown == way.goal.shown:
         text = f"{now.shown} -> {way.value.shown}: {name} stays {goal.shown}"
@@ -41,10 +41,10 @@ def range_words(now: Entry, ways: Sequence[Way], *, gain: bool = True) -> str:
     Without `gain` not where there is nothing more to gain.
     """
     known = [way for way in ways if way.far is not None]
-    if now.dimension == "count" and known and all(one.until == now for one in known):
-        return f"{now.shown} alone: {' and '.join(one.value.shown for one in known)} have designs of other kinds"
+    if now.dimension == "count" and known and all(way.until == now for way in known):
+        return f"{now.shown} alone: {' and '.join(way.value.shown for way in known)} have designs of other kinds"
     words = ("from", "to")[-len(known) :] if known else ()
-    said = [f"{word} {_end(now, one, gain=gain)}" for word, one in zip(words, known, strict=True)]
+    said = [f"{word} {_end(now, way, gain=gain)}" for word, way in zip(words, known, strict=True)]
     return f"the same holds {' '.join(said)}" if said else ""
 
 

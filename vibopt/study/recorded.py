@@ -51,7 +51,7 @@ class Row:
     why: str = ""
 
 
-def compare(found: Answer[Any], record: Mapping[str, Any], file: str = "") -> Row:
+def compare(answer: Answer[Any], record: Mapping[str, Any], file: str = "") -> Row:
     """One record against the answer it speaks of."""
     path, given = str(record.get("path", "")), record.get("value")
     tolerance = record.get("rel_tol", REL_TOL)
@@ -61,10 +61,10 @@ def compare(found: Answer[Any], record: Mapping[str, Any], file: str = "") -> Ro
     ours, difference = "nothing", None
     if not complaint:
         try:
-            if is_scene(found.job):
-                ours, difference = _compared(found, path, given)
+            if is_scene(answer.job):
+                ours, difference = _compared(answer, path, given)
             else:
-                ours, difference = _compared_balancing(found, path, given)
+                ours, difference = _compared_balancing(answer, path, given)
         except (QuantityError, _NoSuchPathError) as error:
             complaint = f"{path} = {_text(given)} {error}" if isinstance(error, QuantityError) else str(error)
     ok = not complaint and (ours == given if difference is None else difference <= tolerance)
@@ -93,10 +93,10 @@ def _compared(design: Design, path: str, given: object) -> tuple[str, float | No
     return _in_unit(shown.value, unit, dimension), _difference(shown.value, right)
 
 
-def _compared_balancing(found: Answer[Any], path: str, given: object) -> tuple[str, float | None]:
+def _compared_balancing(answer: Answer[Any], path: str, given: object) -> tuple[str, float | None]:
     """As above for a balancing job: angles differ by radians, and beside zero the unit of the record counts."""
     try:
-        entry = found.find(path)
+        entry = answer.find(path)
     except UnknownName as error:
         raise _NoSuchPathError(f"the answer has no such path: {error}") from None
     if isinstance(entry.value, str):

@@ -106,15 +106,15 @@ class Remedies(Tabular):
         """The least change that helps, as a sentence."""
         if not self.helpful:
             return "No limit, range or fact, changed alone, was found to give a design."
-        one = self.helpful[0]
-        assert one.then is not None
-        weighed = ", by the weights of soft limits" if one.change > min(row.change for row in self.helpful) else ""
-        return f"The least change of one number{weighed}: {one.path} {one.now.shown} -> {one.then.shown}."
+        remedy = self.helpful[0]
+        assert remedy.then is not None
+        weighed = ", by the weights of soft limits" if remedy.change > min(row.change for row in self.helpful) else ""
+        return f"The least change of one number{weighed}: {remedy.path} {remedy.now.shown} -> {remedy.then.shown}."
 
     @property
     def reordered(self) -> bool:
         """Whether `soft` of limits ranks the numbers otherwise than their changes do."""
-        return any(one.change > other.change for one, other in pairwise(self.helpful))
+        return any(remedy.change > other.change for remedy, other in pairwise(self.helpful))
 
     @property
     def lines(self) -> list[tuple[str, ...]]:
@@ -153,9 +153,9 @@ class Remedies(Tabular):
         return {"first": self.first, "rows": self.table(), "notes": list(self.notes), "answer": self.found.to_json()}
 
 
-def without_design(job: Job, found: Answer[Any]) -> bool:
+def without_design(job: Job, answer: Answer[Any]) -> bool:
     """Whether a job asks for a design and has none, so that remedies may be looked for."""
-    return found.status in ("infeasible", "unproven") and not (is_scene(job) and job.find_all is not None)
+    return answer.status in ("infeasible", "unproven") and not (is_scene(job) and job.find_all is not None)
 
 
 def remedies(
@@ -220,11 +220,11 @@ _LEFT = "left out because of the work"
 class _Search:
     """Remedies one after the other, from one allowance of work [nominal ms]."""
 
-    def __init__(self, job: Job, found: Answer[Any], most: float) -> None:
+    def __init__(self, job: Job, answer: Answer[Any], most: float) -> None:
         self.job, self.most, self.spent = job, most, 0.0
-        self.each = max(found.work if is_scene(job) else 0.0, LEAST_WORK)
+        self.each = max(answer.work if is_scene(job) else 0.0, LEAST_WORK)
         self.extent = length_of(job)
-        near = found.nearest
+        near = answer.nearest
         self.soft = softness(job.limits) if is_scene(job) else dict(near.soft) if near is not None else {}
 
     def looked_at(self, fact: FactAt, sort: str) -> Remedy:
@@ -244,13 +244,13 @@ class _Search:
         if best is None:
             return Remedy(fact.path, sort, now, why=_none(axis, self._ways(fact, sort), sort))
         far, value = best
-        found = self._confirmed(fact, value)
-        if found is None:
+        answer = self._confirmed(fact, value)
+        if answer is None:
             return Remedy(fact.path, sort, now, why="what helps could not be told in the digits of its unit")
         then = replace(shown_value(fact, value), digits=_SHOWN)
         part = far if axis.extent else abs(value / fact.value - 1.0)
         soft = self.soft.get(fact.path.split(".")[1], 1.0) if sort == LIMITS else 1.0
-        goal = found.goal[1] if found.goal is not None else None
+        goal = answer.goal[1] if answer.goal is not None else None
         return Remedy(fact.path, sort, now, then, part, part / soft, goal)
 
     def _ways(self, fact: FactAt, sort: str) -> tuple[int, ...]:

@@ -62,8 +62,8 @@ class _OfScene(Rounding):
         super().__init__(job, found)
         self.sense = 1.0 if job.goal is None or job.goal.sense == MINIMISE else -1.0
 
-    def kept(self, found: Answer[Any]) -> Scene:
-        return frozen(self.job, found.x)
+    def kept(self, answer: Answer[Any]) -> Scene:
+        return frozen(self.job, answer.x)
 
     def numbers(self, kept: Scene) -> list[Number]:
         return numbers(self.job, kept)
@@ -74,7 +74,7 @@ class _OfScene(Rounding):
         if x is None:
             return None
         answer = solve(scene, explain=False)
-        broken = {name: one.margin for name, one in answer.limits.items() if not one.met}
+        broken = {name: checked.margin for name, checked in answer.limits.items() if not checked.met}
         worst = min(broken, key=lambda name: broken[name], default="")
         return Near(texts, scene, answer, worst, -broken.get(worst, 0.0), x=x)
 
@@ -89,9 +89,9 @@ class _OfScene(Rounding):
         return most_missed(with_changes(kept, texts))[0]
 
     def again(self, changes: Mapping[str, str | float]) -> Answer[Any] | None:
-        found = solve(with_changes(self.job, changes), explain=False, near=self.found.x)
-        pairs = zip(self.job.variables, found.x, self.found.x, strict=False)
-        return found if found.x and all(a == b for v, a, b in pairs if v.values is not None) else None
+        answer = solve(with_changes(self.job, changes), explain=False, near=self.found.x)
+        pairs = zip(self.job.variables, answer.x, self.found.x, strict=False)
+        return answer if answer.x and all(a == b for v, a, b in pairs if v.values is not None) else None
 
     def goal(self, best: Near) -> Entry | None:
         goal = goal_as_shown(self.job)
@@ -101,7 +101,7 @@ class _OfScene(Rounding):
         design, measured = self.found, best.answer.tolerances
         pairs = zip(self.job.variables, best.x, strict=True)
         chosen = {variable.path: chosen_of(variable, v) for variable, v in pairs}
-        chosen |= {path: replace(chosen[path], value=one.rounded) for path, one in values.items() if path in chosen}
+        chosen |= {path: replace(chosen[path], value=value.rounded) for path, value in values.items() if path in chosen}
         tolerances = design.tolerances
         if tolerances is not None and measured is not None:
             tolerances = replace(tolerances, open=measured.open)

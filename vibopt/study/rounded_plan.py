@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 
-def drawn(job: Job, found: Answer[Any], asked: Sequence[str]) -> Rounded:
+def drawn(job: Job, answer: Answer[Any], asked: Sequence[str]) -> Rounded:
     """What rounding does to an answer of any kind; parameters and errors as of `rounded`."""
-    return rounded(found, asked) if is_scene(job) else rounded_plan(job, found, asked)
+    return rounded(answer, asked) if is_scene(job) else rounded_plan(job, answer, asked)
 
 
-def rounded_plan(job: BalancingJob, found: Answer[Any], asked: Sequence[str]) -> Rounded:
+def rounded_plan(job: BalancingJob, answer: Answer[Any], asked: Sequence[str]) -> Rounded:
     """Round the weights of a plan, and measure it anew.
 
     Parameters
@@ -44,26 +44,26 @@ def rounded_plan(job: BalancingJob, found: Answer[Any], asked: Sequence[str]) ->
     """
     if not job.choices:
         raise InputError(f"{job.name}: there is nothing to round: nothing is chosen.")
-    if found.status in EMPTY:
-        raise InputError(f"{job.name}: there is no design to round: {found.status}.")
-    return _OfPlan(job, found).rounded(asked)
+    if answer.status in EMPTY:
+        raise InputError(f"{job.name}: there is no design to round: {answer.status}.")
+    return _OfPlan(job, answer).rounded(asked)
 
 
 class _OfPlan(Rounding):
     """Of a balancing job: the weights of a plan."""
 
-    def __init__(self, job: BalancingJob, found: Answer[Any]) -> None:
-        super().__init__(job, found)
+    def __init__(self, job: BalancingJob, answer: Answer[Any]) -> None:
+        super().__init__(job, answer)
         self.known: dict[tuple[int, tuple[str, ...]], Near] = {}
 
-    def kept(self, found: Answer[Any]) -> BalancingJob:
-        made: BalancingJob = kept_plan(self.job, found)
+    def kept(self, answer: Answer[Any]) -> BalancingJob:
+        made: BalancingJob = kept_plan(self.job, answer)
         return made
 
     def numbers(self, kept: BalancingJob) -> list[Number]:
         decided = self.job.decided_at
-        sizes = (one for one in facts(kept) if not one.path.endswith(".radius"))
-        own = [Number(one, least=0) for one in sizes if one.path.startswith(decided)]
+        sizes = (fact for fact in facts(kept) if not fact.path.endswith(".radius"))
+        own = [Number(size, least=0) for size in sizes if size.path.startswith(decided)]
         if not own:
             words = "what is chosen are weights of the shelf, or cranks"
             raise InputError(f"{self.job.name}: there is nothing to round: {words}.")
@@ -88,9 +88,9 @@ class _OfPlan(Rounding):
         return 0.0 if goal is None else goal.value
 
     def goal(self, best: Near) -> Entry | None:
-        found = best.answer
-        row = found.measures.get(MEASURED["minimise"])
-        return row.value if row is not None else None if found.goal is None else found.goal[1]
+        answer = best.answer
+        row = answer.measures.get(MEASURED["minimise"])
+        return row.value if row is not None else None if answer.goal is None else answer.goal[1]
 
     def design(self, best: Near, values: Mapping[str, Value]) -> Answer[Any]:
         return best.answer

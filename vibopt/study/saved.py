@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 def saved_text(
-    job: Job, found: Answer[Any], target: FilePath, *, fixed: Job | None = None, changes: Sequence[str] = ()
+    job: Job, answer: Answer[Any], target: FilePath, *, fixed: Job | None = None, changes: Sequence[str] = ()
 ) -> str:
     """The text of a problem file that says what an answer chose, as it must read at `target`.
 
@@ -44,14 +44,14 @@ def saved_text(
     """
     if is_scene(job) and job.find_all is not None:
         raise InputError(f"{job.name}: find_all answers with {job.finds}, so there is no design to save.")
-    if found.status in EMPTY or (fixed is None and is_open(job) and not chosen(job, found)):
-        raise InputError(f"{job.name}: there is no design to save: {found.status}. {target.name} is not written.")
-    if is_open(job) and found.status == "violated":
-        broken = ", ".join(name for name, limit in found.limits.items() if not limit.met) or "what may be chosen"
+    if answer.status in EMPTY or (fixed is None and is_open(job) and not chosen(job, answer)):
+        raise InputError(f"{job.name}: there is no design to save: {answer.status}. {target.name} is not written.")
+    if is_open(job) and answer.status == "violated":
+        broken = ", ".join(name for name, limit in answer.limits.items() if not limit.met) or "what may be chosen"
         raise InputError(f"{job.name}: the rounded design breaks {broken}. {target.name} is not written; round finer.")
-    whole = fixed if fixed is not None else kept(job, found)
+    whole = fixed if fixed is not None else kept(job, answer)
     document = moved({key: one for key, one in whole.document.items() if key != "expected"}, target)
-    return with_check(f"{_comments(job, found, changes)}\n\n{document_toml(document)}")
+    return with_check(f"{_comments(job, answer, changes)}\n\n{document_toml(document)}")
 
 
 def moved(document: Mapping[str, Any], target: FilePath) -> dict[str, Any]:
@@ -80,11 +80,11 @@ def _seen_from(folder: FilePath, file: FileText) -> str:
         return there.as_posix()
 
 
-def _comments(job: Job, found: Answer[Any], changes: Sequence[str]) -> str:
+def _comments(job: Job, answer: Answer[Any], changes: Sequence[str]) -> str:
     """From which file and which answer a design comes."""
     words = f"Design of {job.name}" + (f" with {', '.join(changes)}" if changes else "")
-    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict(found)}."]
-    lines += [f"Claim: {found.claim}."] if found.claim else []
-    taken = list(chosen(job, found))
+    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict(answer)}."]
+    lines += [f"Claim: {answer.claim}."] if answer.claim else []
+    taken = list(chosen(job, answer))
     lines += [f"Chosen: {', '.join(taken)}."] if taken else []
     return "\n".join(f"# {' '.join(line.split())}" for line in lines)

@@ -77,7 +77,10 @@ def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
     worst = None
     if scene.goal is not None:
         pick = max if scene.goal.sense == "minimise" else min
-        worst = scene.goal.name, pick((row for row in rows if row is not None), key=lambda one: one.value.value).value
+        worst = (
+            scene.goal.name,
+            pick((row for row in rows if row is not None), key=lambda checked: checked.value.value).value,
+        )
     status, values = "check_failed" if doubt else found.status, shown_values(scene, found.x)
     return OneForAll(job, status, doubt or found.claim, worst, values, limits)
 
@@ -215,7 +218,7 @@ def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = Non
             texts.append(bound.now(1.0 + part_of(step)))
             jobs.append(with_changes(job, {bound.path: texts[-1]}))
     found = answers(jobs, progress, "limits")
-    seen = [(one.status, goal_of(each, one)) for one, each in zip(found, jobs, strict=True)]
+    seen = [(answer.status, goal_of(each, answer)) for answer, each in zip(found, jobs, strict=True)]
     cells = [(text, *one) for text, one in zip(texts, seen[1:], strict=True)]
     width = len(steps)
     rows = tuple((bound.path, tuple(cells[i * width : (i + 1) * width])) for i, bound in enumerate(bounds))

@@ -28,10 +28,10 @@ def shown_value(fact: FactAt, value: float) -> Entry:
     return Entry(value, fact.dimension, fact.unit, amplitude=fact.amplitude)
 
 
-def goal_of(job: Job, found: Answer[Any]) -> Entry | None:
+def goal_of(job: Job, answer: Answer[Any]) -> Entry | None:
     """What was made best; None where nothing was."""
-    empty = found.goal is None or (not is_scene(job) and found.status in NOTHING)
-    return None if empty or found.goal is None else found.goal[1]
+    empty = answer.goal is None or (not is_scene(job) and answer.status in NOTHING)
+    return None if empty or answer.goal is None else answer.goal[1]
 
 
 def goal_word(job: Job) -> str:
@@ -39,29 +39,29 @@ def goal_word(job: Job) -> str:
     return (job.goal.name if job.goal is not None else "") if is_scene(job) else job.aim
 
 
-def entries_of(job: Job, found: Answer[Any]) -> Mapping[str, Value]:
+def entries_of(job: Job, answer: Answer[Any]) -> Mapping[str, Value]:
     """What a balancing job may have chosen or measured; no coefficients of a measured rotor, which may be thousands."""
-    return found.plan.entries() if is_rotor(job) else found.entries()
+    return answer.plan.entries() if is_rotor(job) else answer.entries()
 
 
-def chosen(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Value]:
+def chosen(job: Job, answer: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Value]:
     """What the answer chose, by path: places and parts first, then numbers; `entries` are those of the answer."""
     if is_scene(job):
-        places: dict[str, Value] = dict(found.places)
-        return places | {path: variable.value for path, variable in found.variables.items() if ".part." not in path}
-    if found.status in NOTHING:
+        places: dict[str, Value] = dict(answer.places)
+        return places | {path: variable.value for path, variable in answer.variables.items() if ".part." not in path}
+    if answer.status in NOTHING:
         return {}
-    known = entries_of(job, found) if entries is None else entries
+    known = entries_of(job, answer) if entries is None else entries
     return {path: known[path] for path in job.choices if path in known}
 
 
-def results(job: Job, found: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Entry]:
+def results(job: Job, answer: Answer[Any], entries: Mapping[str, Value] | None = None) -> dict[str, Entry]:
     """What was measured beside the limits: of a balancing job what is left; of a scene, where there are none, all."""
     if is_scene(job):
-        return {f"measures.{name}": row.value for name, row in found.measures.items()} if is_measured(job) else {}
-    if found.status in NOTHING:
+        return {f"measures.{name}": row.value for name, row in answer.measures.items()} if is_measured(job) else {}
+    if answer.status in NOTHING:
         return {}
-    known = entries_of(job, found) if entries is None else entries
+    known = entries_of(job, answer) if entries is None else entries
     return {
         path: one
         for path, one in known.items()
@@ -75,11 +75,11 @@ def is_measured(job: Job) -> bool:
     return is_scene(job) and job.is_analysis and not job.limits and bool(job.measures)
 
 
-def reason(found: Answer[Any]) -> str:
+def reason(answer: Answer[Any]) -> str:
     """Why an answer cannot be used; "" where it can."""
-    if found.exit_code == 0 or found.reason or found.conflict is None:
-        return found.reason
-    return f"these cannot hold together: {', '.join(found.conflict.limits)}."
+    if answer.exit_code == 0 or answer.reason or answer.conflict is None:
+        return answer.reason
+    return f"these cannot hold together: {', '.join(answer.conflict.limits)}."
 
 
 def chosen_from(job: Job, path: str) -> bool:
@@ -91,12 +91,12 @@ def chosen_from(job: Job, path: str) -> bool:
     return open_here and steps[2] in ("weight", "unbalance", *_CHOOSING)
 
 
-def kept(job: Job, found: Answer[Any]) -> Job:
+def kept(job: Job, answer: Answer[Any]) -> Job:
     """The same job with what its answer chose as facts; InputError where it chose nothing."""
     if not is_open(job):
         return job
     if not is_scene(job):
-        return kept_plan(job, found)
-    if not (found.variables or found.places):
-        raise InputError(f"{job.name}: there is no design to keep: {found.status}. Solve the scene first.")
-    return frozen(found.scene, found.x)
+        return kept_plan(job, answer)
+    if not (answer.variables or answer.places):
+        raise InputError(f"{job.name}: there is no design to keep: {answer.status}. Solve the scene first.")
+    return frozen(answer.scene, answer.x)

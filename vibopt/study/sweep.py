@@ -60,7 +60,7 @@ class Sweep(Tabular):
     @property
     def facts(self) -> tuple[FactAt, ...]:
         """All facts that are varied."""
-        return tuple(one.fact for one in self.varied)
+        return tuple(varied.fact for varied in self.varied)
 
     @property
     def path(self) -> str:
@@ -70,12 +70,12 @@ class Sweep(Tabular):
     @property
     def paths(self) -> tuple[str, ...]:
         """Paths of all facts that are varied."""
-        return tuple(one.fact.path for one in self.varied)
+        return tuple(varied.fact.path for varied in self.varied)
 
     @property
     def held(self) -> tuple[str, ...]:
         """Paths of variables that are held at each value, and are no facts."""
-        return tuple(one.fact.path for one in self.varied if one.held)
+        return tuple(varied.fact.path for varied in self.varied if varied.held)
 
     @property
     def by_ratios(self) -> bool:
@@ -208,9 +208,9 @@ def sweep(
     job, base, what = _varied(job, ranges, keep_design)
     _check_count(base, what, (how_many(ranges, points, sample), points), most)
     where = points_of(what, points, sample)
-    facts = tuple(one.fact for one in what)
+    facts = tuple(varied.fact for varied in what)
     at = {tuple(map(float, value)): index for index, value in enumerate(where.values)} if known else {}
-    before = {at[here]: one for one in known if (here := tuple(each.value for each in one.varied.values())) in at}
+    before = {at[here]: point for point in known if (here := tuple(each.value for each in point.varied.values())) in at}
     found = many.answered(base, facts, where.values, workers=workers, progress=progress, told=answered, known=before)
     return Sweep(job, what, found, goal_word(base), keep_design, where.axes, base)
 
@@ -218,7 +218,7 @@ def sweep(
 def _varied(job: Job, ranges: Mapping[str, str], keep_design: bool) -> tuple[Job, Job, tuple[Varied, ...]]:
     """The job with variables held where they are varied, the same with the design that is kept, and what is varied."""
     held = any(is_variable(job, path) for path in ranges)
-    parts = held and any("%" in one for one in ranges.values())
+    parts = held and any("%" in name for name in ranges.values())
     design = answer(job, explain=False) if is_open(job) and (keep_design or parts) else None
     base = kept(job, design) if keep_design and design is not None else job
     made, what = varied(base, ranges, design)

@@ -45,7 +45,7 @@ def strips(sweep: Sweep) -> Strips:
     """
     fact = sweep.fact
     beside = [side for boundary in sweep.boundaries for side in boundary.sides]
-    known = {one.value.value: one for one in (*beside, *sweep.points)}
+    known = {point.value.value: point for point in (*beside, *sweep.points)}
     points = [known[value] for value in sorted(known)]
     chosen = _chosen(sweep)
     active = [boundary for boundary in sweep.boundaries if not boundary.of_feasibility] if chosen else []
@@ -56,7 +56,7 @@ def strips(sweep: Sweep) -> Strips:
         log_x=sweep.by_ratios,
         strips=tuple(_answers(sweep, points) if chosen else _measured(points, sweep.drawn)),
         shaded=tuple(_shaded(sweep)) if chosen else (),
-        marks=tuple((float(_shown(np.array([one.at]), fact)[0]), change_words(one)) for one in active),
+        marks=tuple((float(_shown(np.array([boundary.at]), fact)[0]), change_words(boundary)) for boundary in active),
         joined=fact.dimension != "count",
     )
 
@@ -104,9 +104,9 @@ def map_of(sweep: Sweep) -> Map:
     )
 
 
-def change_words(one: Boundary) -> str:
+def change_words(boundary: Boundary) -> str:
     """What changes where a fact rises over a boundary."""
-    (before, first), (after, then) = one.before, one.after
+    (before, first), (after, then) = boundary.before, boundary.after
     if before != after and "good" in (before, after):
         bad = WORDS.get(before if after == "good" else after, "no design")
         return f"designs begin; below, {bad}" if after == "good" else f"designs end; beyond, {bad}"
@@ -120,17 +120,17 @@ def change_words(one: Boundary) -> str:
     return ", ".join(said)
 
 
-def _side(sweep: Sweep, one: Boundary, level: float) -> Side:
+def _side(sweep: Sweep, boundary: Boundary, level: float) -> Side:
     """A place on a boundary, in the units of the axes."""
     first, second = sweep.facts
-    across = one.path == first.path
-    other = next(iter(one.others.values())).value
-    x, y = (one.at, other) if across else (other, one.at)
-    names: tuple[State, State] = (one.before, one.after)
+    across = boundary.path == first.path
+    other = next(iter(boundary.others.values())).value
+    x, y = (boundary.at, other) if across else (other, boundary.at)
+    names: tuple[State, State] = (boundary.before, boundary.after)
     words = tuple(sorted(_state_words(state) for state in names))
     return Side(
         float(_shown(np.array([x]), first)[0]), float(_shown(np.array([y]), second)[0]), across,
-        one.of_feasibility, (words[0], words[1]), level,
+        boundary.of_feasibility, (words[0], words[1]), level,
     )  # fmt: skip
 
 
@@ -248,21 +248,23 @@ def _shaded(sweep: Sweep) -> Iterable[tuple[float, float, str]]:
         yield float(low), float(high), WORDS.get(stretch.status, stretch.status)
 
 
-def front_of(found: Tradeoff) -> Front:
+def front_of(tradeoff: Tradeoff) -> Front:
     """A trade-off in the user's units."""
-    fact, points = found.fact, list(found.points)
+    fact, points = tradeoff.fact, list(tradeoff.points)
     goal = [point.goal for point in points]
-    first = next(one for one in goal if one is not None)
-    response = found.job.goal.response if is_scene(found.job) and found.job.goal is not None else None
-    name = spoken(response.response, place_of(response)) if response is not None else found.goal or "goal"
+    first = next(entry for entry in goal if entry is not None)
+    response = tradeoff.job.goal.response if is_scene(tradeoff.job) and tradeoff.job.goal is not None else None
+    name = spoken(response.response, place_of(response)) if response is not None else tradeoff.goal or "goal"
     shown = _strip(name.replace("_", " "), goal, first.dimension, (response.unit if response else first.unit) or "")
-    x = _shown(np.array([one.value for one in found.reached]), fact)
-    marks = [(0, f"tightest\n{found.reached[0].shown}")]
-    if found.free:
+    x = _shown(np.array([entry.value for entry in tradeoff.reached]), fact)
+    marks = [(0, f"tightest\n{tradeoff.reached[0].shown}")]
+    if tradeoff.free:
         marks.append((len(points) - 1, "goal's own best"))
-    if found.knee is not None:
-        at, best = found.reached[found.knee], points[found.knee].goal
-        marks.append((found.knee, f"knee\n{at.shown}, {best.shown if best is not None else ''}"))
+    if tradeoff.knee is not None:
+        at, best = tradeoff.reached[tradeoff.knee], points[tradeoff.knee].goal
+        marks.append((tradeoff.knee, f"knee\n{at.shown}, {best.shown if best is not None else ''}"))
     unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
-    words = f"{found.name} [{unit}]" if unit else found.name
-    return Front(found.job.title, words, shown.label.replace("\n", " "), x, shown.lines[0].y, found.jumps, tuple(marks))
+    words = f"{tradeoff.name} [{unit}]" if unit else tradeoff.name
+    return Front(
+        tradeoff.job.title, words, shown.label.replace("\n", " "), x, shown.lines[0].y, tradeoff.jumps, tuple(marks)
+    )

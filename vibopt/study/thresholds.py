@@ -73,7 +73,7 @@ def thresholds(
     """
     physical = [one for one in facts(scene) if _is_physical(one)]
     extent = extent_of(physical)
-    asked = [one for one in physical if only is None or one.path in only]
+    asked = [fact_at for fact_at in physical if only is None or fact_at.path in only]
     if not pose(scene).limits:
         return []
     found = []
@@ -100,7 +100,7 @@ def extent_of(asked: list[FactAt]) -> float:
     """Greatest distance between two places along an axis [m]."""
     sides = [0.0]
     for axis in "xyz":
-        values = [one.value for one in asked if one.signed and one.path.endswith(f".{axis}")]
+        values = [fact_at.value for fact_at in asked if fact_at.signed and fact_at.path.endswith(f".{axis}")]
         sides.append(max(values) - min(values) if values else 0.0)
     return max(sides) or 1.0
 
@@ -208,7 +208,7 @@ def _top(margins: Margins, three: list[float]) -> float | None:
     """A failing value between the outer two of three, where the violation of a limit has its top; None without one."""
     if len(three) < 3:
         return None
-    rows = [margins(one) for one in three]
+    rows = [margins(value) for value in three]
     if any(row is None or row.shape != rows[0].shape for row in rows):  # type: ignore[union-attr]
         return None
     left, middle, right = (np.asarray(row) for row in rows)

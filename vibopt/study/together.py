@@ -61,11 +61,11 @@ def columns(
             return None
         numbers = _follow(where, [begin, *(_like(first, *at(one, first)) for one in where[1:])], values)
         if scene.is_analysis:
-            found = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
+            answers = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
         else:
-            found = answer(first, numbers, len(values), progress)
+            answers = answer(first, numbers, len(values), progress)
         known = {fact.path: values[:, i] for i, fact in enumerate(facts)}
-        return _Checked(scene, first, numbers, known).columns(found)
+        return _Checked(scene, first, numbers, known).columns(answers)
     except (NotClosedError, InputError):
         return None
 
@@ -158,18 +158,18 @@ class _Checked:
     numbers: Numbers
     known: Mapping[str, FloatArray]
 
-    def columns(self, found: Answers) -> Columns:
+    def columns(self, answers: Answers) -> Columns:
         """Check every answer; what is not optimal or infeasible beyond doubt has no status."""
-        scene, count = self.scene, len(found.status)
+        scene, count = self.scene, len(answers.status)
         x = np.full((len(scene.variables), count), np.nan)
-        x[list(self.asked.order)] = found.x[: len(self.asked.order)]
+        x[list(self.asked.order)] = answers.x[: len(self.asked.order)]
         shown = np.where(np.isnan(x), np.array([variable.high for variable in scene.variables]).reshape(-1, 1), x)
         chosen = {variable.path: row for variable, row in zip(scene.variables, shown, strict=True)}
         machine = built(scene, {**self.known, **chosen})
         if not isinstance(machine, LoneMachine) or machine.loose:
             raise NotClosedError("nothing holds the machine.")
         same, good = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
-        design, margins, index = shown[list(self.asked.order)] if len(x) else found.x, {}, 0
+        design, margins, index = shown[list(self.asked.order)] if len(x) else answers.x, {}, 0
         for name, response in scene.limits.items():
             sides = [side for side in ("at_most", "at_least") if getattr(response, side) is not None]
             for side in sides:
@@ -188,8 +188,8 @@ class _Checked:
         goal = None
         if scene.goal is not None:
             goal = np.broadcast_to(self._plain(machine, scene.goal.response), (count,))
-        proven = (found.status == OPTIMAL) & good & same
-        status = np.where(proven, "optimal", np.where(found.status == INFEASIBLE, "infeasible", ""))
+        proven = (answers.status == OPTIMAL) & good & same
+        status = np.where(proven, "optimal", np.where(answers.status == INFEASIBLE, "infeasible", ""))
         return Columns(status.tolist(), x, goal, margins)
 
     def _agrees(self, index: int, design: FloatArray, value: FloatArray, omega: FloatArray) -> BoolArray:

@@ -237,23 +237,23 @@ class _Front:
         self.asked += len(new)
         try:
             points = answered(self.job, (self.fact,), values, sparing=self.batch, sure=self.batch and bool(self.known))
-            for b, one in zip(new, points, strict=True):
-                if one.status:
-                    self._keep(b, one)
+            for b, point in zip(new, points, strict=True):
+                if point.status:
+                    self._keep(b, point)
         except InputError:
             if len(new) == 1:
                 self.known[new[0]] = None
             else:
                 self.all(new)
 
-    def _keep(self, b: float, one: Point) -> None:
+    def _keep(self, b: float, point: Point) -> None:
         """Remember an answer, and that the best design at a bound is the best down to what it reaches."""
-        self.known[b] = one if one.good else None
-        if self.tells and one.status == "infeasible":
+        self.known[b] = point if point.good else None
+        if self.tells and point.status == "infeasible":
             self.impossible = max(self.impossible, b)
-        if self.tells and one.status == "optimal" and 0.0 < self.bound(one) < b * (1.0 - CLOSE):
-            self.steps.add(self.bound(one))
-            self.known.setdefault(self.bound(one), one)
+        if self.tells and point.status == "optimal" and 0.0 < self.bound(point) < b * (1.0 - CLOSE):
+            self.steps.add(self.bound(point))
+            self.known.setdefault(self.bound(point), point)
 
     def _told(self, b: float) -> bool:
         """Whether the answer at a bound follows from others."""
@@ -301,7 +301,7 @@ class _Front:
         away = 1.0 - parts.sum(axis=1)
         knee = int(away.argmax()) if len(found) > 2 else None
         rest = [gap for i, gap in enumerate(gaps) if i not in jumps]
-        entries = tuple(replace(one.value, value=self.reached(one)) for one in found)
+        entries = tuple(replace(point.value, value=self.reached(point)) for point in found)
         return Tradeoff(
             self.job, self.fact, tuple(found), entries, goal_word(self.job), knee, float(max(rest, default=0.0)), free,
             tuple(jumps), self.asked,
@@ -339,7 +339,7 @@ class _Front:
 
     def _falling(self, holds: Holds) -> Gap:
         """The loosest known bound that fails below those that hold, and the next; further down where none fails."""
-        most = max((self.bound(one) for one in self.known.values() if one is not None), default=0.0)
+        most = max((self.bound(point) for point in self.known.values() if point is not None), default=0.0)
         for _ in range(_REACH):
             bounds = sorted(self.known)
             fails = [
@@ -403,8 +403,8 @@ class _Front:
     def _wide(self, tight: float, loose: float, count: int) -> Iterator[tuple[float, float, int]]:
         """Neighbouring bounds that are too far apart, and in how many parts to cut them."""
         known = [(b, self.known[b]) for b in sorted(self.known) if tight <= b <= loose]
-        good = [(b, one) for b, one in known if one is not None]
-        parts_of = self._parts([one for _, one in good])
+        good = [(b, point) for b, point in known if point is not None]
+        parts_of = self._parts([point for _, point in good])
         gaps = []
         for index, ((a, _), (c, _)) in enumerate(pairwise(good)):
             gap = float(np.abs(parts_of[index + 1] - parts_of[index]).sum())

@@ -48,8 +48,8 @@ class Row:
 
 def row_of(kind: str, name: str, values: Sequence[Value | None]) -> Row:
     """A line of numbers or words as an answer has them; the unit is that of the first number."""
-    unit = next((one.si for one in values if isinstance(one, Entry)), "")
-    numbers = [one.value if isinstance(one, Entry) else None for one in values]
+    unit = next((value.si for value in values if isinstance(value, Entry)), "")
+    numbers = [value.value if isinstance(value, Entry) else None for value in values]
     cells = [None if one is None else Cell(one.shown, number) for one, number in zip(values, numbers, strict=True)]
     return Row(kind, name, unit, tuple(cells))
 
@@ -86,10 +86,10 @@ def marked(
     )
 
 
-def _same(one: float, other: float, least: float) -> bool:
-    if not (isfinite(one) and isfinite(other)):
-        return one == other
-    return abs(one - other) <= max(SAME * max(abs(one), abs(other)), least)
+def _same(value: float, other: float, least: float) -> bool:
+    if not (isfinite(value) and isfinite(other)):
+        return value == other
+    return abs(value - other) <= max(SAME * max(abs(value), abs(other)), least)
 
 
 def bought(scene: Scene) -> dict[str, Part]:
@@ -116,7 +116,7 @@ def price_words(price: Entry, design: Design, designs: Sequence[Design]) -> str:
 
 def comparable(designs: Sequence[Design]) -> list[bool]:
     """Per variant whether its price is that of everything that any variant buys, all in one currency."""
-    currencies = {one.price.unit for each in designs for one in bought(each.scene).values() if one.price is not None}
+    currencies = {part.price.unit for each in designs for part in bought(each.scene).values() if part.price is not None}
     return [
         len(currencies) == 1 and bool(bought(design.scene)) and not _not_bought(design, designs) for design in designs
     ]

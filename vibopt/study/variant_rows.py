@@ -46,15 +46,15 @@ def rows_of(designs: Sequence[Design]) -> list[Row]:
 
 def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) -> list[Row]:
     """The same of balancing plans."""
-    names = dict.fromkeys(one.goal[0] for one in found if one.goal is not None)
+    names = dict.fromkeys(answer.goal[0] for answer in found if answer.goal is not None)
     goals = [
-        _goal_row(f"least {name.replace('_', ' ')}", -1.0, [_goal_of_plan(one, name) for one in found], found)
+        _goal_row(f"least {name.replace('_', ' ')}", -1.0, [_goal_of_plan(answer, name) for answer in found], found)
         for name in names
     ]
-    taken = [chosen(job, one) for job, one in zip(jobs, found, strict=True)]
+    taken = [chosen(job, answer) for job, answer in zip(jobs, found, strict=True)]
     paths = dict.fromkeys(path for job in jobs for path in job.choices)
     said = [{fact.path: Entry(fact.value, fact.dimension, fact.unit) for fact in facts(job)} for job in jobs]
-    left = [_measures(one) | results(job, one) for job, one in zip(jobs, found, strict=True)]
+    left = [_measures(answer) | results(job, answer) for job, answer in zip(jobs, found, strict=True)]
     return [
         *_verdict_rows(found),
         *goals,
@@ -67,8 +67,8 @@ def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) ->
 
 def _verdict_rows(found: Sequence[Answer[Any]]) -> list[Row]:
     """Verdicts, and why an answer cannot be used."""
-    rows = [Row("verdict", "verdict", "", tuple(Cell(one.status) for one in found))]
-    reasons = [_reason(one) for one in found]
+    rows = [Row("verdict", "verdict", "", tuple(Cell(answer.status) for answer in found))]
+    reasons = [_reason(answer) for answer in found]
     if any(reasons):
         rows.append(Row("reason", "why", "", tuple(Cell(reason) if reason else None for reason in reasons)))
     return rows
@@ -127,14 +127,14 @@ def _goal_row_of(name: str, goal: Goal, designs: Sequence[Design]) -> Row:
 def _goal_row(name: str, sense: float, shown: Sequence[Entry | None], found: Sequence[Answer[Any]]) -> Row:
     """One goal on every answer that has it; `sense` is 1 where more is better, else -1."""
     row = row_of("goal", name, shown)
-    return replace(row, cells=marked(row.cells, sense, [one.exit_code == 0 for one in found]))
+    return replace(row, cells=marked(row.cells, sense, [answer.exit_code == 0 for answer in found]))
 
 
-def _goal_of_plan(found: Answer[Any], name: str) -> Entry | None:
+def _goal_of_plan(answer: Answer[Any], name: str) -> Entry | None:
     """The goal of an answer, or the measure that it became in a saved plan."""
-    if found.goal is not None:
-        return goal_of(found.job, found) if found.goal[0] == name else None
-    row = found.measures.get(MEASURED[MINIMISE])
+    if answer.goal is not None:
+        return goal_of(answer.job, answer) if answer.goal[0] == name else None
+    row = answer.measures.get(MEASURED[MINIMISE])
     return row.value if row is not None and row.response == name else None
 
 
@@ -170,8 +170,8 @@ def _fact_rows(designs: Sequence[Design], known: set[str]) -> list[Row]:
     """Numbers and parts of the files that differ from variant to variant."""
     names = [_bought(design.scene) for design in designs]
     rows = []
-    for path in dict.fromkeys(path for one in names for path in one):
-        parts = [one.get(path) for one in names]
+    for path in dict.fromkeys(path for name in names for path in name):
+        parts = [name.get(path) for name in names]
         if path not in known and len(set(parts)) > 1:
             rows.append(row_of("fact", path, [None if name is None else Word(name) for name in parts]))
     said = [_facts_of(design.scene) for design in designs]
@@ -190,7 +190,7 @@ def _differing(
         if path in known or path.startswith("limits."):
             continue
         values = [one[path] if path in one else brought(k, path) for k, one in enumerate(said)]
-        if len({one.value for one in values if one is not None}) > 1:
+        if len({value.value for value in values if value is not None}) > 1:
             rows.append(row_of("fact", path, values))
     return rows
 
@@ -280,8 +280,8 @@ def limit_words(checked: Checked) -> str:
     return f"{checked.value.shown}{f' at {at}' if at else ''}\n{room}"
 
 
-def _measures(found: Answer[Any]) -> dict[str, Entry]:
-    return {name: row.value for name, row in found.measures.items()}
+def _measures(answer: Answer[Any]) -> dict[str, Entry]:
+    return {name: row.value for name, row in answer.measures.items()}
 
 
 def _measure_rows(measured: Sequence[Mapping[str, Entry]]) -> list[Row]:
@@ -293,8 +293,10 @@ def _measure_rows(measured: Sequence[Mapping[str, Entry]]) -> list[Row]:
 def _mode_rows(designs: Sequence[Design]) -> list[Row]:
     """The lowest natural frequencies of each machine without tolerances."""
     modes = [
-        np.sort(machine_of(one.scene, chosen_in(one)).natural_frequencies()) if has_machine(one) else np.zeros(0)
-        for one in designs
+        np.sort(machine_of(design.scene, chosen_in(design)).natural_frequencies())
+        if has_machine(design)
+        else np.zeros(0)
+        for design in designs
     ]
     count = min(max(map(len, modes)), MOST_MODES)
     rows = []

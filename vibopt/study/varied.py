@@ -181,9 +181,9 @@ def _check(path: str, text: str) -> None:
 
 def _varied(job: Job, path: str, text: str, held: bool) -> Varied:
     fact = fact_at(job, path)
-    found = re.fullmatch(_HOW, text.strip())
-    assert found is not None
-    values, how = _absolute(fact, found["values"]), found["how"]
+    match = re.fullmatch(_HOW, text.strip())
+    assert match is not None
+    values, how = _absolute(fact, match["values"]), match["how"]
     try:
         many = fact.ends(values) if is_range(values) else _listed(fact, _parts_of(values))
     except QuantityError as error:
@@ -197,7 +197,7 @@ def _varied(job: Job, path: str, text: str, held: bool) -> Varied:
     if how == "log" and (low <= 0.0 or fact.unit == DECIBEL):
         why = "dB count ratios already" if fact.unit == DECIBEL else "from zero on there are no equal ratios"
         raise InputError(f'--vary {path}="{text}": {why}. Leave "log" out.')
-    listed = () if is_range(values) else tuple(one.value for one in many)
+    listed = () if is_range(values) else tuple(quantity.value for quantity in many)
     ratios = fact.unit != DECIBEL and low > 0.0 and (how == "log" or (how is None and high > 100.0 * low))
     return Varied(fact, low, high, listed, ratios and not listed and fact.dimension != "count", held)
 
@@ -207,7 +207,7 @@ def _listed(fact: FactAt, parts: Sequence[str]) -> tuple[Quantity, ...]:
     unit = fact.quantity(parts[-1].strip()).unit
     bare = re.compile(r"[+-]?[\d.]+(?:e[+-]?\d+)?", re.IGNORECASE)
     texts = [f"{one} {unit}".strip() if bare.fullmatch(one) else one for one in map(str.strip, parts)]
-    found = {one.value: replace(one, unit=unit) for one in map(fact.quantity, texts)}
+    found = {quantity.value: replace(quantity, unit=unit) for quantity in map(fact.quantity, texts)}
     return tuple(found[value] for value in sorted(found))
 
 
@@ -241,7 +241,7 @@ def how_many(ranges: Mapping[str, str], count: int | None, sample: Sample) -> in
     if sample:
         return count or 256
     usual = count or USUAL.get(len(ranges), 1)
-    return prod(usual if is_range(one) else len(_parts_of(one)) for one in ranges.values())
+    return prod(usual if is_range(name) else len(_parts_of(name)) for name in ranges.values())
 
 
 def _drawn(facts: tuple[Varied, ...], count: int, sample: Sample, seed: int) -> Points:

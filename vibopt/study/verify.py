@@ -178,27 +178,27 @@ def verify_file(
         return FileResult(name, (row,), About(file, "input_error"))
     try:
         with each_answer_within(seconds):
-            found = solve(job)
-            kept = keep(file, job, found) if keep is not None else None
+            answer = solve(job)
+            kept = keep(file, job, answer) if keep is not None else None
     except Exception as error:
         row = _no_answer(name, *_NOTHING, " ".join(f"{type(error).__name__}: {error}".split()))
         return FileResult(name, (row,), _about(file, job, None))
-    rows = [compare(found, record, name) for record in job.expected]
+    rows = [compare(answer, record, name) for record in job.expected]
     recorded = any(record.get("path") == "status" for record in job.expected)
-    if found.status in ("check_failed", "unproven") and not recorded:
-        rows.append(_no_answer(name, "status", "a checked answer", found.status, found.claim))
-    return FileResult(name, tuple(rows), _about(file, job, found), kept)
+    if answer.status in ("check_failed", "unproven") and not recorded:
+        rows.append(_no_answer(name, "status", "a checked answer", answer.status, answer.claim))
+    return FileResult(name, tuple(rows), _about(file, job, answer), kept)
 
 
 _NOTHING = ("the answer", "an answer", "internal_error")
 
 
-def _about(file: Path, job: Job, found: Answer[Any] | None) -> About:
+def _about(file: Path, job: Job, answer: Answer[Any] | None) -> About:
     source = str(job.document.get("source", ""))
-    if found is None:
+    if answer is None:
         return About(file, "internal_error", job.title, source)
     reasons = tuple(str(record.get("why", "")) for record in job.expected)
-    return About(file, found.status, job.title, source, found.proven, found.method, reasons)
+    return About(file, answer.status, job.title, source, answer.proven, answer.method, reasons)
 
 
 def _no_answer(name: str, what: str, right: str, ours: str, why: str) -> Row:

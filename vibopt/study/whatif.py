@@ -50,7 +50,7 @@ class WhatIf(Tabular):
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each number and word of either answer, before and after: in SI and as shown."""
-        both = [one.entries() for one in (self.before, self.after)]
+        both = [answer.entries() for answer in (self.before, self.after)]
         return [_beside(path, *(one.get(path) for one in both)) for path in dict.fromkeys((*both[0], *both[1]))]
 
     def to_json(self) -> dict[str, Any]:

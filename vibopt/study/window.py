@@ -243,8 +243,8 @@ class _Box:
         """How far from a design towards a place that is missed a limit holds (false position)."""
 
         def missed(t: float) -> float:
-            found = float(self.violations(index, (x * (1.0 + t * place))[None])[0]) - self.tolerance
-            return min(found, _GREAT) if found > -_GREAT else -_GREAT if found == found else _GREAT
+            value = float(self.violations(index, (x * (1.0 + t * place))[None])[0]) - self.tolerance
+            return min(value, _GREAT) if value > -_GREAT else -_GREAT if value == value else _GREAT
 
         good, bad, low, high, side = 0.0, part, missed(0.0), missed(part), 0
         for _ in range(_STEPS):
@@ -315,8 +315,8 @@ class _Box:
         keep = np.isfinite(table).all(axis=1) & np.isfinite(limits)
         size = np.maximum(np.abs(table[keep]).max(axis=1), 1e-12)
         linear = np.append(np.zeros(count), -1.0)
-        found = solve_cones(linear, table[keep] / size[:, None], limits[keep] / size, [(LINEAR, int(keep.sum()))])
-        return found.x[:count] if found.is_finite else np.zeros(count)
+        cone_point = solve_cones(linear, table[keep] / size[:, None], limits[keep] / size, [(LINEAR, int(keep.sum()))])
+        return cone_point.x[:count] if cone_point.is_finite else np.zeros(count)
 
 
 def _tested(scene: Scene, centre: FloatArray, part: float) -> tuple[float, bool, str]:

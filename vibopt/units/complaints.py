@@ -44,7 +44,7 @@ def no_unit(number: str, word: str, dimension: str, *, moves: bool = False) -> s
     kind, size = DIMENSIONS[dimension], abs(float(number)) if re.fullmatch(NUMBER, number) else 0.0
     likely = [unit for unit, low, high in _LIKELY.get(dimension, ()) if low <= size < high]
     units = likely if likely and not (moves and dimension == "length") else [kind.usual]
-    return f"has no unit. Write {' or '.join(_quoted(words(number, one, word)) for one in units)}."
+    return f"has no unit. Write {' or '.join(_quoted(words(number, unit, word)) for unit in units)}."
 
 
 def _quoted(text: str) -> str:

@@ -80,9 +80,9 @@ def split_value(text: str, dimension: str) -> tuple[str, str]:
     if len(text) > _LONGEST:
         raise QuantityError("is longer than any value. Write one number and its unit.")
     tidy = text.replace("−", "-").strip()
-    found = None if ".." in tidy else _VALUE.fullmatch(tidy)
-    if found:
-        return found[1], found[2]
+    match = None if ".." in tidy else _VALUE.fullmatch(tidy)
+    if match:
+        return match[1], match[2]
     if _WORD_NOT_FINITE.match(tidy):
         raise QuantityError(complaints.NOT_FINITE)
     raise QuantityError(complaints.no_single_number(tidy, dimension))

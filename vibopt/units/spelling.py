@@ -112,11 +112,11 @@ _DETECTOR = re.compile(rf"[\s_-]*(?:\(({_WORDS})\)|({_WORDS}))$", re.IGNORECASE)
 @cache
 def split_detector(unit: str) -> tuple[str, Detector | None, str]:
     """Parts of a unit text such as "mm pp": the unit, the detector meant, and its word as written ("" if none)."""
-    found = _DETECTOR.search(unit) if len(unit) <= LONGEST else None
-    if not found:
+    match = _DETECTOR.search(unit) if len(unit) <= LONGEST else None
+    if not match:
         return unit.strip(), None, ""
-    word = found[1] or found[2]
-    return unit[: found.start()].strip(), _DETECTORS[word.lower()], word
+    word = match[1] or match[2]
+    return unit[: match.start()].strip(), _DETECTORS[word.lower()], word
 
 
 @cache
@@ -148,11 +148,11 @@ def _tokens(text: str) -> list[str] | None:
     tokens: list[str] = []
     position = 0
     while position < len(text):
-        found = _TOKEN.match(text, position)
-        if not found:
+        match = _TOKEN.match(text, position)
+        if not match:
             return None
-        position = found.end()
-        symbol, power, digit, sign, close, raised, one = found.groups()
+        position = match.end()
+        symbol, power, digit, sign, close, raised, one = match.groups()
         if (symbol and symbol not in symbols()) or (one and tokens):
             return None
         if symbol:

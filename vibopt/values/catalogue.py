@@ -215,12 +215,12 @@ def _columns(heads: tuple[str, ...], row: int, said: _Said) -> list[Column | Non
         return []
     columns = [_column(heading, index, row, said) for index, heading in enumerate(heads)]
     seen: dict[str, Column] = {}
-    for one in columns:
-        if one is None or not one.key:
+    for column in columns:
+        if column is None or not column.key:
             continue
-        if one.key in seen:
-            said.add(row, one, f"says the same as column {seen[one.key].letter}. Keep one of them.")
-        seen[one.key] = one
+        if column.key in seen:
+            said.add(row, column, f"says the same as column {seen[column.key].letter}. Keep one of them.")
+        seen[column.key] = column
     for keys in _CLASHES:
         both = [seen[key] for key in keys if key in seen]
         if len(both) > 1:

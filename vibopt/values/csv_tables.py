@@ -78,7 +78,7 @@ def _cells(lines: list[str], sign: str) -> list[list[str]]:
 def _quoted(cells: list[tuple[str, ...]]) -> bool:
     """Whether commas in cells that commas part are decimal signs: no point is, and not all could part thousands."""
     every = [one for row in cells for one in row]
-    numbers = [found for one in every if (found := _WITH_COMMA.fullmatch(one))]
+    numbers = [match for one in every if (match := _WITH_COMMA.fullmatch(one))]
     decimal = any(len(number[2]) != 3 or number[1] == "0" for number in numbers)
     return decimal and not any(_WITH_POINT.fullmatch(one) for one in every)
 

@@ -71,10 +71,10 @@ class FactAt:
 
 def fact_among(known: Iterable[FactAt], path: str) -> FactAt:
     """The fact at a path; InputError where there is none, with near ones, or the parts of a text that stands there."""
-    found = {one.path: one for one in known}
+    found = {fact_at.path: fact_at for fact_at in known}
     if path in found:
         return found[path]
-    parts = [one.path for one in found.values() if one.place == path]
+    parts = [fact_at.path for fact_at in found.values() if fact_at.place == path]
     if parts:
         raise InputError(f"{path} holds {len(parts)} numbers. Name one: {' or '.join(parts)}.")
     raise InputError(f"there is no fact called {path}.{way_out(path, list(found))}")

@@ -38,7 +38,7 @@ class Scatter(float):
     data: tuple[float, ...]
 
     def __new__(cls, kind: str, size: float, data: tuple[float, ...] = ()) -> Scatter:
-        reach = SIGMAS * size if kind == NORMAL else size if kind == UNIFORM else max(abs(one) for one in data)
+        reach = SIGMAS * size if kind == NORMAL else size if kind == UNIFORM else max(abs(value) for value in data)
         made = super().__new__(cls, reach)
         made.kind, made.size, made.data = kind, size, data
         return made
@@ -121,7 +121,7 @@ def _scatter(given: Mapping[str, object]) -> Scatter:
         if not isinstance(said, list) or len(said) < _FEWEST:
             raise QuantityError(f"has a tolerance from data without a list of deviations. {_KINDS}")
         data = tuple(_part(one) for one in said)
-        if not max(abs(one) for one in data) < 1.0:
+        if not max(abs(value) for value in data) < 1.0:
             raise QuantityError(f"has a tolerance from data that leaves nothing of it. {_KINDS}")
         if not any(data):
             raise QuantityError(f"has a tolerance from data that is never off. {_KINDS}")

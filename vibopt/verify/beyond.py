@@ -63,9 +63,9 @@ def beyond_threshold(scene: Scene, machine: Machine, response: HarmonicResponse,
     """Why a steady whirl is none, as the rotor spins beyond its stability threshold [rad/s]; "" where it does not."""
     forbidden = any(limit.response == "stability_threshold" for limit in scene.limits.values())
     for name in names_for(scene, response):
-        top = max((one.high for one in bands_for(scene, response, name) if isfinite(one.high)), default=0.0)
+        top = max((band.high for band in bands_for(scene, response, name) if isfinite(band.high)), default=0.0)
         if top > threshold * (1.0 + 2.0 * TOLERANCE):  # a limit on it holds within that
-            spin, least = (show(one, "rpm", "angular_rate", digits=6) for one in (top, threshold))
+            spin, least = (show(value, "rpm", "angular_rate", digits=6) for value in (top, threshold))
             what = "where a whirl grows without end"
             if not machine.grows(top):
                 what = f"from which on a whirl grows without end, though none does at {spin} itself"

@@ -69,7 +69,11 @@ def measure_on(scene: Scene, machine: Machine, response: Response, side: str) ->
     if whirls and response.of_rotor and len(asked) > 1 and side != "at_least":
         asked = _foremost(scene, machine, cast("tuple[HarmonicResponse, ...]", asked))
     found = [_measured(scene, machine, one, side) for one in asked]
-    return found[foremost([one.value for one in found], least=side == "at_least")] if len(found) > 1 else found[0]
+    return (
+        found[foremost([measured.value for measured in found], least=side == "at_least")]
+        if len(found) > 1
+        else found[0]
+    )
 
 
 def _foremost(scene: Scene, machine: Machine, asked: tuple[HarmonicResponse, ...]) -> tuple[HarmonicResponse, ...]:
@@ -139,9 +143,9 @@ def _added(scene: Scene, machine: Machine, response: TransientResponse) -> Measu
     """Excitations one by one, each of their greatest at a time or speed of its own."""
     alone = [response.alone(name, scene.excitations[name].sorts) for name in names_for(scene, response)]
     found = [_measured(scene, machine, one, "at_most") for one in alone]
-    values = [one.value for one in found]
+    values = [measured.value for measured in found]
     total = float(np.sqrt(np.sum(np.square(values)))) if response.combine == "rss" else float(sum(values))
-    return Measured(total, {name: at for one in found for name, at in one.speeds.items()}, response)
+    return Measured(total, {name: at for measured in found for name, at in measured.speeds.items()}, response)
 
 
 def nearest(modes: FloatArray, outside: tuple[Band, ...]) -> float:
@@ -288,7 +292,7 @@ class Shaken:
         machines = (self.machine, self.bolted)
         lines = self.lines
         loose = [machine for machine in machines if machine.loose]
-        return min((self._orders(one, line).reach / line.order for one in loose for line in lines), default=0.0)
+        return min((self._orders(machine, line).reach / line.order for machine in loose for line in lines), default=0.0)
 
     @cached_property
     def _acts(self) -> list[dict[str, complex]]:
@@ -296,7 +300,7 @@ class Shaken:
 
     def _acts_on(self, machine: Machine) -> list[dict[str, complex]]:
         """Where each loose part of the excitation acts; on the receiver, where its body has been joined with it."""
-        on, acts = self.excitation.on, [one.acts for one in self.excitation.loose]
+        on, acts = self.excitation.on, [excitation.acts for excitation in self.excitation.loose]
         if list(acts[0]) != [on] or on in machine.places or on in machine.bases:
             return acts
         return [{next(joint.ends[1] for joint in self.machine.joints if joint.name == self.response.rigid_link): 1.0}]

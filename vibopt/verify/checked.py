@@ -64,8 +64,8 @@ def checked_measures(
 
 def measured_row(scene: Scene, machine: Machine, name: str, response: Response) -> Checked:
     """A measure on a machine that is built already; the model is not asked."""
-    found = measure_on(scene, machine, response, response.worst_side)
-    return _checked(scene, found, name, response, "")
+    measured = measure_on(scene, machine, response, response.worst_side)
+    return _checked(scene, measured, name, response, "")
 
 
 def _load_compared(row: Checked, parts: Sequence[float]) -> Checked:
@@ -118,8 +118,10 @@ class Built:
         goal = self.scene.goal
         if goal is None:
             return None
-        found = measure_on(self.scene, self.machine, goal.response, "at_most" if goal.sense == MINIMISE else "at_least")
-        return self.compared(_checked(self.scene, found, goal.name, goal.response, ""), found)
+        measured = measure_on(
+            self.scene, self.machine, goal.response, "at_most" if goal.sense == MINIMISE else "at_least"
+        )
+        return self.compared(_checked(self.scene, measured, goal.name, goal.response, ""), measured)
 
     def _rated(self, offs: Offs) -> dict[str, Checked]:
         """Static loads of bought parts, each on the worst of several machines."""
@@ -138,29 +140,29 @@ class Built:
 
     def row(self, name: str, response: Response, side: str) -> tuple[Checked, Measured]:
         response = response.asked_by(side)
-        found = measure_on(self.scene, self.machine, response, side or response.worst_side)
-        row = _checked(self.scene, found, name, response, side)
-        if found.value == inf:
+        measured = measure_on(self.scene, self.machine, response, side or response.worst_side)
+        row = _checked(self.scene, measured, name, response, side)
+        if measured.value == inf:
             far = response.looked_to(self.machine)
             text = f"none up to {replace(row.value, value=far).shown}" if isfinite(far) else response.absent
             row = replace(row, value=replace(row.value, text=text)) if text else row
-        return row, found
+        return row, measured
 
-    def _grown(self, found: Measured) -> str:
+    def _grown(self, measured: Measured) -> str:
         """Why there is no steady motion, as a whirl grows; "" where there is."""
-        driven = found.response.reading or found.response
+        driven = measured.response.reading or measured.response
         if not isinstance(driven, HarmonicResponse) or not (turning(self.scene) or in_planes(self.scene)):
             return ""
         return beyond_threshold(self.scene, self.machine, driven, self.threshold)
 
-    def _beyond(self, row: Checked, found: Measured) -> str:
+    def _beyond(self, row: Checked, measured: Measured) -> str:
         """Why a value is beyond what the model of a part is good for; "" where it is not."""
         if not any(link.spreads_mass for link in self.scene.links.values()):
             return ""
-        known = {name: speed for name, speed in found.speeds.items() if found.response.sort == "steady"}
+        known = {name: speed for name, speed in measured.speeds.items() if measured.response.sort == "steady"}
         lines = {name: unit_lines(self.scene, name) for name in known}
-        highest = [speed * max(one.order for one in lines[name]) for name, speed in known.items()]
-        return beyond_shape(self.machine, found.response, row.limit, found.value, max([0.0, *highest]))
+        highest = [speed * max(line.order for line in lines[name]) for name, speed in known.items()]
+        return beyond_shape(self.machine, measured.response, row.limit, measured.value, max([0.0, *highest]))
 
     @cached_property
     def threshold(self) -> float:
@@ -172,31 +174,31 @@ class Built:
         top = highest_asked(self.scene) * (1.0 + 1e-6)
         return min(self.machine.threshold(top), WhirlThreshold(top).value(self.modelled.full, self.modelled.x))
 
-    def compared(self, row: Checked, found: Measured) -> Checked:
+    def compared(self, row: Checked, measured: Measured) -> Checked:
         """The row, with what the model says of it where that is another number."""
-        differs, own = self.modelled.differs(found.response, found), None
-        if not differs and (own := self.modelled.elsewhere(found.response, found)) is None:
-            if grown := self._grown(found):
-                none = replace(row.value, value=-inf if found.response.complement else inf, text="not known")
+        differs, own = self.modelled.differs(measured.response, measured), None
+        if not differs and (own := self.modelled.elsewhere(measured.response, measured)) is None:
+            if grown := self._grown(measured):
+                none = replace(row.value, value=-inf if measured.response.complement else inf, text="not known")
                 return replace(row, unsteady=f"{row.name} {grown}", value=none, margin=-inf, worst_at={})
-            beyond = self._beyond(row, found)
+            beyond = self._beyond(row, measured)
             return replace(row, unknown=f"{row.name} {beyond}") if beyond else row
-        value = self.modelled.at(found.response, found)[0] if own is None else own.value
-        one, other = _told_apart(found.response, value, found.value)
+        value = self.modelled.at(measured.response, measured)[0] if own is None else own.value
+        one, other = _told_apart(measured.response, value, measured.value)
         what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
-        at = self._where(found.response, found.speeds)
+        at = self._where(measured.response, measured.speeds)
         if own is None:
-            there = "and nothing was found" if math.isnan(found.value) else other
+            there = "and nothing was found" if math.isnan(measured.value) else other
             words = f"{what} is {one} in the model, {there} on the machine as built"
             return replace(row, doubt=f"{words}, at {at}" if at else words)
-        there = self._where(found.response, own.speeds)
-        words = f"{what} is {'least' if found.least else 'greatest'} in the model with {one} at {there}"
+        there = self._where(measured.response, own.speeds)
+        words = f"{what} is {'least' if measured.least else 'greatest'} in the model with {one} at {there}"
         return replace(row, doubt=f"{words}, on the machine as built with {other} at {at}")
 
     def _where(self, response: Response, speeds: Mapping[str, float]) -> str:
         """Speeds of excitations in words."""
         each = {name: _speed(self.scene, name, speed, response) for name, speed in speeds.items()}
-        return ", ".join(f"{one.shown} of {name}" for name, one in each.items())
+        return ", ".join(f"{entry.shown} of {name}" for name, entry in each.items())
 
 
 def _told_apart(response: Response, *values: float) -> tuple[str, str]:
@@ -214,8 +216,8 @@ def _worst_of(built: Built, offs: Sequence[Mapping[str, float]], name: str, resp
     rows = []
     for off in offs:
         machine = Built(replace(built.scene, off=off), built.chosen)
-        row, found = machine.row(name, response, side)
-        rows.append((replace(row, off=differing(built.scene, off)), found, machine))
+        row, measured = machine.row(name, response, side)
+        rows.append((replace(row, off=differing(built.scene, off)), measured, machine))
     worst = rows[0]
     for one in rows[1:]:
         better, row = worst[0], one[0]
@@ -228,34 +230,34 @@ def _size(row: Checked) -> float:
     return abs(row.value.value) or 1.0
 
 
-def _checked(scene: Scene, found: Measured, name: str, response: Response, side: str) -> Checked:
+def _checked(scene: Scene, measured: Measured, name: str, response: Response, side: str) -> Checked:
     given = getattr(response, side) if side else None
     unit = response.unit or getattr(given, "unit", "") or usual_unit(scene, response)
     margin = 0.0
     limit = None
     if side == "outside":
         assert isinstance(given, SpeedRange)
-        band = min(given.bands, key=lambda one: -min(found.value - one.low, one.high - found.value))
-        depth = min(found.value - band.low, band.high - found.value)
-        edge = band.low if found.value - band.low <= band.high - found.value else band.high
+        band = min(given.bands, key=lambda one: -min(measured.value - one.low, one.high - measured.value))
+        depth = min(measured.value - band.low, band.high - measured.value)
+        edge = band.low if measured.value - band.low <= band.high - measured.value else band.high
         margin = -depth / edge if edge else math.copysign(inf, -depth)  # at rest: of nothing there is no part
-        ends = [shown_value(response, one, unit).shown for one in (band.low, band.high)]
+        ends = [shown_value(response, value, unit).shown for value in (band.low, band.high)]
         first, _, same = ends[0].rpartition(" ")
         text = f"{first}..{ends[1]}" if ends[1].endswith(f" {same}") else "..".join(ends)
         limit = replace(shown_value(response, edge, unit), text=text)
     elif given is not None:
         size = abs(1.0 - given.value if response.complement else given.value) or 1.0
-        margin = (given.value - found.value) / size if side == "at_most" else (found.value - given.value) / size
+        margin = (given.value - measured.value) / size if side == "at_most" else (measured.value - given.value) / size
         limit = shown_value(response, given.value, unit)
     return Checked(
         name=name,
         response=response.response,
         place=place_of(response),
         side=side,
-        value=shown_value(response, found.value, unit),
+        value=shown_value(response, measured.value, unit),
         limit=limit,
         margin=float(margin) if np.isfinite(margin) else float("-inf") if margin < 0 else float("inf"),
-        worst_at={key: _speed(scene, key, speed, found.response) for key, speed in found.speeds.items()},
+        worst_at={key: _speed(scene, key, speed, measured.response) for key, speed in measured.speeds.items()},
     )
 
 
@@ -311,7 +313,7 @@ def usual_unit(scene: Scene, response: Response) -> str:
     path = f".{getattr(response, 'of', None)}.{response.response}"
     if response.response == "price":
         bought = [*(link.part for link in scene.links.values()), *(mount.part for mount in scene.mounts.values())]
-        return next((one.price.unit for one in bought if one is not None and one.price is not None), "")
+        return next((part.price.unit for part in bought if part is not None and part.price is not None), "")
     for variable in scene.variables:
         if variable.path.endswith(path):
             return variable.unit

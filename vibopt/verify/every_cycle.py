@@ -125,7 +125,8 @@ class Followed:
             []
             if self._motor is not None
             else [
-                (one - ends_of(self.excitation)[0]) / rate_of(self.excitation) for one in self._line.amplitude.breaks()
+                (value - ends_of(self.excitation)[0]) / rate_of(self.excitation)
+                for value in self._line.amplitude.breaks()
             ]
         )
         joints = [0.0, *sorted(bend for bend in bends if 0.0 < bend < self._length), self._length]
@@ -259,7 +260,7 @@ def _kept(tops: list[_Top], times: FloatArray, states: ComplexArray, sizes: Floa
     for one, height in zip(inner, high, strict=True):
         if height > sizes.max() * 0.5:
             found.append(_Top(float(height), float(times[one]), step, states[:, one], rising))
-    return sorted([*tops, *found], key=lambda one: -one.height)[:_BEST]
+    return sorted([*tops, *found], key=lambda top: -top.height)[:_BEST]
 
 
 __all__ = ["Followed"]

@@ -141,7 +141,11 @@ class MotionInTime:
     def _fastest(self, number: int) -> float:
         """Fastest rate on a stretch [1/s]: of the machine, and of the signals that are not over."""
         begin = self._spans[number][0]
-        acting = (one for one in self.excitations if one in self._lasting or one.joints[-1] > begin)
+        acting = (
+            excitation
+            for excitation in self.excitations
+            if excitation in self._lasting or excitation.joints[-1] > begin
+        )
         return max([self._own_rate, *(one.fastest for one in acting)])
 
     @cached_property
@@ -200,7 +204,7 @@ class MotionInTime:
             current = len(self._runs)
             low, high = self._spans[current]
             start = self._start(current)
-            if self._loaded(current) and all(one.straight for one in self.excitations):
+            if self._loaded(current) and all(excitation.straight for excitation in self.excitations):
                 straight = self._straight(low, high, start)
                 if straight is not None:
                     self._runs.append(straight)

@@ -24,9 +24,9 @@ TOLERANCE = 1e-9
 def parts_of(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Word]:
     """The part chosen of each catalogue, by path."""
     found = {}
-    for one in bound_parts(scene):
-        name = one.names[one.chosen(chosen)]
-        found[one.path] = Word(name, one.names, f"{len(one.names)} parts of {one.catalogue.file}")
+    for part in bound_parts(scene):
+        name = part.names[part.chosen(chosen)]
+        found[part.path] = Word(name, part.names, f"{len(part.names)} parts of {part.catalogue.file}")
     return found
 
 

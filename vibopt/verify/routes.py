@@ -70,7 +70,7 @@ class Modelled:
         """Coefficients of the terms, (n_terms,)."""
         return self.full.values(self.x)
 
-    def differs(self, response: Response, found: Measured) -> bool:
+    def differs(self, response: Response, measured: Measured) -> bool:
         """Whether it gives another value than was found on the machine as built, beyond rounding.
 
         Parameters
@@ -80,10 +80,10 @@ class Modelled:
         found
             Its value on the machine as built, and the speeds of it.
         """
-        value, room = self.at(response, found)
-        return not _within(value, found.value, room)
+        value, room = self.at(response, measured)
+        return not _within(value, measured.value, room)
 
-    def elsewhere(self, response: Response, found: Measured) -> Worst | None:
+    def elsewhere(self, response: Response, measured: Measured) -> Worst | None:
         """Its own worst over the speeds, where its search finds another value than that of the machine as built.
 
         That both agree at one speed does not say that it is the worst.  Of one mass both know their turns outright.
@@ -96,11 +96,11 @@ class Modelled:
         assert form.harmonic is not None
         if all(band.is_point for drive in form.drives for band in drive.bands):
             return None
-        own = form.worst(model, self.x, least_wanted=found.least)
-        value = 1.0 - found.value if response.complement else found.value
+        own = form.worst(model, self.x, least_wanted=measured.least)
+        value = 1.0 - measured.value if response.complement else measured.value
         if _within(own.value, value, 0.0):
             return None
-        room = max(self._rooms(model, form.harmonic, speeds) for speeds in (own.speeds, found.speeds))
+        room = max(self._rooms(model, form.harmonic, speeds) for speeds in (own.speeds, measured.speeds))
         room = max(room, _SAME * self._at_ends(model, form.harmonic))
         complement = replace(own, value=1.0 - own.value) if response.complement else own
         return None if _within(own.value, value, room) else complement
@@ -120,50 +120,50 @@ class Modelled:
             values = np.concatenate([DriveResponse(model, form, drive, self.x)(at) for drive, at in ends])
         return float(values[np.isfinite(values)].max(initial=0.0))
 
-    def at(self, response: Response, found: Measured) -> tuple[float, float]:
+    def at(self, response: Response, measured: Measured) -> tuple[float, float]:
         """Its value where the other route found its own, and how far rounding may move it."""
         seen = response.seen_in(self.full)
-        return (self if seen is self.full else replace(self, full=seen))._at(response, found)
+        return (self if seen is self.full else replace(self, full=seen))._at(response, measured)
 
-    def _at(self, response: Response, found: Measured) -> tuple[float, float]:
+    def _at(self, response: Response, measured: Measured) -> tuple[float, float]:
         if response.complement:
-            value, room = self._of_form(response, replace(found, value=1.0 - found.value))
+            value, room = self._of_form(response, replace(measured, value=1.0 - measured.value))
             return 1.0 - value, room
-        return self._of_form(response, found)
+        return self._of_form(response, measured)
 
-    def _of_form(self, response: Response, found: Measured) -> tuple[float, float]:
+    def _of_form(self, response: Response, measured: Measured) -> tuple[float, float]:
         """The same of the number that the form tells, and so of `found`: of an isolation, what comes through."""
         form = form_of(self.scene, self.full, response)
         if form.harmonic is not None:
             with np.errstate(all="ignore"):
-                return self._harmonic(form.harmonic, response, found, found.value)
+                return self._harmonic(form.harmonic, response, measured, measured.value)
         if response.outside_bands and form.frequency is None:
             value = nearest(form.every(self.full, self.x), response.outside_bands)
         elif response.outside_bands:
             modes = natural_frequencies(self.full, self.p)
-            value = float(modes[np.abs(modes - found.value).argmin()])
+            value = float(modes[np.abs(modes - measured.value).argmin()])
         else:
-            value = form.worst(self.full, self.x, least_wanted=found.least).value
-        if abs(value - found.value) <= _SAME * abs(found.value):
+            value = form.worst(self.full, self.x, least_wanted=measured.least).value
+        if abs(value - measured.value) <= _SAME * abs(measured.value):
             return value, 0.0
-        return value, form.room(self.full, self.x, value, found.value, self._rounding)
+        return value, form.room(self.full, self.x, value, measured.value, self._rounding)
 
-    def _of_one_mass(self, form: Modulus, found: Measured) -> tuple[float, float]:
+    def _of_one_mass(self, form: Modulus, measured: Measured) -> tuple[float, float]:
         """Its value and room where one coordinate and one harmonic tell them outright; nan elsewhere."""
         (drive, *others), model = form.drives, self.full
         if others or form.rigid_link or model.n_free > 1 or len(drive.lines) > 1:
             return float("nan"), 0.0
-        line, speed = drive.lines[0], found.speeds[drive.name]
+        line, speed = drive.lines[0], measured.speeds[drive.name]
         size = abs(float(line.amplitude.at(np.array(speed)))) / mount_count(model, form.output, self.x)
         read, rest = reading(model, self.p, form.output, line, line.order * speed)
         value = size * abs(read)
         return value, self._rounding * value / rest if rest and not form.output.signs.any() else 0.0
 
-    def _harmonic(self, form: Modulus, response: Response, found: Measured, other: float) -> tuple[float, float]:
-        model, (alone, close) = self.full, self._of_one_mass(form, found)
+    def _harmonic(self, form: Modulus, response: Response, measured: Measured, other: float) -> tuple[float, float]:
+        model, (alone, close) = self.full, self._of_one_mass(form, measured)
         if _within(alone, other, close):
             return alone, close
-        if 0.0 in found.speeds.values():
+        if 0.0 in measured.speeds.values():
             model = graded(self.full, form)
             asked = form_of(self.scene, model, response).harmonic
             assert asked is not None
@@ -171,12 +171,12 @@ class Modelled:
             form = from_rest(model, rest, self.x)
         each, rooms = [], []
         for drive in form.drives:
-            speed = found.speeds[drive.name] or drive.bands[0].low
-            endless = drive.name in form.endless and found.speeds[drive.name] == 0.0
+            speed = measured.speeds[drive.name] or drive.bands[0].low
+            endless = drive.name in form.endless and measured.speeds[drive.name] == 0.0
             here, above = DriveResponse(model, form, drive, self.x)(np.array([1.0, 10.0]) * speed).tolist()
-            fades = speed != found.speeds[drive.name] and here <= 0.2 * above
+            fades = speed != measured.speeds[drive.name] and here <= 0.2 * above
             each.append(np.inf if endless else 0.0 if fades else here)
-            close = len(form.drives) == 1 and _within(each[0], found.value, 0.0)
+            close = len(form.drives) == 1 and _within(each[0], measured.value, 0.0)
             rooms.append(0.0 if endless or close else self._shaken_room(model, form, drive, speed))
         total = hypot(*each) if form.combine == "rss" else sum(each)
         return total, sum(rooms)

@@ -22,7 +22,7 @@ def sharpest(
     """Greatest factor of all peaks inside bands and its speed [rad/s]; 0 at the beginning of the first of none."""
     found = [(0.0, bands[0].low)]
     for band in bands:
-        near = [one for one in poles if band.low < one.real < band.high]
+        near = [pole for pole in poles if band.low < pole.real < band.high]
         inside = band.low * (1.0 + _EDGE), band.high * (1.0 - _EDGE)
         around = [one.real + max(abs(one.imag), 1e-9 * abs(one)) * _WIDE for one in near]
         speeds = np.unique(np.concatenate([np.linspace(band.low, band.high, _EVEN), inside, *around]))

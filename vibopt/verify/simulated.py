@@ -179,7 +179,7 @@ class Simulated(MotionInTime):
     @cached_property
     def _held(self) -> FloatArray:
         """What signals that stay for ever add to the rates of the states, (2 n,)."""
-        sizes = [one.signal(np.ones(1))[0] if one.holds else 0.0 for one in self.excitations]
+        sizes = [excitation.signal(np.ones(1))[0] if excitation.holds else 0.0 for excitation in self.excitations]
         return np.asarray(self._states.matrices[1] @ np.array(sizes, dtype=float))
 
     @property

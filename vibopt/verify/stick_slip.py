@@ -78,13 +78,15 @@ class Rubbed:
     @property
     def own(self) -> tuple[float, float]:
         """Stiffness [N/m] and damping [N s/m] of all joints."""
-        return sum(one.stiffness for one in self.machine.joints), sum(one.damping for one in self.machine.joints)
+        return sum(joint.stiffness for joint in self.machine.joints), sum(
+            joint.damping for joint in self.machine.joints
+        )
 
     @property
     def led(self) -> tuple[float, float]:
         """The same of those that end on what moves."""
-        some = [one for one in self.machine.joints if self.moving in one.ends]
-        return sum(one.stiffness for one in some), sum(one.damping for one in some)
+        some = [joint for joint in self.machine.joints if self.moving in joint.ends]
+        return sum(joint.stiffness for joint in some), sum(joint.damping for joint in some)
 
     @property
     def carrier(self) -> float:
@@ -253,12 +255,12 @@ class Rubbed:
         place, speed = found[0].moved(np.array([0.0]))[:, 0]
         return float(place), float(speed)
 
-    def _most(self, one: _Stretch, response: HarmonicResponse) -> float:
+    def _most(self, stretch: _Stretch, response: HarmonicResponse) -> float:
         def value(times: FloatArray) -> FloatArray:
-            return np.abs(response.trace(self.machine, self.course(one, times))) * np.ones(len(times))
+            return np.abs(response.trace(self.machine, self.course(stretch, times))) * np.ones(len(times))
 
-        count = max(_SAMPLES, int(_DENSE * _natural(self.machine) * (one.end - one.begin)))
-        times = np.linspace(one.begin, one.end, count)
+        count = max(_SAMPLES, int(_DENSE * _natural(self.machine) * (stretch.end - stretch.begin)))
+        times = np.linspace(stretch.begin, stretch.end, count)
         values = value(times)
         best = float(values.max())
         beside = np.concatenate([[-np.inf], values, [-np.inf]])
@@ -272,13 +274,13 @@ class Rubbed:
                 best, low, high = max(best, float(sizes[k])), some[max(k - 1, 0)], some[min(k + 1, _BETWEEN - 1)]
         return best
 
-    def course(self, one: _Stretch, at: FloatArray) -> Course:
+    def course(self, stretch: _Stretch, at: FloatArray) -> Course:
         """Body and base in time, the force from outside, and what friction carries."""
-        state, joint = one.moved(at), self.joint
+        state, joint = stretch.moved(at), self.joint
         there, base = self._ground(at, self.carrier), self._ground(at, self.base)
         body, push = next(iter(self.machine.masses)), self.force * np.cos(self.omega * at)
-        if one.side:
-            carried = one.side * joint.friction * np.ones(len(at))
+        if stretch.side:
+            carried = stretch.side * joint.friction * np.ones(len(at))
             pulled = np.dot(self.led, base[:2]) - np.dot(self.own, state)
             faster = (push + pulled - carried) / self.mass
         else:
@@ -328,7 +330,7 @@ def rubbing(
 
 def _natural(machine: Machine) -> float:
     [mass] = machine.masses.values()
-    return float(np.sqrt(sum(one.stiffness for one in machine.joints) / mass))
+    return float(np.sqrt(sum(joint.stiffness for joint in machine.joints) / mass))
 
 
 def _endless(rubbed: Rubbed) -> bool:
@@ -347,7 +349,7 @@ def _over(at: Callable[..., float], band: Band, natural: float, freed: FloatArra
     speeds = np.unique(np.concatenate([np.geomspace(low, band.high, _COARSE), near[(near > low) & (near < band.high)]]))
     rough = sign * np.array([at(speed, 1e-6) for speed in speeds])
     rough = np.where(np.isnan(rough), -np.inf, rough)
-    found = [Reached(at(one), one) for one in (low, band.high)]
+    found = [Reached(at(value), value) for value in (low, band.high)]
     after = np.append(rough[1:], -np.inf)
     tops = (rough >= np.append(-np.inf, rough[:-1])) & (rough >= after + 1e-9 * np.abs(rough))  # not where all holds
     hopeful = np.flatnonzero(tops & (rough >= (1.0 - 0.2 * sign) * rough.max()))

@@ -38,7 +38,7 @@ class Stopping(Simulated):
 
     @cached_property
     def _states(self) -> States:
-        return States(self.machine, tuple(one.on for one in self.excitations))  # none counted from a base
+        return States(self.machine, tuple(excitation.on for excitation in self.excitations))  # none counted from a base
 
     @cached_property
     def _apart(self) -> FloatArray:
@@ -58,7 +58,7 @@ class Stopping(Simulated):
         """As `matrices` of the states, while friction holds: it gives what a slip would gain."""
         bound = np.eye(len(self._places)) - np.outer(self._given, self._apart) / (self._apart @ self._given)
         twice = np.kron(np.eye(2), bound)
-        found = [(twice @ one, _ROUND * (np.abs(twice) @ np.abs(one))) for one in self._states.matrices]
+        found = [(twice @ matrix, _ROUND * (np.abs(twice) @ np.abs(matrix))) for matrix in self._states.matrices]
         system, loads = (np.where(np.abs(one) <= least, 0.0, one) for one, least in found)  # modes suffer from rounding
         return system, loads
 
@@ -119,7 +119,7 @@ class Stopping(Simulated):
         """States against time on a stretch without joints."""
         inside = slice(np.searchsorted(self._bent, span[0], "right"), np.searchsorted(self._bent, span[1]))
         ends = [*self._bent[inside].tolist(), span[1]]
-        straight = all(one.straight for one in self.excitations)
+        straight = all(excitation.straight for excitation in self.excitations)
         longest, time, steps = _TURN / (self._own_rate if straight else fastest), span[0], list[Any]()
         speed, size = float(self._slip(state)[1]), float(np.abs(state[len(self._places) :]).max())
         moves = abs(speed) > _ROUND * size

@@ -62,7 +62,7 @@ def _top(value: Callable[[float], float], left: float, right: float) -> float:
                     options={"xatol": _CLOSE * right})  # fmt: skip
     for _ in range(_ROUNDS):
         times = np.array(sorted(seen))
-        for one in [edge for edge in _edges(times, np.array([seen[one] for one in times])) if edge not in seen]:
+        for one in [edge for edge in _edges(times, np.array([seen[time] for time in times])) if edge not in seen]:
             fallen(one)
     return max(seen.values())
 

@@ -110,9 +110,9 @@ def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, und
     return Balanced(best.cranks, best.x, status, claim, best.way, tried, alike)
 
 
-def _rank(job: EngineJob, found: Arms, answer: Least) -> tuple[float, ...]:
+def _rank(job: EngineJob, arms: Arms, answer: Least) -> tuple[float, ...]:
     """The goal and the responses that decide between equals, each relative to its size."""
-    now = found.at(answer.x if answer.x is not None else np.zeros(box_of(job).size))
+    now = arms.at(answer.x if answer.x is not None else np.zeros(box_of(job).size))
     sizes = [size_of(job, couple, rotating=False) for couple in (False, True)]
     then = [EngineLimitTable(response=one) for one in (job.goal.then if job.goal is not None else ())]
     goal = goal_table(job)
@@ -124,9 +124,9 @@ def _compare(rank: tuple[float, ...], best: tuple[float, ...]) -> int:
     """-1 where `rank` is better, 0 where as good, 1 where worse; differences below rounding do not count."""
     if not best:
         return -1
-    for one, other in zip(rank, best, strict=True):
-        if abs(one - other) > ALIKE:
-            return -1 if one < other else 1
+    for value, other in zip(rank, best, strict=True):
+        if abs(value - other) > ALIKE:
+            return -1 if value < other else 1
     return 0
 
 
@@ -143,27 +143,27 @@ def box_of(job: EngineJob) -> Box:
     return Box(shares, tuple(job.weights[k].cap for k in free_weights(job)))
 
 
-def weigh(job: EngineJob, found: Arms, solver: Solver = least) -> Least:
+def weigh(job: EngineJob, arms: Arms, solver: Solver = least) -> Least:
     """The best share and weights for given cranks; what is only looked at is "met" or "violated".
 
     All orders together are held at ever more crank angles, until they are no greater between them.
     """
     turn = _DEGREES
     for _ in range(_ROUNDS):
-        answer = _weigh_at(job, found, turn, solver)
-        beyond = _beyond(job, found, answer, turn)
+        answer = _weigh_at(job, arms, turn, solver)
+        beyond = _beyond(job, arms, answer, turn)
         if not beyond.size:
             break
         turn = np.union1d(turn, beyond)
     return answer
 
 
-def _beyond(job: EngineJob, found: Arms, answer: Least, turn: FloatArray) -> FloatArray:
+def _beyond(job: EngineJob, arms: Arms, answer: Least, turn: FloatArray) -> FloatArray:
     """Crank angles [rad] at which all orders together are greater than at those of `turn`, and matter; (n,)."""
     whole = [table for table in (goal_table(job), *job.limits.values()) if not table.of_order]
     if answer.x is None or not whole:
         return np.zeros(0)
-    now, most = found.at(answer.x), []
+    now, most = arms.at(answer.x), []
     for table in whole:
         angles, sizes = peaks(now, table.is_couple)
         looked = float(np.abs(over_turn(now, table.is_couple, turn)).max())
@@ -171,10 +171,10 @@ def _beyond(job: EngineJob, found: Arms, answer: Least, turn: FloatArray) -> Flo
     return np.concatenate(most)
 
 
-def _weigh_at(job: EngineJob, found: Arms, turn: FloatArray, solver: Solver) -> Least:
+def _weigh_at(job: EngineJob, arms: Arms, turn: FloatArray, solver: Solver) -> Least:
     """The same with all orders together at the crank angles `turn` [rad] alone."""
-    box, goal = box_of(job), lengths(goal_table(job), found, turn=turn)
-    limits = [lengths(limit, found, limit.bound, turn=turn) for limit in job.limits.values()]
+    box, goal = box_of(job), lengths(goal_table(job), arms, turn=turn)
+    limits = [lengths(limit, arms, limit.bound, turn=turn) for limit in job.limits.values()]
     if not box.size or job.goal is None:
         x = np.zeros(box.size)
         broken = [
@@ -224,15 +224,15 @@ def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, fi
     return replace(first, x=second.x, value=goal.value(second.x))
 
 
-def lengths(table: EngineLimitTable, found: Arms, limit: float = inf, turn: FloatArray = _DEGREES) -> Lengths:
+def lengths(table: EngineLimitTable, arms: Arms, limit: float = inf, turn: FloatArray = _DEGREES) -> Lengths:
     """A response as lengths of affine rows: both arms of one order added, or the greatest at crank angles [rad]."""
     row, order = int(table.is_couple), table.of_order
     if order:
-        if order >= found.constant.shape[2]:
-            return Lengths(np.zeros(1, dtype=complex), np.zeros((1, found.slope.shape[3]), dtype=complex), "sum", limit)
-        return Lengths(found.constant[row, :, order], found.slope[row, :, order], "sum", limit)
-    constant = over_turn(found.constant, table.is_couple, turn)
-    slope = np.array([over_turn(found.slope[..., k], table.is_couple, turn) for k in range(found.slope.shape[3])])
+        if order >= arms.constant.shape[2]:
+            return Lengths(np.zeros(1, dtype=complex), np.zeros((1, arms.slope.shape[3]), dtype=complex), "sum", limit)
+        return Lengths(arms.constant[row, :, order], arms.slope[row, :, order], "sum", limit)
+    constant = over_turn(arms.constant, table.is_couple, turn)
+    slope = np.array([over_turn(arms.slope[..., k], table.is_couple, turn) for k in range(arms.slope.shape[3])])
     return Lengths(constant, slope.T.reshape(len(turn), -1), "worst", limit)
 
 
@@ -242,4 +242,4 @@ def least_bound(job: EngineJob, name: str) -> float | None:
     goal = EngineGoalTable(minimise=job.limits[name].response, order=job.limits[name].order)
     free = replace(job, limits=others, goal=goal)
     every = [weigh(free, arms(job, cranks)) for cranks in settings(job)]
-    return min((one.value for one in every if one.x is not None and one.status != "violated"), default=None)
+    return min((least.value for least in every if least.x is not None and least.status != "violated"), default=None)

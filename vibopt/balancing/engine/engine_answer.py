@@ -212,7 +212,7 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
     if job.spaced and job.weights:
         places = [cylinder.at + job.reference for cylinder in job.cylinders]
         first, last, middle = (
-            show(one, "mm", "length") for one in (places[0], places[-1], 0.5 * sum(places[:: len(places) - 1]))
+            show(value, "mm", "length") for value in (places[0], places[-1], 0.5 * sum(places[:: len(places) - 1]))
         )
         notes.append(
             f"Places are counted from cylinder 1 at {first}; the last cylinder is at {last}, the middle of all at "

@@ -207,7 +207,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
         read_table(CylinderTable, table, ("cylinders", k), mistakes)
         for k, table in enumerate(listed_tables(document, "cylinders", mistakes))
     ]
-    cylinders = [one for one in listed if one is not None]
+    cylinders = [cylinder_table for cylinder_table in listed if cylinder_table is not None]
     weights: dict[str, Weights] = {
         "counterweights": read_tables(document, "counterweights", CounterweightTable, mistakes),
         "balance_shafts": read_tables(document, "balance_shafts", BalanceShaftTable, mistakes),
@@ -284,8 +284,8 @@ def _asked_of(asked: Asked) -> dict[tuple[str, ...], EngineLimitTable]:
 
 
 def _mass(own: Fact | None, common: Fact | None) -> float:
-    found = own if own is not None else common
-    return found.value if found is not None else 0.0
+    fact = own if own is not None else common
+    return fact.value if fact is not None else 0.0
 
 
 def _shares(engine: EngineTable) -> tuple[Share, ...]:
@@ -337,7 +337,7 @@ def _check(
         if cylinder.reciprocating is None and engine.reciprocating is None:
             mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no reciprocating mass. Add it to [engine].")
         others = [one for one in cylinders if one.throw == cylinder.throw and cylinder.throw is not None]
-        if not engine.firing_order and all(one.crank is None for one in (cylinder, *others)):
+        if not engine.firing_order and all(cylinder_table.crank is None for cylinder_table in (cylinder, *others)):
             example = 'crank = "90 deg", or crank = "choose"'
             mistakes.add(("cylinders", k), f"cylinders[{k + 1}] has no crank. Write {example}.")
     if len(cylinders) > 1 and engine.spacing is None and all(cylinder.at is None for cylinder in cylinders):

@@ -89,7 +89,7 @@ def classes(job: EngineJob) -> Iterator[tuple[float, ...]]:
     """Crank angles per throw, one member of each class, the first in numbers."""
     free = [k for k, crank in enumerate(job.cranks) if crank is None]
     turns_free = len(free) == len(job.cranks) and all(weight.fixed is None for weight in job.weights)
-    offered = tuple(sorted(one % tau for one in job.offered))
+    offered = tuple(sorted(value % tau for value in job.offered))
     firsts = _unlike(offered) if turns_free else []
     if factorial(len(free) - 1) * len(firsts) > MOST if turns_free else factorial(len(free)) > MOST:
         raise InputError(f"{job.name}: {len(free)} throws can be set in more than {MOST} ways. Fix some of the cranks.")

@@ -250,20 +250,20 @@ def _spot(cell: Cell, spot: Spot) -> None:
     cell.axes.plot([x], [y], zorder=7, ls="", **look | {"ms": small * look["ms"]})
 
 
-def _phasor(cell: Cell, one: Phasor, top: float) -> None:
+def _phasor(cell: Cell, phasor: Phasor, top: float) -> None:
     around = np.linspace(0.0, tau, 181)
 
     def ring(size: float) -> tuple[FloatArray, FloatArray]:
         return cell.radius * size / top * np.cos(around), cell.radius * size / top * np.sin(around)
 
-    if one.limit is not None and one.limit <= top:
-        cell.axes.plot(*ring(one.limit), color=RED, lw=1.5, ls=(0, (6, 2)), zorder=3)
-    if one.band is not None and one.band[1] <= top:
-        inner, outer = ring(one.band[0]), ring(one.band[1])
+    if phasor.limit is not None and phasor.limit <= top:
+        cell.axes.plot(*ring(phasor.limit), color=RED, lw=1.5, ls=(0, (6, 2)), zorder=3)
+    if phasor.band is not None and phasor.band[1] <= top:
+        inner, outer = ring(phasor.band[0]), ring(phasor.band[1])
         both = [np.concatenate([a, b[::-1]]) for a, b in zip(outer, inner, strict=True)]
         cell.axes.fill(*both, color="#9db7d8", alpha=0.35, lw=0, zorder=2)
         cell.axes.plot(*outer, color=BLUE, lw=0.7, ls=":", zorder=2)
-    start, end = (cell.at(angle, size / top) for size, angle in (one.before, one.after))
+    start, end = (cell.at(angle, size / top) for size, angle in (phasor.before, phasor.after))
     for (x, y), colour, style, look in (
         (start, FAINT, (0, (3, 1.5)), {"marker": "o", "ms": 5, "mfc": "white", "mec": INK}),
         (end, BLUE, "-", {"marker": "D", "ms": 4.5, "mfc": BLUE, "mec": INK}),

@@ -225,7 +225,7 @@ class Shaft:
 
     @staticmethod
     def _tall(some: Sequence[Piece]) -> float:
-        words = [one.words for one in some]
+        words = [piece.words for piece in some]
         return caption_height(words, captions_levels(words, 7.3, SMALL), SMALL)
 
 

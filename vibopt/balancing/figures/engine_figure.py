@@ -43,8 +43,8 @@ def engine_figure(outcome: Answer[EngineJob], *, compact: bool) -> Figure | None
 def shaken(outcome: Answer[EngineJob], job: EngineJob) -> tuple[ComplexArray, ComplexArray | None]:
     """Arms of all orders as balanced, and without what was chosen (None where no weight was)."""
     cranks = [0.0] * len(job.cranks)
-    for k, one in enumerate(job.cylinders, start=1):
-        cranks[one.throw] = _number(outcome, f"cylinders.{k}.crank")
+    for k, cylinder in enumerate(job.cylinders, start=1):
+        cranks[cylinder.throw] = _number(outcome, f"cylinders.{k}.crank")
     x: list[float] = [_number(outcome, share.name) for share in free_shares(job)]
     for index in free_weights(job):
         u = _unbalance(outcome, f"{job.weights[index].family}.{job.weights[index].name}")
@@ -102,7 +102,7 @@ class _Crank:
 
     @property
     def _long(self) -> bool:
-        return len({one for one, *_ in self.throws}) > 1 or bool(self.on_shaft or self.beside)
+        return len({value for value, *_ in self.throws}) > 1 or bool(self.on_shaft or self.beside)
 
     @property
     def height(self) -> float:
@@ -118,7 +118,7 @@ class _Crank:
             (x, y), (u, v) = cell.at(bank, 0.0), cell.at(bank, 1.0)
             axes.plot([x, u], [y, v], color=FAINT, lw=1.0, ls=(0, (6, 2, 1, 2)), zorder=2)
         if self.carried:
-            for angle in dict.fromkeys(round(one, 9) for _, one, _ in self.throws):
+            for angle in dict.fromkeys(round(value, 9) for _, value, _ in self.throws):
                 _opposite(cell, angle)
         self.star.draw(cell)
         words = canvas.part(Box(0.5 * canvas.width, row.height, 0.5 * canvas.width), origin=(0.0, 0.5 * row.height))
@@ -131,7 +131,7 @@ class _Crank:
         """Throws as seen from the side at crank angle zero, the shaft to scale along its length."""
         deep = 0.72 + 0.55 * len(self.beside)
         axes = canvas.part(Box(0.0, self._side, canvas.width), origin=(0.0, deep))
-        places = [one for one, *_ in self.throws] + [one.at for one in (*self.on_shaft, *self.beside)]
+        places = [value for value, *_ in self.throws] + [one.at for one in (*self.on_shaft, *self.beside)]
         first, length = min(places), max(places) - min(places)
 
         def x(at: float) -> float:
@@ -205,17 +205,17 @@ def _crank(outcome: Answer[EngineJob], job: EngineJob, told: Sequence[str], radi
 
 
 def _turning(outcome: Answer[EngineJob], job: EngineJob, index: int) -> _Turning:
-    one = job.weights[index]
-    path = f"{one.family}.{one.name}"
+    weight = job.weights[index]
+    path = f"{weight.family}.{weight.name}"
     chosen = f"{path}.unbalance" in outcome.values
-    u = _unbalance(outcome, path) if chosen else one.fixed or 0j
+    u = _unbalance(outcome, path) if chosen else weight.fixed or 0j
     shown = ""
     if chosen:
         size, angle = (outcome.values[f"{path}.{key}"].shown for key in ("unbalance", "angle"))
         shown = f"{size} at {angle}".replace(" deg", "°")
-    pace = "" if one.order == 1 else f"{one.order} times as fast"
-    way = "against rotation" if one.sense < 0 else ""
-    return _Turning(drawn(one.name, 14), one.at, u, "\n".join(filter(None, (pace, way))), shown)
+    pace = "" if weight.order == 1 else f"{weight.order} times as fast"
+    way = "against rotation" if weight.sense < 0 else ""
+    return _Turning(drawn(weight.name, 14), weight.at, u, "\n".join(filter(None, (pace, way))), shown)
 
 
 def _star(throws: Sequence[tuple[float, float, str]], weights: Sequence[_Turning]) -> Disc:

@@ -60,8 +60,8 @@ def plan_figure(plan: Answer[RotorJob], *, compact: bool = False) -> Figure | No
         dials=True,
         limits=any(row.limit for row in plan.plan.rows),
         bands=any(row.band for row in plan.plan.rows),
-        removed=any(one.action == "remove" for one in plan.plan.planes),
-        fitted=any(one.action == "add" for one in plan.plan.planes),
+        removed=any(plane.action == "remove" for plane in plan.plan.planes),
+        fitted=any(plane.action == "add" for plane in plan.plan.planes),
         circles=bool(dials),
         whole=shows_whole(job),
     )
@@ -88,7 +88,7 @@ def beside_each_other(planes: int, sensors: int) -> tuple[list[float], list[floa
     gap = 0.25 / max(planes, sensors)
     below = []
     for at in ((k + 0.5) / sensors for k in range(sensors)):
-        near = min(above, key=lambda one: abs(one - at))
+        near = min(above, key=lambda value: abs(value - at))
         out = -1.0 if at < 0.5 else 1.0
         below.append(at if abs(near - at) >= gap else near + (gap if at > near or (at == near and out > 0) else -gap))
     return above, below
@@ -158,10 +158,10 @@ def disc(spoken: Conventions, plane: Plane, answer: PlaneAnswer, which: str = ""
     return Disc(title, spoken.weight_sense, spots, plane.holes, plane.forbidden, _NOTES.get(answer.action, ""))
 
 
-def _words(one: Weight, mass: Entry) -> str:
-    hole = "" if one.hole is None else f"\nhole {one.hole + 1}"
-    angle = show_angle(one.angle).replace(" deg", "°")
-    return f"{Entry(one.mass, mass.dimension, mass.unit).shown}{hole}\n{angle}"
+def _words(weight: Weight, mass: Entry) -> str:
+    hole = "" if weight.hole is None else f"\nhole {weight.hole + 1}"
+    angle = show_angle(weight.angle).replace(" deg", "°")
+    return f"{Entry(weight.mass, mass.dimension, mass.unit).shown}{hole}\n{angle}"
 
 
 def _dials(job: RotorJob, rows: Sequence[RowAnswer]) -> list[Dial]:
@@ -178,19 +178,22 @@ def _dials(job: RotorJob, rows: Sequence[RowAnswer]) -> list[Dial]:
     ]
 
 
-def _phasor(job: RotorJob, one: RowAnswer) -> Phasor:
+def _phasor(job: RotorJob, row_answer: RowAnswer) -> Phasor:
     angle = job.conventions.reading_angle
-    before, after = (number(one.found) or 0.0, angle(one.y0)), (number(one.residual) or 0.0, angle(one.left))
-    return Phasor(one.speed.shown, before, after, number(one.limit), _band(one))
+    before, after = (
+        (number(row_answer.found) or 0.0, angle(row_answer.y0)),
+        (number(row_answer.residual) or 0.0, angle(row_answer.left)),
+    )
+    return Phasor(row_answer.speed.shown, before, after, number(row_answer.limit), _band(row_answer))
 
 
-def _band(one: RowAnswer) -> tuple[float, float] | None:
-    return None if one.band is None else (number(one.band[0]) or 0.0, number(one.band[1]) or 0.0)
+def _band(row_answer: RowAnswer) -> tuple[float, float] | None:
+    return None if row_answer.band is None else (number(row_answer.band[0]) or 0.0, number(row_answer.band[1]) or 0.0)
 
 
-def _bar(one: RowAnswer, job: RotorJob) -> Bar:
-    name = f"{one.sensor}\n{one.speed.shown}" if len(job.speeds) > 1 else one.sensor
-    return Bar(name, number(one.found), number(one.residual), number(one.limit), _band(one))
+def _bar(row_answer: RowAnswer, job: RotorJob) -> Bar:
+    name = f"{row_answer.sensor}\n{row_answer.speed.shown}" if len(job.speeds) > 1 else row_answer.sensor
+    return Bar(name, number(row_answer.found), number(row_answer.residual), number(row_answer.limit), _band(row_answer))
 
 
 def titled(noun: str, name: str) -> str:

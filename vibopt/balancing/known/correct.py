@@ -57,9 +57,9 @@ class Correction:
 
 def correct(job: KnownJob, solver: Solver | None = None) -> Correction:
     """The best correction as weights, under the goal and the limits of the job; `solver` answers its question."""
-    found, options = _corrected(job, solver)
-    tiny = NOTHING * _greatest(job, found.u)
-    return replace(found, planes=fitted_planes(job.planes, AS_WRITTEN, found.u, options, tiny))
+    correction, options = _corrected(job, solver)
+    tiny = NOTHING * _greatest(job, correction.u)
+    return replace(correction, planes=fitted_planes(job.planes, AS_WRITTEN, correction.u, options, tiny))
 
 
 def _greatest(job: KnownJob, u: ComplexArray) -> float:
@@ -89,8 +89,8 @@ def _corrected(job: KnownJob, solver: Solver | None) -> tuple[Correction, Sequen
         return _no_balance(job, question), options
     solved = _without_traces(job, question) if solver is None else solver(complete(job, question))
     u = solved.u if solved.u is not None else np.zeros(n, dtype=complex)
-    found = Correction(np.asarray(u), solved.status, solved.claim, "program", _rates(job, question, solved))
-    return found, asked.question.chosen_only(solved.chosen).options if solved.u is not None else (None,) * n
+    correction = Correction(np.asarray(u), solved.status, solved.claim, "program", _rates(job, question, solved))
+    return correction, asked.question.chosen_only(solved.chosen).options if solved.u is not None else (None,) * n
 
 
 def _without_traces(job: KnownJob, question: Question) -> Solved:
@@ -114,9 +114,9 @@ def pose(job: KnownJob) -> Posed:
     rows += [aim.rows] if aim is not None else []
     importance = _importance(aim, [len(row.names) for row in rows])
     bounds = [
-        (k, one.bound)
-        for one in job.limits.values() if one.response == "correction"
-        for k, plane in enumerate(job.planes) if one.of == plane.name
+        (k, limit.bound)
+        for limit in job.limits.values() if limit.response == "correction"
+        for k, plane in enumerate(job.planes) if limit.of == plane.name
     ]  # fmt: skip
     return posed(
         job.planes,

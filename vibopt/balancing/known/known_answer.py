@@ -53,8 +53,9 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
     if status != "infeasible" or not job.limits:
         return answer
     return Asking(
-        job.limits, lambda limits: correct(_with_limits(job, limits)), lambda one: _rows(job, one, job.limits),
-        lambda one: _values(job, one), meter.done, thorough,
+        job.limits, lambda limits: correct(_with_limits(job, limits)),
+        lambda correction: _rows(job, correction, job.limits),
+        lambda correction: _values(job, correction), meter.done, thorough,
     ).told(answer)  # fmt: skip
 
 
@@ -70,32 +71,32 @@ def _with_limits(job: KnownJob, limits: Mapping[str, KnownLimitTable]) -> KnownJ
     return replace(fewer, goal=KnownGoalTable(minimise="static_unbalance"))
 
 
-def _rows(job: KnownJob, found: Correction, tables: Mapping[str, KnownLimitTable]) -> dict[str, Checked]:
-    left = Left.of(job, found.u) if tables else Left(0.0, 0.0, {})
-    return {name: _held(job, found, left, name, table) for name, table in tables.items()}
+def _rows(job: KnownJob, correction: Correction, tables: Mapping[str, KnownLimitTable]) -> dict[str, Checked]:
+    left = Left.of(job, correction.u) if tables else Left(0.0, 0.0, {})
+    return {name: _held(job, correction, left, name, table) for name, table in tables.items()}
 
 
-def _status(job: KnownJob, found: Correction, limits: dict[str, Checked]) -> tuple[str, str]:
+def _status(job: KnownJob, correction: Correction, limits: dict[str, Checked]) -> tuple[str, str]:
     """The status after the check by hand: force and couple left must be what the sums say."""
-    if found.status == "infeasible":
-        return found.status, found.claim
-    static, couple = left_over(job, found.u)
-    force, moment = turned_by_hand(job, found.u)
+    if correction.status == "infeasible":
+        return correction.status, correction.claim
+    static, couple = left_over(job, correction.u)
+    force, moment = turned_by_hand(job, correction.u)
     speed2 = job.speed**2 if job.speed is not None else 1.0
-    size = (abs(unbalances(job)).sum() + abs(found.u).sum()) * speed2 or 1.0
+    size = (abs(unbalances(job)).sum() + abs(correction.u).sum()) * speed2 or 1.0
     middle, _ = middle_and_arm(job)
     places = [mass.at for mass in job.masses] + [plane.place for plane in job.planes]
     length = max(abs(at - middle) for at in places) or 1.0
     misfit = max(abs(force - abs(static) * speed2), abs(moment - abs(couple) * speed2) / length) / size
-    if max(misfit, equilibrium(job, found.u)) > _TINY:
+    if max(misfit, equilibrium(job, correction.u)) > _TINY:
         return "check_failed", f"the turned shaft differs from the vector sums by {misfit:.1e} of all forces"
     broken = [name for name, held in limits.items() if not held.met]
-    broken += [] if found.way == "none" else not_permitted(job.planes, found.planes)
-    if found.way == "none":
-        return ("violated", "limits that do not hold: " + ", ".join(broken)) if broken else ("met", found.claim)
+    broken += [] if correction.way == "none" else not_permitted(job.planes, correction.planes)
+    if correction.way == "none":
+        return ("violated", "limits that do not hold: " + ", ".join(broken)) if broken else ("met", correction.claim)
     if broken:
         return "check_failed", "limits that the correction breaks: " + ", ".join(broken)
-    return found.status, found.claim
+    return correction.status, correction.claim
 
 
 @dataclass(frozen=True)
@@ -123,27 +124,27 @@ def left_over(job: KnownJob, u: ComplexArray) -> tuple[complex, complex]:
     return complex(left[0]), complex(left[1] * arm) if len(left) > 1 else 0j
 
 
-def _goal(job: KnownJob, found: Correction) -> tuple[str, Entry] | None:
+def _goal(job: KnownJob, correction: Correction) -> tuple[str, Entry] | None:
     if job.goal is None:
         return None
     aim = aim_of(job)
     if aim is None:
-        return "correction", Entry(sum(amounts(found), 0.0), "mass")
+        return "correction", Entry(sum(amounts(correction), 0.0), "mass")
     size = float(abs(unbalances(job)).sum()) * aim.scale
-    return aim.name, Entry(abs(_clean(aim.value(job, found.u), size)), aim.dimension)
+    return aim.name, Entry(abs(_clean(aim.value(job, correction.u), size)), aim.dimension)
 
 
-def amounts(found: Correction) -> list[float]:
+def amounts(correction: Correction) -> list[float]:
     """Mass per plane [kg] (unbalance [kg m] where a plane has no radius), of all its weights."""
-    return [sum((weight.mass for weight in plane.weights), 0.0) for plane in found.planes]
+    return [sum((weight.mass for weight in plane.weights), 0.0) for plane in correction.planes]
 
 
-def _values(job: KnownJob, found: Correction) -> dict[str, Value]:
+def _values(job: KnownJob, correction: Correction) -> dict[str, Value]:
     """Every number by its path."""
     values: dict[str, Value] = {}
-    for plane, one in zip(job.planes, found.planes, strict=True):
-        values.update(_plane_values(plane, one))
-    for when, u in (("as_found", 0.0 * found.u), ("residual", found.u)):
+    for plane, plane_answer in zip(job.planes, correction.planes, strict=True):
+        values.update(_plane_values(plane, plane_answer))
+    for when, u in (("as_found", 0.0 * correction.u), ("residual", correction.u)):
         left = Left.of(job, u)
         sizes = [("static", "static_angle", left.static, "unbalance")]
         sizes += [] if job.flat else [("couple", "couple_angle", left.couple, "couple_unbalance")]
@@ -188,7 +189,7 @@ def _clean(value: complex, size: float) -> complex:
     return 0.0 if abs(value) < _OPEN * size else value
 
 
-def _held(job: KnownJob, found: Correction, left: Left, name: str, table: KnownLimitTable) -> Checked:
+def _held(job: KnownJob, correction: Correction, left: Left, name: str, table: KnownLimitTable) -> Checked:
     """A limit or measure on the corrected shaft, by the masses turned by hand where it is a sum."""
     place = ""
     if table.response == "static_unbalance":
@@ -200,17 +201,17 @@ def _held(job: KnownJob, found: Correction, left: Left, name: str, table: KnownL
         place = f"of {table.of}" if table.of else ""
         value = forces[table.of] if table.of else max(forces.values())
     else:
-        masses = dict(zip((plane.name for plane in job.planes), amounts(found), strict=True))
+        masses = dict(zip((plane.name for plane in job.planes), amounts(correction), strict=True))
         place = f"of {table.of}" if table.of else "in total"
         value = masses[table.of] if table.of else sum(masses.values())
     bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
     return at_most(name, table.response, place, Entry(float(value), table.dimension, table.unit), bound)
 
 
-def _notes(job: KnownJob, found: Correction) -> tuple[str, ...]:
+def _notes(job: KnownJob, correction: Correction) -> tuple[str, ...]:
     """What must be known to use the answer."""
     notes = []
-    if reactions(job, found.u):
+    if reactions(job, correction.u):
         notes.append("A reaction is the force of the bearing on the shaft; it turns with it; weight is left out.")
     if not job.flat and not job.bearings:
         ends = "; the unbalances at both ends are those in the outermost of their planes"
@@ -218,9 +219,13 @@ def _notes(job: KnownJob, found: Correction) -> tuple[str, ...]:
         notes.append(
             f"Without bearings the couple is taken about the middle of all masses and planes{ends if goal else ''}."
         )
-    static, couple = left_over(job, found.u)
+    static, couple = left_over(job, correction.u)
     size = float(abs(unbalances(job)).sum())
     complete = job.goal is not None and job.goal.minimise in ("unbalance", "reaction")
-    if complete and found.way == "program" and max(abs(static), abs(couple) / middle_and_arm(job)[1]) > 1e-6 * size:
+    if (
+        complete
+        and correction.way == "program"
+        and max(abs(static), abs(couple) / middle_and_arm(job)[1]) > 1e-6 * size
+    ):
         notes.append("Complete balance is out of reach within the caps, holes and limits; this is what comes nearest.")
     return tuple(notes)

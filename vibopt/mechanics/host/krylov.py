@@ -253,4 +253,4 @@ def _between(used: list[float], top: float, count: int) -> list[float]:
         omega = known[widest] + 0.381966 * float(gaps[widest])
         fresh.append(omega)
         known = sorted([*known, omega])
-    return [one for one in fresh if one <= top]
+    return [value for value in fresh if value <= top]

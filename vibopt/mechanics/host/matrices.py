@@ -47,7 +47,7 @@ class Matrices:
     @cached_property
     def long(self) -> tuple[Any, Any, Any]:
         """M, C, K in long doubles, by rows."""
-        return tuple(one.tocsr().astype(np.longdouble) for one in (self.mass, self.damping, self.stiffness))  # type: ignore[return-value]
+        return tuple(csc_array.tocsr().astype(np.longdouble) for csc_array in (self.mass, self.damping, self.stiffness))  # type: ignore[return-value]
 
     @cached_property
     def fastest(self) -> float:

@@ -45,7 +45,9 @@ class StrokesBelow:
             look = {"va": "center", "fontsize": SIZE - 1, "color": INK, "zorder": 6, "bbox": _BOX}
             beside = {"xytext": (7, 0), "textcoords": "offset points"}
             axes.annotate(shown.words[row], (min(value, 0.5 * end), row), **beside, **look)
-        axes.set_yticks(range(len(shown.bars)), [f"{one.absorber}\n{one.excitation}" for one in shown.bars])
+        axes.set_yticks(
+            range(len(shown.bars)), [f"{stroke_bar.absorber}\n{stroke_bar.excitation}" for stroke_bar in shown.bars]
+        )
         axes.set_ylim(len(shown.bars) - 0.5, -0.5)
         axes.set_xlim(0.0, end)
         axes.grid(False, axis="y")
@@ -88,7 +90,7 @@ class ModesBelow:
         axes = part.subplots()
         dress(axes, self.title, shown.label, "")
         axes.set_xlim(*shown.span)
-        for index, (_, group) in enumerate(groupby(shown.bands, key=lambda one: one.excitation)):
+        for index, (_, group) in enumerate(groupby(shown.bands, key=lambda speed_band: speed_band.excitation)):
             for band in group:
                 _shade(axes, band.low, band.high, band.words, index)
         for row, (values, sign) in enumerate(((shown.before, "o"), (shown.after, "D"))):

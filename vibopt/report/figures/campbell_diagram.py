@@ -17,7 +17,7 @@ _TOGETHER = 0.03
 """Part of the width within which critical speeds share a label."""
 
 
-def campbell_figure(found: Campbell, title: str) -> Figure:
+def campbell_figure(campbell: Campbell, title: str) -> Figure:
     """Lines of whirl, of one and two times the spin, dots at critical speeds, running speeds shaded."""
     figure = sheet(WIDTH, 4.8)
     axes: Any = figure.subplots()
@@ -27,17 +27,17 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
         "spin [rpm]",
         "frequency of free whirl [Hz]",
     )
-    rpm, top = found.spins * _RPM, found.top * _HZ
-    for low, high in found.running:
+    rpm, top = campbell.spins * _RPM, campbell.top * _HZ
+    for low, high in campbell.running:
         if high > low:
             axes.axvspan(low * _RPM, high * _RPM, color=FREE, lw=0.0, zorder=1, label="running speeds")
         else:
             axes.axvline(low * _RPM, color=FREE, lw=5.0, zorder=1, label="running speed")
-    kinds = (("forward", found.forward, BLUE, "-"), ("backward", found.backward, RED, "--"))
+    kinds = (("forward", campbell.forward, BLUE, "-"), ("backward", campbell.backward, RED, "--"))
     for way, table, colour, style in kinds:
         for line in table.T:
             if np.nanmin(line) * _HZ <= top:
-                shown = {"marker": ".", "ms": 3.0, "lw": 0.0} if found.damped else {"ls": style, "lw": 1.5}
+                shown = {"marker": ".", "ms": 3.0, "lw": 0.0} if campbell.damped else {"ls": style, "lw": 1.5}
                 axes.plot(rpm, line * _HZ, color=colour, zorder=3, label=f"{way} whirl", **shown)
     for order, style in ((1, "-"), (2, ":")):
         axes.plot(rpm, order * rpm / 60.0, style, color=FAINT, lw=1.0, zorder=2)
@@ -45,11 +45,11 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
         axes.annotate(f"{order}x", (at, order * at / 60.0), xytext=(-4, 3), textcoords="offset points", ha="right",
                       fontsize=SIZE - 1, color=FAINT)  # fmt: skip
     marks = []
-    for speeds, colour, way in ((found.critical, BLUE, "forward"), (found.against, RED, "backward")):
+    for speeds, colour, way in ((campbell.critical, BLUE, "forward"), (campbell.against, RED, "backward")):
         for speed in speeds.tolist():
             axes.plot(speed * _RPM, speed * _HZ, "o", ms=6, mfc="white", mec=colour, mew=1.5, zorder=6,
                       label=f"critical speed, {way}")  # fmt: skip
-    speeds, together = np.sort(np.concatenate([found.critical, found.against])), _TOGETHER * found.spins[-1]
+    speeds, together = np.sort(np.concatenate([campbell.critical, campbell.against])), _TOGETHER * campbell.spins[-1]
     for some in np.split(speeds, np.flatnonzero(np.diff(speeds) > together) + 1) if len(speeds) else ():
         words, middle = ", ".join(f"{round(float(f'{speed * _RPM:.4g}')):d}" for speed in some), float(some.mean())
         marks.append(label(axes, f"{words} rpm", middle * _RPM, middle * _HZ))
@@ -57,7 +57,7 @@ def campbell_figure(found: Campbell, title: str) -> Figure:
     axes.set_ylim(0.0, top)
     legend(figure, axes)
     figure.draw_without_rendering()
-    every = [np.column_stack([rpm, line * _HZ]) for table in (found.forward, found.backward) for line in table.T]
+    every = [np.column_stack([rpm, line * _HZ]) for table in (campbell.forward, campbell.backward) for line in table.T]
     points = np.concatenate([*every, np.column_stack([rpm, rpm / 60.0])])
     place(marks, axes.transData.transform(points[np.isfinite(points).all(axis=1)]))
     return figure

@@ -131,7 +131,7 @@ def caption_height(words: Sequence[str], levels: int, size: float) -> float:
 
 def along(wanted: Sequence[float], widths: Sequence[float], span: tuple[float, float]) -> list[float]:
     """Middles from left to right near where they are wanted, apart and within the span."""
-    found = [-one for one in spread([-x for x in wanted], widths)]
+    found = [-value for value in spread([-x for x in wanted], widths)]
     high = span[1]
     for k in reversed(range(len(found))):
         found[k] = min(found[k], high - 0.5 * widths[k])

@@ -61,24 +61,24 @@ def _patch(face: str, edge: Any, hatch: str, words: str) -> Any:
     return Patch(facecolor=face, edgecolor=edge, hatch=hatch, label=words, lw=0.8)
 
 
-def _boundary(axes: Any, plane: Plane, one: Boundary, index: int) -> Any:
+def _boundary(axes: Any, plane: Plane, boundary: Boundary, index: int) -> Any:
     """The part that a limit forbids, hatched, with its name on the boundary; the handle for the legend."""
-    if not (one.excess > 0.0).any():
-        return _patch("white", "white", "", f"{one.name} holds everywhere here")
+    if not (boundary.excess > 0.0).any():
+        return _patch("white", "white", "", f"{boundary.name} holds everywhere here")
     colour, style, hatch = COLOURS[index % len(COLOURS)], STYLES[index % 4], HATCHES[index % len(HATCHES)]
     x, y = plane.x.values, plane.y.values
     filled = axes.contourf(
-        x, y, one.excess, levels=[0.0, 1e3], colors="none", hatches=[hatch[: 1 if plane.levels else 2]], zorder=1.0
+        x, y, boundary.excess, levels=[0.0, 1e3], colors="none", hatches=[hatch[: 1 if plane.levels else 2]], zorder=1.0
     )
     filled.set_edgecolor(_light(colour))
     filled.set_linewidth(0.0)
-    if (one.excess < 0.0).any():
+    if (boundary.excess < 0.0).any():
         look = {"colors": [colour], "linewidths": 1.7, "linestyles": [style], "zorder": 3}
-        line = axes.contour(x, y, one.excess, levels=[0.0], **look)
-        names = axes.clabel(line, fmt={0.0: one.name}, fontsize=SIZE - 1, inline=True, inline_spacing=4)
+        line = axes.contour(x, y, boundary.excess, levels=[0.0], **look)
+        names = axes.clabel(line, fmt={0.0: boundary.name}, fontsize=SIZE - 1, inline=True, inline_spacing=4)
         for name in names or ():
             name.set_bbox({"boxstyle": "round,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.9})
-    return _patch("white", _light(colour), hatch, f"{one.name} is broken")
+    return _patch("white", _light(colour), hatch, f"{boundary.name} is broken")
 
 
 def _light(colour: str) -> tuple[float, float, float]:

@@ -170,16 +170,16 @@ def place(labels: list[Annotation], dots: FloatArray) -> None:
         taken.append(_moved(one, *places[int(np.argmin(costs))], renderer))
 
 
-def _moved(one: Annotation, dx: float, dy: float, renderer: Any) -> Any:
+def _moved(annotation: Annotation, dx: float, dy: float, renderer: Any) -> Any:
     """Set the label off by (dx, dy) points; its box in pixels."""
     from matplotlib.text import Text
 
-    text: Any = one
+    text: Any = annotation
     text.set_position((dx, dy))
     text.set_ha("left" if dx > 0 else "right" if dx < 0 else "center")
     text.set_va("bottom" if dy > 0 else "top" if dy < 0 else "center")
     text.update_positions(renderer)
-    return Text.get_window_extent(one, renderer).padded(4.0)
+    return Text.get_window_extent(annotation, renderer).padded(4.0)
 
 
 def _cost(box: Any, frame: Any, dots: FloatArray, points: FloatArray, taken: list[Any]) -> float:

@@ -180,7 +180,7 @@ def _marks(axes: Any, panel: Panel) -> list[Annotation]:
 def _equal(axes: Any, panel: Panel) -> None:
     """Equal peaks: full dots, under the ring of the worst."""
     if panel.equal:
-        x, y = [one.x for one in panel.equal], [one.y for one in panel.equal]
+        x, y = [mark.x for mark in panel.equal], [mark.y for mark in panel.equal]
         words = "equal peaks (within 0.1 %)"
         axes.plot(x, y, "D", ms=4.5, mfc=INK, mec="white", mew=0.6, zorder=7, clip_on=False, label=words)
 
@@ -188,8 +188,8 @@ def _equal(axes: Any, panel: Panel) -> None:
 def _equal_labels(axes: Any, panel: Panel) -> list[Annotation]:
     """Speed and value of the equal peaks that are not labelled as the worst of something."""
     worst = [_spot(axes, mark) for mark in panel.marks]
-    plain = [one for one in panel.equal if all(np.hypot(*(_spot(axes, one) - other)) >= CLOSE for other in worst)]
-    return [label(axes, one.words, one.x, one.y) for one in plain[:MOST_LABELS]]
+    plain = [mark for mark in panel.equal if all(np.hypot(*(_spot(axes, mark) - other)) >= CLOSE for other in worst)]
+    return [label(axes, mark.words, mark.x, mark.y) for mark in plain[:MOST_LABELS]]
 
 
 def _spot(axes: Any, mark: Mark) -> FloatArray:

@@ -117,7 +117,7 @@ def _polygons(data: Map) -> Iterator[list[Spot]]:
                 if not data.good[b, a]:
                     polygon.append((float(data.x[a]), float(data.y[b])))
                 if data.good[b, a] != data.good[d, c]:
-                    ends = [one for one in sides[edge] if one.ends]
+                    ends = [side for side in sides[edge] if side.ends]
                     x = ends[0].x if ends else 0.5 * float(data.x[a] + data.x[c])
                     y = ends[0].y if ends else 0.5 * float(data.y[b] + data.y[d])
                     polygon.append((x, y))
@@ -132,8 +132,8 @@ def _edges(data: Map) -> dict[tuple[str, str] | None, list[tuple[Spot, Spot]]]:
         for j in range(len(data.y) - 1):
             kinds: dict[tuple[str, str] | None, list[Spot]] = defaultdict(list)
             for edge in ((True, i, j), (False, i + 1, j), (True, i, j + 1), (False, i, j)):
-                for one in sides.get(edge, ()):
-                    kinds[None if one.ends else one.words].append((one.x, one.y))
+                for side in sides.get(edge, ()):
+                    kinds[None if side.ends else side.words].append((side.x, side.y))
             for kind, spots in kinds.items():
                 pairs = list(zip(spots[::2], spots[1::2], strict=False))
                 found.setdefault(kind, []).extend(pairs)

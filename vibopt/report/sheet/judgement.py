@@ -104,7 +104,7 @@ def _conflict(design: Design) -> list[str]:
         names = listed([f'"{name}"' for name in design.conflict.limits])
         lines.append(f"{names} cannot hold{' together' if len(design.conflict.limits) > 1 else ''}.")
     if design.nearest is not None:
-        missed = max((limit for limit in design.nearest.limits.values()), key=lambda one: -one.margin)
+        missed = max((limit for limit in design.nearest.limits.values()), key=lambda checked: -checked.margin)
         lines.append(f"Shown is the nearest design: it misses no limit by more than {missed.margin_shown[1:]}.")
     steps = loosening_words(design)
     return lines + ([f"Smallest loosening of one that helps: {', or '.join(steps)}."] if steps else [])
@@ -134,31 +134,31 @@ def limit_rows(design: Design, most: int = MOST_LIMITS) -> tuple[list[LimitRow],
     return [_limit(design, row) for key, row in rows.items() if key in kept], len(rows) - len(kept)
 
 
-def _limit(design: Design, one: Checked) -> LimitRow:
-    what = ", ".join(filter(None, (spoken(one.response, one.place), *_asked(design, one))))
+def _limit(design: Design, checked: Checked) -> LimitRow:
+    what = ", ".join(filter(None, (spoken(checked.response, checked.place), *_asked(design, checked))))
     return LimitRow(
-        short(one.name, NAME),
+        short(checked.name, NAME),
         short(what, 4 * NAME),
-        f"{SIDES.get(one.side, '')} {one.limit.shown if one.limit is not None else ''}".strip(),
-        one.value.shown,
-        "; ".join(filter(None, (at_words(one.worst_at), _off(one)))),
-        one.margin_shown,
-        {"BROKEN": "NOT MET", "OPEN": "cannot be told", "ACTIVE": "met, at its limit"}.get(one.state, "met"),
+        f"{SIDES.get(checked.side, '')} {checked.limit.shown if checked.limit is not None else ''}".strip(),
+        checked.value.shown,
+        "; ".join(filter(None, (at_words(checked.worst_at), _off(checked)))),
+        checked.margin_shown,
+        {"BROKEN": "NOT MET", "OPEN": "cannot be told", "ACTIVE": "met, at its limit"}.get(checked.state, "met"),
     )
 
 
-def _asked(design: Design, one: Checked) -> Iterator[str]:
+def _asked(design: Design, checked: Checked) -> Iterator[str]:
     """At which speeds a limit looks, which excitations count, and how they add up; in the words of the file."""
-    given = design.scene.document.get("limits", {}).get(one.name, {})
+    given = design.scene.document.get("limits", {}).get(checked.name, {})
     for key, words in (("over", "over"), ("at", "at"), ("due_to", "due to"), ("combine", "added up as")):
         if key in given:
             yield f"{words} {said(given[key])}"
 
 
-def _off(one: Checked) -> str:
+def _off(checked: Checked) -> str:
     """The worst machine within the tolerances, shortly."""
-    first = off_words(dict(list(one.off.items())[:MOST_OFF]))
-    return f"{first}, ..." if len(one.off) > MOST_OFF else first
+    first = off_words(dict(list(checked.off.items())[:MOST_OFF]))
+    return f"{first}, ..." if len(checked.off) > MOST_OFF else first
 
 
 def measure_rows(design: Design, most: int) -> list[tuple[str, str, str]]:
@@ -167,10 +167,10 @@ def measure_rows(design: Design, most: int) -> list[tuple[str, str, str]]:
     return [
         (
             short(name, NAME),
-            short(spoken(one.response, one.place), 2 * NAME),
-            " at ".join(filter(None, (one.value.shown, at_words(one.worst_at)))),
+            short(spoken(checked.response, checked.place), 2 * NAME),
+            " at ".join(filter(None, (checked.value.shown, at_words(checked.worst_at)))),
         )
-        for name, one in rows
+        for name, checked in rows
     ]
 
 
@@ -192,8 +192,8 @@ def _motion(design: Design) -> Iterator[str]:
     """What is taken for granted of bodies, springs and motions, steady ones and those in time."""
     scene = design.scene
     asked = scene.responses.values()
-    in_time = any(one.sort == "transient" for one in asked)
-    steady = not in_time or any(one.harmonic or one.sort == "random" for one in asked)
+    in_time = any(response.sort == "transient" for response in asked)
+    steady = not in_time or any(response.harmonic or response.sort == "random" for response in asked)
     swept = any(getattr(limit, "over", None) is not None for limit in scene.limits.values())
     run_up = ": running up through a resonance quickly gives less" if swept else ""
     how = f" and steady{run_up}" if steady else ""
@@ -201,7 +201,9 @@ def _motion(design: Design) -> Iterator[str]:
     if any(link.beam is not None for link in scene.links.values()):
         yield "Beams and shafts are bent as under a static load, and weigh nothing themselves."
     if in_time:
-        let_go = any(one.once is not None and any(one.once.start) for one in scene.excitations.values())
+        let_go = any(
+            excitation.once is not None and any(excitation.once.start) for excitation in scene.excitations.values()
+        )
         rest = "what is not let go" if let_go else "the machine"
         yield f"In time: {rest} is at rest before the load, and all of the load comes as given."
 

@@ -55,7 +55,7 @@ def _structure(table: StructureTable) -> str:
     if table.modes is not None:
         modes = f"{len(table.modes)} mode{'s' * (len(table.modes) != 1)}"
         return f"structure of {modes} with points {', '.join(table.names)}"
-    files = [str(one) for one in (table.mass, table.stiffness, table.damping, table.file) if one is not None]
+    files = [str(path) for path in (table.mass, table.stiffness, table.damping, table.file) if path is not None]
     return f"structure from {', '.join(files)} with points {', '.join(table.names)}"
 
 

@@ -153,12 +153,12 @@ def _words(design: Design) -> dict[str, Any]:
         "file": scene.name,
         "verdict": verdict,
         "nearest": near is not None,
-        "alone": [f"{name} {one.value.shown} ({one.known})" for name, one in near.least.items()] if near else [],
+        "alone": [f"{name} {least.value.shown} ({least.known})" for name, least in near.least.items()] if near else [],
         "bodies": _cut(body_rows(scene, machine)),
         "build": _cut(build_rows(design, machine)) if machine is not None else [],
         "excitations": _cut(excitation_rows(scene)),
         "figure": _figure(design, machine, _load_unit(design, machine)),
-        "two_figures": isinstance(machine, SpaceMachine) and len({one.carried for one in spots_of(machine)}) > 1,
+        "two_figures": isinstance(machine, SpaceMachine) and len({spot.carried for spot in spots_of(machine)}) > 1,
         "mounts": mounts[:MOST_MOUNTS],
         "more_mounts": len(mounts[MOST_MOUNTS:]),
         "sums": sums,
@@ -185,15 +185,15 @@ def _cut(rows: list[tuple[str, str]]) -> list[tuple[str, str]]:
 def _mode_rows(scene: Scene, machine: Machine) -> list[dict[str, str]]:
     """Number, frequency, damping ratio and words of each mode."""
     rows, known = [], not machine.on_structures and not machine.rubs
-    for i, one in enumerate(shapes_of(machine, sorted(turning(scene)))):
-        words = one.words or "of machine and structure together"
-        undamped = "none" if known and one.frequency > 0.0 else "not told"
+    for i, shape in enumerate(shapes_of(machine, sorted(turning(scene)))):
+        words = shape.words or "of machine and structure together"
+        undamped = "none" if known and shape.frequency > 0.0 else "not told"
         rows.append(
             {
                 "number": str(i + 1),
-                "frequency": show(one.frequency, "Hz", "angular_rate"),
-                "damping": show(one.damping, "%", "ratio", digits=2) if one.damping is not None else undamped,
-                "words": words if one.frequency > 0.0 else f"{words}: free, nothing holds it",
+                "frequency": show(shape.frequency, "Hz", "angular_rate"),
+                "damping": show(shape.damping, "%", "ratio", digits=2) if shape.damping is not None else undamped,
+                "words": words if shape.frequency > 0.0 else f"{words}: free, nothing holds it",
             }
         )
     return rows
@@ -228,12 +228,12 @@ def _mount_rows(design: Design, machine: Machine | None) -> tuple[list[dict[str,
 
 def _load_unit(design: Design, machine: Machine | None) -> str:
     """The unit in which the file speaks of static loads, else one for the greatest."""
-    for one in (*design.limits.values(), *design.measures.values()):
-        if one.response == "static_load":
-            return one.value.shown.partition(" ")[2]
+    for checked in (*design.limits.values(), *design.measures.values()):
+        if checked.response == "static_load":
+            return checked.value.shown.partition(" ")[2]
     if not isinstance(machine, SpaceMachine):
         return "N"
-    loads = [abs(one.load) for one in spots_of(machine) if isfinite(one.load)]
+    loads = [abs(spot.load) for spot in spots_of(machine) if isfinite(spot.load)]
     return best_unit(max(loads, default=1.0), "force")
 
 

@@ -124,8 +124,8 @@ class Search:
         self.limits = [bounds_of(limit.model, limit.form, middle) for limit in program.limits]
         aims = program.aim.pieces if program.aim is not None else ()
         self.aims = [bounds_of(aim.model, aim.form, middle) for aim in aims]
-        for one in (*self.limits, *self.aims):
-            one.add(first_speeds(one.form))
+        for form_bounds in (*self.limits, *self.aims):
+            form_bounds.add(first_speeds(form_bounds.form))
         self.order = sorted(range(len(self.limits)), key=lambda i: _cost(self.limits[i]))
         self.boxed = [_boxed(limit) for limit in self.limits]
         self.aim_boxed = [_boxed(aim) for aim in self.aims]
@@ -208,9 +208,9 @@ class Search:
         if aim is None:
             return -np.inf
         bound = -np.inf
-        for one, boxed in zip(self.aims, self.aim_boxed, strict=True):
+        for form_bounds, boxed in zip(self.aims, self.aim_boxed, strict=True):
             if boxed:
-                lower, upper = one.on(low, high)
+                lower, upper = form_bounds.on(low, high)
                 bound = max(bound, float(lower[0] if aim.sense > 0 else -upper[0]))
         return bound - SAFETY * abs(bound) if np.isfinite(bound) else -np.inf
 
@@ -220,10 +220,10 @@ class Search:
         if aim is None:
             return np.zeros(len(x))
         bound = np.full(len(x), -np.inf)
-        for one in self.aims:
-            most, least = one.at(x)
+        for form_bounds in self.aims:
+            most, least = form_bounds.at(x)
             value = most if aim.sense > 0 else -least
-            value = np.where(np.isfinite(value), value - one.slack * np.abs(value), value)
+            value = np.where(np.isfinite(value), value - form_bounds.slack * np.abs(value), value)
             bound = np.maximum(bound, np.nan_to_num(value, nan=-np.inf, posinf=np.inf, neginf=-np.inf))
         return bound
 
@@ -276,8 +276,8 @@ class Search:
         self.budget.spend(_OF_MEASURING)
         learnt, margin, tightest = False, np.inf, ""
         for i in self.order:
-            missed, found = self.judge.limit(self.program.limits[i], x)
-            learnt |= self.limits[i].add(found.speeds)
+            missed, worst = self.judge.limit(self.program.limits[i], x)
+            learnt |= self.limits[i].add(worst.speeds)
             if missed > self.judge.tolerance:
                 self.tally.each(entries[None, :], i)
                 return learnt
@@ -287,7 +287,7 @@ class Search:
         for aim in self.aims:
             learnt |= aim.add(goal.speeds)
         self.best.append(Pick(tuple(int(entry) for entry in entries), x, goal.value, tightest, float(margin)))
-        self.best.sort(key=lambda one: one.rank)
+        self.best.sort(key=lambda pick: pick.rank)
         del self.best[self.keep :]
         return learnt
 

@@ -81,7 +81,7 @@ class Catalogue:
                 if tally.limits[own].any()
             ],
             "rows": _rows(program, search),
-            "picks": [_pick(search, one) for one in search.best],
+            "picks": [_pick(search, pick) for pick in search.best],
         }
 
 

@@ -40,7 +40,7 @@ def free_optimum(program: Program, found: Found, *, thorough: bool = False) -> d
     assert part.aim is not None
     if part.aim.form.powers is not None and not part.aim.form.powers.exponents.any():
         return None
-    part = replace(part, axes=tuple(_opened(one) for one in part.axes))
+    part = replace(part, axes=tuple(_opened(axis) for axis in part.axes))
     best = None
     with contextlib.suppress(InputError):
         best = (choose(part, None) if thorough else modest(part)).solve(part)

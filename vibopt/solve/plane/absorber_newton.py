@@ -40,7 +40,7 @@ def equal_peaks(plane: LinkPlane) -> FloatArray | None:
         found = followed(aim.model, form, np.exp(y), speeds)
         if found is None or len(found) != 2:
             return None
-        speeds = np.array([one.at.speed for one in found])
+        speeds = np.array([peak.at.speed for peak in found])
         first, second = found
         apart = first.slope - second.slope
         size = float(apart @ apart)

@@ -167,7 +167,7 @@ class _Run:
         if self._exchanged() or self._balanced():
             return
         for known, first in zip(self.speeds, map(_first, self.parts), strict=True):
-            known += [one for one in first if _is_new(one, known)]
+            known += [value for value in first if _is_new(value, known)]
         tried = np.exp(starts(self.program, _TRIED))
         merit = self._rough(tried)
         self._zero = 1e-12 * float(np.median(self._goals[np.isfinite(self._goals)])) if self.program.aim else 0.0
@@ -381,7 +381,7 @@ class _Run:
 
 
 def _is_new(speed: float, known: list[float]) -> bool:
-    return all(abs(speed - one) > _SAME * abs(one) for one in known)
+    return all(abs(speed - value) > _SAME * abs(value) for value in known)
 
 
 def _widened(limit: Limit) -> Limit:

@@ -45,7 +45,7 @@ def hopeless(program: Program) -> Invariant | None:
         if form.drives and limit.side == "at_most" and plane.accepts(limit):
             for band in form.drives[0].bands:
                 found += _in_band(plane, limit, band)
-    worst = max(found, key=lambda one: one.value / one.limit.bound, default=None)
+    worst = max(found, key=lambda invariant: invariant.value / invariant.limit.bound, default=None)
     return worst if worst is not None and worst.value > worst.limit.bound * (1.0 + 1e-9) else None
 
 

@@ -215,7 +215,7 @@ class ExchangedRows(SampledRows):
             return 0.0
         found = part.extremes(np.exp(y), within=_BESIDE)
         for index, drive in enumerate(part.form.drives):
-            fresh = [one.speeds[index] for one in found if one.speeds and np.isfinite(one.speeds[index])]
+            fresh = [local.speeds[index] for local in found if local.speeds and np.isfinite(local.speeds[index])]
             self.known[id(drive)] = np.unique(np.concatenate([self.speeds(drive), fresh]))
         return found[0].value if found else 0.0
 
