@@ -238,6 +238,3 @@ class Cones:
             np.concatenate([[0], np.cumsum(counts)]),
             (self.n_rows, len(columns) + many),
         )
-
-
-__all__ = ["CONE", "EQUAL", "LINEAR", "ConePoint", "Cones", "Kind", "by_columns", "compressed", "solve_cones"]

@@ -112,6 +112,3 @@ class Frontier:
         left = np.ones(len(self.bounds), dtype=bool)
         left[chosen] = False
         self.bounds, self.columns = self.bounds[left], tuple(column[left] for column in self.columns)
-
-
-__all__ = ["Frontier"]

@@ -185,19 +185,3 @@ def spoken_time(seconds: float) -> str:
     if minutes < 100:
         return f"{minutes} min"
     return f"{minutes // 60} h {minutes % 60} min" if minutes < 2 * 24 * 60 else f"{minutes // (24 * 60)} days"
-
-
-__all__ = [
-    "Budget",
-    "Meter",
-    "TimeLimit",
-    "answering",
-    "deaf",
-    "each_answer_within",
-    "is_limited",
-    "late",
-    "metered",
-    "seconds_of_each_answer",
-    "spoken_time",
-    "worked",
-]

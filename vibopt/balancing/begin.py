@@ -14,7 +14,6 @@ from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.answer.plan import DeferredMapping, DeferredRows, Fitting, Plan
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.cautions import cancelling, last_one, remedies, unsure, warning, ways_out, with_bands
-from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude, not_permitted
 from vibopt.balancing.grades import permitted
 from vibopt.balancing.influence import Identified
@@ -27,6 +26,7 @@ from vibopt.balancing.rotor_limits import impasse, limits_at, rates_of
 from vibopt.balancing.rotor_question import caps, pose
 from vibopt.balancing.trust import Noise, conditioning
 from vibopt.units import show
+from vibopt.units.showing import show_angle
 
 UNJUDGED = (
     "Whether the grade is met is not known: that needs one plan, a place of every plane under [quality], a radius of "

@@ -18,8 +18,7 @@ from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import Detector, read_quantity, show
 from vibopt.units.parsing import TO_PEAK
-from vibopt.units.showing import plain
-from vibopt.units.showing import show_angle as show_angle
+from vibopt.units.showing import plain, show_angle
 from vibopt.units.spelling import split_detector
 
 AMPLITUDES = ("length", "velocity", "acceleration")
@@ -200,10 +199,3 @@ def _no_amplitude(text: str, error: QuantityError) -> QuantityError:
 def _turn(angle: float) -> float:
     turned = angle % tau
     return 0.0 if turned >= tau - 1e-12 * tau else turned
-
-
-__all__ = [
-    "AGAINST", "AMPLITUDES", "CHOICES", "LAG", "LEAD", "MARK", "PHASE", "WITH",
-    "Amplitude", "Conventions", "behind_number", "read_amplitude", "read_angle", "read_reading",
-    "show_angle", "show_reading", "split_angle",
-]  # fmt: skip

@@ -112,6 +112,3 @@ def _bare(given: Mapping[str, Any]) -> dict[str, Any]:
     document = copy.deepcopy(dict(given))
     document.pop("expected", None)
     return document
-
-
-__all__ = ["MINIMISED", "is_fitted", "of_engine", "of_planes", "text_of", "with_fitted"]

@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.entry import Entry, direction
 from vibopt.answer.plan import DeferredRows, Fitting, PlaneAnswer, RowAnswer, Weight
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.conventions import Conventions, show_angle
+from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import missing
 from vibopt.balancing.planes import MASS, Plane, hole_name
@@ -20,6 +20,7 @@ from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
 from vibopt.balancing.verification import simulated
 from vibopt.units import show
+from vibopt.units.showing import show_angle
 
 _OWN = ("a", "an", "my", "our", "your", "its", "this", "that", "where", "zero")
 _OVER = 1e-6

@@ -14,7 +14,6 @@ from vibopt.balancing.conventions import (
     read_amplitude,
     read_angle,
     read_reading,
-    show_angle,
 )
 from vibopt.balancing.decided import is_fitted, with_fitted
 from vibopt.balancing.plane_options import (
@@ -39,6 +38,7 @@ from vibopt.balancing.rotor_tables import (
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import QuantityError
 from vibopt.units import Detector
+from vibopt.units.showing import show_angle
 from vibopt.units.spelling import split_detector
 from vibopt.values.fields import read_end
 
@@ -386,6 +386,3 @@ def _with_runout(sensor: Sensor, path: Path, given: object, conventions: Convent
     if not has_angle:
         mistakes.value(path, given, 'has no angle: runout is subtracted as a vector. Write "0.4 mil pp @ 20 deg".')
     return Sensor(sensor.name, amplitude.dimension, sensor.unit, sensor.detector, z, sensor.importance)
-
-
-__all__ = ["read_conventions", "read_planes", "read_sensors"]

@@ -184,6 +184,3 @@ def _ends(path: str, text: str) -> tuple[FactAt, ...]:
 def _safe(text: str) -> str:
     """Braces that stand for themselves."""
     return text.replace("{", "{{").replace("}", "}}")
-
-
-__all__ = ["fact_in", "facts_of"]

@@ -19,7 +19,6 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.plan import Fitting
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.begin import answered, as_told, begun, goal_of, kept_or_broken, nothing, plan_of
-from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import amplitude, fitting_of
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
@@ -32,6 +31,7 @@ from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import runs_without_phase, simulated_without_phase
 from vibopt.records import dataclass
+from vibopt.units.showing import show_angle
 
 MOST_ANSWERS = 16
 _STEPS = 100

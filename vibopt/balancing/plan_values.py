@@ -9,7 +9,6 @@ import numpy as np
 from vibopt.answer.entry import Entry, Value, Word, direction
 from vibopt.answer.plan import Fitting, PlaneAnswer
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.fitting import NOTHING, sentence
 from vibopt.balancing.grades import earned, permitted
 from vibopt.balancing.influence import Identified
@@ -18,7 +17,7 @@ from vibopt.balancing.rotor_job import RotorJob, Run
 from vibopt.balancing.rotor_question import caps
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.units import to_unit
-from vibopt.units.showing import plain
+from vibopt.units.showing import plain, show_angle
 
 
 def coefficients(job: RotorJob, identified: Identified) -> dict[str, Value]:

@@ -161,4 +161,3 @@ def signs(answer: Answer[BalancingJob]) -> tuple[str, ...]:
 BLOCKS: Mapping[str, Callable[[Answer[Any]], list[Block]]] = {
     ROTOR: rotor_blocks, KNOWN: known_blocks, ENGINE: engine_blocks,
 }  # fmt: skip
-__all__ = ["KEYS", "blocks", "figures", "goal_words", "notes_of", "own_json", "sense_of", "signs", "verdict"]

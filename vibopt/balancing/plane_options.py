@@ -11,11 +11,12 @@ import numpy as np
 
 from vibopt.answer.plan import Weight
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.conventions import Conventions, show_angle
+from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Options, Question
 from vibopt.records import dataclass
+from vibopt.units.showing import show_angle
 
 MOST_OPTIONS = 200_000
 ALL_FORBIDDEN = (

@@ -9,12 +9,13 @@ from math import inf, isclose, pi, tau
 from typing import Any
 
 from vibopt.answer.plan import Weight
-from vibopt.balancing.conventions import Conventions, behind_number, read_angle, show_angle
+from vibopt.balancing.conventions import Conventions, behind_number, read_angle
 from vibopt.balancing.fan import Fan
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import read_quantity, show
 from vibopt.units.dimensions import DIMENSIONS
+from vibopt.units.showing import show_angle
 
 MASS, UNBALANCE = "mass", "unbalance"
 _AT = re.compile(r"\s+at\s+", re.IGNORECASE)

@@ -177,6 +177,3 @@ def _seconds(value: float) -> str:
     if not math.isfinite(value):
         return "no answer"
     return f"{value * 1e3:.3g} ms" if value < 1.0 else f"{value:.3g} s"
-
-
-__all__ = ["Dot", "Scatter", "accuracy_figure"]

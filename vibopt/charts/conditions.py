@@ -77,6 +77,3 @@ def _versions() -> dict[str, str]:
         except PackageNotFoundError:
             continue
     return found
-
-
-__all__ = ["PACKAGES", "Conditions", "conditions"]

@@ -221,6 +221,3 @@ def _fit(rows: list[Size]) -> Fit:
     left = y - exponent * x  # not by the correlation: near 1 its digits are gone
     half = float(t.ppf(0.975, free) * np.sqrt(left @ left / free / (x @ x))) if free else math.nan
     return Fit(rows[0].ladder, rows[0].method, exponent, half, tuple(row.size for row in rows))
-
-
-__all__ = ["LADDERS", "Fit", "Size", "cost", "cost_left", "fits"]

@@ -116,6 +116,3 @@ def _ladder(panel: Any, ladder: str, sizes: Sequence[Size], lines: Sequence[Fit]
 def _words(line: Fit) -> str:
     half = f" ± {line.half:.2f}" if math.isfinite(line.half) else ""
     return f"{line.sizes[0]} to {line.sizes[-1]}: n^{line.exponent:.2f}{half}"
-
-
-__all__ = ["cost_json", "cost_table", "draw_cost"]

@@ -211,6 +211,3 @@ def hard(*, quick: bool) -> Table:
 def _case(slip: Slip, family: str) -> Case:
     name = f"friction of {slip.friction:g} of the force at {slip.r:g} of the resonance, damping ratio {slip.ratio:g}"
     return Case(name, "", FEASIBLE, truth(slip), "slip for slip in closed form", family)
-
-
-__all__ = ["METHODS", "Slip", "hard", "speed", "truth"]

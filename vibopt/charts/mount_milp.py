@@ -161,6 +161,3 @@ def _solved(
     if found.status:
         return "unproven", None
     return "optimal", np.asarray(found.x[:n]).reshape(many, -1).argmax(axis=1)
-
-
-__all__ = ["cheapest", "refusal"]

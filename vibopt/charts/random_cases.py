@@ -235,6 +235,3 @@ def drawn(family: str, seed: int, count: int) -> list[Any]:
     """So many questions; each depends on the seed and its own number alone."""
     draw = DRAWN[family]
     return [draw(np.random.default_rng([seed, i]), f"{family} {seed}.{i}") for i in range(count)]
-
-
-__all__ = ["BEST", "DRAWN", "drawn", "table"]

@@ -271,6 +271,3 @@ def _jumped(passage: Passage) -> float:
     times = np.linspace(0.0, passage.behind, 400_001)
     free = share * np.exp(pole * times) + (place - share) * np.exp(np.conj(pole) * times)
     return float(np.abs(free + behind * np.exp(1j * passage.high * times)).max())
-
-
-__all__ = ["METHODS", "Passage", "hard", "speed", "truth"]

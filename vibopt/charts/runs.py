@@ -59,6 +59,3 @@ def run(name: str, kind: type[T], make: Callable[[], Sequence[T]]) -> list[T]:
 
 def _row(kind: type[T], told: dict[str, Any]) -> T:
     return kind(**{key: tuple(value) if isinstance(value, list) else value for key, value in told.items()})
-
-
-__all__ = ["Rows", "kept", "run"]

@@ -90,6 +90,3 @@ def chosen(settings: Mapping[str, int | tuple[int, ...]]) -> tuple[str, ...]:
         names = list(LINES[line])
         found += names[:wanted] if isinstance(wanted, int) else [names[place] for place in wanted]
     return tuple(found)
-
-
-__all__ = ["EVERY", "HARD", "LINES", "QUICK", "QUICK_HARD", "RIVALS", "absent", "chosen", "method"]

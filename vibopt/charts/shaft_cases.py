@@ -334,6 +334,3 @@ def drawn(rng: np.random.Generator, name: str) -> tuple[Case, Shaft]:
         given = ((0.0, float(true[1])), (float(true[0]), 0.0))[int(rng.integers(2))]
     shaft = replace(shaft, speed=speed, band=band, whirl=whirl, given=given)
     return Case(name, shaft.text, FEASIBLE, np.nan, "the best of all methods", "shafts"), shaft
-
-
-__all__ = ["METHODS", "QUICK_METHODS", "Shaft", "drawn", "extrapolated", "judge", "measured", "missed"]

@@ -308,6 +308,3 @@ def _long(turns: float) -> list[_Row]:
         name = f"rectangle of a period, damping ratio {ratio:g}"
         found.append(("far too much damping", name, float(crept) / w**2, _lone(1.0, ratio)))
     return found
-
-
-__all__ = ["METHODS", "Load", "hard", "speed", "truth"]

@@ -20,6 +20,3 @@ def answered(solve: Callable[[], Any]) -> tuple[Any, float, float]:
     found = solve()
     whole, lasted = spent() - begin, time.perf_counter() - clock
     return found, whole, whole * min(found.timings.get("solve", float("nan")) / lasted, 1.0)
-
-
-__all__ = ["answered", "spent"]

@@ -248,6 +248,3 @@ def drawn(rng: np.random.Generator, name: str) -> tuple[Case, Study]:
     study = replace(study, ends=(edge * float(rng.uniform(0.6, 0.95)), edge * float(rng.uniform(1.05, 1.4))))
     return Case(name, f"# {study.fact} from {study.ends[0]!r} to {study.ends[1]!r}\n{study.text}", FEASIBLE, 1.0,
                 "formulas of one mass", "studies"), study  # fmt: skip
-
-
-__all__ = ["METHODS", "QUICK_METHODS", "Study", "drawn", "judge"]

@@ -65,7 +65,3 @@ def verdict_of(
         said = SILENT if status == "optimal" and off > within else UNPROVEN
         return Judged(said, f"goal off by {off:.1e}")
     return Judged(RIGHT, "")
-
-
-__all__ = ["BROKEN", "CLASSES", "FEASIBLE", "INFEASIBLE", "MISSING", "OFF", "PROVEN", "REFUSES", "RIGHT", "SAYS_SO",
-           "SILENT", "UNPROVEN", "Judged", "verdict_of"]  # fmt: skip

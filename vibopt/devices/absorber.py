@@ -321,6 +321,3 @@ class AbsorberTable(OneLink):
             return self.tuning_to.value
         found, mode = assembly.alone(), self.mode or 1
         return float(found[mode - 1]) if mode <= len(found) else 0.0
-
-
-__all__ = ["AbsorberTable", "Places"]

@@ -80,5 +80,3 @@ def _rating(given: object) -> object:
 
 
 Rated = Annotated[Any, ReadBy(_rating, {"type": "string", "description": "500..3500 N"})]
-
-__all__ = ["DampingAxes", "Rated", "Rating", "StiffnessAxes", "ThreeSchema", "three"]

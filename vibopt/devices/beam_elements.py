@@ -118,6 +118,3 @@ def _mass(length: float) -> FloatArray:
     table = [[156.0, 22 * a, 54.0, -13 * a], [22 * a, 4 * a * a, 13 * a, -3 * a * a],
              [54.0, 13 * a, 156.0, -22 * a], [-13 * a, -3 * a * a, -22 * a, 4 * a * a]]  # fmt: skip
     return np.array(table) * a / 420.0
-
-
-__all__ = ["Bent", "bent"]

@@ -106,6 +106,3 @@ class Shape:
             half = 0.5 * (high - low)
             total += half * float(_WEIGHTS @ of(low + half * (1.0 + _NODES)))
         return total / self.end
-
-
-__all__ = ["Shape"]

@@ -253,6 +253,3 @@ def _eight(row: BearingRow) -> list[float]:
 
 def _rpm(speed: float) -> str:
     return show(speed, "rpm", "angular_rate")
-
-
-__all__ = ["BearingRow", "BearingTable"]

@@ -104,6 +104,3 @@ class InerterTable(OneLink):
         none, axes = np.zeros(1), np.array([self.direction])
         force = Spring3(name, self.between, np.array(self.at), axes, none, none, none, inertance=np.array([inertance]))
         assembly.mounts.append(force)
-
-
-__all__ = ["InerterTable"]

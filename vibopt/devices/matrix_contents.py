@@ -350,15 +350,3 @@ def _check_diagonals(before: str, data: FloatArray, offsets: FloatArray, rows: i
 def _unfit(before: str, why: str) -> NoReturn:
     which = f"Its matrix {before[0]}" if before else "It"
     raise QuantityError(f"cannot be used. {which} is damaged: {why}. Write the file anew.")
-
-
-__all__ = [
-    "MOST_ENTRIES",
-    "MOST_ROWS",
-    "NO_VALUES",
-    "Archive",
-    "from_archive",
-    "from_array",
-    "from_matrix_market",
-    "from_sheet",
-]

@@ -384,6 +384,3 @@ def _frame(own: FloatArray, side: FloatArray | None) -> FloatArray:
         x = x / np.linalg.norm(x)
         y = cross(own, x)
     return np.array([x, y, own])
-
-
-__all__ = ["MountTable"]

@@ -79,6 +79,3 @@ def _product(builder: ModelBuilder, name: str, a: Row, b: Row, size: Sum, *, wei
 def _squares(a: Row, b: Row) -> Iterator[tuple[float, Row]]:
     for sign in (1.0, -1.0):
         yield sign, {key: a.get(key, 0.0) + sign * b.get(key, 0.0) for key in {**a, **b}}
-
-
-__all__ = ["SPAN", "add_offset", "offset_of"]

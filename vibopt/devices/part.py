@@ -229,6 +229,3 @@ def value_of(parts: Catalogue, key: str) -> Value | None:
     if len(options) == 1:
         return Fact(options[0], unit)
     return Choice(options[0], options[-1], unit, False, options)
-
-
-__all__ = ["DYNAMIC", "OWN", "Bound", "Part", "sentences"]

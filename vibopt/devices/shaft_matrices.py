@@ -423,6 +423,3 @@ def _worst(table: FloatArray) -> tuple[int, int]:
 
 def _fault(key: str, text: str) -> PydanticCustomError:
     return word(f"has a matrix {_KEYS[key]} ({key}) that {text}", key)
-
-
-__all__ = ["Planes", "ShaftMatrices"]

@@ -63,5 +63,3 @@ At = Annotated[Any, BeforeValidator(_at), WithJsonSchema(_WORDS)]
 Stations = Annotated[
     Any, BeforeValidator(_stations), WithJsonSchema({"type": "object", "description": "places from the left end"})
 ]
-
-__all__ = ["At", "EndOf", "Place", "Stations"]

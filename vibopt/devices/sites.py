@@ -94,5 +94,3 @@ Directions = Annotated[
     Any,
     ReadBy(_directions, {"type": ["string", "array"], "description": "one, or one a mount"}),
 ]
-
-__all__ = ["At", "Directions", "OpenSingle", "Shift", "Single", "Sites", "is_open"]

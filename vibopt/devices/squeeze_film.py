@@ -74,6 +74,3 @@ class SqueezeFilm(Table):
         long, film = given("length"), given("clearance")
         pressure = 6.0 * given("viscosity") * (0.5 * long) ** 2 / film**3
         return self._part * pressure * (2.0 / 3.0) * long * math.pi * (0.5 * given("diameter"))
-
-
-__all__ = ["SqueezeFilm"]

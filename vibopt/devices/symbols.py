@@ -57,6 +57,3 @@ class Numbers:
     def said(self) -> Numbers:
         """The same values as the file says them: what its ratios and frequencies refer to."""
         return replace(self, off={})
-
-
-__all__ = ["Numbers", "Symbols"]

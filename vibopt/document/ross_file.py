@@ -302,6 +302,3 @@ def _in(unit: str, value: float) -> str:
 
 def _list(given: Any) -> list[float]:
     return [float(one) for one in given] if isinstance(given, list) else [float(given)]
-
-
-__all__ = ["ross_document"]

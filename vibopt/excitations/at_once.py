@@ -20,6 +20,3 @@ class AtOnce(Transient):
 
     def signal(self, time: FloatArray) -> FloatArray:
         return np.zeros(time.shape)
-
-
-__all__ = ["AtOnce"]

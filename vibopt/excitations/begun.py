@@ -78,6 +78,3 @@ def begun(excitation: Excitation) -> Begun:
     size = float(abs(line.amplitude.at(np.array(speed))))
     on_base = excitation.family == "bases"
     return Begun(excitation.on, size, speed, on_base)
-
-
-__all__ = ["Begun", "begun"]

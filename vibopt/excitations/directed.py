@@ -54,6 +54,3 @@ def turned(axis: Vector) -> tuple[FloatArray, FloatArray]:
         first = np.eye(3)[(int(np.abs(own).argmax()) + 1) % 3]
     first = first / math.sqrt(float(first @ first))
     return first, cross(own, first)
-
-
-__all__ = ["Directed", "RunUp", "place_name", "turned"]

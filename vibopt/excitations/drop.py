@@ -56,6 +56,3 @@ class Drop(AtOnce):
 
     def segments(self) -> tuple[Segment, ...]:
         return (replace(line(AFTER, 0.0, 0.0), blows=np.array([self.kick])),)
-
-
-__all__ = ["Drop"]

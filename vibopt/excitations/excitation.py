@@ -403,15 +403,3 @@ def unit_line(order: float, direction: FloatArray, phase: float, amplitude: Ampl
     """A line along `direction`, leading by `phase` [rad]."""
     turned = direction * np.exp(1j * phase) if phase else direction.astype(complex)
     return Line(order, turned, amplitude)
-
-
-__all__ = [
-    "Excitation",
-    "NoSpeed",
-    "Once",
-    "OneSpeed",
-    "Speeds",
-    "Transient",
-    "Varies",
-    "unit_line",
-]

@@ -258,6 +258,3 @@ class Pulse(Transient):
 
 def _sized(segment: Segment, size: float) -> Segment:
     return replace(segment, start=size * segment.start)
-
-
-__all__ = ["Pulse"]

@@ -354,6 +354,3 @@ def _evened(times: FloatArray, scale: float) -> FloatArray:
         if np.abs(times - step * np.round(times / step)).max() <= _EVEN * step:
             return even if np.abs(times - even).max() <= _ROUNDED * step else times
     return times
-
-
-__all__ = ["Record"]

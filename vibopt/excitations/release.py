@@ -39,6 +39,3 @@ class Release(AtOnce):
 
     def segments(self) -> tuple[Segment, ...]:
         return (replace(line(AFTER, 0.0, 0.0), released=np.array([self.start])),)
-
-
-__all__ = ["Release"]

@@ -226,5 +226,3 @@ def band_of(excitation: Excitation) -> Band:
 
 RATE = "excitations.{}.run_up.acceleration"
 """Path of a rate that may be chosen."""
-
-__all__ = ["RATE", "RunUp", "RunUpTable", "at_rate", "band_of", "course_of", "ends_of", "motor_of", "rate_of"]

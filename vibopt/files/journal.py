@@ -91,6 +91,3 @@ class Journal(Generic[T]):
         """All is written: away with it."""
         if self.items:
             self.target.unlink(missing_ok=True)
-
-
-__all__ = ["Journal"]

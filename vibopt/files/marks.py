@@ -78,6 +78,3 @@ def _is_table(text: str) -> bool:
     if head[:2] in (["chart", "case"], ["chart", "ladder"]):
         return all(row[0] in _CHARTS for row in rows)
     return head[1:2] == ["status"] and all(row[1] in _STATUSES for row in rows)
-
-
-__all__ = ["FIGURES", "GENERATOR", "PDF_MARK", "is_ours", "with_check", "with_json_check", "with_markdown_check"]

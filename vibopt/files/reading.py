@@ -134,6 +134,3 @@ def _fault(error: OSError, kind: Kind) -> FileFault:
     if isinstance(error, (FileNotFoundError, NotADirectoryError)):
         return FileFault(f"is not there. {kind.missing}", missing=True)
     return FileFault(f"cannot be read: {error.strerror or error}.")
-
-
-__all__ = ["FileFault", "Kind", "Stamp", "content_of", "forget", "shown_name", "stamp_of", "was_read"]

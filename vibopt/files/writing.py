@@ -165,6 +165,3 @@ def _umask() -> int:
     mask = os.umask(0)
     os.umask(mask)
     return mask
-
-
-__all__ = ["add_line", "checked_target", "format_of", "is_stream", "replace_file", "write_file"]

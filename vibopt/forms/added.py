@@ -76,6 +76,3 @@ class Added(Form):
 
     def cost(self, model: Model) -> float:
         return sum(part.cost(model) for part in self.parts)
-
-
-__all__ = ["Added"]

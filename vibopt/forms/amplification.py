@@ -124,6 +124,3 @@ def _side(
         k = int(fallen[0]) if len(fallen) else len(inside)
         low, high = float(inside[k - 1]) if k else low, float(inside[k]) if k < len(inside) else high
     return min(high, most)
-
-
-__all__ = ["Amplification", "factor_of"]

@@ -222,6 +222,3 @@ def durations(low: float, high: float, fastest: float) -> FloatArray:
     short = np.geomspace(begin, bend, max(2, int(np.ceil(np.log(bend / begin) / np.log(_RATIO))) + 1))
     short = np.append(low or LEAST * high, short)
     return np.unique(np.concatenate([short, np.linspace(bend, high, int(np.ceil((high - bend) / step)) + 1)]))
-
-
-__all__ = ["LEAST", "PeakOverDurations", "durations"]

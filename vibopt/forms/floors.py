@@ -197,6 +197,3 @@ def _corners(model: Model, low: FloatArray, high: FloatArray) -> FloatArray:
     x = np.where((ups[..., None] == (exponents > 0.0)), high[:, None, None], low[:, None, None])
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.asarray(model.scales * np.prod(x**exponents, axis=-1))
-
-
-__all__ = ["Floors", "floors"]

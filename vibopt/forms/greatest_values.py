@@ -148,6 +148,3 @@ def _plan(reading: Reading, bands: tuple[Band, ...]) -> _Plan | None:
     weight = None if plain else Weight(constant, slope, power_of)
     size = abs(float(constant[0])) if plain else 0.0
     return _Plan(tuple(stretches), np.array(stretches).ravel(), weight, size, speeds)
-
-
-__all__ = ["highest"]

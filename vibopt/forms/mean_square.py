@@ -441,6 +441,3 @@ def _small(row: FloatArray, vector: FloatArray, size: float | None = None) -> bo
 
 def _nothing_of(part: FloatArray, whole: FloatArray) -> bool:
     return bool(np.abs(part).max(initial=0.0) <= _NOTHING * np.abs(whole).max(initial=0.0))
-
-
-__all__ = ["root_mean_square", "root_mean_square_slope"]

@@ -241,6 +241,3 @@ def _plain(one: FloatArray) -> FloatArray:
 def _size(one: FloatArray) -> FloatArray:
     """The greatest Bernstein coefficient on each box, (n_boxes,)."""
     return np.asarray(np.abs(_plain(one)).max(axis=1))
-
-
-__all__ = ["at_designs", "bounded", "on_boxes"]

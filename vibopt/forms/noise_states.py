@@ -100,6 +100,3 @@ def decaying(a: Numbers, b: Numbers, c: Numbers) -> tuple[Numbers, Numbers, Numb
     if np.abs(load[count:]).max(initial=0.0) > _RESIDUE * np.linalg.norm(np.abs(turn.conj().T) @ np.abs(b)):
         return None
     return form[:count, :count], load[:count], row[:count]
-
-
-__all__ = ["decaying", "under_displacement", "under_force"]

@@ -147,6 +147,3 @@ def frozen(band: Band, knots: FloatArray) -> FloatArray:
     ends = np.array([band.low, *inside, band.high])
     middles = 0.5 * (ends[1:] + ends[:-1])
     return np.unique(np.concatenate([ends, middles, np.linspace(band.low, band.high, _FROZEN)]))
-
-
-__all__ = ["Orbit"]

@@ -356,6 +356,3 @@ def _parts(
         single += sizes[..., at] * size[..., g]
         rest += sizes[..., at] * beyond[..., g]
     return slope, rest + np.maximum(whole - single, 0.0)
-
-
-__all__ = ["Rows", "coefficients", "power_rows", "response_rows"]

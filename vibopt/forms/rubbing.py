@@ -318,6 +318,3 @@ def _looked_at(band: Band, natural: float) -> FloatArray:
     rest = [band.low] if band.low == 0.0 else []
     inside = near[(near > low) & (near < band.high)]
     return np.unique(np.concatenate([rest, [band.low], np.geomspace(low, band.high, _EVEN), inside]))
-
-
-__all__ = ["Rubbing", "friction_of", "grip_of", "natural_frequency"]

@@ -45,6 +45,3 @@ def bent(exponents: FloatArray, reach: FloatArray) -> FloatArray:
     linear = np.abs(exponents) * reach
     off: FloatArray = np.prod(1.0 + linear + np.maximum(*ends), axis=-1) - 1.0 - linear.sum(axis=-1)
     return np.maximum(off, 0.0)
-
-
-__all__ = ["Tangent", "bent"]

@@ -120,6 +120,3 @@ def _title(name: str) -> str:
 
 def _file(name: str) -> Path:
     return _CONTRIBUTING if name == "contributing" else _FOLDER / f"{name}.md"
-
-
-__all__ = ["GROUPS", "Book", "the_book"]

@@ -61,6 +61,3 @@ def _bound(kind: type[Response]) -> str:
     example = DIMENSIONS[kind.dimension].example
     side = "at_least" if kind.less_is_worse else "at_most"
     return f"{side} = {example}" if kind.dimension == "count" else f'{side} = "{example}"'
-
-
-__all__ = ["example_of", "method_of", "python_of", "python_table"]

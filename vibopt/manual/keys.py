@@ -195,6 +195,3 @@ def text_of(node: ast.expr) -> str:
     if isinstance(node, ast.JoinedStr):
         return "".join(text_of(value) if isinstance(value, ast.Constant) else "…" for value in node.values)
     return ""
-
-
-__all__ = ["Key", "keys_of", "refusals_of", "said_of", "tables_in", "text_of", "told"]

@@ -47,6 +47,3 @@ def described(shapes: Mapping[str, Mapping[str, Any]]) -> str:
         says = "; ".join([*filter(None, texts), *([f"one of {', '.join(choices)}"] if choices else [])])
         rows += [(f"`{key}`", f"{says[:1].upper()}{says[1:]}.")] if says else []
     return rows_of(("key", "what it says"), rows)
-
-
-__all__ = ["described", "fenced", "key_table", "listed", "rows_of"]

@@ -67,6 +67,3 @@ def _mend(token: Any, topic: Topic) -> None:
     elif token.type == "image":
         drawn = (_HERE / "guides" / str(token.attrGet("src"))).read_bytes()
         token.attrSet("src", f"data:image/svg+xml;base64,{b64encode(drawn).decode()}")
-
-
-__all__ = ["address", "body_of", "page_of"]

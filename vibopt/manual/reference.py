@@ -262,6 +262,3 @@ def _kinds_in(shape: Any) -> Iterator[type[Table]]:
 
 def _is_text(shape: Mapping[str, Any]) -> bool:
     return shape.get("type") == "string" or "anyOf" in shape
-
-
-__all__ = ["COMMON", "balancing", "balancing_tables", "devices", "excitations", "responses", "tables"]

@@ -47,6 +47,3 @@ def _sentences(tree: ast.AST) -> Iterator[str]:
             said = text_of(node.args[place])
             if len(re.findall(r"[a-z]{2,}", said)) > _FEWEST:
                 yield f"… {said}" if node.func.attr == "value" else said
-
-
-__all__ = ["AREAS", "whole_file_refusals"]

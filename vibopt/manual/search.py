@@ -92,6 +92,3 @@ def _counted(section: Section) -> Counter[str]:
         for word in words_of(text):
             counts[word] += weight
     return counts
-
-
-__all__ = ["IDLE", "Index", "words_of"]

@@ -103,6 +103,3 @@ def _inline(text: str, colour: bool) -> str:
 
     bare = _LINK.sub(link, _PICTURE.sub(r"(Picture: \1)", text))
     return bare if colour else _CODE.sub(r"`` `\1` ``", bare)
-
-
-__all__ = ["contents", "others", "rendered"]

@@ -93,6 +93,3 @@ def plain(text: str) -> str:
 def slug(heading: str) -> str:
     """A heading as part of an address."""
     return "-".join(re.findall(r"[a-z0-9_]+", plain(heading).lower()))
-
-
-__all__ = ["Section", "Topic", "plain", "slug"]

@@ -139,6 +139,3 @@ class Assembly:
 
             return HostedMachine(masses, *core, carriers=self.carriers, carried=carried)
         return (LoneMachine if len(masses) == 1 else Machine)(masses, *core, carried=carried)
-
-
-__all__ = ["Assembly"]

@@ -62,6 +62,3 @@ def whirling(four: FloatArray) -> ComplexArray:
     found[..., 0, 0], found[..., 0, 1] = 0.5 * (yy + zz + 1j * (zy - yz)), 0.5 * (yy - zz + 1j * (zy + yz))
     found[..., 1, 0], found[..., 1, 1] = found[..., 0, 1].conj(), found[..., 0, 0].conj()
     return found
-
-
-__all__ = ["COEFFICIENTS", "Bearing", "whirling"]

@@ -83,6 +83,3 @@ def _tops(
             found, when = float(np.abs(value).max()), float(at[np.abs(value).argmax()])
         at = np.clip(at - slope / np.where(bend * value < 0.0, bend, np.inf), low, high)
     return found, when
-
-
-__all__ = ["highest"]

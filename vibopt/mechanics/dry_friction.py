@@ -344,6 +344,3 @@ def _real_roots(coefficients: FloatArray, begin: float) -> FloatArray:
     roots = chebyshev.chebroots(np.trim_zeros(coefficients, "b")) if np.count_nonzero(coefficients) > 1 else np.zeros(0)
     real = 0.5 + 0.5 * roots.real[np.abs(roots.imag) < 1e-9]
     return np.sort(real[(real >= begin - (begin == 0.0) * 1e-12) & (real <= 1.0 + 1e-12)])
-
-
-__all__ = ["Piece", "Rub", "rub_of"]

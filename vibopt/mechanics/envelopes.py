@@ -156,6 +156,3 @@ class _Search:
     def _say(self, value: float, at: float) -> None:
         if value > self.most:
             self.most, self.time = value, at
-
-
-__all__ = ["Envelope", "Found", "greatest"]

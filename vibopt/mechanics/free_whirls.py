@@ -314,16 +314,3 @@ def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tupl
     here = here if met else np.nan
     goes = rotor.sense(way)
     return Synchronous(here, complex(here, like.imag), way, goes), goes
-
-
-__all__ = [
-    "HEAVY",
-    "NO_PEAK",
-    "Synchronous",
-    "Whirls",
-    "damping_ratios",
-    "decrements",
-    "free_whirls",
-    "least_damped",
-    "synchronous",
-]

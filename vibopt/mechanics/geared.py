@@ -100,6 +100,3 @@ class GearedMachine(Machine):
         """Dynamic torque of all joints into a body, base or the ground, joint by joint [N m]."""
         ends = [(joint, 1.0 if joint.ends[1] == place else -1.0) for joint in self.joints if place in joint.ends]
         return sum((s * self.joint_force(j, motion) for j, s in ends), np.zeros(motion.omega.shape, dtype=complex))
-
-
-__all__ = ["GearedMachine"]

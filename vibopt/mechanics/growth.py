@@ -55,6 +55,3 @@ def states(squares: FloatArray, damping: ComplexArray, extra: ComplexArray) -> C
     size = np.sqrt(squares)
     zero = np.zeros((len(size), len(size)), dtype=complex)
     return np.block([[zero, np.diag(size)], [-np.diag(size) - extra / size, -damping]])
-
-
-__all__ = ["first_growth", "states"]

@@ -143,6 +143,3 @@ def first_order(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int
     return FirstOrder(
         whole[order[:, None], order], (pushed @ lifted)[order], shaken[order], places[:, order], n + heavy
     )
-
-
-__all__ = ["Condensed", "FirstOrder", "condensed", "eliminated", "first_order", "massless"]

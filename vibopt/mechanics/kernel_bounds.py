@@ -235,6 +235,3 @@ def _integrals(a: FloatArray, starts: FloatArray, spans: FloatArray) -> FloatArr
         found = doubled if more.all() else np.where(wide(more)[..., None], doubled, found)
         power = power @ power if more.all() else np.where(wide(more), power @ power, power)
     return np.asarray(found)
-
-
-__all__ = ["Element", "Nearby", "nearby"]

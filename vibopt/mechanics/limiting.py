@@ -288,6 +288,3 @@ def _apart(times: FloatArray) -> FloatArray:
     """Times that rise, without those that are one but for rounding."""
     found = np.unique(times)
     return np.asarray(found[np.append(True, np.diff(found) > 1e-12 * found[-1])])
-
-
-__all__ = ["CLOSE", "Between", "Path", "least_peak", "least_room"]

@@ -85,6 +85,3 @@ class MatrixShaft:
         turned = at if spin is None else np.asarray(spin)[:, None, None]
         stiff = stiffness * (1.0 + 1j * self.lags * (at - turned)) if braked else stiffness
         return np.asarray(stiff + 1j * at * damping - at**2 * mass + at * turned * polar, dtype=complex)
-
-
-__all__ = ["MatrixShaft"]

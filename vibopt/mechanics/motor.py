@@ -113,6 +113,3 @@ class Motor:
         around = (np.abs(poles.imag)[:, None] + wide).ravel()
         inside = around[(around > low) & (around < high)]
         return np.unique(np.concatenate([np.linspace(low, high, _EVEN), inside]))
-
-
-__all__ = ["NO_SWEEP", "Motor"]

@@ -297,6 +297,3 @@ class OrbitingMachine(RotatingMachine):
     def loose(self) -> int:
         """None: checked before."""
         return 0
-
-
-__all__ = ["OrbitingMachine"]

@@ -410,6 +410,3 @@ def _solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
             with suppress(np.linalg.LinAlgError):
                 found[k] = np.linalg.solve(one, load)
         return found
-
-
-__all__ = ["FARTHEST", "Half", "Spun", "roots", "spun"]

@@ -453,6 +453,3 @@ class _Cells(NamedTuple):
                 break
             when = moved
         return when, value
-
-
-__all__ = ["peaks_by_modes"]

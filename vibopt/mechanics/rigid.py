@@ -433,6 +433,3 @@ class SpaceMachine(Machine):
             best = max(best, float(np.linalg.eigvalsh(0.5 * (share + share.T)).max()))
             start = stop
         return best
-
-
-__all__ = ["Rigid", "SpaceMachine", "Spring3"]

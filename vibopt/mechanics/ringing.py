@@ -453,6 +453,3 @@ class _Followed:
 def _dot(left: Numbers, right: Numbers) -> FloatArray:
     """Products of the rows of both, (..., n) to (...)."""
     return np.asarray((left * right).sum(axis=-1))
-
-
-__all__ = ["HORIZON", "MET", "Behind", "Peak", "Peaks"]

@@ -135,6 +135,3 @@ class Beam:
         """Numbers of the coordinates of span k, in the order of its shapes."""
         begin = 2 * len(self.lengths) + 2 + sum(2 * degree - 1 for degree in self.degrees[:k])
         return [*range(2 * k, 2 * k + 4), *range(begin, begin + 2 * self.degrees[k] - 1)]
-
-
-__all__ = ["Beam", "Shapes", "Span", "shapes", "shares"]

@@ -270,6 +270,3 @@ def _exponential(matrix: ComplexArray) -> ComplexArray:
     for _ in range(turns):
         found = found @ found
     return np.asarray(found)
-
-
-__all__ = ["MODES", "Disc", "Section", "WhirlingShaft"]

@@ -254,6 +254,3 @@ def _after(
         turned = np.nan_to_num(np.exp(-z * at) * (r * cosine + (slope + z * r) / d * sine))
         again = np.where(under, -turned * np.exp(-z * np.pi / d), 0.0)
     return np.asarray(np.abs(still + np.array([r, turned, again, np.zeros(len(r))])).max(axis=0))
-
-
-__all__ = ["Spectrum", "spectra"]

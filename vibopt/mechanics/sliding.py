@@ -457,6 +457,3 @@ def _roots(series: FloatArray, begin: float, end: float) -> FloatArray:
         step = 0.5 * (series @ basis) / np.where(rate == 0.0, np.inf, rate)
         found = found - np.where(np.abs(step) < 1e-3, step, 0.0)
     return np.asarray(found[(found >= begin) & (found <= end * (1.0 + _ROUND))])
-
-
-__all__ = ["Law", "Piece", "Sliding"]

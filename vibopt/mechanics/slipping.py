@@ -191,6 +191,3 @@ def edges(poles: tuple[complex, complex], length: float) -> FloatArray:
     joints = np.unique(np.concatenate(found))
     apart: FloatArray = joints[np.append(np.diff(joints) > 1e-13 * length, True)]
     return apart
-
-
-__all__ = ["COEFFICIENTS", "NODES", "Slipping", "answer", "edges", "moved", "summits"]

@@ -385,6 +385,3 @@ def _polynomial(powers: Numbers, speed: FloatArray) -> Numbers:
     for power in powers[-2::-1]:
         found = found * speed + power
     return np.asarray(found)
-
-
-__all__ = ["Modal", "RunUp", "Stretch", "mean"]

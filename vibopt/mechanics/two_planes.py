@@ -57,6 +57,3 @@ def threshold_in_planes(mass: FloatArray, damping: FloatArray, rotating: FloatAr
         if high < 1e-6 * rate:
             return 0.0
     return float(brentq(growth, low or 0.5 * high, high, xtol=1e-15 * high, rtol=1e-14))
-
-
-__all__ = ["threshold_in_planes"]

@@ -230,6 +230,3 @@ def _damped(damping: FloatArray, stiffness: FloatArray, turn: FloatArray) -> Flo
         found = np.hstack([found, fresh])
         new = np.hstack([stiffness @ fresh / scale[0], turn @ fresh / scale[1]])
     return found
-
-
-__all__ = ["MOST", "TooManyError", "rotor_threshold", "threshold"]

@@ -219,6 +219,3 @@ def _synchronous(machine: OrbitingMachine, near: complex, motion: ComplexArray, 
         rates = [rates[1], _by_waves(machine, spins[1], rates[1], motion)]
     met = abs(rates[1].real - spins[1]) <= _MET * abs(spins[1])
     return complex(spins[1] if met else np.nan, rates[1].imag)
-
-
-__all__ = ["as_fast", "in_planes", "least_over", "whirls", "whirls_of_pieces"]

@@ -128,6 +128,3 @@ def modulus_on(value: Scalar, half: FloatArray) -> FloatArray:
     across = (np.abs(turned.imag) * half).sum(axis=1)
     most: FloatArray = np.hypot(along, across) + value.rest
     return most
-
-
-__all__ = ["Boxes", "Scalar", "amplitude_on", "modulus_on", "powers_on"]

@@ -202,25 +202,3 @@ def sampled(parts: Sequence[Limit], factors: FloatArray, confidence: float) -> S
     size = abs(first.bound) or 1.0
     kept = sense * (values - first.bound) <= _ROUNDING * size
     return Sampled(1.0 - values if first.complement else values, kept, confidence)
-
-
-__all__ = [
-    "COMPARED",
-    "CONFIDENCE",
-    "COUNTED",
-    "MET",
-    "NOT_MET",
-    "OPEN",
-    "SIZES",
-    "Sampled",
-    "clopper_pearson",
-    "drawn",
-    "drawn_alike",
-    "every_one",
-    "fewest_kept",
-    "in_batches",
-    "looks",
-    "sampled",
-    "shares_of",
-    "sure_share",
-]

@@ -72,6 +72,3 @@ class Beyond:
 def _factors(uncertain: Uncertain, shares: FloatArray) -> FloatArray:
     assert isinstance(uncertain.tolerance, Scatter)
     return uncertain.tolerance.factors(shares)
-
-
-__all__ = ["Beyond"]

@@ -185,6 +185,3 @@ def _bounded(P: FloatArray, q: FloatArray) -> FloatArray:
     lost: BoolArray = bad | ~np.all(E > 0.0, axis=1)
     found: FloatArray = np.where(lost[:, None], np.inf, E)
     return found
-
-
-__all__ = ["Linear"]

@@ -16,6 +16,3 @@ def watched(parts: Iterable[Limit | Aim]) -> FloatArray:
     for part in parts:
         found += part.form.watched((part.bound, part.upper) if isinstance(part, Limit) else ())
     return np.array(list(dict.fromkeys(value for value in found if 0.0 < value < np.inf)))
-
-
-__all__ = ["watched"]

@@ -169,6 +169,3 @@ def _halved(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
     first, second = high.copy(), low.copy()
     first[rows, axis] = second[rows, axis] = cut
     return np.concatenate([low, second]), np.concatenate([first, high])
-
-
-__all__ = ["MARGIN", "Cover", "pieces_of"]

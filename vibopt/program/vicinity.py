@@ -176,6 +176,3 @@ def _spread(weights: FloatArray, half: FloatArray, boxes: Boxes) -> FloatArray:
     wide[:, -1] = half[:, -1] / np.maximum(boxes.middle[:, -1], 1e-300)
     found: FloatArray = np.where(lost[:, None], wide, weights)
     return np.where(half > 0.0, found, 0.0)
-
-
-__all__ = ["Vicinity"]

@@ -307,6 +307,3 @@ def missed(part: Limit, value: float) -> float:
     if part.side == "at_most":
         return (value - part.bound) / size if np.isfinite(value) else np.inf
     return (part.bound - value) / size if np.isfinite(value) else -np.inf
-
-
-__all__ = ["Hit", "around", "doubts_at", "hit", "measured_around", "missed"]

@@ -19,7 +19,8 @@ from vibopt.scene.places import neighbours, supports, turning
 from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Band
 from vibopt.units import best_unit, plain, show, to_unit
-from vibopt.verify.certify import machine_of, measure_on
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.certify import measure_on
 
 ALONG = ("mass", "stiffness", "damping")
 BUILD = "What to build"

@@ -27,14 +27,14 @@ from vibopt.report.machine_words import (
     conflict_words,
     interval,
     model_words,
-    next_step,
     quiet_notes,
     ranges_of,
     tolerance_rows,
-    verdict,
     worst_rows,
 )  # fmt: skip
+from vibopt.report.machine_words import next_step as next_step
 from vibopt.report.machine_words import notes_of as readings_of
+from vibopt.report.machine_words import verdict as verdict
 from vibopt.report.what_to_build import build_rows, machine_in
 from vibopt.report.whirl_views import asks_whirls, campbell_drawn, whirls_block, whirls_json
 from vibopt.scene.scene import Design
@@ -232,6 +232,3 @@ def figures(design: Design, *, compact: bool = False) -> list[tuple[str, str]]:
 def signs(design: Design) -> tuple[str, ...]:
     """Who signs the page."""
     return ("Designed by, date", "Checked by, date")
-
-
-__all__ = ["KEYS", "blocks", "figures", "next_step", "notes_of", "own_json", "sense_of", "signs", "verdict"]

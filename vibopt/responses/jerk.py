@@ -24,6 +24,3 @@ class AngularJerk(Rotation):
     dimension: ClassVar[str] = "angular_jerk"
     power: ClassVar[int] = 3
     twin: ClassVar[str] = "jerk"
-
-
-__all__ = ["AngularJerk", "Jerk"]

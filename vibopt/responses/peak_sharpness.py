@@ -51,6 +51,3 @@ class AmplificationFactor(Response):
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return Amplification(self.reading.output(model), drives)
-
-
-__all__ = ["AmplificationFactor"]

@@ -45,6 +45,3 @@ class StabilityThreshold(Response):
 
     def measure_static(self, machine: Machine) -> float:
         return machine.threshold(self._top)
-
-
-__all__ = ["StabilityThreshold"]

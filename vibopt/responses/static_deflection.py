@@ -91,6 +91,3 @@ class CombinedDisplacement(MotionOf):
 
     def beside(self, machine: Machine) -> float:
         return self._weight.measure_static(machine)
-
-
-__all__ = ["CombinedDisplacement", "StaticDeflection"]

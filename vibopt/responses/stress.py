@@ -239,14 +239,3 @@ class RmsBendingStress(_OfShape, RandomResponse):
 
 class PeakBendingStress(_OfShape, TransientResponse):
     """`response = "peak_bending_stress"`: greatest in a beam or shaft that bends, the greatest in time [Pa]."""
-
-
-__all__ = [
-    "BearingForce",
-    "BendingStress",
-    "CombinedBendingStress",
-    "PeakBendingStress",
-    "RmsBendingStress",
-    "ShearStress",
-    "StaticBendingStress",
-]

@@ -134,6 +134,3 @@ def _decrement(rate: complex) -> float:
 
 def _ratio(rate: complex) -> float:
     return rate.imag / abs(rate) if abs(rate.imag) > _ROUNDING * abs(rate) else 0.0
-
-
-__all__ = ["SENSES", "OfWhirls", "of_rotation"]

@@ -173,6 +173,3 @@ def _outside_tables(scene: Scene, path: Path, asked: tuple[float, float], mistak
         f"{known} alone. Write more rows, or look at these speeds.",
     )
     return True
-
-
-__all__ = ["bearings", "check_bearings", "holding_rows", "in_planes", "planes_fault", "table_ends"]

@@ -171,6 +171,3 @@ def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
         return False
     mistakes.add(path, f"{dotted(path)}: with links.{rubbing[0]}.friction_force, {response.response} {why}. {way}")
     return True
-
-
-__all__ = ["check_friction", "rubs_in"]

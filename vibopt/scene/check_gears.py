@@ -76,6 +76,3 @@ def _above(scene: Scene, name: str) -> list[str]:
         name = str(body.geared_to)
         found.append(name)
     return found
-
-
-__all__ = ["check_gears", "gear_fault"]

@@ -155,6 +155,3 @@ def _ratios(scene: Scene, empty: list[str], mistakes: Mistakes) -> None:
                 absorber.host,
                 "has no mass: an absorber works against one. Name a body with mass, or write it as a body and a link.",
             )
-
-
-__all__ = ["check_beams", "check_joints"]

@@ -54,6 +54,3 @@ def _not_drawn(scene: Scene) -> str:
         return f"{parts[0].path} is chosen from a catalogue"
     where = list(asked_positions(scene))
     return f"the position {where[0]} is to be chosen" if where else ""
-
-
-__all__ = ["check_probabilities"]

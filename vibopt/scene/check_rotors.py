@@ -195,6 +195,3 @@ def whirl_fault(scene: Scene, path: Path, response: Response, mistakes: Mistakes
         )
         return True
     return False
-
-
-__all__ = ["check_rotors", "whirl_fault"]

@@ -131,6 +131,3 @@ def _loose(scene: Scene, on: str) -> str:
     for _ in moving:
         reached |= {one for here in reached & moving for one in near.get(here, ()) if one in moving}
     return min(reached - held, default="")
-
-
-__all__ = ["check_run_up", "contradicts"]

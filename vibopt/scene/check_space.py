@@ -363,6 +363,3 @@ def _kept(scene: Scene, name: str, way: Vector | None, *, turn: bool) -> str:
         f"{what[0]} {_axis(np.array(way))}, but bodies.{body} moves in a plane: along x and z, and about y. Write "
         f"{what[1]}."
     )
-
-
-__all__ = ["check_acting", "check_in_space", "check_space"]

@@ -124,6 +124,3 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
         )
         return True
     return False
-
-
-__all__ = ["check_spin", "check_stable", "spins_in", "turning"]

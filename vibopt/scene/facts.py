@@ -147,6 +147,3 @@ def _fact(path: str, table: Table, key: str) -> FactAt | None:
 def read_fact(at: FactAt, text: str) -> float:
     """A text as a value of that fact [SI]."""
     return at.read(text)
-
-
-__all__ = ["FactAt", "fact_at", "facts", "read_fact"]

@@ -12,7 +12,6 @@ from vibopt.document.locate import Locator
 from vibopt.excitations import Excitation
 from vibopt.records import dataclass
 from vibopt.responses import Response
-from vibopt.values import SpeedRange
 from vibopt.values.fields import Choice
 
 if TYPE_CHECKING:
@@ -136,5 +135,3 @@ class Scene:
 
 Design: TypeAlias = Answer[Scene]
 """The answer to a scene."""
-
-__all__ = ["Design", "Goal", "Scene", "SpeedRange", "Variable"]

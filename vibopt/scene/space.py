@@ -92,14 +92,3 @@ def _singles(scene: Scene, name: str | None) -> tuple[str, ...]:
 def mount_of(scene: Scene, name: str | None) -> str:
     """The group that a name belongs to; "" for none."""
     return next((g for g, table in scene.mounts.items() if name == g or name in table.singles(g)), "")
-
-
-__all__ = [
-    "bodies_in_space",
-    "is_spatial",
-    "members",
-    "mount_of",
-    "pins",
-    "place_in_space",
-    "spatial_bases",
-]

@@ -76,6 +76,3 @@ def uncertain_at(scene: Scene, chosen: Mapping[str, float]) -> tuple[Uncertain, 
 def likely(scene: Scene) -> bool:
     """Whether a limit asks for a probability."""
     return any(limit.with_probability is not None for limit in scene.limits.values())
-
-
-__all__ = ["Uncertain", "as_printed", "likely", "uncertain", "uncertain_at"]

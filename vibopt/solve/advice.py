@@ -12,11 +12,12 @@ from vibopt.errors import InputError
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.responses import Response
-from vibopt.scene.facts import FactAt, fact_at, facts
+from vibopt.scene.facts import fact_at, facts
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.physical import Impossible
 from vibopt.units import outward, read_quantity, show, to_unit
+from vibopt.values.fact_at import FactAt
 from vibopt.verify.checked import shown_value
 
 _DIGITS = 3
@@ -193,6 +194,3 @@ def _mass(scene: Scene) -> FactAt | None:
     paths = {f"bodies.{name}.{key}" for name in scene.bodies for key in keys}
     found = [fact for fact in facts(scene) if fact.path.removesuffix(".value") in paths]
     return found[0] if len(found) == 1 else None
-
-
-__all__ = ["Answer", "confirmed_bound", "mass_words"]

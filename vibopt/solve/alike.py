@@ -99,6 +99,3 @@ def _as_good(judge: Judge, x: FloatArray, there: FloatArray) -> bool:
     here, other = judge.goal(x).value, judge.goal(there).value
     same = here == other or abs(here - other) <= _EQUAL * abs(here)
     return same and judge.feasible(there) >= judge.feasible(x)
-
-
-__all__ = ["in_order"]

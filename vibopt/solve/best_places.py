@@ -113,6 +113,3 @@ def _row(words: Mapping[str, str], design: Design) -> dict[str, Any]:
 def _spoken(words: Mapping[str, str]) -> str:
     """Places by their names alone, "floor1, floor3"."""
     return ", ".join(words.values())
-
-
-__all__ = ["best_place", "with_goal"]

@@ -97,6 +97,3 @@ def no_rows(part: Limit | Aim) -> str:
         return "is a response of what spins or has no end at standstill, of which no bounds are known"
     count = len(form.groups(part.model).members)
     return f"hangs on {count} links and masses, and bounds are known of up to {GROUPS}" if count > GROUPS else ""
-
-
-__all__ = ["FREE", "GROUPS", "no_rows", "refusal", "unbounded"]

@@ -64,6 +64,3 @@ def _most(program: Program) -> int:
     each = sum(4.0**part.model.n_free * FormBounds(part.model, part.form, program.high).size for part in squares)
     most = _BOXES if unbounded(program.limits) is None else _LOOSE
     return int(min(most, _WORK / max(each, 1.0)))
-
-
-__all__ = ["BoxesFirst"]

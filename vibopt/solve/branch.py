@@ -17,7 +17,6 @@ from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Form, Monomials
 from vibopt.forms.form import Worst
 from vibopt.frontier import Frontier
-from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -353,6 +352,3 @@ def _middle(low: FloatArray, high: FloatArray) -> FloatArray:
     geometric = np.sqrt(floor * high)
     middle: FloatArray = np.where(high > 4.0 * floor, geometric, 0.5 * (low + high))
     return middle
-
-
-__all__ = ["Judge", "Model", "Proof", "Search", "may_hold", "violation"]

@@ -389,6 +389,3 @@ def _moved(share: float, by: float) -> float:
     from scipy.special import ndtr, ndtri
 
     return float(np.clip(ndtr(ndtri(share) + np.clip(by, -1.0, 1.0)), 0.5, 1.0 - 1e-9))
-
-
-__all__ = ["Sought", "by_chance"]

@@ -114,6 +114,3 @@ def _corners(doubts: tuple[Uncertain, ...]) -> list[dict[str, float]]:
 
 def _named(doubts: tuple[Uncertain, ...], factors: FloatArray) -> dict[str, float]:
     return dict(zip((doubt.path for doubt in doubts), factors.tolist(), strict=True))
-
-
-__all__ = ["analysed", "goal_machine", "limits_over", "measures_over", "side_by_side"]

@@ -147,6 +147,3 @@ def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
         claim = f"every limit holds; the goal comes ever nearer to its best value as {axis.path} {way}"
         return replace(found, status="feasible", claim=claim)
     return found
-
-
-__all__ = ["best_of"]

@@ -97,6 +97,3 @@ def _settled_by_lists(program: Program, free: list[int]) -> bool:
     return aim is not None and all(
         piece.form.powers is not None and not piece.form.powers.exponents[:, free].any() for piece in aim.pieces
     )
-
-
-__all__ = ["MOST_COMBINATIONS", "EachListed"]

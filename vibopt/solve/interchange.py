@@ -93,6 +93,3 @@ def _members(groups: Groups, order: IntArray | None) -> list[list[_Row]]:
     exponents = model.exponents if order is None else model.exponents[:, order]
     every = [list(one) for one in groups.members]
     return [_rows(model.kinds[one], model.scales[one], exponents[one]) for one in every]
-
-
-__all__ = ["orders"]

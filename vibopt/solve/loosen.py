@@ -116,6 +116,3 @@ def with_conflict(design: Design, conflict: Conflict | None) -> Design:
         return replace(design, conflict=conflict)
     words = f"No loosening of {', '.join(conflict.left)} was looked for: {left_out(design.scene)}"
     return replace(design, conflict=conflict if conflict.limits else None, notes=(*design.notes, words))
-
-
-__all__ = ["beside", "clashes_of", "conflict_over_tolerances", "left_out", "with_conflict"]

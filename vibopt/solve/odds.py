@@ -159,6 +159,3 @@ def _judged(design: Design, odds: Mapping[str, Odds]) -> Design:
     others = len(odds) < len(design.limits)
     rest = "; the other limits over all machines within the tolerances" if others else ""
     return replace(design, status=status, claim=f"{said}{rest}; {told}")
-
-
-__all__ = ["DRAWN", "MOST_WORK", "percent", "rows_drawn", "with_odds"]

@@ -481,6 +481,3 @@ def _without_specks(parts: list[tuple[float, float]]) -> list[tuple[float, float
     wide = [part for part in parts if part[1] - part[0] > _SPECK]
     beside = [min((max(low - part[1], part[0] - high) for low, high in wide), default=np.inf) for part in parts]
     return [one for one, far in zip(parts, beside, strict=True) if one in wide or far > _SPECK]
-
-
-__all__ = ["OneRange", "Permitted", "permitted"]

@@ -320,6 +320,3 @@ def _most(program: Program, model: Model, carried: FloatArray) -> float:
         share = float(_counted(powers, model, carried).min())
         most = min(most, limit.bound / share) if share > 0.0 else most
     return most
-
-
-__all__ = ["Device", "Hung", "hung", "with_bound"]

@@ -178,6 +178,3 @@ def _chosen(variable: Variable, value: float) -> Chosen:
 def _spoken(asked: _Positions, u: FloatArray) -> str:
     pairs = zip(asked.variables, asked.values(u), strict=True)
     return ", ".join(f"{variable.path} = {_chosen(variable, value).value.shown}" for variable, value in pairs)
-
-
-__all__ = ["best_position", "sound"]

@@ -206,6 +206,3 @@ def _directions(count: int) -> Iterator[FloatArray]:
         v = np.array([((number * one) % 1.0) - 0.5 for one in np.sqrt([2, 3, 5, 7, 11, 13, 17, 19, 23, 29][:count])])
         size = float(np.linalg.norm(v))
         yield np.eye(count) - 2.0 * np.outer(v, v) / size**2 if size > 1e-9 else np.eye(count)
-
-
-__all__ = ["Score", "Search"]

@@ -154,6 +154,3 @@ def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: boo
         return False
     shares = [(one, float(top) * level / total) for one, top in zip(alone, tops, strict=True)]
     return all(top > 0.0 and _covered(one, axes, top, least) for one, top in shares)
-
-
-__all__ = ["breaks", "decided", "kept_within", "parts_of", "raised", "settled", "tight", "worst_machines"]

@@ -33,6 +33,3 @@ def proven_beyond(parts: Sequence[Limit], doubts: Sequence[Uncertain], wanted: f
         if found is not None and all(kept_within(part, found.axes) for part in parts):
             return found
     return None
-
-
-__all__ = ["RARE", "beyond", "proven_beyond"]

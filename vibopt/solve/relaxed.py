@@ -352,6 +352,3 @@ def _times(matrices: FloatArray, vectors: Any) -> Any:
 def _within(now: FloatArray, change: FloatArray) -> FloatArray:
     """How much of a change, (n_boxes, 1), leaves numbers above zero, all of it at most."""
     return np.asarray(1.0 / np.maximum((-change / now).max(axis=1, keepdims=True) / 0.95, 1.0))
-
-
-__all__ = ["hopeless", "none_holds", "with_least"]

@@ -298,6 +298,3 @@ def _at_open_ends(program: Program, found: Found) -> Found:
             claim = f"every limit holds; the goal comes ever nearer to its best value at the open end of {axis.path}"
             return replace(found, status="feasible", claim=claim)
     return found
-
-
-__all__ = ["Among", "Robust", "judged", "nearby", "robust"]

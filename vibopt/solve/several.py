@@ -147,6 +147,3 @@ class Several:
 
 def _wider(tie: Tie, axis: int, values: FloatArray) -> Tie:
     return replace(tie, axes=(*tie.axes, axis), table=np.column_stack([tie.table, values]))
-
-
-__all__ = ["GOAL", "Several", "keys_of"]

@@ -354,6 +354,3 @@ def _halves(low: FloatArray, high: FloatArray, side: int) -> tuple[FloatArray, F
     lows, highs = np.concatenate([low, low]), np.concatenate([high, high])
     highs[: len(low), side] = lows[len(low) :, side] = cut
     return lows, highs
-
-
-__all__ = ["Tangents"]

@@ -21,7 +21,7 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve
 from vibopt.study.altered import Document, locked, lost, plain_document, undamped
 from vibopt.study.freeze import frozen
-from vibopt.verify.certify import machine_of
+from vibopt.verify.as_built import machine_of
 
 PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is not designed anew without a damper or without an absorber."""

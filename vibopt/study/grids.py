@@ -11,9 +11,10 @@ from vibopt.answer.entry import Entry
 from vibopt.errors import InputError, QuantityError, way_out
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
-from vibopt.scene.facts import FactAt, facts, read_fact
+from vibopt.scene.facts import facts, read_fact
 from vibopt.scene.scene import Design, Scene, Variable
 from vibopt.units import read_quantity, to_unit
+from vibopt.values.fact_at import FactAt
 from vibopt.verify.as_built import machine_of
 
 DIGITS = 12

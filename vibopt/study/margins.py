@@ -14,11 +14,11 @@ from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.worst_case import around, hit, missed
 from vibopt.records import dataclass
-from vibopt.scene.facts import FactAt
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.branch import Judge
+from vibopt.values.fact_at import FactAt
 
 LARGE = 1e9
 """Stands for an infinite violation."""

@@ -11,11 +11,12 @@ from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.records import dataclass
-from vibopt.scene.facts import FactAt, facts
+from vibopt.scene.facts import facts
 from vibopt.scene.scene import Scene
 from vibopt.study.margins import LARGE, Margins
 from vibopt.study.seen import shown_value
 from vibopt.units import show
+from vibopt.values.fact_at import FactAt
 
 REACH = 10.0
 ROOM = 1e-6

@@ -19,13 +19,13 @@ from vibopt.program.pose import pose
 from vibopt.records import dataclass
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import bands_for, combine_for, names_for, unit_lines
-from vibopt.scene.facts import FactAt
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve.closed_form import INFEASIBLE, OPTIMAL, Answers, answer
 from vibopt.solve.closed_program import NotClosedError, Number, Numbers, Question, question, value_at
 from vibopt.solve.ranges import closed
 from vibopt.study.points import Columns
+from vibopt.values.fact_at import FactAt
 from vibopt.verify.as_built import built
 from vibopt.verify.certify import TOLERANCE, Shaken
 

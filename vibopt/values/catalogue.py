@@ -345,5 +345,3 @@ def _ratings(
 
 HEADINGS = tuple((kind.headings[0], kind.dimension) for kind in _KINDS)
 """Heading and dimension of every column of numbers."""
-
-__all__ = ["HEADINGS", "Catalogue", "catalogue_of"]

@@ -133,6 +133,3 @@ def letter(index: int) -> str:
         index, rest = divmod(index - 1, 26)
         letters = chr(65 + rest) + letters
     return letters
-
-
-__all__ = ["SHEET", "Sheet", "bare", "heading_of", "letter", "separator", "sheet_of", "text_of", "with_point"]

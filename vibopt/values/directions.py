@@ -163,20 +163,3 @@ Reach = Annotated[
     WithJsonSchema({"anyOf": [{"type": "string"}, _PLACE], "description": "how far it may be off, 20 mm"}),
 ]
 Direction = Annotated[Vector, BeforeValidator(read_direction), WithJsonSchema(_DIRECTION)]
-
-__all__ = [
-    "AXES",
-    "UNIT",
-    "Coordinate",
-    "Direction",
-    "OpenVector",
-    "Place",
-    "Reach",
-    "Span",
-    "Vector",
-    "read_direction",
-    "read_open_place",
-    "read_place",
-    "read_reach",
-    "read_shift",
-]

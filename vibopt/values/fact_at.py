@@ -78,6 +78,3 @@ def fact_among(known: Iterable[FactAt], path: str) -> FactAt:
     if parts:
         raise InputError(f"{path} holds {len(parts)} numbers. Name one: {' or '.join(parts)}.")
     raise InputError(f"there is no fact called {path}.{way_out(path, list(found))}")
-
-
-__all__ = ["FactAt", "fact_among"]

@@ -12,6 +12,3 @@ def grade_velocity(given: object) -> object:
 def permissible_unbalance(grade: float, mass: float, speed: float) -> float:
     """Of a whole rotor [kg m]: grade [m/s] times mass [kg] over its highest service speed [rad/s] (ISO 21940-11)."""
     return mass * grade / speed
-
-
-__all__ = ["grade_velocity", "permissible_unbalance"]

@@ -51,6 +51,3 @@ def loaded(package: str, place: str) -> Any:
     """The class at a place, "motion.Displacement"."""
     module, _, name = place.partition(".")
     return getattr(import_module(f"{package}.{module}"), name)
-
-
-__all__ = ["Kinds", "loaded"]

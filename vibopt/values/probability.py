@@ -32,5 +32,3 @@ Probability = Annotated[
     float | None,
     ReadBy(_read, {"type": ["string", "number"], "description": "share of all machines that shall keep the limit"}),
 ]
-
-__all__ = ["Probability"]

@@ -64,6 +64,3 @@ def counted(missed: float, soft: float, *, at_least: bool = False) -> tuple[floa
 def bent(slope: FloatArray, bend: FloatArray | None, first: float, second: float) -> FloatArray | None:
     """Second derivative (n, n) of a function of a value with `slope` (n,) and `bend`; None where that is not known."""
     return None if bend is None else np.asarray(first * bend + second * np.outer(slope, slope))
-
-
-__all__ = ["Soft", "bent", "counted", "softness", "widened"]

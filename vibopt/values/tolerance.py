@@ -171,5 +171,3 @@ def _deviations(given: str) -> list[str]:
 
 
 _COLUMN = "deviation"
-
-__all__ = ["DATA", "NORMAL", "SIGMAS", "UNIFORM", "Scatter", "read_tolerance", "span", "written"]

@@ -92,6 +92,3 @@ def factors_of(scene: Scene, differs: Mapping[str, float]) -> dict[str, float]:
         centre = family == "bodies" and steps[0] == "centre"
         found[path] = factor_of(size, scene.bodies[name].reaches[steps[1]]) if centre else 1.0 + size
     return found
-
-
-__all__ = ["built", "differing", "factors_of", "machine_of"]

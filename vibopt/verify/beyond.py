@@ -75,6 +75,3 @@ def beyond_threshold(scene: Scene, machine: Machine, response: HarmonicResponse,
                 f"{least}, {what}. {limit if scene.variables and not forbidden else 'Look'} at lower speeds"
             )
     return ""
-
-
-__all__ = ["beyond_shape", "beyond_threshold", "heavier", "heavy"]

@@ -135,6 +135,3 @@ class ByTorque:
             events=there, first_step=first,
         )  # fmt: skip
         return run.sol, float(run.t[-1])
-
-
-__all__ = ["ByTorque"]

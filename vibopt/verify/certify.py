@@ -319,6 +319,3 @@ def joined(machine: Machine, link: str) -> Machine:
     weights = {name: weight for name, weight in machine.weights.items() if name != first}
     weights[second] += machine.weights[first]
     return replace(machine, masses=masses, joints=tuple(joints), weights=weights)
-
-
-__all__ = ["TOLERANCE", "Measured", "joined", "machine_of", "measure", "measure_on", "nearest"]

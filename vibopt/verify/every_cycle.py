@@ -261,6 +261,3 @@ def _kept(tops: list[_Top], times: FloatArray, states: ComplexArray, sizes: Floa
         if height > sizes.max() * 0.5:
             found.append(_Top(float(height), float(times[one]), step, states[:, one], rising))
     return sorted([*tops, *found], key=lambda top: -top.height)[:_BEST]
-
-
-__all__ = ["Followed"]

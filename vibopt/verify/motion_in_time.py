@@ -383,6 +383,3 @@ def carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
         term = system @ term * (time / k)
         found = found + term
     return found
-
-
-__all__ = ["GONE", "INSIDE", "MET", "NONE", "PERIODS", "PLACES", "WEIGHTS", "MotionInTime", "carried"]

@@ -253,6 +253,3 @@ def _nearer(s: FloatArray, v: FloatArray) -> FloatArray:
     vertex = np.where(np.abs(vertex - s[:, 1]) < np.abs(beside), s[:, 1] + beside, vertex)
     sides = [np.clip(vertex + sign * near, s[:, 0], s[:, 2]) for sign in (-1.0, 1.0)]
     return np.column_stack([vertex, *sides, 0.5 * (s[:, 0] + s[:, 1]), 0.5 * (s[:, 1] + s[:, 2])])
-
-
-__all__ = ["Reached", "Search"]

@@ -87,6 +87,3 @@ def _ratings(part: Part, path: str, chosen: Mapping[str, float]) -> Iterator[tup
         rating = value.value if isinstance(value, Fact) else chosen[f"{path}.part.{key}"]
         if rating > 0.0:
             yield side, rating, value.unit
-
-
-__all__ = ["load_of", "parts_of", "rated_rows"]

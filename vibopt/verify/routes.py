@@ -212,6 +212,3 @@ class Modelled:
     @property
     def _rounding(self) -> float:
         return _ROUNDINGS * max(float(np.finfo(float).eps), self.full.precision)
-
-
-__all__ = ["LOADS", "Modelled", "rated_loads"]

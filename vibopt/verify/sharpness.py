@@ -74,6 +74,3 @@ def _sharpness(
         return 1.0
     factor = speed / (2.0 * float(np.mean(widths)))
     return factor if factor < _SURE else float("inf")
-
-
-__all__ = ["sharpest"]

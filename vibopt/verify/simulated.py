@@ -361,6 +361,3 @@ def peak_in_time(
 def _once(excitation: Excitation) -> Once:
     assert excitation.once is not None
     return excitation.once
-
-
-__all__ = ["Simulated", "peak_in_time"]

@@ -118,6 +118,3 @@ class States:
         moved[:bodies] = np.linalg.solve(unknown, pulled)
         pushed[:bodies] = np.linalg.solve(unknown, forced)
         return moved, pushed
-
-
-__all__ = ["States"]

@@ -361,6 +361,3 @@ def _over(at: Callable[..., float], band: Band, natural: float, freed: FloatArra
         top: Any = minimize_scalar(lambda one: -sign * at(one), bounds=ends, method="bounded", options=room)
         found.append(Reached(-sign * float(top.fun), float(top.x)))
     return found
-
-
-__all__ = ["Rubbed", "rubbing"]

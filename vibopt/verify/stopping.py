@@ -235,6 +235,3 @@ class Stopping(Simulated):
             if not self._senses[number][1].any():
                 return self._ringing(best, response, (number, number), self._holding[0])
         return best
-
-
-__all__ = ["Stopping"]

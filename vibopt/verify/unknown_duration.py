@@ -76,6 +76,3 @@ def _edges(times: FloatArray, values: FloatArray) -> Iterator[float]:
             met = (values[i] - values[i - 1] + rise * times[i - 1] - fall * times[i]) / (rise - fall or 1.0)
             if rise > fall and times[i - 1] < met < times[i]:
                 yield float(met)
-
-
-__all__ = ["peak_over_durations"]

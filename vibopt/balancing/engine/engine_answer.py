@@ -11,7 +11,6 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, least_bound
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
@@ -29,6 +28,7 @@ from vibopt.balancing.engine.shaking import (
 from vibopt.balancing.impasses import Asking
 from vibopt.balancing.lengths import least
 from vibopt.units import show
+from vibopt.units.showing import show_angle
 from vibopt.work import metered
 
 STEPS = 4096

@@ -8,7 +8,6 @@ from dataclasses import field
 from math import inf, tau
 from typing import Any, ClassVar
 
-from vibopt.balancing.conventions import show_angle
 from vibopt.balancing.engine.engine_tables import (
     BalanceShaftTable,
     CounterweightTable,
@@ -28,6 +27,7 @@ from vibopt.balancing.rotor_tables import (
 )
 from vibopt.document.mistakes import Mistakes
 from vibopt.records import dataclass
+from vibopt.units.showing import show_angle
 from vibopt.values import Choice, Fact
 
 _HAIR = 1e-9

@@ -113,6 +113,3 @@ def _damping(damping: Any, out: IntArray, kept: IntArray, joined: IntArray, foll
     rows, columns = np.meshgrid(joined, joined, indexing="ij")
     added = csc_array((rest.ravel(), (rows.ravel(), columns.ravel())), shape=(len(kept), len(kept)))
     return (damping[kept][:, kept] + added).tocsc()
-
-
-__all__ = ["CondensationError", "condensed", "massless"]

@@ -315,6 +315,3 @@ def _sorted(goals: FloatArray, chosen: IntArray) -> tuple[FloatArray, IntArray]:
 
 def _merged(one: tuple[FloatArray, IntArray], other: tuple[FloatArray, IntArray]) -> tuple[FloatArray, IntArray]:
     return _sorted(np.concatenate([one[0], other[0]]), np.concatenate([one[1], other[1]]))
-
-
-__all__ = ["COST", "LEAF", "MOST_STEPS", "Pick", "Search", "Tally"]

@@ -95,6 +95,3 @@ def quiet() -> Iterator[None]:
         os.dup2(kept, 1)
         os.close(kept)
         os.close(nowhere)
-
-
-__all__ = ["GAP", "chosen_weights", "quiet"]

@@ -136,6 +136,3 @@ class CmaEs(_ByComparing):
 def installed() -> bool:
     """Whether `cma` is there."""
     return find_spec("cma") is not None
-
-
-__all__ = ["HOW", "CmaEs", "DifferentialEvolution", "installed"]

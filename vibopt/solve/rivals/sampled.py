@@ -155,6 +155,3 @@ def _by_differences(
     shifts = step * np.eye(len(x))
     slopes = [(logs(x * (1 + d)) - logs(x * (1 - d))) / (2 * step) for d in shifts]
     return logs(x), np.array(slopes).T
-
-
-__all__ = ["SampledRows", "outside_rows", "sampled_speeds", "values_on"]
