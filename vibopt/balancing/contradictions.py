@@ -177,8 +177,7 @@ def _notes(of: Heard) -> tuple[str, ...]:
         if agreement.unchecked:
             found.append(
                 f"No other run checks {_named(of.whole, agreement.unchecked)} at {at}: were it wrong, nothing here "
-                "would "
-                f"show it."
+                "would show it."
             )
         found += _one_spare(of, agreement.speed)
     return tuple(found)

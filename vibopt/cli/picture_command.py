@@ -202,8 +202,7 @@ def _picture(design: Design, as_map: str | None) -> Figure:
         ends = "..".join(Entry(end, variable.dimension, variable.unit).shown for end in (variable.low, variable.high))
         raise InputError(
             f"{name}: find_all answers with values of {variable.path}, and curves are of one machine. Draw its limits "
-            "over "
-            f'them: vibopt sweep {name} --vary {variable.path}="{ends}" --figure sweep.svg'
+            f'over them: vibopt sweep {name} --vary {variable.path}="{ends}" --figure sweep.svg'
         )
     without = bool(design.scene.variables) and not design.x
     why = f"there is no design ({design.status})" if without else "nothing depends on a speed"
