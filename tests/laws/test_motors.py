@@ -16,6 +16,7 @@ from scipy.integrate import solve_ivp
 import vibopt as vo
 from refusals import refused
 from vibopt.errors import InputError
+from vibopt.mechanics import motor
 from vibopt.program.pose import pose
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=4)
@@ -190,6 +191,39 @@ def test_nothing_of_a_motor_that_sticks_is_chosen() -> None:
     answer = vo.solve(vo.from_dict({**document, "goal": {"minimise": "peak_force", "into": "ground"}}))
     assert answer.status == "optimal", answer.claim
     assert answer.x == (0.05,)
+
+
+@few
+@given(seed=st.integers(0, 10_000))
+def test_peaks_by_torque_are_known_to_what_is_said_and_even_from_design_to_design(seed: int) -> None:
+    """Stretches sixteen times as short give the same; a thousandth of a per cent of the damping bends nothing."""
+    rng = np.random.default_rng(seed)
+    torque, damping = float(rng.uniform(4.0, 60.0)), float(10.0 ** rng.uniform(2.0, 3.7))
+    run_up = {"torque": f"{torque!r} N m", "inertia": f"{10.0 ** rng.uniform(-0.7, 0.5)} kg m2"}
+    document = fan(run_up, unbalance=f"{10.0 ** rng.uniform(-2.5, -0.7)} kg m")
+    document["links"]["springs"] = {**document["links"]["springs"], "damping": {"from": "1 N s/m", "to": "1 MN s/m"}}
+    del document["links"]["springs"]["damping_ratio"], document["measures"]
+    goal = {"minimise": "peak_displacement", "of": "fan"}
+    aim = pose(vo.from_dict({**document, "goal": goal})).aim
+    assert aim is not None
+    near = [aim.form.value(aim.model, np.array([damping * (1.0 + step)])) for step in (-1e-5, 0.0, 1e-5)]
+    if np.isfinite(near).all():
+        assert abs(near[0] - 2.0 * near[1] + near[2]) < 1e-9 * near[1]
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(motor, "_CHANGE", motor._CHANGE / 16.0)
+            patched.setattr(motor, "_TURNED", motor._TURNED / 4096.0)
+            finer = aim.form._peak(aim.model, np.array([damping])).value
+        assert near[1] == pytest.approx(finer, rel=aim.form.known_to)
+
+
+def test_a_limit_on_a_peak_by_torque_is_kept_with_to_spare_to_what_the_peak_is_known() -> None:
+    document = fan(by_torque(30.0, 2.0, 2.0))
+    document["links"]["springs"]["damping_ratio"] = {"from": 0.02, "to": 0.3}
+    document["limits"] = {"x": {**document.pop("measures")["x"], "at_most": "6 mm"}}
+    answer = vo.solve(vo.from_dict({**document, "goal": {"minimise": "damping_ratio", "of": "springs"}}))
+    assert answer.status == "optimal", answer.claim
+    assert answer.claim.endswith("measured to 0.003 % of each, with which to spare limits are kept")
+    assert answer.limits["x"].margin == pytest.approx(3e-5, abs=1e-5)
 
 
 def test_a_motor_far_stronger_than_the_vibration_is_a_given_acceleration() -> None:

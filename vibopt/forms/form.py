@@ -89,6 +89,11 @@ class Form:
         return ""
 
     @property
+    def known_to(self) -> float:
+        """Part of itself to which a value is known, if more than rounding; limits are kept with that to spare."""
+        return 0.0
+
+    @property
     def drives(self) -> tuple[Drive, ...]:
         """The excitations over whose speeds it is the worst; none where it knows no speeds."""
         return ()

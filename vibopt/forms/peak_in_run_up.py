@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from vibopt.mechanics.ringing import Peak
     from vibopt.mechanics.sweep_response import RunUp
 
-BY_TORQUE = 2e-4
+BY_TORQUE = 3e-5
 """Part of itself to which the greatest is known where the speed follows from torque."""
 _STEP = 1e-5
 _HALF, _AROUND = 4, 0.05
@@ -50,6 +50,10 @@ class PeakInRunUp(Form):
     no_bounds = "is a peak in a run-up: it has no bounds on boxes of designs"
     not_convex = "is a peak in a run-up, which is not convex in stiffness and damping"
     rough = "is a peak in a run-up: its instant is found by a search, and jumps from one resonance to another"
+
+    @property
+    def known_to(self) -> float:
+        return BY_TORQUE if isinstance(self.sweep, Motor) else 0.0
 
     def value(self, model: Model, x: FloatArray) -> float:
         from vibopt.mechanics.harmonic import mount_count
@@ -154,6 +158,4 @@ class PeakInRunUp(Form):
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """Accelerations that follow from torque are even on stretches."""
-        return (BY_TORQUE if isinstance(self.sweep, Motor) else ROOTS) * max(
-            [0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]
-        )
+        return (self.known_to or ROOTS) * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))])

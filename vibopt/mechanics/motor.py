@@ -17,9 +17,9 @@ from vibopt.records import dataclass
 from vibopt.signals import Amplitude, Sweep
 
 Drag = Callable[[FloatArray], FloatArray]
-_CHANGE, _EVEN, _AROUND = 0.015, 400, 60
+_CHANGE, _EVEN, _AROUND = 0.0075, 400, 60
 """Change of the acceleration on one stretch, as a part; speeds looked at evenly, and on either side of a resonance."""
-_PASSING, _TURNED = 20.0, 1e-4
+_PASSING, _TURNED = 20.0, 1.25e-5
 """How near a pole is passed, in roots of the rate; by how much the angle may be off behind a stretch there [rad]."""
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(8)
 
@@ -64,7 +64,8 @@ class Motor:
         if not (rise > 0.0).all():
             return None
         many = np.concatenate([[0.0], np.cumsum(self._stretches(grid, rise, poles))])
-        steps = np.linspace(0.0, many[-1], int(np.ceil(many[-1])) + 1)
+        count = 2 ** int(np.ceil(np.log2(max(many[-1], 1.0))))  # it leaps from one design to a near one, but seldom
+        steps = np.linspace(0.0, many[-1], count + 1)
         ends = [self.begins, self.stays, *(joint for joint in self._joints if grid[0] < joint < grid[-1])]
         speeds = np.unique(np.concatenate([np.interp(steps, many, grid), ends]))
         middle, half = 0.5 * (speeds[1:] + speeds[:-1]), 0.5 * np.diff(speeds)

@@ -12,7 +12,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.envelopes import Envelope, greatest
 from vibopt.mechanics.joints import condensed, first_order
 from vibopt.mechanics.panels import Numbers
@@ -60,17 +60,12 @@ class RunUp:
         for time, speed, size in zip((0.0, np.inf), self._ends, self.sweep.still, strict=True):
             if size and machine.met(speed):
                 return Peak(np.inf, time, len(self.sweep.rates) if time else 0)
-        *turning, (begun, stays) = self.stretches(machine)
-        best = Peak(0.0, 0.0)
-        most = [float(stretch.bound(np.zeros(1), np.array([stretch.length]))[0]) for _, stretch in turning]
-        for number in np.argsort(-np.array(most), kind="stable").tolist():  # a resonance first: the others are less
-            if most[number] <= best.value:
-                break
-            begin, one = turning[number]
-            found = greatest(one.envelope(one.length), 0.0, one.length, best.value)
-            if found is not None:
-                best = Peak(found.value, begin + found.at, number, found.at, best.open or found.open)
-        return stays.peak(best, begun, len(turning))
+        turning, stays = self.stretches(machine)
+        found = greatest(turning.envelope(turning.length), np.zeros(len(turning.length)), turning.length)
+        best, begun = Peak(0.0, 0.0), self.sweep.times
+        if found is not None:
+            best = Peak(found.value, float(begun[found.number]) + found.at, found.number, found.at, found.open)
+        return stays.peak(best, float(begun[-1]), len(turning.length))
 
     @property
     def _ends(self) -> tuple[float, float]:
@@ -92,24 +87,26 @@ class RunUp:
 
     def turning(self, machine: Modal, times: FloatArray) -> ComplexArray:
         """A reading in the frame that turns with the force, at times [s], (n,); without end the steady vibration."""
-        found = np.zeros(len(times), dtype=complex)
-        for begun, stretch in self.stretches(machine):
-            now = times >= begun
-            found[now] = stretch.value(times[now] - begun)
+        begun, now = self.sweep.times, times < self.sweep.times[-1]
+        turning, stays = self.stretches(machine)
+        which = np.searchsorted(begun, times[now], side="right") - 1
+        found = np.empty(len(times), dtype=complex)
+        found[now] = turning.value(which, times[now] - begun[which])
+        found[~now] = stays.value(np.zeros(np.count_nonzero(~now), dtype=int), times[~now] - begun[-1])
         return found
 
-    def stretches(self, machine: Modal) -> list[tuple[float, Stretch]]:
-        """Parts of the run-up without a joint, each with the time at which it begins [s]; at the last it stays."""
-        sweep, begun = self.sweep, 0.0
+    def stretches(self, machine: Modal) -> tuple[Stretches, Stretches]:
+        """Parts of the run-up without a joint; and the speed at which it stays behind."""
+        sweep = self.sweep
         begins = sweep.still[0] and 1.0 / (1j * sweep.speeds[0] - machine.poles)  # at rest nothing meets a pole
         state = np.zeros(len(machine.poles), dtype=complex) + sweep.still[0] * begins
-        found = []
-        for low, high, rate, powers in zip(sweep.speeds, sweep.speeds[1:], sweep.rates, sweep.powers, strict=False):
-            stretch = Stretch(machine, state, low, rate, (high - low) / rate, powers)
-            found.append((begun, stretch))
-            state, begun = stretch.states(np.array([stretch.length]))[:, 0], begun + stretch.length
-        stays = np.array([sweep.still[1]], dtype=complex)
-        return [*found, (begun, Stretch(machine, state, sweep.speeds[-1], 0.0, np.inf, stays))]
+        powers = np.zeros((len(sweep.powers), max(map(len, sweep.powers))), dtype=complex)
+        for row, power in zip(powers, sweep.powers, strict=True):
+            row[: len(power)] = power
+        speeds, rates = np.array(sweep.speeds), np.array(sweep.rates)
+        turning = Stretches(machine, state, speeds[:-1], rates, np.diff(speeds) / rates, powers)
+        stays = np.array([[sweep.still[1]]], dtype=complex)
+        return turning, Stretches(machine, turning.last, speeds[-1:], np.zeros(1), np.full(1, np.inf), stays)
 
     def modal(self, reading: Reading) -> Modal:
         """The machine by its poles; where modes are next to alike, the mean of those around it."""
@@ -203,138 +200,161 @@ class _System:
         return float(np.linalg.cond(energy / np.sqrt((np.abs(energy) ** 2).sum(axis=0)))) > _ALIKE
 
 
-class Stretch:
-    """A stretch on which the force is one polynomial of the speed, or stays at one speed for ever.
+class Stretches:
+    """Stretches one behind the other, on each the force is one polynomial of the speed; or one, of one speed for ever.
+
+    Of what is asked of them at `which` (n,) of them, times (n,) are from the beginning of each [s].
 
     state
-        Of each pole at the beginning, in the frame that turns with the force.
+        Of each pole at the beginning, in the frame that turns with the force; `last` is that at the end.
     low, rate, length
-        Speed at the beginning [rad/s], its change [rad/s^2], 0 where it stays, and how long it takes [s].
+        Speed at the beginning [rad/s], its change [rad/s^2], 0 where it stays, and how long it takes [s], (m,) each.
     powers
-        Phasor of the force by powers of the speed; and its derivatives.
+        Phasor of the force by powers of the speed, (m, n_powers); and its derivatives, powers first.
     """
 
     def __init__(
-        self, machine: Modal, state: ComplexArray, low: float, rate: float, length: float, powers: ComplexArray
+        self,
+        machine: Modal,
+        state: ComplexArray,
+        low: FloatArray,
+        rate: FloatArray,
+        length: FloatArray,
+        powers: ComplexArray,
     ) -> None:
         self.poles, self.parts, self.through = machine.poles[:, None], machine.parts, machine.through
-        self.low, self.rate, self.length = low, rate, length
-        self.powers: list[Numbers] = [np.polynomial.polynomial.polyder(powers, k) for k in range(len(powers))]
-        self.free = state - self._driven(np.array([low]))[:, 0]
+        self.low, self.rate, self.length, self.turns = low, rate, length, bool(rate.all())
+        self.powers = [np.polynomial.polynomial.polyder(powers.T, k) for k in range(powers.shape[1])]
+        which = np.arange(len(low))
+        self.free, self.last = state[:, None] - self._driven(which, low), state
+        if not self.turns:
+            return
+        behind, left = self._driven(which, low + rate * length), self._left(which, length)
+        kept = np.exp(self._turned(which, length))
+        for k in which.tolist():
+            self.free[:, k] += self.last - state
+            self.last = behind[:, k] + left[:, k] + self.free[:, k] * kept[:, k]
 
-    def envelope(self, length: float) -> Envelope:
-        """As a function of time up to `length` [s], for the search."""
-        fast = float(np.abs(self.poles).max(initial=0.0)) + max(self.low, self.low + self.rate * length)
+    def envelope(self, length: FloatArray) -> Envelope:
+        """As a function of time up to `length` (m,) [s], for the search."""
+        fast = np.abs(self.poles).max(initial=0.0) + np.maximum(self.low, self.low + self.rate * length)
         return Envelope(self._pushed, self._ringing, self.bound, self.fading, fast)
 
-    def value(self, times: FloatArray) -> ComplexArray:
-        """The reading in the frame that turns with the force, at times from the beginning of the stretch [s], (n,)."""
+    def value(self, which: IntArray, times: FloatArray) -> ComplexArray:
+        """The reading in the frame that turns with the force, (n,); without end the steady vibration."""
         ends = np.isinf(times)
-        return self._pushed(np.where(ends, 0.0, times)) + np.where(ends, 0.0, self._ringing(np.where(ends, 0.0, times)))
+        times = np.where(ends, 0.0, times)
+        return self._pushed(which, times) + np.where(ends, 0.0, self._ringing(which, times))
 
-    def states(self, times: FloatArray) -> ComplexArray:
-        """Of each pole, in the frame that turns with the force, (n_poles, n)."""
-        return self._driven(self.low + self.rate * times) + self._free(times)
-
-    def _pushed(self, times: FloatArray) -> ComplexArray:
+    def _pushed(self, which: IntArray, times: FloatArray) -> ComplexArray:
         """The reading without free vibrations, (n,)."""
-        speed = self.low + self.rate * times
-        return np.asarray(self.parts @ self._driven(speed) + self.through * _polynomial(self.powers[0], speed))
+        speed = self.low[which] + self.rate[which] * times
+        through = self.through * _polynomial(self.powers[0][:, which], speed)
+        return np.asarray(self.parts @ self._driven(which, speed) + through)
 
-    def _ringing(self, times: FloatArray) -> ComplexArray:
+    def _ringing(self, which: IntArray, times: FloatArray) -> ComplexArray:
         """Free vibrations in the reading, (n,)."""
-        return np.asarray(self.parts @ self._free(times))
+        found = self.free[:, which] * np.exp(self._turned(which, times))
+        return np.asarray(self.parts @ (found + self._left(which, times) if self.turns else found))
 
-    def _free(self, times: FloatArray) -> ComplexArray:
-        """Free vibrations of each pole, (n_poles, n)."""
-        turned = 1j * (self.low + 0.5 * self.rate * times) * times
-        found = self.free[:, None] * np.exp(self.poles * times - turned)
-        if self.rate:
-            left, when, since = self._passed
-            found += left * np.exp(np.where(times >= when, self.poles * times - since - turned, -np.inf))
-        return np.asarray(found)
+    def _turned(self, which: IntArray, times: FloatArray) -> ComplexArray:
+        """By which power of e each pole's free vibration changes in the frame of the force, (n_poles, n)."""
+        return np.asarray(self.poles * times - 1j * (self.low[which] + 0.5 * self.rate[which] * times) * times)
 
-    def fading(self, low: FloatArray, high: FloatArray) -> FloatArray:
+    def _left(self, which: IntArray, times: FloatArray) -> ComplexArray:
+        """Free vibrations that poles passed on the stretch have left, (n_poles, n)."""
+        left, when, since = (one[:, which] for one in self._passed)
+        return np.asarray(left * np.exp(np.where(times >= when, self._turned(which, times) - since, -np.inf)))
+
+    def fading(self, which: IntArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Bound of free vibrations in the reading between times, (n,) each."""
-        free = np.abs(self.free)[:, None] * np.exp(self.poles.real * low)
-        if self.rate:
-            left, when, since = self._passed
+        free = np.abs(self.free[:, which]) * np.exp(self.poles.real * low)
+        if self.turns:
+            left, when, since = (one[:, which] for one in self._passed)
             begins = np.minimum(np.maximum(low, when), high)
             free += np.abs(left) * np.exp(np.where(when <= high, self.poles.real * begins - since.real, -np.inf))
         return np.asarray(np.abs(self.parts) @ free)
 
-    def bound(self, low: FloatArray, high: FloatArray) -> FloatArray:
+    def bound(self, which: IntArray, low: FloatArray, high: FloatArray) -> FloatArray:
         """Of the modulus of the reading between times, (n,) each."""
-        if not self.rate:
-            return self.fading(low, high) + self._steady
-        ends = self.low + self.rate * np.array([low, high])
+        if not self.turns:
+            return self.fading(which, low, high) + self._steady
+        rate = np.abs(self.rate[which])
+        ends = self.low[which] + self.rate[which] * np.array([low, high])
         fast = ends.max(axis=0)
         near = np.clip(self.poles.imag, ends.min(axis=0), fast)
         away = np.hypot(near - self.poles.imag, self.poles.real)
-        size, *more = (_polynomial(np.abs(power), fast) for power in self.powers)
+        size, *more = (_polynomial(np.abs(power[:, which]), fast) for power in self.powers)
         with np.errstate(divide="ignore", invalid="ignore"):
-            short = abs(self.rate) / away
+            short = rate / away
             later = sum((short**k * one for k, one in enumerate(more, start=1)), short / away * size)
             driven = (size + _LOOSE * later) / away
-        q, rest = self._rest
-        among = np.abs(q) @ fast ** np.arange(q.shape[1])[:, None]
-        among += np.abs(rest) * np.sqrt(0.5 * np.pi / abs(self.rate)) * faddeeva_at_most(abs(self._turn()) * away)
-        driven = np.where(away**2 < 2.0 * _FAR * abs(self.rate), among, np.minimum(driven, among))
-        return np.asarray(np.abs(self.parts) @ driven + abs(self.through) * size + self.fading(low, high))
+        q, rest = (np.abs(one[..., which]) for one in self._rest)
+        among = _polynomial(q, fast)
+        among = among + rest * np.sqrt(0.5 * np.pi / rate) * faddeeva_at_most(np.abs(self._turn[which]) * away)
+        driven = np.where(away**2 < 2.0 * _FAR * rate, among, np.minimum(driven, among))
+        return np.asarray(np.abs(self.parts) @ driven + abs(self.through) * size + self.fading(which, low, high))
 
     @property
     def _steady(self) -> float:
         """Size of the steady vibration, where the speed stays."""
-        return float(abs(self.parts @ self._driven(np.array([self.low]))[:, 0] + self.through * self.powers[0][0]))
+        driven = self._driven(np.zeros(1, dtype=int), self.low)[:, 0]
+        return float(abs(self.parts @ driven + self.through * self.powers[0][0, 0]))
 
-    def _turn(self) -> complex:
-        """Argument of the Faddeeva function per W + i pole."""
-        return complex(np.exp(0.25j * np.pi * np.sign(self.rate)) / np.sqrt(2.0 * abs(self.rate)))
+    @cached_property
+    def _turn(self) -> ComplexArray:
+        """Argument of the Faddeeva function per W + i pole, (m,)."""
+        return np.asarray(np.exp(0.25j * np.pi * np.sign(self.rate)) / np.sqrt(2.0 * np.abs(self.rate)))
 
     @cached_property
     def _rest(self) -> tuple[ComplexArray, ComplexArray]:
-        """P = (i W - pole) Q + rate Q' + rest: coefficients of Q, (n_poles, degree + 1), and the rest, (n_poles, 1)."""
-        p, pole = self.powers[0], self.poles[:, 0]
-        q = np.zeros((len(pole), len(p) + 1), dtype=complex)
+        """P = (i W - pole) Q + rate Q' + rest: coefficients of Q, (degree + 1, n_poles, m), and rest, (n_poles, m)."""
+        p = self.powers[0]
+        q = np.zeros((len(p) + 1, len(self.poles), len(self.low)), dtype=complex)
         for j in range(len(p) - 1, 0, -1):
-            q[:, j - 1] = (p[j] + pole * q[:, j] - self.rate * (j + 1) * q[:, j + 1]) / 1j
-        return q, (p[0] + pole * q[:, 0] - self.rate * q[:, 1])[:, None]
+            q[j - 1] = (p[j] + self.poles * q[j] - self.rate * (j + 1) * q[j + 1]) / 1j
+        return q, p[0] + self.poles * q[0] - self.rate * q[1]
 
     @cached_property
     def _passed(self) -> tuple[ComplexArray, FloatArray, ComplexArray]:
-        """Free vibration that a passed pole leaves: its amplitude, from when on [s], and its logarithm's beginning."""
-        argument = -self._turn() * (self.low + 1j * self.poles)
+        """Free vibration that a passed pole leaves: its amplitude, from when on [s], and its logarithm's beginning.
+
+        Each (n_poles, m).
+        """
+        argument = -self._turn * (self.low + 1j * self.poles)
         at = self.poles.imag - np.sign(self.rate) * self.poles.real
         when = np.where(argument.imag >= 0.0, (at - self.low) / self.rate, np.inf)
-        left = -2.0 * np.sqrt(np.pi) / (2j * self._turn() * self.rate) * self._rest[1]
+        left = -2.0 * np.sqrt(np.pi) / (2j * self._turn * self.rate) * self._rest[1]
         return left, when, argument**2
 
-    def _driven(self, speed: FloatArray) -> ComplexArray:
-        """Quasi-steady motion of each pole at speeds of this stretch, (n_poles, n)."""
+    def _driven(self, which: IntArray, speed: FloatArray) -> ComplexArray:
+        """Quasi-steady motion of each pole at speeds of stretches, (n_poles, n)."""
         away = 1j * speed - self.poles
-        if not self.rate:
+        if not self.turns:
             with np.errstate(divide="ignore", invalid="ignore"):
-                return np.asarray(self.powers[0][0] / away)
-        near = np.abs(away) ** 2 < 2.0 * _FAR * abs(self.rate)
+                return np.asarray(self.powers[0][0, 0] / away)
+        rate = self.rate[which]
+        near = np.abs(away) ** 2 < 2.0 * _FAR * np.abs(rate)
         found = np.empty(away.shape, dtype=complex)
-        found[~near] = self._series(np.broadcast_to(speed, away.shape)[~near], away[~near])
+        found[~near] = self._series(np.nonzero(~near)[1], which, speed, away[~near])
         if near.any():
             from scipy.special import wofz
 
-            which, when = np.nonzero(near)
-            argument = self._turn() * (speed[when] + 1j * self.poles[which, 0])
+            pole, when = np.nonzero(near)
+            own = which[when]
+            argument = self._turn[own] * (speed[when] + 1j * self.poles[pole, 0])
             side = np.where(argument.imag >= 0.0, 1.0, -1.0)
-            q, rest = self._rest
-            powers = speed[when, None] ** np.arange(q.shape[1])
-            size = side * np.sqrt(np.pi) / (2j * self._turn() * self.rate)
-            found[which, when] = (q[which] * powers).sum(axis=1) + rest[which, 0] * size * wofz(side * argument)
+            q, rest = (one[..., pole, own] for one in self._rest)
+            size = side * np.sqrt(np.pi) / (2j * self._turn[own] * rate[when])
+            found[near] = _polynomial(q, speed[when]) + rest * size * wofz(side * argument)
         return found
 
-    def _series(self, speed: FloatArray, away: ComplexArray) -> ComplexArray:
-        """As `_driven`, far from a pole; speeds and i W - pole, (n,)."""
-        small, numbers = self.rate / away**2, np.arange(len(speed))
-        terms = np.array([_polynomial(power, speed) for power in self.powers], dtype=complex)
-        whole, step, order = terms[0].copy(), self.rate / away, 1j * np.arange(len(terms))[:, None]
+    def _series(self, when: IntArray, which: IntArray, speed: FloatArray, away: ComplexArray) -> ComplexArray:
+        """As `_driven`, far from a pole, of some of the speeds; with i W - pole, (n,)."""
+        rate, numbers = self.rate[which][when], np.arange(len(when))
+        small = rate / away**2
+        terms = np.array([_polynomial(power[:, which], speed)[when] for power in self.powers], dtype=complex)
+        whole, step, order = terms[0].copy(), rate / away, 1j * np.arange(len(terms))[:, None]
         for m in range(_TERMS):
             higher = step * terms[1:]
             terms *= -small * (order - 1j * (2 * m + 1))
@@ -350,7 +370,7 @@ class Stretch:
 
     def peak(self, best: Peak, begun: float, number: int) -> Peak:
         """The greater of what was found before and of what follows, where the speed stays, for ever."""
-        steady = self._steady
+        steady, only = self._steady, np.zeros(1, dtype=int)
         if steady > best.value * (1.0 + _SURE):
             best = Peak(steady, np.inf, number, open=best.open)
         rates = np.abs(self.poles)
@@ -359,9 +379,10 @@ class Stretch:
         period, gone = 2.0 * np.pi / float(rates[rates > 0.0].min()), 0.0  # a creep that rounds to none is no motion
         length = _FIRST * period
         while gone < HORIZON * period * (1.0 - _SURE):
-            if float(self.bound(np.array([gone]), np.array([gone]))[0]) <= best.value * (1.0 + _SURE):
+            now, then = np.array([gone]), np.array([gone + length])
+            if float(self.bound(only, now, now)[0]) <= best.value * (1.0 + _SURE):
                 return best
-            found = greatest(self.envelope(gone + length), gone, gone + length, best.value)
+            found = greatest(self.envelope(then), now, then, best.value)
             if found is not None:
                 best = Peak(found.value, begun + found.at, number, found.at, best.open or found.open)
             gone, length = gone + length, min(2.0 * length, HORIZON * period - gone - length)
@@ -380,8 +401,8 @@ def faddeeva_at_most(size: FloatArray) -> FloatArray:
 
 
 def _polynomial(powers: Numbers, speed: FloatArray) -> Numbers:
-    """A polynomial at speeds, shape of `speed`."""
-    found = np.full(np.shape(speed), powers[-1])
+    """A polynomial at speeds, shape of `speed`; coefficients by their power, one each or one for each speed."""
+    found = np.zeros(np.shape(speed)) + powers[-1]
     for power in powers[-2::-1]:
         found = found * speed + power
     return np.asarray(found)

@@ -213,7 +213,8 @@ def _limits(scene: Scene, full: Model, name: str, response: Response, reduce: bo
         if response.complement:
             yield Limit(name, model, form, other, 1.0 - given.value, complement=True, soft=soft)
         else:
-            yield Limit(name, model, form, side, given.value, soft=soft)
+            spared = given.value * (1.0 + (form.known_to if side == "at_least" else -form.known_to))
+            yield Limit(name, model, form, side, spared, soft=soft)
     if not response.outside_bands:
         return
     model, form = on_needed(scene, full, response.asked_by("outside"), reduce=reduce)

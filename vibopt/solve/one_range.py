@@ -31,7 +31,7 @@ _DEGREE = 8
 _NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
 """Places of the nodes on a piece, from 0 to 1."""
 _FIRST = 16
-"""Pieces to begin with, at least; two for each factor e of the range."""
+"""Pieces to begin with, at least, a quarter of them where values are dear and known to less; two for each factor e."""
 _MODES = 96
 """Places at which natural frequencies are followed."""
 _MET = 5e-10
@@ -58,14 +58,15 @@ class _Piece:
 
     coefficients
         Of Chebyshev's polynomials, shape (n_rows, degree + 1).
-    doubt
-        How far they may be wrong, shape (n_rows,).
+    doubt, clear
+        How far they may be wrong, and how far at which they are known, shape (n_rows,) each.
     """
 
     low: float
     high: float
     coefficients: FloatArray
     doubt: FloatArray
+    clear: FloatArray
 
     @property
     def least(self) -> FloatArray:
@@ -86,7 +87,7 @@ class _Piece:
     def known(self) -> bool:
         """Whether what matters is known to the last digits, or nothing is left to halve."""
         rows = [*self.matters, len(self.doubt) - 1]
-        return self.high - self.low <= _NARROW or bool(self.doubt[rows].max() <= _CLEAR)
+        return self.high - self.low <= _NARROW or bool((self.doubt <= self.clear)[rows].all())
 
     def turns(self) -> Iterator[tuple[int, float]]:
         """Row and place of every root of a limit that matters and of every level place of any row that matters."""
@@ -107,10 +108,10 @@ def _nodes(low: float, high: float) -> FloatArray:
     return places
 
 
-def _fitted(low: float, high: float, values: FloatArray) -> _Piece:
+def _fitted(low: float, high: float, values: FloatArray, clear: FloatArray) -> _Piece:
     """A piece by values (degree + 1, n_rows) at its nodes."""
     coefficients = (_TO_CHEBYSHEV @ values).T
-    return _Piece(low, high, coefficients, _SAFETY * np.abs(coefficients[:, -3:]).sum(axis=1) + _FLOOR)
+    return _Piece(low, high, coefficients, _SAFETY * np.abs(coefficients[:, -3:]).sum(axis=1) + _FLOOR, clear)
 
 
 @dataclass(frozen=True)
@@ -178,6 +179,8 @@ class _Run:
         self.span = float(np.log1p((high - low) / self.bend))
         self.size = 1.0
         self.missed: dict[tuple[float, int], tuple[float, float]] = {}
+        parts = [*([limit] for limit in self.program.limits), self.program.aim.pieces if self.program.aim else ()]
+        self.clear = np.array([max([_CLEAR, *(part.form.known_to for part in row)]) for row in parts])
         self.still = [k for k, limit in enumerate(self.program.limits) if not getattr(limit.form, "bands", ())]
 
     def x(self, place: float) -> FloatArray:
@@ -296,15 +299,15 @@ class _Run:
     def _piece(self, low: float, high: float) -> _Piece:
         rows = len(self.program.limits) + 1
         if self.best is not None and late(str(self.budget)):  # nothing is known of what is not measured any more
-            return _Piece(low, high, np.zeros((rows, 1)), np.full(rows, np.inf))
+            return _Piece(low, high, np.zeros((rows, 1)), np.full(rows, np.inf), self.clear)
         places = _nodes(low, high).tolist()
         if self.still:  # what no excitation has a part in takes next to no work, and may rule the piece out
             values = np.array([[self._missed(place, k)[1] for k in self.still] + [0.0] for place in places])
-            piece = _fitted(low, high, values)
+            piece = _fitted(low, high, values, self.clear[[*self.still, -1]])
             if self._broken(piece):
                 return piece
         self.budget.spend()
-        return _fitted(low, high, np.array([self.row(place) for place in places]))
+        return _fitted(low, high, np.array([self.row(place) for place in places]), self.clear)
 
     def row(self, place: float) -> FloatArray:
         """Violations, each from -1 to 1, and the goal as it is compared; a feasible design is kept if it is best."""
@@ -347,7 +350,7 @@ class _Run:
 
     def _ends(self) -> list[float]:
         """Ends of the first pieces: evenly spread, and where a natural frequency meets one that is looked at."""
-        count = max(_FIRST, int(np.ceil(2.0 * self.span)))
+        count = max(_FIRST if self.clear.max() <= _CLEAR else _FIRST // 4, int(np.ceil(2.0 * self.span)))
         return sorted({*np.linspace(0.0, 1.0, count + 1).tolist(), *self._meetings()})
 
     def _meetings(self) -> list[float]:
@@ -389,7 +392,8 @@ class _Run:
 
     def _cross(self, row: int, place: float, piece: _Piece) -> float:
         """Where one limit is just met, near a place at which its polynomial is zero; that place itself elsewhere."""
-        reach = max(1e-4 * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
+        part = 1e-4 if self.clear[row] <= _CLEAR else 1.0
+        reach = max(part * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
         low, high = max(place - reach, piece.low), min(place + reach, piece.high)
         if self.row(low)[row] * self.row(high)[row] < 0.0:
             place = crossing(lambda value: float(self.row(value)[row]), low, high)
@@ -402,6 +406,8 @@ class _Run:
         claim = f"decided over the whole range of {path}: every limit and the goal were followed over it in {count}"
         if not proven:
             claim = f"the limits and the goal were followed over the range of {path}, but {count}"
+        if self.clear.max() > _CLEAR:
+            claim += f", measured to {100.0 * self.clear.max():.2g} % of each, with which to spare limits are kept"
         if self.best is None:
             return Found("infeasible" if proven else "unproven", None, claim, OneRange.name, details=details)
         end, near = self._open_end(), 1e-6
