@@ -445,12 +445,6 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         "sum of their friction is known to act. Ask for the force into a place, or give the friction of all to "
         "links.mount.",
     ),
-    "a sum with a choice in it": (
-        {"links": {"mount": LINK, "pad": {"between": ["press", "ground"],
-                                          "friction_force": {"from": "1 N", "to": "9 N"}}}},
-        "links.pad.friction_force is chosen, and links.mount and links.pad rub between the same two ends: they slip "
-        "together, and only the sum of their friction is known to act. Choose the friction of all on one of them.",
-    ),
     "loss factor beside it": (
         {"links": {"mount": LINK, "other": {"between": ["press", "ground"], "stiffness": "1 N/m", "loss_factor": 1}}},
         "links.mount.friction_force rubs beside links.other.loss_factor, which knows harmonic motion only, and a "
@@ -515,12 +509,6 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"measures": {"d": {"response": "static_deflection", "of": "press"}}},
         "measures.d: with links.mount.friction_force, static_deflection is not known, for friction holds the weight "
         f"anywhere near where the spring would. {_OTHERS}",
-    ),
-    "tolerance": (
-        {"links": {"mount": {**LINK, "tolerance": "20 %"}}},
-        "links.mount.friction_force rubs, and links.mount.stiffness has a tolerance: what holds, slips or stops may be "
-        "worst anywhere within it, not at its ends. Leave the tolerance out, and look at values within it with vibopt "
-        "sweep.",
     ),
     "unknown amplitude": (
         {

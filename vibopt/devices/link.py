@@ -77,8 +77,7 @@ class LinkTable(OneLink):
         of one.
     dynamic_to_static: Dynamic over static stiffness; sag is counted with the static one: `dynamic_to_static = 1.4`.
         A fact.
-    tolerance: How far stiffness and damping may be off as built, either way: `tolerance = "20 %"`. Refused beside a
-        friction.
+    tolerance: How far stiffness, damping and friction may be off as built, either way: `tolerance = "20 %"`.
     part: Bought instead of made: `part = { catalogue = "mounts.csv" }`. Refused beside stiffness and damping.
     """
 

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.forms.form import by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime, matrices, reading
-from vibopt.forms.rubbing import friction_of, grip_of
+from vibopt.forms.rubbing import acting_with_friction, friction_of, grip_of
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.records import dataclass
 
@@ -58,8 +58,7 @@ class PeakRubbing(PeakInTime):
         return by_differences(lambda at: self.value(model, at), x)
 
     def acting(self, model: Model) -> FloatArray:
-        assert model.rubbing is not None
-        return np.vstack([model.exponents, model.rubbing[1].row(model.n_vars)])
+        return acting_with_friction(model)
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """And less still of what would move without friction, whatever that leaves of it."""

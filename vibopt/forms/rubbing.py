@@ -111,8 +111,7 @@ class Rubbing(Form):
         return 1e-7 * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]) + _ROUNDED * free
 
     def acting(self, model: Model) -> FloatArray:
-        assert model.rubbing is not None
-        return np.vstack([model.exponents, model.rubbing[1].row(model.n_vars)])
+        return acting_with_friction(model)
 
     def cost(self, model: Model) -> float:
         return sum(4.0 if band.is_point else 150.0 for band in self.shaken[0].bands)
@@ -290,8 +289,16 @@ def _top(value: Callable[[FloatArray], FloatArray], low: float, high: float) -> 
 def friction_of(model: Model, x: FloatArray) -> float:
     """Dry friction of the whole link [N]."""
     assert model.rubbing is not None
-    force = model.rubbing[1]
-    return float(force.scale * np.prod([x[i] ** power for i, power in force.exponents.items()]))
+    return sum(
+        force.scale * float(np.prod([x[i] ** power for i, power in force.exponents.items()]))
+        for force in model.rubbing[1]
+    )
+
+
+def acting_with_friction(model: Model) -> FloatArray:
+    """Exponents of all coefficients and of friction, (n, n_vars)."""
+    assert model.rubbing is not None
+    return np.vstack([model.exponents, *(force.row(model.n_vars) for force in model.rubbing[1])])
 
 
 def grip_of(model: Model, signs: FloatArray) -> float:

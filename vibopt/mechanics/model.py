@@ -270,16 +270,13 @@ class Model:
         return found
 
     @property
-    def rubbing(self) -> tuple[str, Monomial] | None:
+    def rubbing(self) -> tuple[str, tuple[Monomial, ...]] | None:
         """The link that has dry friction, and how much [N]; None where none has.
 
-        Of several, which slip together and are all known, the first with the sum.
+        Of several, which slip together, the first, and what adds to its friction.
         """
-        every = [(name, one) for (name, word), one in self.properties.items() if word == "friction_force" and one.scale]
-        if not every:
-            return None
-        name, first = every[0]
-        return name, replace(first, scale=sum(one.scale for _, one in every))
+        every = {name: one for (name, word), one in self.properties.items() if word == "friction_force" and one.scale}
+        return (next(iter(every)), tuple(every.values())) if every else None
 
     @property
     def n_coords(self) -> int:

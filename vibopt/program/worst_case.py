@@ -21,7 +21,7 @@ from vibopt.scene.space import members
 from vibopt.scene.uncertain import Uncertain, uncertain_at
 
 _FEW_CORNERS = 8
-_MOST_CORNERS, _TRIED_CORNERS = 12, 64
+_MOST_CORNERS, _TRIED_CORNERS, _INSIDE = 12, 64, 24
 _STARTS = 4
 _PASSES = 4
 _FLAT = 1e-11
@@ -223,7 +223,11 @@ class _Hunt:
         return Hit(best[0], best[1], False, self.tried)
 
     def _everywhere(self, near: tuple[FloatArray, ...]) -> list[FloatArray]:
-        return [*near, self.rest, *self._some_corners()]
+        inside: list[FloatArray] = []
+        if self.part.form.screened:  # from a plain where nothing slips no slope leads up
+            parts = np.random.default_rng(len(self.rest)).random((_INSIDE, len(self.rest)))
+            inside = list(np.where(self.free, self.low + parts * (self.high - self.low), self.rest))
+        return [*near, self.rest, *self._some_corners(), *inside]
 
     def _flipped(self, factors: FloatArray, value: float) -> tuple[FloatArray, float]:
         """Each factor by itself at its other end, and from there up again, as long as that is worse."""

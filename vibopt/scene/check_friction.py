@@ -13,7 +13,6 @@ from vibopt.mechanics.builder import GROUND
 from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.scene import Scene
-from vibopt.scene.uncertain import uncertain
 
 _BESIDE = (
     "where friction holds, what it joins moves as one, and which of several hold changes in every cycle. Dry friction "
@@ -47,13 +46,6 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
             f"{where} rubs beside {lossy[0]}.loss_factor, which knows harmonic motion only, and a motion that "
             "rubs is not harmonic. Write damping or damping_ratio there.",
         )
-    chosen = {variable.path for variable in scene.variables}
-    for one in together if len(together) > 1 else ():
-        for key in sorted(chosen & {f"links.{one}.friction_force", f"links.{one}.count"}):
-            mistakes.add(
-                tuple(key.split(".")),
-                f"{key} is chosen, and {_listed(together)} {_TOGETHER} Choose the friction of all on one of them.",
-            )
     loose = _loose(scene)
     if not places.springs(scene):
         mistakes.add(
@@ -68,13 +60,6 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
             f'knows. Join bodies.{loose[0]} by a link with stiffness = "200 kN/m" to what is held.',
         )
     _shaken(scene, where, path, mistakes)
-    doubts = uncertain(scene)
-    if doubts:
-        mistakes.add(
-            path,
-            f"{where} rubs, and {doubts[0].path} has a tolerance: what holds, slips or stops may be worst anywhere "
-            "within it, not at its ends. Leave the tolerance out, and look at values within it with vibopt sweep.",
-        )
     if scene.find_all is not None:
         mistakes.add(
             ("goal", "find_all"),

@@ -96,6 +96,14 @@ class Built:
         x = np.array([self.chosen[variable.path] for variable in self.scene.variables])
         return Modelled(self.scene, self.given or model_of(self.scene), x)
 
+    @cached_property
+    def _others(self) -> dict[tuple[tuple[str, float], ...], Built]:
+        return {}
+
+    def other(self, off: Mapping[str, float]) -> Built:
+        """The same, off by other factors: one for all rows, which keeps the motions that it was asked for."""
+        return self._others.setdefault(tuple(sorted(off.items())), Built(replace(self.scene, off=off), self.chosen))
+
     def limits(self, offs: Offs) -> dict[str, Checked]:
         """Every limit, and what bought parts are rated for; each on the worst of several machines where there are."""
         limits = self.scene.limits
@@ -215,7 +223,7 @@ def _worst_of(built: Built, offs: Sequence[Mapping[str, float]], name: str, resp
     sign = -1.0 if (side or response.worst_side) == "at_least" else 1.0
     rows = []
     for off in offs:
-        machine = Built(replace(built.scene, off=off), built.chosen)
+        machine = built.other(off)
         row, measured = machine.row(name, response, side)
         rows.append((replace(row, off=differing(built.scene, off)), measured, machine))
     worst = rows[0]

@@ -17,7 +17,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
 from vibopt.mechanics.built import Course, Joint
 from vibopt.mechanics.machine import Machine
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse
 from vibopt.signals import Band
 from vibopt.verify.over_bands import Reached
@@ -66,41 +66,41 @@ class Rubbed:
     part: float = 1e-11
     begin: tuple[float, float] = (0.0, 0.0)
 
-    @property
+    @cached_property
     def joint(self) -> Joint:
         """The one that rubs."""
         return self.machine.rubbing
 
-    @property
+    @cached_property
     def mass(self) -> float:
         return next(iter(self.machine.masses.values()))
 
-    @property
+    @cached_property
     def own(self) -> tuple[float, float]:
         """Stiffness [N/m] and damping [N s/m] of all joints."""
         return sum(joint.stiffness for joint in self.machine.joints), sum(
             joint.damping for joint in self.machine.joints
         )
 
-    @property
+    @cached_property
     def led(self) -> tuple[float, float]:
         """The same of those that end on what moves."""
         some = [joint for joint in self.machine.joints if self.moving in joint.ends]
         return sum(joint.stiffness for joint in some), sum(joint.damping for joint in some)
 
-    @property
+    @cached_property
     def carrier(self) -> float:
         """Amplitude of that on which the body rubs [m]."""
         return self.base if self.moving in self.joint.ends else 0.0
 
-    @property
+    @cached_property
     def push(self) -> float:
         """Amplitude of what friction alone would have to hold [N]."""
         (stiff, damped), (pull, drag) = self.own, self.led
         spring = (stiff - self.mass * self.omega**2) * self.carrier - pull * self.base
         return abs(self.force - spring - 1j * self.omega * (damped * self.carrier - drag * self.base))
 
-    @property
+    @cached_property
     def _scale(self) -> FloatArray:
         """Sizes of place and speed that are certainly not too great."""
         return np.array([1.0, self.omega]) * (self.push / (self.own[0] + self.mass * self.omega**2))
