@@ -38,7 +38,7 @@ else:
 
 
 _NO_FIELD = ("ClassVar", "typing.ClassVar")
-_FEW = 200
+_FEW = 40
 """Objects of a class from which on compiling an `__init__` for it pays."""
 
 

@@ -10,12 +10,15 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from contextvars import ContextVar
 from math import ceil
+from typing import TypeVar
 
 from vibopt.errors import counted
 from vibopt.records import dataclass
+
+T = TypeVar("T")
 
 
 @dataclass
@@ -134,13 +137,18 @@ def done() -> float:
 
 
 @contextmanager
-def each_answer_within(seconds: float | None) -> Iterator[None]:
-    """End the searches of every answer inside after `seconds` of it; None changes nothing."""
-    token = _EACH.set(_EACH.get() if seconds is None else seconds)
+def within(variable: ContextVar[T], value: T) -> Iterator[None]:
+    """A variable has this value inside."""
+    before = variable.set(value)
     try:
         yield
     finally:
-        _EACH.reset(token)
+        variable.reset(before)
+
+
+def each_answer_within(seconds: float | None) -> AbstractContextManager[None]:
+    """End the searches of every answer inside after `seconds` of it; None changes nothing."""
+    return within(_EACH, _EACH.get() if seconds is None else seconds)
 
 
 def seconds_of_each_answer() -> float | None:
@@ -156,11 +164,8 @@ def answering() -> Iterator[TimeLimit | None]:
         yield None
         return
     limit = TimeLimit(seconds, time.monotonic() + seconds)
-    token = _LIMIT.set(limit)
-    try:
+    with within(_LIMIT, limit):
         yield limit
-    finally:
-        _LIMIT.reset(token)
 
 
 def is_limited() -> bool:

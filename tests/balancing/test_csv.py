@@ -141,4 +141,4 @@ def test_a_sheet_with_decimal_points_is_not_asked_about_them(tmp_path: Path) -> 
     job = read_text(HEAD, tmp_path)
     assert job.runs[0].given_speed == pytest.approx(1200.125 * 2.0 * pi / 60.0)
     assert job.runs[0].written is not None
-    assert job.runs[0].written.text(0) == "8.625 mil pp @ 63 deg"
+    assert job.runs[0].written["a"] == "8.625 mil pp @ 63 deg"

@@ -16,6 +16,7 @@ from vibopt.balancing import parse_runs
 from vibopt.balancing.csv_runs import Cells
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.solve_rotor import solve_job
+from vibopt.balancing.written import numbers, short_numbers
 
 HEAD = """title = "sheet"
 readings = "job.csv"
@@ -128,3 +129,27 @@ def test_a_job_that_was_read_wrongly_is_refused(wrong: object, tmp_path: Path) -
     assert callable(wrong)
     odd = replace(job, runs=(job.runs[0], *(wrong(run) for run in job.runs[1:])))
     assert solve_job(odd).status == "check_failed"
+
+
+DIGITS = st.from_regex(r"-?[0-9]{0,8}\.?[0-9]{0,7}", fullmatch=True)
+SHAPES = st.sampled_from(
+    ["1.2.3", "", "-", ".", "-.", "+1", "1e3", "1_0", "nan", "--1", "1-", " 1", "1\n2", "１", "1234567890123456"]
+)
+
+
+@given(st.lists(DIGITS.filter(lambda text: any(map(str.isdigit, text))), min_size=1), st.none() | SHAPES)
+def test_numbers_that_are_read_all_at_once_are_those_of_float(texts: list[str], other: str | None) -> None:
+    found = short_numbers(texts)
+    assert found is not None
+    assert found.tobytes() == np.array(list(map(float, texts))).tobytes()
+    if other is not None:
+        assert short_numbers([*texts, other, "1"]) is None
+
+
+def test_long_sheets_are_read_all_at_once() -> None:
+    rng = np.random.default_rng(5)
+    texts = [f"{value:.6g}" for value in rng.uniform(0.01, 360.0, 6000)]
+    found = numbers(texts, (2, 3000))
+    assert found is not None
+    np.testing.assert_array_equal(found, np.array(texts, dtype=float).reshape(2, 3000))
+    assert numbers([*texts[1:], "x"], (2, 3000)) is None

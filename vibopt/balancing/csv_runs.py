@@ -15,7 +15,7 @@ from operator import itemgetter
 from pathlib import Path as FilePath
 from typing import Any
 
-from vibopt.balancing.written import WrittenByName, columns
+from vibopt.balancing.written import Written, columns
 from vibopt.document.mistakes import Mistakes, Path, toml_text
 from vibopt.errors import InputError, counted, way_out
 from vibopt.records import dataclass
@@ -153,7 +153,7 @@ class Cells:
     plain: Plain | None = None
     known: dict[tuple[str, ...], dict[str, str]] = field(default_factory=dict)
 
-    def readings(self, rows: Sequence[Row]) -> Sequence[WrittenByName | None]:
+    def readings(self, rows: Sequence[Row]) -> Sequence[Written | None]:
         """Readings of all rows, where each is a plain number beside its angle; None each where cells are looked at."""
         plain, none = self.plain, [None] * len(rows)
         if plain is None or any(len(cells) != len(self.columns) for cells in rows):
@@ -187,7 +187,7 @@ class Cells:
 
 
 def run_of(
-    index: int, row: int, cells: Row, readings: WrittenByName | None, said: Cells, mistakes: Mistakes
+    index: int, row: int, cells: Row, readings: Written | None, said: Cells, mistakes: Mistakes
 ) -> dict[str, Any]:
     """One row as a [[runs]] table; `readings` where they are read already."""
     run: dict[str, Any] = {}

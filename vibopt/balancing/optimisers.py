@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from dataclasses import replace
 
 from vibopt.balancing.question import Question, Solved
-from vibopt.work import Budget, metered
+from vibopt.work import Budget, metered, within
 
 Solver = Callable[[Question], Solved]
 THOROUGH = "`vibopt explain FILE --thorough`"
@@ -19,14 +19,9 @@ WHATEVER = 10**12
 _BARE: ContextVar[bool] = ContextVar("answers alone", default=False)
 
 
-@contextmanager
-def answers_alone() -> Iterator[None]:
+def answers_alone() -> AbstractContextManager[None]:
     """Answers inside do not say what clashes, nor what comes nearest: no point of a sweep shows it."""
-    token = _BARE.set(True)
-    try:
-        yield
-    finally:
-        _BARE.reset(token)
+    return within(_BARE, True)
 
 
 def allowance(thorough: bool = False) -> Budget:

@@ -17,7 +17,7 @@ from vibopt.balancing.csv_runs import read_csv
 from vibopt.balancing.planes import Plane, read_weight, unit_of
 from vibopt.balancing.rotor_job import Run, Sensor
 from vibopt.balancing.rotor_tables import RunTable, listed_tables, positive, read_table, read_value
-from vibopt.balancing.written import Written, WrittenByName, numbers, phasors
+from vibopt.balancing.written import Written, numbers, phasors
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
 from vibopt.records import dataclass
@@ -88,8 +88,7 @@ def merge(own: Mistakes, mistakes: Mistakes) -> None:
 def has_angles(raws: Sequence[Raw], document: Mapping[str, Any]) -> bool:
     """Whether any reading or coefficient has an angle."""
     return "influence" in document or any(
-        isinstance(raw.readings, WrittenByName) or any("@" in str(text) for text in raw.readings.values())
-        for raw in raws
+        isinstance(raw.readings, Written) or any("@" in str(text) for text in raw.readings.values()) for raw in raws
     )
 
 
@@ -144,7 +143,7 @@ def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
 
 
 _NONE: Mapping[str, Any] = {}
-_PLAIN = {"name": (str, NoneType), "speed": (str,), "weights": (dict, NoneType), "readings": (dict, WrittenByName)}
+_PLAIN = {"name": (str, NoneType), "speed": (str,), "weights": (dict, NoneType), "readings": (dict, Written)}
 
 
 def _is_plain(given: Any, speeds: Mapping[Any, Fact | None]) -> bool:
@@ -209,7 +208,10 @@ def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[
         return None
     if any(row is None or row.units != first.units or row.turns != first.turns for row in rows):
         return None
-    values = [_values(raw, row) for raw, row in zip(raws, rows, strict=True) if row is not None]
+    values = [
+        numbers([*row.amounts, *row.angles], (2, len(names))) if row.parsed is None else row.parsed
+        for row in rows if row is not None
+    ]  # fmt: skip
     scales = _scales(names, declared, first, conventions)
     if scales is None or any(value is None for value in values):
         return None
@@ -220,14 +222,6 @@ def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[
         return None
     turned = conventions.reading_sense * angles
     return completed, list(sizes * np.cos(turned) + 1j * (sizes * np.sin(turned))), [], rows
-
-
-def _values(raw: Raw, written: Written) -> FloatArray | None:
-    """Amounts and angles of a run as written (2, n_sensors); None where one is no number."""
-    own = raw.readings
-    if isinstance(own, WrittenByName) and own.written is written:
-        return own.parsed
-    return numbers([*written.amounts, *written.angles], (2, len(written.amounts)))
 
 
 def _scales(
@@ -385,12 +379,12 @@ def _fitted(raw: Raw, places: Mapping[str, int]) -> tuple[tuple[int, str], ...]:
 def _written(raw: Raw, names: Sequence[str]) -> Written | None:
     """The readings of a run as they stand in the file; None where one is missing, or no text of their shape."""
     own = raw.readings
-    if type(own) is WrittenByName and own.names == tuple(names):
-        return own.written
+    if type(own) is Written and own.names == tuple(names):
+        return own
     texts = [own[name] for name in names if name in own]
     if len(texts) < len(names) or not all(isinstance(text, str) for text in texts):
         return None
-    return Written.of(texts)
+    return Written.of(names, texts)
 
 
 def _speed(raw: Raw, document: Mapping[str, Any], mistakes: Mistakes) -> tuple[float, str]:

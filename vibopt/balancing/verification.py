@@ -28,7 +28,7 @@ from vibopt.units.spelling import split_detector
 
 APART = 0.05
 """Part of the greatest difference of runs below which they refine no ready coefficient."""
-SAMPLES = 8
+SAMPLES = 4
 """Of one turn; a signal of one harmonic is known from three."""
 MOST_CELLS = 2_000_000
 """Samples of signals that are in memory at once."""
@@ -196,7 +196,8 @@ def _signal(
     signals = sizes[..., None] * np.cos(shifted[..., None, :] - peaks[..., None])
     declared = job.document.get("sensors", {})
     for column in [place for place, sensor in enumerate(job.sensors) if declared and sensor.name in declared]:
-        own = Written.of([str(declared[job.sensors[column].name].get("runout", ""))])
+        name = job.sensors[column].name
+        own = Written.of([name], [str(declared[name].get("runout", ""))])
         if own is not None:
             size, peak = _cosines(job, [own], [job.sensors[column]])
             signals[..., column, :] -= size * np.cos(shifted - peak)

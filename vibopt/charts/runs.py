@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from dataclasses import fields
 from typing import Any, TypeVar
 
 from vibopt.records import dataclass
+from vibopt.work import within
 
 T = TypeVar("T")
 Rows = tuple[str, list[dict[str, Any]]]
@@ -25,14 +26,9 @@ class _Kept:
 _KEPT: ContextVar[_Kept | None] = ContextVar("kept", default=None)
 
 
-@contextmanager
-def kept(known: Sequence[Rows], add: Callable[[Rows], None]) -> Iterator[None]:
+def kept(known: Sequence[Rows], add: Callable[[Rows], None]) -> AbstractContextManager[None]:
     """Runs inside are those that are known, as long as they come in the same order; `add` is given the others."""
-    token = _KEPT.set(_Kept([*known], add))
-    try:
-        yield
-    finally:
-        _KEPT.reset(token)
+    return within(_KEPT, _Kept([*known], add))
 
 
 def run(name: str, kind: type[T], make: Callable[[], Sequence[T]]) -> list[T]:

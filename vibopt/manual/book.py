@@ -90,7 +90,7 @@ def the_book() -> Book:
         for group, names in GROUPS.items()
         for name in names
     }
-    made = [*reference.devices(), *reference.excitations(), *reference.responses(), *reference.balancing()]
+    made = [*reference.kinds(), *reference.balancing()]
     for one in [topic for topic in made if topic.name in written]:
         guide = written[one.name]
         written[one.name] = Topic(guide.name, guide.group, partial(_with_keys, guide, one), guide.about)

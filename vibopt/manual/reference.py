@@ -37,16 +37,11 @@ _MODELS = {"base": Response, "harmonic": HarmonicResponse, "random": RandomRespo
 _ONES = {"bodies": "a body", "bases": "a base"}
 
 
-def devices() -> Iterator[Topic]:
-    """A page for each family of devices."""
-    for name in FAMILIES:
-        yield Topic(name, FILE, partial(_device, name))
-
-
-def excitations() -> Iterator[Topic]:
-    """A page for each kind of excitation."""
-    for name in EXCITATIONS:
-        yield Topic(name, SHAKES, partial(_excitation, name))
+def kinds() -> Iterator[Topic]:
+    """A page for each family of devices, each kind of excitation and each response."""
+    every = (FAMILIES, FILE, _device), (EXCITATIONS, SHAKES, _excitation), (RESPONSES, ASKED, _response)
+    for names, title, page in every:
+        yield from (Topic(name, title, partial(page, name)) for name in names)
 
 
 def _device(name: str) -> str:
@@ -70,12 +65,6 @@ def _excitation(name: str) -> str:
         *_body(kind, "[excitations.NAME]", method_of(name), {"kind": name}),
     ]
     return "\n\n".join(words)
-
-
-def responses() -> Iterator[Topic]:
-    """A page for each response."""
-    for name in RESPONSES:
-        yield Topic(name, ASKED, partial(_response, name))
 
 
 def _response(name: str) -> str:

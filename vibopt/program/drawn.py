@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from math import prod
 
@@ -16,7 +16,7 @@ from vibopt.program.program import Limit
 from vibopt.records import dataclass
 from vibopt.scene.uncertain import Uncertain
 from vibopt.values.tolerance import DATA, Scatter
-from vibopt.work import late
+from vibopt.work import late, within
 
 SIZES = (256, 1024, 4096, 16384)
 """Machines that are drawn, until a verdict is reached: each draw begins with all machines of the one before."""
@@ -34,14 +34,9 @@ _ALIKE: ContextVar[bool] = ContextVar("the same machines for every answer", defa
 MET, NOT_MET, OPEN = "met", "not met", "cannot be told"
 
 
-@contextmanager
-def drawn_alike() -> Iterator[None]:
+def drawn_alike() -> AbstractContextManager[None]:
     """The same machines, and as many, for every answer within: what differs then is not for the draw."""
-    before = _ALIKE.set(True)
-    try:
-        yield
-    finally:
-        _ALIKE.reset(before)
+    return within(_ALIKE, True)
 
 
 def looks(cost: float, most: float) -> tuple[tuple[int, ...], float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager
 from contextvars import ContextVar
 from dataclasses import replace
 from functools import partial
@@ -34,6 +34,7 @@ from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Goal, Scene
 from vibopt.scene.space import members
 from vibopt.signals import Drive
+from vibopt.work import within
 
 RATED = ": rated load"
 """How the names of limits end that a part brings with it."""
@@ -43,14 +44,9 @@ _RATINGS: dict[str, Side] = {"rated_max": "at_most", "rated_min": "at_least"}
 _WHOLE: ContextVar[bool] = ContextVar("whole models", default=False)
 
 
-@contextmanager
-def whole_models() -> Iterator[None]:
+def whole_models() -> AbstractContextManager[None]:
     """What is posed inside leaves no freedom out, whatever a response needs."""
-    before = _WHOLE.set(True)
-    try:
-        yield
-    finally:
-        _WHOLE.reset(before)
+    return within(_WHOLE, True)
 
 
 def are_whole() -> bool:

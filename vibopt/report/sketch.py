@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.mechanics.built import GROUND
-from vibopt.records import dataclass
 from vibopt.report.figures.canvas import LETTER, Box, Canvas, along, caption_height, fitted_rows, wide
 from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, drawn
 from vibopt.report.machine_parts import Link, Sketch
@@ -43,15 +42,6 @@ def sketch_figure(sketch: Sketch, width: float = WIDTH, title: str = "", *, look
     canvas = Canvas(width, page.height, title)
     page.draw(canvas)
     return canvas.figure
-
-
-@dataclass(frozen=True, slots=True)
-class _Label:
-    """Words of a gap: where they would stand [inches], and in which line of the gap they do."""
-
-    x: float
-    words: str
-    row: int
 
 
 class _Page:
