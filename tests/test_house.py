@@ -23,7 +23,7 @@ MODULES = {
 
 FLOORS = (
     ("errors", "records"),
-    ("arrays", "work"),
+    ("arrays", "bracketing", "work"),
     ("cones", "files", "frontier", "signals", "units"),
     ("document",),
     ("values",),

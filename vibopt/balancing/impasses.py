@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
+from math import sqrt
 from typing import Any, Generic, Protocol, TypeVar
-
-import numpy as np
 
 from vibopt.answer.answer import Answer, Conflict, Least, Nearest
 from vibopt.answer.clashes import every_clash
 from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.balancing.optimisers import THOROUGH, allowance
 from vibopt.balancing.rotor_tables import Bounded
+from vibopt.bracketing import narrowed
 from vibopt.records import dataclass
 from vibopt.values.soft import softness, widened
 from vibopt.work import Budget, late, metered
@@ -85,32 +85,27 @@ def narrowest(at: Callable[[float], T | None], budget: Budget) -> Narrowest[T] |
     def over() -> bool:
         return budget.over or late("the search for the nearest answer")
 
-    def tried(factor: float) -> T | None:
-        budget.spend()
-        return at(factor)
+    answers: dict[float, T] = {}
 
-    high = 1.0
-    found = None if over() else tried(high)
-    low = high if found is None else 0.0
-    while found is None and high < _WIDEST and not over():
+    def kept(factor: float) -> bool:
+        budget.spend()
+        found = at(factor)
+        answers.update({} if found is None else {factor: found})
+        return found is not None
+
+    def middle(high: float, low: float) -> list[float]:
+        return [sqrt(low * high)] if high > low * (1.0 + _CLOSE) and not over() else []
+
+    low, high = 0.0, 1.0
+    while high < _FURTHER * _WIDEST and not over() and not kept(high):
         low, high = high, _FURTHER * high
-        found = tried(high)
-    if found is None:
+    while answers and low == 0.0 and high > _NARROWEST and not over():
+        low, high = (low, high / _FURTHER) if kept(high / _FURTHER) else (high / _FURTHER, high)
+    if not answers:
         return None
-    while low == 0.0 and high > _NARROWEST and not over():
-        lower = tried(high / _FURTHER)
-        if lower is None:
-            low = high / _FURTHER
-        else:
-            found, high = lower, high / _FURTHER
-    while low > 0.0 and high > low * (1.0 + _CLOSE) and not over():
-        middle = float(np.sqrt(low * high))
-        there = tried(middle)
-        if there is None:
-            low = middle
-        else:
-            found, high = there, middle
-    return Narrowest(found, high, high <= max(low * (1.0 + _CLOSE), _NARROWEST))
+    if low > 0.0:
+        high, low = narrowed(lambda factors: [kept(factors[0])], high, low, middle)
+    return Narrowest(answers[high], high, high <= max(low * (1.0 + _CLOSE), _NARROWEST))
 
 
 class Solved(Protocol):

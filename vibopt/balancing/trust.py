@@ -10,6 +10,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.influence import Identified, Learnt, with_readings
 from vibopt.balancing.question import Question
 from vibopt.balancing.rotor_job import RotorJob, Scatter
+from vibopt.bracketing import halved
 from vibopt.records import dataclass
 
 ALIKE = 30.0
@@ -19,7 +20,7 @@ NEAR = 10.0
 SCENARIOS = 200
 TAIL = 0.025
 """What lies beyond each end of a band."""
-_RINGS, _ANGLES, _HALVINGS = 400, 48, 16
+_RINGS, _ANGLES, _CLOSE = 400, 48, 2e-5
 
 
 @dataclass(frozen=True)
@@ -140,11 +141,7 @@ def _least(z: complex, errors: ComplexArray) -> float:
 
     if not rare(0.0):
         return 0.0
-    low, high = 0.0, size
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if rare(middle) else (low, middle)
-    return low
+    return halved(rare, 0.0, size, least=_CLOSE * size)[0]
 
 
 def mean_rows(job: RotorJob, identified: Identified, noise: Noise) -> tuple[ComplexArray, ComplexArray, FloatArray]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.bracketing import crossing
 
 _NOTHING = 1e-10
 """Part of the unit of rates below which a growth is rounding, of a motion that nothing damps."""
@@ -26,10 +27,14 @@ def first_growth(first: ComplexArray, slope: ComplexArray, low: float, high: flo
         A rate that is slow and a number that is small: the lowest frequency at rest [rad/s].
     """
     at, before, none = low, low, _NOTHING * unit
+
+    def growth(at: float) -> float:
+        return float(np.linalg.eigvals(first + at * slope).real.max()) - none
+
     while True:
         rates, ways = np.linalg.eig(first + at * slope)
         if rates.real.max() > none:
-            return low if at == low else _begins(first, slope, before, at, none)
+            return low if at == low else crossing(growth, before, at)[1]
         if at >= high:
             return None
         back = np.linalg.solve(ways, slope @ ways)
@@ -37,17 +42,6 @@ def first_growth(first: ComplexArray, slope: ComplexArray, low: float, high: flo
         most = float(np.linalg.eigvalsh(0.5 * (back + back.conj().T) * np.outer(room, room))[-1])
         before = at
         at = min(at + max(_SURE / most, _LEAST * unit), high) if most > 0.0 else high
-
-
-def _begins(first: ComplexArray, slope: ComplexArray, low: float, high: float, none: float) -> float:
-    """Where between two numbers growth begins: halved to all digits."""
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if not low < middle < high:
-            break
-        grows = np.linalg.eigvals(first + middle * slope).real.max() > none
-        low, high = (low, middle) if grows else (middle, high)
-    return high
 
 
 def states(squares: FloatArray, damping: ComplexArray, extra: ComplexArray) -> ComplexArray:

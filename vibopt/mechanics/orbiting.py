@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.bracketing import crossing
 from vibopt.mechanics.built import Joint, Motion, PlaneBearing
 from vibopt.mechanics.hosted import solved
 from vibopt.mechanics.rotating import RotatingMachine, inverse_poles, vanishing
@@ -235,8 +236,6 @@ class OrbitingMachine(RotatingMachine):
 
     def threshold(self, top: float = 0.0) -> float:
         """As of `RotatingMachine`, up to a spin and as far as tables go: lowest motions scanned, then the waves."""
-        from scipy.optimize import brentq
-
         tables, slow, high = self.tables, self.slowest, self.searched(top)
         low = max((table[0] for table in tables), default=0.0)
         spins = np.concatenate([np.linspace(low, high, _SCANNED), slow * np.geomspace(1e-3, 10.0, _SCANNED), *tables])
@@ -249,7 +248,7 @@ class OrbitingMachine(RotatingMachine):
             return float("inf")
         if spin == low:
             return low
-        near = float(brentq(lambda at: self._growth(at)[0] - none, before, spin, rtol=1e-12))
+        near = crossing(lambda at: self._growth(at)[0] - none, before, spin, 1e-12)[1]
         return self._neutral(self._growth(near)[1], near)
 
     def _neutral(self, whirl: float, spin: float) -> float:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.bracketing import crossing
 from vibopt.mechanics.built import Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.hosted import solved
@@ -243,18 +244,16 @@ class RotatingMachine(Machine):
 
         No number at all where it is not there, so that no answer stands on it.
         """
-        from scipy.optimize import brentq
-
         below = int((np.linalg.eigvalsh(self._scaled(np.array([near]), sense)[0]) < 0.0).sum())
         met = [math.nan]
         for rank in (below - 1, below) if number is None else (number,):
 
-            def falls(at: float, rank: int = rank) -> float:
-                return float(self._least(np.array([at]), sense, np.array([rank]))[0])
+            def risen(at: float, rank: int = rank) -> float:
+                return -float(self._least(np.array([at]), sense, np.array([rank]))[0])
 
             low, high = near / _FAR, near * _FAR
-            if rank >= 0 and falls(low) > 0.0 > falls(high):
-                met.append(float(brentq(falls, low, high, xtol=_CLOSE * near, rtol=_CLOSE)))
+            if rank >= 0 and risen(low) < 0.0 < risen(high):
+                met.append(crossing(risen, low, high, _CLOSE)[0])
         return min(met, key=lambda value: math.inf if math.isnan(value) else abs(value - near))
 
     @cached_property
@@ -372,8 +371,6 @@ def _neutral(
     mass: FloatArray, damping: FloatArray, turning: FloatArray, stiffness: FloatArray, polar: FloatArray
 ) -> tuple[float, float] | None:
     """Whirl and least spin [rad/s] at which one of the lowest free motions neither grows nor fades; None of none."""
-    from scipy.optimize import brentq
-
     if not turning.any():
         return None
     root = np.linalg.inv(np.linalg.cholesky(stiffness))
@@ -393,7 +390,7 @@ def _neutral(
     low, slow = 0.0, float(np.sqrt(squares[0]))
     for high in slow * np.geomspace(0.4, 300.0, 48):
         if growth(high)[0] > _REAL * slow:
-            spin = float(brentq(lambda at: growth(at)[0] - _REAL * slow, low, high, rtol=1e-12))
+            spin = crossing(lambda at: growth(at)[0] - _REAL * slow, low, float(high), 1e-12)[1]
             return growth(spin)[1], spin
         low = float(high)
     return None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.bracketing import crossing
 
 _NEUTRAL = 1e-12
 """Part of the greatest rate below which one is rounding of zero, where some motion has no damping."""
@@ -17,7 +18,6 @@ def threshold_in_planes(mass: FloatArray, damping: FloatArray, rotating: FloatAr
     Bisected between rest and a spin at which something grows.
     """
     from scipy.linalg import block_diag, eigvals
-    from scipy.optimize import brentq
 
     if not rotating.any():
         return float("inf")
@@ -56,4 +56,4 @@ def threshold_in_planes(mass: FloatArray, damping: FloatArray, rotating: FloatAr
         high *= 0.5
         if high < 1e-6 * rate:
             return 0.0
-    return float(brentq(growth, low or 0.5 * high, high, xtol=1e-15 * high, rtol=1e-14))
+    return crossing(growth, low or 0.5 * high, high, 1e-14)[1]

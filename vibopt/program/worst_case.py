@@ -9,6 +9,7 @@ from math import isclose
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.bracketing import crossing
 from vibopt.forms.undamped import frequency_senses
 from vibopt.mechanics.combine import FOUND, beyond, foremost
 from vibopt.mechanics.modes import natural_frequencies
@@ -192,16 +193,12 @@ class _Hunt:
 
     def _nearest(self, limit: Limit, soft: FloatArray, stiff: FloatArray, mode: int, aimed: float) -> FloatArray:
         """Factors on the way from the softest to the stiffest machine at which a mode is nearest to a frequency."""
-        low, high = 0.0, 1.0
         if self._mode(limit, stiff, mode) <= aimed:
             return stiff
         if self._mode(limit, soft, mode) >= aimed:
             return soft
-        for _ in range(60):
-            part = 0.5 * (low + high)
-            over = self._mode(limit, soft + part * (stiff - soft), mode) > aimed
-            low, high = (low, part) if over else (part, high)
-        return soft + high * (stiff - soft)
+        _, part = crossing(lambda part: self._mode(limit, soft + part * (stiff - soft), mode) - aimed, 0.0, 1.0)
+        return soft + part * (stiff - soft)
 
     def climbed(self, near: tuple[FloatArray, ...], quick: bool) -> Hit:
         """From the middle, from corners and from factors given, up along exact slopes."""

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.bracketing import crossing
 from vibopt.forms import Form
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.program.pose import pose
@@ -149,32 +149,11 @@ def _ends(worse: _Worse) -> tuple[End, End]:
 
 def _end(worse: _Worse, sign: float) -> End:
     good, step = 0.0, _FIRST
-    at_good = worse(0.0)
     while good < FARTHEST:
         bad = min(good + step, FARTHEST)
-        at_bad = worse(sign * bad)
-        if at_bad > 0.0:
-            root = _root(lambda s: worse(sign * s), good, at_good, bad, at_bad)
+        if worse(sign * bad) > 0.0:
+            root = crossing(lambda s: worse(sign * s), good, bad, least=_EXACT)[0]
             worse(sign * (root + _EXACT))
             return End(math.expm1(sign * root) if root > _EXACT else 0.0, worse.because)
-        good, at_good, step = bad, at_bad, min(step * _WIDER, 0.1)
+        good, step = bad, min(step * _WIDER, 0.1)
     return End(math.expm1(sign * FARTHEST), "")
-
-
-def _root(function: Callable[[float], float], low: float, at_low: float, high: float, at_high: float) -> float:
-    """Where a function that is not positive at `low` and positive at `high` becomes positive."""
-    for step in range(80):
-        if high - low <= _EXACT:
-            break
-        slope = (at_high - at_low) / (high - low)
-        middle = low - at_low / slope
-        if step % 3 == 2 or not low < middle < high:
-            middle = 0.5 * (low + high)
-        value = function(middle)
-        if value > 0.0:
-            high, at_high = middle, value
-        else:
-            low, at_low = middle, value
-        if abs(value) < 1e-13:
-            return middle
-    return low

@@ -17,6 +17,7 @@ import numpy as np
 from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray, IntArray
+from vibopt.bracketing import crossing
 from vibopt.program.drawn import MET, drawn, every_one, in_batches, looks, sure_share
 from vibopt.program.far_off import Beyond
 from vibopt.program.program import Limit, Program
@@ -355,7 +356,6 @@ class _Search:
 
     def _scaled(self, parts: list[Limit], machine: FloatArray, level: float) -> FloatArray:
         """The machine on the way from the one as said through `machine` (n_doubts,) that misses as much as the edge."""
-        from scipy.optimize import brentq
 
         def over(t: float) -> float:
             return float(missed_on(parts, (1.0 + t * (machine - 1.0))[None, :]).max()) - level
@@ -363,8 +363,7 @@ class _Search:
         low, high = 0.0, 1.5
         if not (np.isfinite(level) and over(low) < 0.0 < over(high)):
             return machine
-        scaled: FloatArray = 1.0 + float(brentq(over, low, high, xtol=1e-9)) * (machine - 1.0)
-        return scaled
+        return np.asarray(1.0 + crossing(over, low, high, least=1e-9)[0] * (machine - 1.0))
 
     def _tight(self, x: FloatArray, key: Key, machines: FloatArray) -> bool:
         """Whether a limit holds the design back."""

@@ -24,6 +24,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
+from vibopt.bracketing import halved
 from vibopt.forms import Monomials
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.program.program import Aim, Limit, Program
@@ -38,12 +39,12 @@ _SAFETY = 1e-6
 """Part of a bound that the integrals and rounding may take."""
 _REALS = (0.03, 0.3, 1.0)
 """Real s to begin with, in parts of a natural frequency; at less of it digits would be lost."""
-_ROUNDS, _TURNS, _HALVINGS, _MODES = 400, 3, 50, 3
+_ROUNDS, _TURNS, _MODES = 400, 3, 3
 _NEAR = 1e-9
 _HUNDRED = 99.5
 """Percent from which on they are whole numbers."""
-_LIGHTEST, _STEPS = 0.02, 9
-"""Part of its mass down to which a lighter device is looked for, and halvings."""
+_LIGHTEST, _COARSE, _FINE = 0.02, 0.008, 1e-15
+"""Part of its mass down to which a lighter device is looked for, to which it is known, and to which a level is."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,11 +253,10 @@ class Device:
         if window is None:
             return 0.0
         known = window.known(self.host, mass)
-        low, high = 0.0, max(known / self._cap(window, 0.0, _FINAL), 0.0)
-        for _ in range(_HALVINGS if self.host.damper else 0):
-            middle = 0.5 * (low + high)
-            low, high = (middle, high) if middle * self._cap(window, middle, _FINAL) <= known else (low, middle)
-        return low if self.host.damper else high
+        high = max(known / self._cap(window, 0.0, _FINAL), 0.0)
+        if not self.host.damper:
+            return high
+        return halved(lambda level: level * self._cap(window, level, _FINAL) <= known, 0.0, high, _FINE)[0]
 
 
 def with_bound(program: Program, found: Found) -> Found:
@@ -293,12 +293,12 @@ def _least_mass(program: Program, aim: Aim, value: float) -> float:
         if host is None or not share > 0.0:
             continue
         low, high = value / share * _LIGHTEST, value / share
-        if Device(host).least(low) <= limit.bound:
-            continue
-        for _ in range(_STEPS):
-            middle = float(np.sqrt(low * high))
-            low, high = (middle, high) if Device(host).least(middle) > limit.bound else (low, middle)
-        best = max(best, low * share)
+
+        def too_light(mass: float, host: Hung = host, bound: float = limit.bound) -> bool:
+            return Device(host).least(mass) > bound
+
+        if too_light(low):
+            best = max(best, halved(too_light, low, high, _COARSE, by_ratios=True)[0] * share)
     return best
 
 

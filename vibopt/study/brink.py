@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.bracketing import crossing
 from vibopt.errors import InputError
 from vibopt.jobs import is_scene, with_changes
 from vibopt.program.pose import pose
@@ -25,8 +27,7 @@ if TYPE_CHECKING:
     from vibopt.scene.scene import Scene
     from vibopt.values.fact_at import FactAt
 
-_LOOKS = 14
-_CLOSE = 1e-8
+_CLOSE = 1e-7
 
 
 def follows(job: Job) -> TypeGuard[Scene]:
@@ -52,13 +53,14 @@ def brink(
     Returns
     -------
     float, FloatArray
-        The place at which the least by which the worst limit is missed goes through zero, by false position, and the
-        last design before it; nan where slopes do not lead there.  A guess: what is on either side is to be answered.
+        The place at which the least by which the worst limit is missed goes through zero, and the last design before
+        it; nan where slopes do not lead there.  A guess: what is on either side is to be answered.
     """
     from vibopt.study.nearest import slid  # with what proves over tolerances, for few
 
     design = np.array(x, dtype=float)
 
+    @cache
     def missed(t: float) -> float:
         nonlocal design
         program = closed(pose(with_changes(job, fact.changes(value(t)))))
@@ -69,27 +71,8 @@ def brink(
         return least
 
     try:
-        return _zero(missed, *ends), design
+        if missed(ends[0]) < 0.0 < missed(ends[1]):
+            return crossing(missed, *ends, least=_CLOSE)[0], design
     except InputError:
-        return math.nan, design
-
-
-def _zero(height: Callable[[float], float], good: float, bad: float) -> float:
-    """Where a function comes up through zero between two places (Illinois rule); nan where it does not."""
-    below, above, side = height(good), height(bad), 0
-    if not below < 0.0 < above:
-        return math.nan
-    for _ in range(_LOOKS):
-        t = good - below * (bad - good) / (above - below)
-        here = height(t)
-        if not math.isfinite(here):
-            return math.nan
-        if abs(here) <= _CLOSE or abs(bad - good) <= _CLOSE:
-            return t
-        if here < 0.0:
-            above *= 0.5 if side < 0 else 1.0
-            good, below, side = t, here, -1
-        else:
-            below *= 0.5 if side > 0 else 1.0
-            bad, above, side = t, here, 1
-    return t
+        pass
+    return math.nan, design

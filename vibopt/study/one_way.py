@@ -10,6 +10,7 @@ from functools import partial
 import numpy as np
 
 from vibopt.answer.entry import Entry, Way
+from vibopt.bracketing import Places, narrowed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.study.holding import Road, SpentError, State, difference, no_more
@@ -445,30 +446,27 @@ class Along:
 
     def _halved(self, good: State, bad: State, direction: int, holds: Callable[[State], bool]) -> tuple[State, State]:
         """The last value at which something holds and the first at which it does not, as near as they are known."""
-        if self.axis.counted:
-            return self._counted(good, bad, holds)
         low, high = abs(self._t(good)), abs(self._t(bad))
-        close = _CLOSER if self.road.together else _CLOSE
-        while high - low > close * max(1.0, low):
-            parts = np.linspace(low, high, 34)[1:-1] if self.road.together else [0.5 * (low + high)]
-            values = [self.axis.value(direction * float(part)) for part in parts]
-            states = [
-                (float(t), state) for t, state in zip(parts, self.road.at(values), strict=True) if state is not None
-            ]
-            index = next((k for k, (_, state) in enumerate(states) if not holds(state)), len(states))
-            if not states:
-                break
-            if index:
-                low, good = states[index - 1]
-            if index < len(states):
-                high, bad = states[index]
-        return good, bad
+        states = {low: good, high: bad}
 
-    def _counted(self, good: State, bad: State, holds: Callable[[State], bool]) -> tuple[State, State]:
-        while abs(bad.value - good.value) > 1.5:
-            middle = self.road(float(round(0.5 * (good.value + bad.value))))
-            good, bad = (middle, bad) if holds(middle) else (good, middle)
-        return good, bad
+        def told(places: Places) -> list[bool | None]:
+            now = self.axis.fact.value
+            values = [now + direction * t if self.axis.counted else self.axis.value(direction * t) for t in places]
+            found = self.road.at(values)
+            states.update((t, state) for t, state in zip(places, found, strict=True) if state is not None)
+            return [None if state is None else holds(state) for state in found]
+
+        inner, outer = narrowed(told, low, high, self._inner)
+        return states[inner], states[outer]
+
+    def _inner(self, low: float, high: float) -> Places:
+        """Places between two at which is looked next; none where they are as near as they are to be."""
+        if self.axis.counted:
+            return [float(round(0.5 * (low + high)))] if high - low > 1.5 else []
+        close = _CLOSER if self.road.together else _CLOSE
+        if high - low <= close * max(1.0, low):
+            return []
+        return [float(t) for t in np.linspace(low, high, 34)[1:-1]] if self.road.together else [0.5 * (low + high)]
 
 
 def _at_nothing(points: list[tuple[float, float]], end: float) -> float:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
+from vibopt.bracketing import narrowed
 from vibopt.errors import InputError
 from vibopt.jobs import answer, is_scene, noun_of, with_changes
 from vibopt.records import dataclass
@@ -37,7 +38,8 @@ _DECADES = (0.01, 0.04, 0.1, 0.2, 0.4, 0.7, 1.0)
 """Decades at which a number is looked at, each way; parts of the whole extent for places and angles."""
 _BOUNDS = (0.04, 0.1, 0.2, 0.4, 0.7, 1.0, 2.0, 4.0)
 """The same for a bound or the end of a range, which is moved in the way that loosens it."""
-_HALVINGS = 24
+_CLOSE = 1e-7
+"""Part to which a number is known that is not rounded."""
 _LOOSER = {"at_most": 1, "to": 1, "most": 1, "holes": 1, "most_weights": 1, "stock": 1, "deepest": 1,
            "at_least": -1, "from": -1, "least": -1}  # fmt: skip
 """The way in which what a path ends with is loosened."""
@@ -281,14 +283,13 @@ def _along(road: Road, axis: Axis, way: int) -> tuple[float, float] | None:
         bad = value
     if good is None:
         return None
-    for _ in range(_HALVINGS):
-        middle = _rounded(fact, 0.5 * (bad + good), good)
-        if middle in (bad, good) or not min(bad, good) < middle < max(bad, good):
-            break
-        if _good(road, middle):
-            good = middle
-        else:
-            bad = middle
+
+    def middle(good: float, bad: float) -> list[float]:
+        value = _rounded(fact, 0.5 * (bad + good), good)
+        between = min(bad, good) < value < max(bad, good) and abs(good - bad) > _CLOSE * abs(good)
+        return [value] if between else []
+
+    good, _ = narrowed(lambda values: [_good(road, value) for value in values], good, bad, middle)
     far = abs(axis.at(good))
     return (far if math.isfinite(far) else math.inf), good
 

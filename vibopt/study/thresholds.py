@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
+from vibopt.bracketing import crossing
 from vibopt.program.pose import pose
 from vibopt.records import dataclass
 from vibopt.scene.facts import facts
@@ -154,7 +155,7 @@ def _crossing(margins: Margins, values: list[float]) -> float | None:
         margins.refining = sparing
         if not margins.most(bad[0]) <= 0.0 < margins.most(bad[1]):  # on a machine that was not known before
             continue
-        edge = _edge(margins, *bad)
+        edge = crossing(margins.most, *bad)[1]
         margins.refining = False
         before = float(np.nextafter(edge, start))
         if before == start or not (_breaks(margins.full(edge)) and _breaks(margins.full(before))):
@@ -189,16 +190,14 @@ def _meetings(margins: Margins, low: float, high: float) -> list[float]:
     first, last = margins.above(low), margins.above(high)
     if first is None or last is None or first.shape != last.shape:
         return []
-    from scipy.optimize import brentq
-
     found = []
     for index in np.flatnonzero(first * last < 0.0):
 
-        def gap(value: float, index: int = int(index)) -> float:
+        def gap(value: float, index: int = int(index), way: float = float(np.sign(last[index]))) -> float:
             here = margins.above(value)
-            return float(here[index]) if here is not None and len(here) > index else 0.0
+            return way * float(here[index]) if here is not None and len(here) > index else 0.0
 
-        found.append(float(brentq(gap, low, high, xtol=1e-9 * abs(high - low), rtol=1e-12)))
+        found.append(crossing(gap, low, high, 1e-12, least=1e-9 * abs(high - low))[0])
     found = sorted(set(found), key=lambda one: abs(one - low))
     middles = [0.5 * (a + b) for a, b in pairwise(found)]
     both = sorted({*found, *middles}, key=lambda one: abs(one - low))
@@ -242,32 +241,6 @@ def _climbed(margins: Margins, three: list[float], index: int) -> float | None:
         except StopIteration:
             return bad[0]
     return None
-
-
-def _edge(margins: Margins, good: float, bad: float) -> float:
-    """The first failing value between a good and a bad one, to the last digits."""
-    from scipy.optimize import brentq
-
-    root = float(brentq(margins.most, good, bad, xtol=1e-300, rtol=4.0 * np.finfo(float).eps, maxiter=200))
-    step = 4.0 * np.finfo(float).eps * max(abs(root), 1e-6 * abs(bad - good))
-    way = 1.0 if bad > good else -1.0
-    for _ in range(40):  # from the root to both sides until it is enclosed, then to neighbours
-        near = max(root - way * step, good) if way > 0 else min(root - way * step, good)
-        far = min(root + way * step, bad) if way > 0 else max(root + way * step, bad)
-        if margins.most(far) > 0.0 >= margins.most(near):
-            return _bisected(margins, near, far)
-        step *= 4.0
-    return _bisected(margins, good, bad)
-
-
-def _bisected(margins: Margins, good: float, bad: float) -> float:
-    """Until the two are neighbours."""
-    for _ in range(80):
-        middle = 0.5 * (good + bad)
-        if middle in (good, bad):
-            break
-        good, bad = (good, middle) if margins.most(middle) > 0.0 else (middle, bad)
-    return bad
 
 
 def broken(scene: Scene, fact: FactAt, value: float) -> tuple[float, str]:

@@ -14,6 +14,7 @@ from vibopt.answer.entry import ACTIVE, Entry
 from vibopt.answer.tabular import Tabular
 from vibopt.arrays import FloatArray
 from vibopt.balancing import is_rotor
+from vibopt.bracketing import narrowed
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError, way_out
@@ -334,7 +335,7 @@ class _Front:
         gaps: list[Gap] = [self._falling(lambda one: one is not None)]
         if free:
             gaps.append(self._falling(best))
-        tight, *loose = self._cut(gaps)
+        tight, *loose = map(self._tightest, gaps)
         return tight, (max(tight, loose[0]) if free else max(good)), free  # where they are one, in any order
 
     def _falling(self, holds: Holds) -> Gap:
@@ -354,30 +355,25 @@ class _Front:
             self.all([0.5 * bounds[0]])
         return 0.5 * bounds[0], bounds[0], holds
 
-    def _cut(self, gaps: list[Gap]) -> list[float]:
-        """Of bounds that fail and bounds that hold those that hold, once each two are so close that they are one."""
-        for _ in range(_REACH):
-            wide = [gap for gap in gaps if gap[1] - gap[0] > CLOSE * gap[1]]
-            if not wide:
-                break
-            count = _TOGETHER if self.batch else 1
-            inner = [[a * (c / a) ** (k / (count + 1)) for k in range(1, count + 1)] for a, c, _ in wide]
-            self.all([b for one in inner for b in one] + self._beside(c for _, c, _ in wide))
-            last, gaps = gaps, [self._closer(gap) for gap in gaps]
-            if gaps == last:  # what is left between is open
-                break
-        return [gap[1] for gap in gaps]
+    def _tightest(self, gap: Gap) -> float:
+        """The tightest bound that holds: one that fails is so close to it that both are one."""
+        fails, loose, holds = gap
+
+        def inner(good: float, bad: float) -> list[float]:
+            count, known = _TOGETHER if self.batch else 1, sorted(b for b in self.known if bad < b < good)
+            if known or good - bad <= CLOSE * good:
+                return known[::-1]
+            return [*self._beside([good]), *(good * (bad / good) ** (k / (count + 1)) for k in range(1, count + 1))]
+
+        def told(bounds: Sequence[float]) -> list[bool | None]:
+            self.all(bounds)
+            return [holds(self.known[b]) if b in self.known else None for b in bounds]
+
+        return narrowed(told, loose, fails, inner)[0]
 
     def _beside(self, bounds: Iterable[float]) -> list[float]:
         """Just tighter than what designs reach at some bounds: there the next design is, if there is one."""
         return [b * (1.0 - 0.5 * CLOSE) for b in bounds if b in self.steps]
-
-    def _closer(self, gap: Gap) -> Gap:
-        """The loosest known bound of a gap that fails, and the next."""
-        low, high, holds = gap
-        here = [b for b in sorted(self.known) if low < b < high]
-        low = max([low, *(b for b in here if not holds(self.known[b]))])
-        return low, min([b for b in here if b > low], default=high), holds
 
     def _between(self, tight: float, loose: float, count: int) -> bool:
         """Bounds between both ends until no two neighbours are further apart than the whole over the count.

@@ -13,6 +13,7 @@ import numpy as np
 from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
 from vibopt.arrays import FloatArray
+from vibopt.bracketing import crossing
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import changed
 from vibopt.errors import InputError, RoutesDiffer
@@ -37,7 +38,6 @@ MOST_VARIABLES = 6
 _GRID = {1: 65, 2: 12, 3: 7, 4: 4, 5: 3, 6: 2}
 _TRIED, _GROWN = 8, 2
 """Designs of the grid around which a box is measured, and from which the centre is sought."""
-_STEPS = 40
 _COARSE, _FINE, _CLOSE = 1e-2, 1e-4, 1e-7
 """Part to which a box is known: of many, while it is moved, and at the end."""
 _GREAT = 10.0
@@ -240,27 +240,13 @@ class _Box:
         return part
 
     def _until(self, index: int, x: FloatArray, place: FloatArray, part: float, close: float) -> float:
-        """How far from a design towards a place that is missed a limit holds (false position)."""
+        """How far from a design towards a place that is missed a limit holds."""
 
         def missed(t: float) -> float:
             value = float(self.violations(index, (x * (1.0 + t * place))[None])[0]) - self.tolerance
             return min(value, _GREAT) if value > -_GREAT else -_GREAT if value == value else _GREAT
 
-        good, bad, low, high, side = 0.0, part, missed(0.0), missed(part), 0
-        for _ in range(_STEPS):
-            if bad - good <= close * bad:
-                break
-            t = good - low * (bad - good) / (high - low) if high > low else 0.5 * (good + bad)
-            margin = 0.25 * close * bad
-            t = min(max(t, good + margin), bad - margin) if side > -3 and side < 3 else 0.5 * (good + bad)
-            here = missed(t)
-            if here <= 0.0:
-                high, side = (0.5 * high if side > 0 else high), max(side, 0) + 1
-                good, low = t, here
-            else:
-                low, side = (0.5 * low if side < 0 else low), min(side, 0) - 1
-                bad, high = t, here
-        return good
+        return crossing(missed, 0.0, part, close)[0]
 
     def largest(self, begin: FloatArray, progress: Progress | None) -> tuple[FloatArray, float]:
         """The best centre that was found, and half of its box; `begin` (n, n_vars) are designs to look at too."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.bracketing import halved
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.signals import Band
@@ -16,7 +17,6 @@ from vibopt.solve.plane.link_plane import LinkPlane
 
 _POINTS = 400
 _REAL = 1e-9
-_STEPS = 80
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,10 +74,10 @@ def _difference(plane: LinkPlane, limit: Limit, speeds: FloatArray) -> tuple[Com
 
 
 def _root(plane: LinkPlane, limit: Limit, low: float, high: float) -> float:
-    """Where the difference turns its sign, by bisection to the last digit."""
+    """Where the difference turns its sign, to the last digit."""
     left = _difference(plane, limit, np.array([low]))[0][0]
-    for _ in range(_STEPS):
-        middle = 0.5 * (low + high)
-        value = _difference(plane, limit, np.array([middle]))[0][0]
-        low, high = (middle, high) if (value * np.conj(left)).real > 0.0 else (low, middle)
-    return 0.5 * (low + high)
+
+    def before(speed: float) -> bool:
+        return bool((_difference(plane, limit, np.array([speed]))[0][0] * np.conj(left)).real > 0.0)
+
+    return 0.5 * sum(halved(before, low, high))
