@@ -27,7 +27,7 @@ _FOUND = ("optimal", "feasible")
 _HOPELESS = 1e12
 
 
-def best_position(scene: Scene, answer: Answer, progress: Progress | None = None, most: int = MOST) -> Design:
+def best_position(scene: Scene, answer: Answer, progress: Progress | None = None) -> Design:
     """The best answer that a search over the positions finds.
 
     Parameters
@@ -38,8 +38,6 @@ def best_position(scene: Scene, answer: Answer, progress: Progress | None = None
         Answers a scene with all positions given, beginning near a design of a scene much like it.
     progress
         Called with the number of positions and the part of them that is used.
-    most
-        Positions that may be solved.
 
     Notes
     -----
@@ -49,9 +47,9 @@ def best_position(scene: Scene, answer: Answer, progress: Progress | None = None
 
     def tell(count: int) -> None:
         if progress is not None:
-            progress(f"{count} positions", count / most)
+            progress(f"{count} positions", count / MOST)
 
-    search = Search(asked.score, len(asked.variables), Budget(most, "positions"), tell)
+    search = Search(asked.score, len(asked.variables), Budget(MOST, "positions"), tell)
     u = search.run()
     made = asked.at(u)
     best = asked.answered(made)

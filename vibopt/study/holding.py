@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import field
+from itertools import chain
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -178,6 +179,12 @@ def _bounds_of(job: Job, name: str) -> Iterator[FactAt]:
     yield from (fact for fact in facts(job) if fact.path in wanted and fact.dimension != "count")
 
 
+def wider(bounds: Iterable[FactAt], by: float) -> dict[str, str | float]:
+    """Changes that leave a part more room at each of some bounds, or less."""
+    ways = ((bound, 1.0 if is_looser(bound.path, 1.0) else -1.0) for bound in bounds)
+    return {path: said for bound, way in ways for path, said in bound.changes(bound.value * (1.0 + by * way)).items()}
+
+
 def is_touched(part: float) -> bool:
     """Whether an answer touches what it takes this part of."""
     return part >= 1.0 - _TOUCHED
@@ -259,19 +266,28 @@ class Road:
     def __call__(self, value: float) -> State:
         """The answer at a value [SI]."""
         if value not in self.known:
-            self.known[value] = self._answered(value)
+            self.known[value] = self.with_room(value)
         return self.known[value]
 
-    def _answered(self, value: float) -> State:
+    def with_room(self, value: float, names: Collection[str] = (), by: float = 0.0) -> State:
+        """The answer at a value where the bounds of what is touched leave a part more room; "refused" if they are none.
+
+        names
+            As in `State.held`: limits, and ends of ranges; none: the answer to the job with the value alone.
+        """
         if not self.may():
             raise SpentError
         try:
             here = with_changes(self.job, self.fact.changes(value))
+            bounds = {name: list(_bounds_of(here, name)) for name in names}
+            if not all(bounds.values()):
+                return State(value, "refused", None, frozenset())
+            here = with_changes(here, wider(chain.from_iterable(bounds.values()), by)) if bounds else here
         except InputError:
             return State(value, "refused", None, frozenset())
         if is_scene(here):
             near = self._near(value)
-            near = near if near and len(near) == len(here.variables) else None
+            near = near if near and len(near) == len(here.variables) and not names else None
             found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
         else:
             found = answer(here, explain=False, brief=True)
@@ -279,32 +295,6 @@ class Road:
             state = state_of(here, found, value)
         self.work += max(found.work + meter.done, LEAST_WORK)
         return state
-
-    def with_room(self, value: float, names: frozenset[str], by: float) -> State:
-        """The answer at a value where the bounds of what is touched leave a part more room; "refused" if they are none.
-
-        names
-            As in `State.held`: limits, and ends of ranges.
-        """
-        refused = State(value, "refused", None, frozenset())
-        if not self.may():
-            raise SpentError
-        try:
-            here = with_changes(self.job, self.fact.changes(value))
-            changes: dict[str, str | float] = {}
-            for name in names:
-                bounds = list(_bounds_of(here, name))
-                if not bounds:
-                    return refused
-                for bound in bounds:
-                    way = 1.0 if is_looser(bound.path, 1.0) else -1.0
-                    changes |= bound.changes(bound.value * (1.0 + by * way))
-            here = with_changes(here, changes)
-        except InputError:
-            return refused
-        found: Answer[Any] = answer(here, explain=False, brief=True)
-        self.work += max(found.work, LEAST_WORK)
-        return state_of(here, found, value)
 
     def _near(self, value: float) -> Sequence[float] | None:
         """A design to begin at: along the line through the two nearest of one kind, else the nearest."""
@@ -377,7 +367,7 @@ def no_more(state: State, now: float) -> str:
     return refused if state.status == "refused" else "no design"
 
 
-def difference(before: State, after: State, names: Mapping[str, str] | None = None) -> str:
+def difference(before: State, after: State) -> str:
     """What takes over between two answers, in words."""
     if before.good and not after.good:
         return no_more(after, before.value)

@@ -13,6 +13,7 @@ from vibopt.errors import InputError
 from vibopt.jobs import facts
 from vibopt.records import dataclass
 from vibopt.study.grids import DIGITS, Grid, Number, grids
+from vibopt.study.holding import wider
 from vibopt.units import plain
 
 if TYPE_CHECKING:
@@ -231,12 +232,8 @@ class Rounding(ABC):
         """Answers that are best for tighter bounds, as facts under the bounds as they are."""
         bounds = [fact for fact in facts(self.job) if fact.path.startswith("limits.") and fact.value > 0.0]
         for part in ROOMS:
-            changes: dict[str, str | float] = {}
-            for bound in bounds:
-                sign = -1.0 if bound.path.endswith(".at_most") else 1.0
-                changes |= bound.changes(bound.value * (1.0 + sign * part))
             try:
-                answer = self.again(changes)
+                answer = self.again(wider(bounds, -part))
             except InputError:
                 return
             if answer is None:

@@ -221,7 +221,7 @@ def _absolute(fact: FactAt, text: str) -> str:
     return "..".join(said) if is_range(text) else ", ".join(said)
 
 
-def points_of(facts: tuple[Varied, ...], count: int | None, sample: Sample, seed: int = 0) -> Points:
+def points_of(facts: tuple[Varied, ...], count: int | None, sample: Sample) -> Points:
     """A grid with so many values of each range, or so many points drawn evenly (Sobol, Latin hypercube).
 
     Raises
@@ -230,7 +230,7 @@ def points_of(facts: tuple[Varied, ...], count: int | None, sample: Sample, seed
         A list is to be drawn from.
     """
     if sample:
-        return _drawn(facts, count or 256, sample, seed)
+        return _drawn(facts, count or 256, sample)
     axes = tuple(fact.values(count or USUAL[len(facts)]) for fact in facts)
     whole = np.stack([one.ravel() for one in np.meshgrid(*axes, indexing="ij")], axis=-1)
     return Points(facts, whole, axes)
@@ -244,7 +244,7 @@ def how_many(ranges: Mapping[str, str], count: int | None, sample: Sample) -> in
     return prod(usual if is_range(name) else len(_parts_of(name)) for name in ranges.values())
 
 
-def _drawn(facts: tuple[Varied, ...], count: int, sample: Sample, seed: int) -> Points:
+def _drawn(facts: tuple[Varied, ...], count: int, sample: Sample) -> Points:
     from warnings import catch_warnings, simplefilter
 
     from scipy.stats import qmc
@@ -252,7 +252,7 @@ def _drawn(facts: tuple[Varied, ...], count: int, sample: Sample, seed: int) -> 
     listed = [fact.fact.path for fact in facts if fact.listed]
     if listed:
         raise InputError(f"--sample {sample} draws from ranges, and {listed[0]} is a list. Leave --sample out.")
-    engine = (qmc.Sobol if sample == "sobol" else qmc.LatinHypercube)(d=len(facts), seed=seed)
+    engine = (qmc.Sobol if sample == "sobol" else qmc.LatinHypercube)(d=len(facts), seed=0)
     with catch_warnings():
         simplefilter("ignore")  # a number of points that is no power of two is a little less even
         parts = engine.random(count)

@@ -124,9 +124,7 @@ def is_range(text: object) -> bool:
     return isinstance(text, str) and ".." in text
 
 
-def read_range(
-    given: str, dimension: str, *, amplitude: bool = False, place: str | None = None
-) -> tuple[Quantity, Quantity]:
+def read_range(given: str, dimension: str, *, amplitude: bool = False) -> tuple[Quantity, Quantity]:
     """Lower and upper end of "800..2000 rpm", "800 rpm..2000 rpm" or "13.3 Hz..2000 rpm".
 
     A lower end without a unit has that of the upper end. Parameters as in `read_quantity`.
@@ -142,8 +140,8 @@ def read_range(
         raise QuantityError(complaints.no_unit(f"{low_text}..{high_text}", "", dimension))
     shared = not low_unit
     full_low = f"{low_text} {unit}".rstrip() if shared else low_text
-    high = _end("upper", high_text, dimension, amplitude, place, alone=shared)
-    low = _end("lower", full_low, dimension, amplitude, place, alone=shared)
+    high = _end("upper", high_text, dimension, amplitude, alone=shared)
+    low = _end("lower", full_low, dimension, amplitude, alone=shared)
     if low.value > high.value:
         turned = f"{high_text}..{full_low}"
         raise QuantityError(f'runs downwards: its lower end is above its upper end. Write "{turned}".')
@@ -172,10 +170,10 @@ def _unit_of(name: str, end: str, dimension: str) -> str:
         raise _at_end(name, end, error) from None
 
 
-def _end(name: str, text: str, dimension: str, amplitude: bool, place: str | None, *, alone: bool) -> Quantity:
+def _end(name: str, text: str, dimension: str, amplitude: bool, *, alone: bool) -> Quantity:
     """One end; a complaint names the end unless both share one unit."""
     try:
-        return read_quantity(text, dimension, amplitude=amplitude, place=place)
+        return read_quantity(text, dimension, amplitude=amplitude)
     except QuantityError as error:
         if alone:
             raise
