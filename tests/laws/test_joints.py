@@ -468,3 +468,20 @@ def test_a_joint_is_drawn_below_what_it_holds() -> None:
     assert levels(sketch_of(answer)) == {"floor": 0, "joint": 1, "machine": 2}
     rows = dict(body_rows(answer.scene, machine_of(answer.scene, dict(zip(answer.variables, answer.x, strict=True)))))
     assert rows["joint"] == "joint without mass; moves along one line"
+
+
+def test_a_joint_that_follows_what_no_spring_holds_passes_on_the_whole_torque() -> None:
+    """Behind the joint is a body in water alone: 16 T / (pi d^3), for no balance of springs is left in the machine."""
+    answer = vo.solve(vo.from_dict({
+        "bodies": {"engine": {"inertia": "0 kg m2"}, "propeller": {"inertia": "2500 kg m2"}},
+        "links": {
+            "shaft": {"between": ["engine", "propeller"],
+                      "shaft": {"length": "12 m", "diameter": "200 mm", "shear_modulus": "80 GPa"}},
+            "water": {"between": ["propeller", "ground"], "torsional_damping": "30 kN m s/rad"},
+        },
+        "excitations": {"firing": {
+            "kind": "moment", "on": "engine", "speed": "60..140 rpm", "varies": "constant", "amplitude": "60 kN m"}},
+        "measures": {"stress": {"response": "shear_stress", "of": "shaft"}},
+    }))  # fmt: skip
+    assert answer.status == "met", answer.claim
+    assert answer.measures["stress"].value.value == pytest.approx(16.0 * 60e3 / (np.pi * 0.2**3), rel=1e-12)

@@ -312,6 +312,12 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         'is no load that vibopt knows. Write { torque = "20 N m", at = "1500 rpm", varies = "speed^2" } (or "speed"), '
         "one torque, or rows of speed and torque.",
     ),
+    "a load that varies in two ways": (
+        {"torque": "10 N m", "inertia": "2 kg m2",
+         "load": {"torque": "3 N m", "at": "1500 rpm", "varies": ["speed", "speed^2"]}},
+        'is no load that vibopt knows. Write { torque = "20 N m", at = "1500 rpm", varies = "speed^2" } (or "speed"), '
+        "one torque, or rows of speed and torque.",
+    ),
 }  # fmt: skip
 
 

@@ -48,7 +48,7 @@ def _load(given: object) -> Amplitude:
         return given
     if not isinstance(given, Mapping):
         return _torque(given, "load")
-    if {*given} != {"torque", "at", "varies"} or given["varies"] not in _POWERS:
+    if {*given} != {"torque", "at", "varies"} or given["varies"] not in [*_POWERS]:
         raise complaint(
             'is no load that vibopt knows. Write { torque = "20 N m", at = "1500 rpm", varies = "speed^2" } (or '
             '"speed"), one torque, or rows of speed and torque.'

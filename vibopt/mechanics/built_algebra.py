@@ -6,6 +6,9 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 
+_ROUNDING = 1e-13
+"""Part of what springs take from each other below which what is left of them is rounding."""
+
 
 def pencil_poles(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> ComplexArray:
     """Frequencies of free motion [rad/s] of what has joints, by the finite values of a pencil.
@@ -19,9 +22,10 @@ def pencil_poles(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray)
     size[size == 0.0] = 1.0
     balanced = null_space((stiffness / np.outer(size, size))[quick]) if quick.any() else np.eye(len(mass))
     space = balanced / size[:, None]
-    m, c, k = (space.T @ one @ space for one in (mass, damping, stiffness))
-    n, heavy = len(m), int(mass.any(axis=1).sum())
-    unit = float(np.sqrt(np.abs(k).max() / np.abs(m).max()))
+    m, c, k = (space.T @ matrix @ space for matrix in (mass, damping, stiffness))
+    k = np.where(np.abs(k) > _ROUNDING * (np.abs(space.T) @ np.abs(stiffness) @ np.abs(space)), k, 0.0)
+    n, heavy, most = len(m), int(mass.any(axis=1).sum()), float(np.abs(m).max())
+    unit = float(np.sqrt(np.abs(k).max() / most)) or float(np.abs(c).max() / most) or 1.0
     left = np.block([[np.zeros((n, n)), np.eye(n)], [-k, -c * unit]])
     right = np.block([[np.eye(n), np.zeros((n, n))], [np.zeros((n, n)), m * unit**2]])
     above, below = eigvals(left, right, homogeneous_eigvals=True)
