@@ -22,6 +22,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.cones import CONE, EQUAL, LINEAR, by_columns, solve_cones
 from vibopt.mechanics.panels import exponentials
+from vibopt.mechanics.stretches import joints_of
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
@@ -75,7 +76,7 @@ class Path:
         """Where a segment begins or the last ends [s], (n_segments + 1,)."""
         ended, found = 0.0, [np.zeros(1)]
         for run in self._free.runs:
-            found.append(ended + np.arange(1.0, len(run) + 1.0) * run[0].length)
+            found.append(ended + joints_of(run)[1:])
             ended = float(found[-1][-1])
         return np.concatenate(found)
 

@@ -14,17 +14,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from itertools import groupby
 
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
-from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, greatest
+from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential
 from vibopt.mechanics.pulsed import peaks_by_modes
 from vibopt.mechanics.ringing import Behind, Peak, Peaks
 from vibopt.mechanics.stacked import cholesky, moved, product, read_at, row_sum, stepped, trace, wide
+from vibopt.mechanics.stretches import Stretch, add_before, after, own_lengths, runs_of, steps_of
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
@@ -58,27 +58,6 @@ class Reading:
         """Of one or some of many machines."""
         row, rates, inertia = (one if one.ndim == 1 else one[index] for one in (self.row, self.rates, self.inertia))
         return Reading(row, rates, inertia, self.power)
-
-
-@dataclass(frozen=True, slots=True)
-class Stretch:
-    """Segments of one length and one kind, each z' = a z over times 0 to 1.
-
-    a
-        Of machine and signal together, (..., N, N).
-    length
-        Of each [s], (...).
-    starts, left
-        States at the beginning of each, (..., n, N), and of the machine behind the last, (..., size).
-    along
-        exp(a t) where machines stand in a row.
-    """
-
-    a: Numbers
-    length: FloatArray
-    starts: Numbers
-    left: Numbers
-    along: Along | None = None
 
 
 @dataclass(frozen=True)
@@ -139,11 +118,12 @@ class Transient:
         peaks, begun, ended, seen = Peaks.none(count), 0, np.zeros(count), np.zeros((count, self.size))
         for stretch in self.stretches:
             seen = np.maximum(seen, np.abs(stretch.starts[..., : self.size]).max(axis=1))
-            best = greatest(stretch.a, self.row(reading, stretch.a / wide(self.rate * stretch.length)), stretch.starts,
-                            np.abs(peaks.value), stretch.along)  # fmt: skip
-            part = best.at * stretch.length
-            peaks.take(best.value, ended + best.start * stretch.length + part, begun + best.start, part)
-            begun, ended = begun + stretch.starts.shape[-2], ended + stretch.starts.shape[-2] * stretch.length
+            best = stretch.highest(self._row_on(stretch, reading), np.abs(peaks.value))
+            joints = np.broadcast_to(stretch.joints, (count, stretch.count + 1))
+            low, high = (np.take_along_axis(joints, best.start[:, None] + k, 1)[:, 0] for k in (0, 1))
+            part = best.at * (high - low)
+            peaks.take(best.value, ended + low + part, begun + best.start, part)
+            begun, ended = begun + stretch.count, ended + joints[:, -1]
         self.behind.follow(reading, peaks, begun, ended, seen)
         return peaks
 
@@ -197,10 +177,14 @@ class Transient:
         """
         ended: FloatArray = np.zeros(())
         for stretch in self.stretches:
-            parts, values = self._sampled(readings, stretch.a, stretch.starts, stretch.length)
-            begins = ended[..., None] + np.arange(stretch.starts.shape[-2]) * stretch.length[..., None]
-            yield begins[..., None] + parts * wide(stretch.length), values
-            ended = ended + stretch.starts.shape[-2] * stretch.length
+            joints, starts = stretch.joints, stretch.starts[..., None, :] if stretch.uneven else stretch.starts
+            parts, values = self._sampled(readings, stretch.a, starts, stretch.length)
+            lengths = stretch.length[:, None] if stretch.uneven else wide(stretch.length)
+            yield (
+                ended[..., None, None] + joints[..., :-1, None] + parts * lengths,
+                values.reshape(*values.shape[: stretch.starts.ndim], len(parts)),
+            )
+            ended = ended + joints[..., -1]
         a, start = self.onward(self.left)
         parts, values = self._sampled(readings, a * wide(self.rate * behind), start[..., None, :], behind)
         yield wide(ended) + parts * wide(behind), values
@@ -209,8 +193,9 @@ class Transient:
         self, readings: Sequence[Reading], a: Numbers, starts: Numbers, length: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Parts of pieces of so many seconds, (many,), and each reading there from each start, (..., n, many)."""
-        count = int(np.clip(_LOOKED_AT * float(np.max(self.rate * length)), _FEW, _MANY))
-        whole = a / wide(np.maximum(self.rate * length, 1e-300))
+        span = self._span(a, length)
+        count = int(np.clip(_LOOKED_AT * float(np.max(span)), _FEW, _MANY))
+        whole = a / wide(np.maximum(span, 1e-300))
         rows = stepped(exponential(a / count).mT, np.stack([self.row(reading, whole) for reading in readings]), count)
         return np.arange(count + 1) / count, starts @ rows.mT
 
@@ -219,13 +204,12 @@ class Transient:
         within, part = np.broadcast_arrays(within, part)
         begun, found = 0, np.zeros(within.shape, dtype=np.result_type(self.own, reading.row, reading.rates))
         for stretch in self.stretches:
-            inside = (within >= begun) & (within < begun + stretch.starts.shape[-2])
+            inside = (within >= begun) & (within < begun + stretch.count)
             if inside.any():
-                which = np.clip(within - begun, 0, stretch.starts.shape[-2] - 1)
-                starts = np.take_along_axis(stretch.starts, which[..., None, None], axis=-2)[..., 0, :]
-                row = self.row(reading, stretch.a / wide(self.rate * stretch.length))
-                found = np.where(inside, moved(row, stretch.a * wide(part / stretch.length), starts), found)
-            begun += stretch.starts.shape[-2]
+                a, length, starts = stretch.of(np.clip(within - begun, 0, stretch.count - 1))
+                row = self.row(reading, a / wide(self.rate * length))
+                found = np.where(inside, moved(row, a * wide(part / length), starts), found)
+            begun += stretch.count
         if (within >= begun).any():
             a, start = self.onward(self.left)
             found = np.where(within >= begun, moved(self.row(reading, a), a * wide(self.rate * part), start), found)
@@ -241,13 +225,9 @@ class Transient:
         """The reading of a lone machine at times [s] that rise, (n,)."""
         found, ended = np.zeros(len(times)), 0.0
         for stretch in self.stretches:
-            length = float(stretch.length)
-            through = ended + len(stretch.starts) * length
+            through = ended + float(stretch.joints[-1])
             inside = np.flatnonzero((times >= ended * (1.0 - _JOINED)) & (times < through * (1.0 - _JOINED)))
-            parts = (times[inside] - ended) / length
-            which = np.minimum((parts * (1.0 + _JOINED) + _JOINED).astype(int), len(stretch.starts) - 1)
-            row = self.row(reading, stretch.a / (self.rate * length))
-            found[inside] = read_at(row, stretch.a, np.clip(parts - which, 0.0, 1.0), stretch.starts[which])
+            found[inside] = stretch.read(self._row_on(stretch, reading), times[inside] - ended)
             ended = through
         a, begin = self.onward(self.left)
         behind = np.flatnonzero(times >= ended * (1.0 - _JOINED))
@@ -262,11 +242,20 @@ class Transient:
         """The whole load, from rest on."""
         found, state = [], self.begun
         for alike in self.runs:
-            a = self.whole(alike[0])
-            along = Along(a) if a.ndim == 3 and not np.iscomplexobj(a) else None
-            starts, state = self._through(alike, state, exponential(a) if along is None else along.whole)
-            found.append(Stretch(a, np.asarray(alike[0].length), starts, state, along))
+            lengths = own_lengths(alike)
+            a = self.whole(alike[0], lengths)
+            along = Along(a) if lengths is None and a.ndim == 3 and not np.iscomplexobj(a) else None
+            starts, state = self._through(alike, state, steps_of(a) if along is None else along.whole)
+            found.append(Stretch(a, np.asarray(alike[0].length if lengths is None else lengths), starts, state, along))
         return found
+
+    def _span(self, a: Numbers, length: FloatArray) -> FloatArray:
+        """Of segments a (..., N, N) or (..., n, N, N) of these lengths [s], in 1 / rate."""
+        return np.asarray((self.rate[..., None] if a.ndim > self.mass.ndim else self.rate) * length)
+
+    def _row_on(self, stretch: Stretch, reading: Reading) -> Numbers:
+        """Row over the states on a stretch, (..., N), or on each of its segments (..., n, N)."""
+        return self.row(reading, stretch.a / wide(self._span(stretch.a, stretch.length)))
 
     @property
     def left(self) -> Numbers:
@@ -453,13 +442,19 @@ class Transient:
     def _pushed(self) -> Numbers:
         return self._pushed_by_one / wide(self.scale)
 
-    def whole(self, segment: Segment) -> Numbers:
-        """A of machine and signal together, (..., N, N), time from 0 to 1 on a segment."""
-        size, span = self.size, wide(self.rate * segment.length)
-        more = segment.start.shape[-1]
-        a = np.zeros((*self.mass.shape[:-2], size + more, size + more), dtype=self.own.dtype)
-        a[..., :size, :size] = self.own * span
-        a[..., :size, size:] = self._pushed @ segment.read * span
+    def whole(self, segment: Segment, lengths: FloatArray | None = None) -> Numbers:
+        """A of machine and signal together, (..., N, N), time from 0 to 1 on a segment.
+
+        Of segments like it with lengths (n,) of their own (..., n, N, N).
+        """
+        own, pushed, size, more = self.own, self._pushed @ segment.read, self.size, segment.start.shape[-1]
+        span, front = wide(self.rate * segment.length), self.mass.shape[:-2]
+        if lengths is not None:
+            own, pushed = own[..., None, :, :], pushed[..., None, :, :]
+            span, front = wide(self.rate[..., None] * lengths), (*front, len(lengths))
+        a = np.zeros((*front, size + more, size + more), dtype=own.dtype)
+        a[..., :size, :size] = own * span
+        a[..., :size, size:] = pushed * span
         a[..., size:, size:] = segment.rates
         return a
 
@@ -468,11 +463,13 @@ class Transient:
         places = np.zeros((*self.places.shape[:-1], a.shape[-1]), dtype=self.root.dtype)
         places[..., : self.size // 2] = self.places
         rows = np.stack([reading.row, reading.rates, reading.inertia], axis=-2)
-        found, rate = product(rows, places), wide(self.rate)
+        found, rate, scale = product(rows, places), wide(self.rate), wide(self.scale)
+        if a.ndim > places.ndim:  # of each segment
+            found, rate, scale = found[..., None, :, :], rate[..., None], scale[..., None]
         row = found[..., :1, :] + (found[..., 1:2, :] + found[..., 2:, :] @ a * rate) @ a * rate
         for _ in range(reading.power):
             row = row @ a * rate
-        return np.asarray(row * wide(self.scale))[..., 0, :]
+        return np.asarray(row * scale)[..., 0, :]
 
     @property
     def finite(self) -> tuple[Segment, ...]:
@@ -481,14 +478,8 @@ class Transient:
 
     @cached_property
     def runs(self) -> list[list[Segment]]:
-        """Segments of one length and one kind that follow each other, as far as they end."""
-        return [
-            list(run)
-            for _, run in groupby(
-                self.finite,
-                lambda segment: (np.asarray(segment.length).tobytes(), segment.rates.tobytes(), segment.read.tobytes()),
-            )
-        ]
+        """Segments of one kind that follow each other, as far as they end: of one length, or very many of any."""
+        return runs_of(self.finite)
 
     def onward(self, state: Numbers) -> tuple[Numbers, Numbers]:
         """A of what follows behind the last joint, time in 1 / rate, and the states there, those of signals last."""
@@ -504,14 +495,10 @@ class Transient:
         size = self.size
         signals = np.stack([segment.start for segment in alike], axis=-2)
         blows = np.stack([segment.blows for segment in alike], axis=-2) @ self._pushed.mT * wide(self.rate)
-        count = len(alike)
-        states = np.empty((*state.shape[:-1], count + 1, size), dtype=np.result_type(state, self.own))
+        states = np.empty((*state.shape[:-1], len(alike) + 1, size), dtype=np.result_type(state, self.own))
         states[..., 0, :] = state + blows[..., 0, :]
-        states[..., 1:, :] = signals @ step[..., :size, size:].mT
-        states[..., 1:-1, :] += blows[..., 1:, :]
-        reach, power = 1, step[..., :size, :size].mT
-        while reach <= count:  # each state takes up what came before it, over twice the distance every time
-            states[..., reach:, :] += states[..., :-reach, :] @ power
-            reach, power = 2 * reach, power @ power
         signals = np.broadcast_to(signals, (*state.shape[:-1], *signals.shape[-2:]))
+        states[..., 1:, :] = after(step[..., :size, size:], signals)
+        states[..., 1:-1, :] += blows[..., 1:, :]
+        add_before(states, step[..., :size, :size])
         return np.concatenate([states[..., :-1, :], signals], axis=-1), states[..., -1, :]
