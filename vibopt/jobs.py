@@ -268,6 +268,14 @@ def is_open(job: Job) -> bool:
     return bool(job.choices)
 
 
+def asks_shares(job: Job) -> tuple[str, ...]:
+    """Limits with a probability, which machines that are drawn tell."""
+    if is_rotor(job):
+        return job.asks_shares
+    limits = job.limits.items() if is_scene(job) else ()
+    return tuple(name for name, limit in limits if limit.with_probability is not None)
+
+
 def kept_plan(job: B, answer: Answer[Any]) -> B:
     """The same job with what its answer chose as facts: solved again it is an analysis that measures that answer.
 

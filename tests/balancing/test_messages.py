@@ -366,11 +366,11 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         [
             (
                 '[[runs]]\nname = "as found"',
-                '[limits.a]\nresponse = "residual"\nat = "a"\nat_most = "2 mil pp"\nwith_probability = "95 %"\n[[runs]]\nname = "as found"',
+                '[limits.a]\nresponse = "correction"\nof = "left"\nat_most = "9 g"\nwith_probability = "95 %"\n[[runs]]\nname = "as found"',
             )
         ],
         [
-            'fan.toml line 16: unknown key "with_probability" in limits.a. Limits of machines have one. What the scatter of readings may do to a plan its 95 % bands tell, and robust = "worst" under [goal] chooses weights over it; of known masses and engines: vibopt sweep FILE --keep-design.'
+            'fan.toml line 16: unknown key "with_probability" in limits.a. Limits of machines, and on what is left in a measured rotor, have one. Of known masses and engines: vibopt sweep FILE --keep-design.'
         ],
     ),
     "top": (

@@ -479,6 +479,32 @@ def fan_verification_run() -> Answers:
     return found
 
 
+def fan_for_99_of_100() -> Answers:
+    """Least mass with which an error of 0.2 mil in each reading leaves 99 % within 1.5 mil, by the law of Rice."""
+    from scipy.optimize import minimize
+    from scipy.stats import rice
+
+    weights = np.array([[0, 0], [complex(vector(10, 270)), 0], [0, complex(vector(12, 180))]])
+    read = [[("8.6", 63), ("6.5", 206)], [("5.9", 123), ("4.5", 228)], [("6.2", 36), ("10.4", 162)]]
+    readings = np.array([[complex(vector(*one)) for one in run] for run in read])
+    inverse = np.linalg.inv(np.column_stack([np.ones(3), weights]))
+
+    def kept(x: np.ndarray) -> float:
+        shares = np.array([1.0, x[0] + 1j * x[1], x[2] + 1j * x[3]]) @ inverse
+        sd = 0.2 * float(np.sqrt((abs(shares) ** 2).sum()))
+        return float(np.log(rice.cdf(1.5 / sd, abs(shares @ readings) / sd)).sum())
+
+    def mass(x: np.ndarray) -> float:
+        return float(np.hypot(x[0], x[1]) + np.hypot(x[2], x[3]))
+
+    whole = np.linalg.solve((inverse @ readings)[1:].T, -(inverse @ readings)[0])
+    start = 0.9 * np.array([whole[0].real, whole[0].imag, whole[1].real, whole[1].imag])
+    bound = {"type": "ineq", "fun": lambda x: 100.0 * (kept(x) - np.log(0.99))}
+    best = minimize(mass, start, constraints=[bound], method="SLSQP", options={"ftol": 1e-14, "maxiter": 500})
+    assert abs(kept(best.x) - np.log(0.99)) < 1e-9
+    return {"status": "feasible", "goal": best.fun / 1000.0}
+
+
 FOILES = _numbers(
     (
         "9.8@117 17@124 7.2@114 38.5@77 55@259",
@@ -924,6 +950,7 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "bk_17_227_misprint": bk_17_227_misprint,
     "bk_17_227_holes": bk_17_227_holes,
     "fan_16_blades": fan_16_blades,
+    "fan_for_99_of_100": fan_for_99_of_100,
     "fan_verification_run": fan_verification_run,
     "feese_two_planes": feese_two_planes,
     "feese_two_speeds": feese_two_speeds,

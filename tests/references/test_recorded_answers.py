@@ -22,7 +22,7 @@ OWN = {"isolation": ("rao_",), "absorbers": ("rao_", "assignment_", "cabinet_", 
 DIGITS = {"isolation": 1e-7, "absorbers": 1e-7, "balancing": 1e-6}
 """A recorded answer carries as many digits, whatever tolerance its file grants a solver."""
 STEMS = [(folder, stem) for folder, routes in ROUTES.items() for stem in sorted(routes)]
-WORDS = ("infinite", "met", "violated", "optimal", "infeasible")
+WORDS = ("infinite", "met", "violated", "optimal", "feasible", "infeasible")
 PRINT_VERDICTS = ("right", "rounded", "wrong", "misprint", "incomplete")
 SI = {
     "": 1.0, "%": 0.01, "rad": 1.0, "deg": pi / 180.0, "kg": 1.0, "g": 1e-3, "oz": 0.028349523125,

@@ -56,6 +56,7 @@ def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
     return [
         *found,
         replace(limits_block(plan), on_sheet=any(limit.response != "residual" for limit in plan.limits.values())),
+        _cost(plan),
         prices_block(plan),
         _side_by_side(plan, plan.plan.beside, "Plans by other runs, side by side"),
         _side_by_side(plan, plan.plan.remedies, "Planes almost alike: the ways round, side by side"),
@@ -66,6 +67,13 @@ def rotor_blocks(plan: Answer[RotorJob]) -> list[Block]:
         Block("Method", FOOT, (plan.method,) if plan.method else ()),
         _coefficients(plan),
     ]
+
+
+def _cost(plan: Answer[RotorJob]) -> Block:
+    """The goal beside that of the plan of which the prediction alone keeps the limits."""
+    without = None if plan.tolerances is None else plan.tolerances.goal
+    rows = [] if without is None or plan.goal is None else [(plan.goal[0], without.shown, plan.goal[1].shown)]
+    return Block("What the tolerances cost", heads=("", "without", "with"), rows=tuple(rows))
 
 
 def nearest_blocks(plan: Answer[Any]) -> list[Block]:

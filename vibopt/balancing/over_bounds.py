@@ -99,7 +99,8 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
 def _is_plain(job: RotorJob, question: Question) -> bool:
     """Whether the weights are free, and least squares or the worst residual are asked for."""
     free = all(plane.is_plain for plane in job.planes) and job.total_cap == np.inf
-    return bool(job.choices) and free and not (job.pairs or job.goal.robust) and question.goal in ("rms", "worst")
+    free = free and not (job.pairs or job.goal.robust or job.asks_shares)
+    return bool(job.choices) and free and question.goal in ("rms", "worst")
 
 
 def _alike(rotor_job: RotorJob, other: RotorJob) -> bool:

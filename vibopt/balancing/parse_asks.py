@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from math import inf, isclose
 from typing import Any
 
@@ -25,7 +24,7 @@ from vibopt.balancing.rotor_tables import (
     read_value,
 )
 from vibopt.balancing.rotor_tables import ResidualLimit as ResidualTable
-from vibopt.document.mistakes import Mistakes, Path
+from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import QuantityError, way_out
 from vibopt.units import read_quantity, show
 from vibopt.values import Fact
@@ -68,6 +67,21 @@ def not_negative(given: object, dimension: str) -> float:
     if quantity.value < 0.0:
         raise QuantityError("is negative.")
     return quantity.value
+
+
+def check_shares(
+    limits: Sequence[ResidualLimit], goal: RotorGoal, scatter: Scatter | None, mistakes: Mistakes, *, angles: bool
+) -> None:
+    """A probability goes over the scatter of readings with angles, as a goal over the worst rotors does already."""
+    text = "" if angles else "readings without angles scatter in a way that nobody knows. Remove with_probability."
+    if angles and scatter is None:
+        text = 'no reading scatters. Add scatter = { amplitude = "5 %", angle = "2 deg" }.'
+    elif goal.robust == "worst":
+        text = 'goal.robust = "worst" keeps every limit on all rotors within the scatter. Remove one of the two.'
+    for limit in limits if text else ():
+        if limit.share is not None:
+            path: Path = ("limits", limit.name, "with_probability")
+            mistakes.add(path, f"{dotted(path[:-1])} has with_probability, but {text}")
 
 
 def check_without_phase(document: Mapping[str, Any], goal: RotorGoal, mistakes: Mistakes) -> None:
@@ -121,7 +135,7 @@ def _residual(
     speed = None if table.speed is None else _speed_index(path, table.speed, given, speeds, mistakes)
     ones = [sensors[sensor]] if sensor is not None else list(sensors)
     bound = read_value((*path, "at_most"), table.at_most, mistakes, _bound, conventions, ones)
-    return replace(ResidualLimit(name, sensor, speed, *bound), soft=table.soft) if bound else None
+    return ResidualLimit(name, sensor, speed, bound[0], bound[1], table.soft, table.with_probability) if bound else None
 
 
 def _bound(given: object, conventions: Conventions, sensors: Sequence[Sensor]) -> tuple[float, str]:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.answer import Answer
-from vibopt.answer.answer_schema import NUMBER, TEXT, TEXTS, listed, maybe, named, ref, table
+from vibopt.answer.answer import Answer, odds_said
+from vibopt.answer.answer_schema import NUMBER, OPEN, TEXT, TEXTS, listed, maybe, named, ref, table
 from vibopt.answer.blocks import Block
 from vibopt.answer.entry import Entry
 from vibopt.balancing import ENGINE, KNOWN, ROTOR, is_rotor
@@ -48,7 +48,7 @@ KEYS = {
     "rotor": (
         {"conventions": _STATED, "words": TEXTS, **_FITTING, "answers": listed(table(_FITTING)), "remedies": _WAYS,
          "beside": _WAYS, "condition": NUMBER, "gap": NUMBER},
-        dict.fromkeys(("influence", "quality", "planes_first", "trim"), ref("entries")),
+        {**dict.fromkeys(("influence", "quality", "planes_first", "trim"), ref("entries")), "tolerances": OPEN},
     ),
     "known": ({}, dict.fromkeys(("planes", "as_found", "residual"), ref("entries"))),
     "engine": (
@@ -75,7 +75,8 @@ def own_json(answer: Answer[BalancingJob]) -> dict[str, Any]:
     conventions = getattr(answer.job, "conventions", None)
     if conventions is None:
         return {}
-    return {"conventions": {**conventions.said(), "words": answer.plan.conventions}, **answer.plan.to_json()}
+    said = {"conventions": {**conventions.said(), "words": answer.plan.conventions}, **answer.plan.to_json()}
+    return said if answer.tolerances is None else {**said, "tolerances": answer.tolerances}
 
 
 _PLAIN = {
@@ -110,6 +111,8 @@ def _without_rounding(answer: Answer[BalancingJob], value: Entry) -> Entry:
 def verdict(answer: Answer[BalancingJob]) -> str:
     """What the first line of the answer says behind its status; "" where the claim says all."""
     said = _PLAIN[answer.status]
+    if odds := odds_said(answer):
+        said = said.replace("all limits hold", f"all limits hold, {odds}")
     if answer.status == "met" and not answer.limits:
         said = "no limit was set; what was asked stands below"
     if is_rotor(answer.job) and answer.status in ("met", "violated", "unproven"):

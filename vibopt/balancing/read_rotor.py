@@ -10,7 +10,14 @@ from typing import Any
 from vibopt.balancing.check_rotor import check_runs
 from vibopt.balancing.coefficients import Saved, read_influence
 from vibopt.balancing.conventions import Conventions
-from vibopt.balancing.parse_asks import check_without_phase, read_goal, read_limits, read_quality, read_scatter
+from vibopt.balancing.parse_asks import (
+    check_shares,
+    check_without_phase,
+    read_goal,
+    read_limits,
+    read_quality,
+    read_scatter,
+)
 from vibopt.balancing.parse_machine import read_conventions, read_planes, read_sensors
 from vibopt.balancing.parse_runs import Measured, gather, has_angles, merge, read_runs, with_units
 from vibopt.balancing.planes import MASS, Plane
@@ -194,6 +201,8 @@ def _job(
     scatter = read_scatter(document, conventions, mistakes)
     residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
     goal = read_goal(document, conventions, planes, scatter, mistakes)
+    if scatter is not None or "scatter" not in document:
+        check_shares(residual, goal, scatter, mistakes, angles=with_angles)
     _check_importance(measured, goal, document, mistakes)
     if not with_angles:
         check_without_phase(document, goal, mistakes)

@@ -100,7 +100,10 @@ class Scatter:
 
 @dataclass(frozen=True, slots=True)
 class ResidualLimit:
-    """Greatest amplitude left [SI peak] at a sensor and a speed by index, None: at every one."""
+    """Greatest amplitude left [SI peak] at a sensor and a speed by index, None: at every one.
+
+    `share` of all rotors that the scatter of the readings leaves possible shall keep it; None: the prediction.
+    """
 
     name: str
     sensor: int | None
@@ -108,6 +111,7 @@ class ResidualLimit:
     at_most: float
     unit: str
     soft: float | None = None
+    share: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,6 +191,11 @@ class RotorJob(Corrected):
     def every_limit(self) -> tuple[ResidualLimit | CorrectionLimit, ...]:
         """On what is left, then on what is fitted."""
         return (*self.residual_limits, *self.correction_limits)
+
+    @property
+    def asks_shares(self) -> tuple[str, ...]:
+        """Limits with a probability."""
+        return tuple(limit.name for limit in self.residual_limits if limit.share is not None)
 
     def limited_to(self, kept: Container[str]) -> RotorJob:
         """The same with only these limits, by name."""

@@ -43,7 +43,7 @@ def rates_of(job: RotorJob, question: Question, solved: Solved) -> dict[str, flo
     for one in job.correction_limits:
         k = one.plane
         known[one.name] = Bounding(one.at_most) if k is None else cap_of(job.planes[k], k, one.at_most)
-    found = None if job.goal.robust else rates(question, solved, known)
+    found = None if job.goal.robust or job.asks_shares else rates(question, solved, known)
     if found is None or question.goal != "huber" or not solved.value > 0.0:
         return found
     steep = 2.0 * question.n_readings * question.amount(solved.value)  # of its square, beside that of the amplitude

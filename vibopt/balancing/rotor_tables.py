@@ -15,6 +15,7 @@ from vibopt.units import read_quantity, si_unit
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint
 from vibopt.values.grade import grade_velocity
+from vibopt.values.probability import Probability
 from vibopt.values.soft import Soft
 
 if TYPE_CHECKING:
@@ -173,6 +174,8 @@ class ResidualLimit(Table):
     at_most: The greatest vibration that may be left: `at_most = "2 mil pp"`.
     soft: How easily it may be loosened where not all limits can hold: with `soft = 2` a loosening by 20 % counts as
         one by 10 %. An answer keeps every limit, soft or not.
+    with_probability: The share of all rotors that the scatter of the readings leaves possible which shall keep it:
+        `with_probability = "99 %"`. Without it what is predicted does.
     """
 
     response: str
@@ -180,6 +183,7 @@ class ResidualLimit(Table):
     speed: Fact | None = number("angular_rate", choice=False)
     at_most: Any
     soft: Soft = None
+    with_probability: Probability = None
 
 
 class CorrectionLimit(Table):

@@ -9,6 +9,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, as_told, begun, nothing, plan_of
+from vibopt.balancing.chances import Rotors
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.fitting import amplitude, fitting_of, put_back
 from vibopt.balancing.impasses import with_nearest
@@ -48,7 +49,10 @@ def asked_of(job: RotorJob) -> tuple[Heard, Identified, tuple[int, ...], Posed]:
 def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJob]:
     of, identified, idle, posed = asked_of(job)
     job, noise = of.job, of.noise
-    solved = answered(job, posed, solver)
+    solved = first = answered(job, posed, solver)
+    rotors = Rotors(job, identified, noise) if noise is not None and job.asks_shares else None
+    if rotors is not None and job.choices and first.u is not None:
+        solved = rotors.plan(posed, first, solver)
     if solved.u is None:
         none = nothing(job, identified, posed, solved, thorough=thorough)
         if job.residual_limits:
@@ -58,6 +62,8 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
     fitting = fitting_of(job, identified, solved.u, options, bands)
     plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise))
     plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
+    if rotors is not None and plan.plan.fittings:
+        plan = rotors.with_odds(plan, posed.question, first)
     plan = judged(of, plan.with_plan(beside=beside(of, solved.u)))
     return _certified(plan, identified) if plan.plan.fittings else plan
 

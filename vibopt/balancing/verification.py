@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.conventions import AGAINST, LAG, MARK, WITH
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.rotor_job import RotorJob, Sensor
@@ -30,6 +30,8 @@ APART = 0.05
 """Part of the greatest difference of runs below which they refine no ready coefficient."""
 SAMPLES = 4
 """Of one turn; a signal of one harmonic is known from three."""
+_BATCH = 256
+"""Rotors that are drawn at once."""
 MOST_CELLS = 2_000_000
 """Samples of signals that are in memory at once."""
 _TURN = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
@@ -79,6 +81,35 @@ def _shown(job: RotorJob, targets: ComplexArray) -> FloatArray:
         signal = _signal(job, speeds[0], states[places[0]], sizes[places], peaks[places], targets)
         shown[:, speeds] = _amplitude(signal)
     return shown.reshape(len(targets), -1)
+
+
+def kept_with(job: RotorJob, plan: PlanText, bounds: Sequence[tuple[IntArray, float]], count: int) -> list[int]:
+    """Of so many rotors how many keep each bound on some rows with the plan fitted: their readings are drawn anew.
+
+    bounds
+        Rows and the greatest amplitude left there [SI peak].
+    """
+    dice, scatter = np.random.default_rng(20), job.scatter
+    assert scatter is not None
+    target = np.zeros((1, len(job.planes)), dtype=complex)
+    for plane, text, taken in plan:
+        target[0, plane] += _weight(job, plane, text) * (-1.0 if taken else 1.0)
+    states = _states(job)
+    shown = np.empty((count, len(job.speeds), len(job.sensors)))
+    for speed, places in enumerate(map(list, job.places)):
+        size, peak = _cosines(job, [job.runs[place].written for place in places], job.sensors)
+        along = np.hypot(scatter.ratio * size, scatter.amplitude)
+        across = np.hypot(scatter.angle * size, 0.0 if scatter.angle else along)
+        shares = _mixture(_ready(job, speed), states[places], target)[0]
+        turned = _TURN + np.angle(shares)[:, None, None] - peak[..., None]
+        waves = np.abs(shares)[:, None, None, None] * np.stack([along[..., None] * np.cos(turned),
+                                                                across[..., None] * np.sin(turned)], -1)  # fmt: skip
+        plain = _signal(job, speed, states[places], size[None], peak[None], target)[0, 0]
+        for at in range(0, count, _BATCH):
+            off = dice.standard_normal((min(_BATCH, count - at), *size.shape, 2))
+            shown[at : at + len(off), speed] = _amplitude(plain + np.einsum("nrsk,rstk->nst", off, waves))
+    every = shown.reshape(count, -1)
+    return [int((every[:, rows] <= bound).all(axis=1).sum()) for rows, bound in bounds]
 
 
 def _states(job: RotorJob) -> ComplexArray:

@@ -23,8 +23,8 @@ _RUN_UP = (
     'kind = "base_motion".'
 )
 _CHANCE = (
-    " Limits of machines have one. What the scatter of readings may do to a plan its 95 % bands tell, and robust = "
-    '"worst" under [goal] chooses weights over it; of known masses and engines: vibopt sweep FILE --keep-design.'
+    " Limits of machines, and on what is left in a measured rotor, have one. Of known masses and engines: vibopt sweep "
+    "FILE --keep-design."
 )
 _WHY_NOT = {
     **dict.fromkeys(("acceleration", "angular_acceleration", "run_up_time", "ramp", "sweep_rate"), _RUN_UP),

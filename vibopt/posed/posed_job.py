@@ -38,6 +38,8 @@ def _rotor(job: RotorJob) -> Posed:
         return refused(
             job.name, "amplitudes without phase leave several rotors possible, each with a program of its own"
         )
+    if job.asks_shares:
+        return refused(job.name, "a limit asks for a probability, which rotors that are drawn tell")
     return _of_weights(job.name, named_rotor(job))
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from contextvars import ContextVar
+from dataclasses import replace
+from itertools import pairwise
 from math import prod
 
 import numpy as np
@@ -22,6 +24,10 @@ SIZES = (256, 1024, 4096, 16384)
 """Machines that are drawn, until a verdict is reached: each draw begins with all machines of the one before."""
 COUNTED = 100_000
 """Machines that are counted one by one at most, where numbers come from data alone."""
+RARE = 0.999
+"""Share beyond which machines that are drawn from all of them tell nothing."""
+MOST_WORK = 20_000.0
+"""Work [nominal ms] that drawing machines may take for one limit."""
 COMPARED = 4096
 """Machines that are drawn at most, and always where the work allows, for each of several answers that are compared."""
 CONFIDENCE = 0.99
@@ -99,6 +105,18 @@ class Sampled:
         if fewest > len(ordered):
             return float("nan")
         return float(-ordered[fewest - 1] if least else ordered[fewest - 1])
+
+
+def until_told(sample: Callable[[slice], Sampled], sizes: Sequence[int], wanted: float) -> Sampled:
+    """Machines drawn, each look with all of those before, until a verdict is reached or the last size is."""
+    seen = sample(slice(0, sizes[0]))
+    for before, size in pairwise(sizes):
+        told = not np.isnan(seen.stays_within(wanted, least=False))  # enough for the value that is shown
+        if seen.verdict(wanted) != OPEN and told:
+            break
+        more = sample(slice(before, size))
+        seen = replace(seen, values=np.append(seen.values, more.values), kept=np.append(seen.kept, more.kept))
+    return seen
 
 
 def fewest_kept(wanted: float, drawn: int, confidence: float) -> int:

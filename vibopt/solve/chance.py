@@ -18,7 +18,7 @@ from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.bracketing import crossing
-from vibopt.program.drawn import MET, drawn, every_one, in_batches, looks, sure_share
+from vibopt.program.drawn import MET, MOST_WORK, RARE, drawn, every_one, in_batches, looks, sure_share
 from vibopt.program.far_off import Beyond
 from vibopt.program.program import Limit, Program
 from vibopt.program.worst_case import around, hit, missed
@@ -27,8 +27,8 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import Uncertain, uncertain
 from vibopt.solve.deviations import goal_machine, limits_over, measures_over, side_by_side
 from vibopt.solve.method import Found, Method, Progress
-from vibopt.solve.odds import DRAWN, MOST_WORK, rows_drawn
-from vibopt.solve.rare import RARE, beyond, proven_beyond
+from vibopt.solve.odds import DRAWN, rows_drawn
+from vibopt.solve.rare import beyond, proven_beyond
 from vibopt.solve.robust import Among, Robust, judged, nearby, robust
 from vibopt.values.tolerance import NORMAL, SIGMAS, Scatter
 from vibopt.verify.as_built import differing

@@ -4,24 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
 from vibopt.answer.answer import Odds
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
-from vibopt.program.drawn import CONFIDENCE, MET, NOT_MET, OPEN, Sampled, drawn, every_one, looks, sampled
+from vibopt.program.drawn import MOST_WORK, RARE, Sampled, drawn, every_one, looks, sampled, until_told
 from vibopt.program.program import Limit
+from vibopt.program.told import judged_by, odds_of, row_told
 from vibopt.program.worst_case import around, doubts_at
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import Uncertain
-from vibopt.solve.rare import RARE, proven_beyond
+from vibopt.solve.rare import proven_beyond
 from vibopt.verify.checked import checked_limits
 from vibopt.work import worked
 
-MOST_WORK = 20_000.0
-"""Work [nominal ms] that drawing machines may take for one limit."""
 DRAWN = "machines_drawn"
 """What found a design, where a limit asks for a probability."""
 _PUT_BACK = 8
@@ -52,8 +50,8 @@ def rows_drawn(
             continue
         parts = [one for one in around(scene, x).limits if one.name == row.name and one.user_side == row.side]
         seen, doubt = _looked(scene, x, row, parts, limit.with_probability)
-        odds[key] = _odds(row, seen, limit.with_probability)
-        rows[key] = _row(row, seen, limit.with_probability, doubt)
+        odds[key] = odds_of(row, seen, limit.with_probability)
+        rows[key] = row_told(row, seen, limit.with_probability, doubt)
     return rows, odds
 
 
@@ -71,13 +69,7 @@ def _looked(scene: Scene, x: FloatArray, row: Checked, parts: list[Limit], wante
     far = proven_beyond(parts, doubts, wanted) if wanted > RARE else None
     every = far.machines(sizes[-1]) if far is not None else drawn(doubts, sizes[-1])
     part = far.part if far is not None else 1.0
-    seen = replace(sampled(parts, every[: sizes[0]], confidence), part=part)
-    for before, size in pairwise(sizes):
-        told = not np.isnan(seen.stays_within(wanted, least=False))  # enough for the value that is shown
-        if seen.verdict(wanted) != OPEN and told:
-            break
-        more = sampled(parts, every[before:size], confidence)
-        seen = Sampled(np.append(seen.values, more.values), np.append(seen.kept, more.kept), confidence, part)
+    seen = until_told(lambda some: replace(sampled(parts, every[some], confidence), part=part), sizes, wanted)
     worked(len(seen.values) * cost)
     return seen, _contradicted(scene, x, row, seen, _machines(doubts, every[: len(seen.values)]))
 
@@ -102,45 +94,6 @@ def _contradicted(scene: Scene, x: FloatArray, row: Checked, seen: Sampled, mach
     return ""
 
 
-def _row(row: Checked, seen: Sampled, wanted: float, doubt: str) -> Checked:
-    assert row.limit is not None
-    least = row.side == "at_least"
-    value = seen.stays_within(wanted, least=least)
-    size = abs(row.limit.value) or 1.0
-    margin = (value - row.limit.value if least else row.limit.value - value) / size
-    shown = replace(row.value, value=value, text="")
-    if np.isnan(value):
-        shown, margin = replace(row.value, value=-np.inf if least else np.inf, text="not known"), -np.inf
-    least_said = "" if seen.counted else "at least "  # what is drawn tells a value that is on the safe side
-    place = f"{row.place}, {least_said}{percent(wanted)} of all machines".removeprefix(", ")
-    unsure = seen.verdict(wanted) == OPEN
-    return replace(
-        row, value=shown, margin=float(margin), worst_at={}, off={}, place=place, doubt=row.doubt or doubt, open=unsure
-    )
-
-
-def _odds(row: Checked, seen: Sampled, wanted: float) -> Odds:
-    low, high = seen.share
-    return Odds(
-        wanted,
-        int(seen.kept.sum()),
-        len(seen.kept),
-        low,
-        high,
-        1.0 if seen.counted else CONFIDENCE,
-        seen.verdict(wanted),
-        row.value,
-        row.met,
-        1.0 - seen.part,
-        seen.counted,
-    )
-
-
-def percent(share: float) -> str:
-    """A share as "99 %"."""
-    return f"{100.0 * share:.8g} %"
-
-
 def _judged(design: Design, odds: Mapping[str, Odds]) -> Design:
     """Status and claim by the verdicts."""
     if design.status == "check_failed":
@@ -148,14 +101,6 @@ def _judged(design: Design, odds: Mapping[str, Odds]) -> Design:
     doubts = [row.doubt for row in design.limits.values() if row.doubt]
     if doubts:
         return replace(design, status="check_failed", claim=doubts[0])
-    broken = [key for key, row in design.limits.items() if key not in odds and not row.met]
-    broken += [key for key, one in odds.items() if one.verdict == NOT_MET]
-    unknown = [key for key, one in odds.items() if one.verdict == OPEN]
-    told = "; ".join(f"{key}: {one.words}" for key, one in odds.items())
-    status = "violated" if broken else "unproven" if unknown else MET
-    said = f"broken: {', '.join(broken)}" if broken else "every limit holds"
-    if unknown and not broken:
-        said = f"cannot be told with so many machines: {', '.join(unknown)}"
-    others = len(odds) < len(design.limits)
-    rest = "; the other limits over all machines within the tolerances" if others else ""
-    return replace(design, status=status, claim=f"{said}{rest}; {told}")
+    rest = "; the other limits over all machines within the tolerances" if len(odds) < len(design.limits) else ""
+    status, claim = judged_by(design.limits, odds, rest)
+    return replace(design, status=status, claim=claim)

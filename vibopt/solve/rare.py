@@ -9,8 +9,6 @@ from vibopt.program.program import Limit
 from vibopt.scene.uncertain import Uncertain
 from vibopt.solve.proof import kept_within
 
-RARE = 0.999
-"""Share beyond which machines that are drawn from all of them tell nothing."""
 _TIMES = (20.0, 50.0, 100.0, 200.0, 500.0, 1000.0)
 """By how many times more machines lie beyond the box than may break the limit."""
 _MOST = 0.9

@@ -10,6 +10,7 @@ from vibopt.answer.tabular import Tabular
 from vibopt.jobs import answer, balanced, is_scene, method_of, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
+from vibopt.program.told import percent
 from vibopt.records import dataclass
 from vibopt.report.machine_words import model_words
 from vibopt.scene.scene import Design
@@ -18,7 +19,7 @@ from vibopt.solve import solve
 from vibopt.solve.global_search import provable
 from vibopt.solve.method import METHODS, OWN, Progress
 from vibopt.solve.nlp import blind
-from vibopt.solve.odds import DRAWN, percent
+from vibopt.solve.odds import DRAWN
 from vibopt.solve.ranges import closed
 from vibopt.study.absorbers import Absorbers, study_absorbers
 from vibopt.study.nearest import with_nearest

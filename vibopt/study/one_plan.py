@@ -24,7 +24,7 @@ from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import with_limits
 from vibopt.balancing.solve_rotor import asked_of, solve_job
 from vibopt.errors import InputError
-from vibopt.jobs import is_open
+from vibopt.jobs import asks_shares, is_open
 from vibopt.records import dataclass
 from vibopt.study.for_all import AS_IT_IS, OneForAll
 from vibopt.study.seen import GOOD, chosen
@@ -94,6 +94,8 @@ def one_plan(job: Job, variants: Mapping[str, Job]) -> OneForAll:
 
 
 def _asked(whole: Job, name: str, job: Job) -> _Asked:
+    if asks_shares(job):
+        raise InputError(f"{whole.name}: one plan for all scenarios knows no limit with_probability. {_INSTEAD}")
     if is_known(job) and is_open(job) and job.goal is not None:
         return _shaft(job)
     if is_rotor(job) and is_open(job) and job.aim and not job.is_advice and job.has_phase:

@@ -14,10 +14,9 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Price, Way
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError, UnknownName
-from vibopt.jobs import answer, facts, is_scene, noun_of
+from vibopt.jobs import answer, asks_shares, facts, is_scene, noun_of
 from vibopt.records import cached_property, dataclass
 from vibopt.report.machine_words import THOROUGH
-from vibopt.scene.uncertain import likely
 from vibopt.solve.method import Progress
 from vibopt.study.holding import (
     LEAST_WORK,
@@ -239,7 +238,7 @@ def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
             f"find_all answers with {job.finds}, and a price is counted in a goal. Set a goal, or see how the set "
             "moves with vibopt whatif FILE --set PATH=VALUE."
         )
-    if is_scene(job) and likely(job):
+    if asks_shares(job):
         return (
             "a limit asks for a probability, and what a step buys of it is the luck of the draw. Leave "
             "with_probability out for prices, or compare two answers: vibopt whatif FILE --set PATH=VALUE."
@@ -444,7 +443,7 @@ def priced(found: Answer[Any]) -> Answer[Any]:
     Where weights are chosen from lists, and where a goal is robust, a limit may hold the answer back without being
     touched: there every limit and cap is looked at, as far as the work goes.
     """
-    if found.goal is None or found.status not in ("optimal", "feasible") or (is_scene(found.job) and likely(found.job)):
+    if found.goal is None or found.status not in ("optimal", "feasible") or asks_shares(found.job):
         return found
     asked = _holding_back(found)
     if not asked:

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.answer.tabular import Tabular, installed
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, VibOptError
-from vibopt.jobs import answer, is_open, is_scene
+from vibopt.jobs import answer, asks_shares, is_open, is_scene
 from vibopt.records import cached_property, dataclass
 from vibopt.solve.method import Progress
 from vibopt.study import many
@@ -85,8 +85,7 @@ class Sweep(Tabular):
     @property
     def drawn(self) -> tuple[str, ...]:
         """Limits with a probability, which machines that are drawn tell, or leave open."""
-        limits = self.job.limits.items() if is_scene(self.job) else ()
-        return tuple(name for name, limit in limits if limit.with_probability is not None)
+        return asks_shares(self.job)
 
     @cached_property
     def boundaries(self) -> tuple[Boundary, ...]:

@@ -1,0 +1,258 @@
+"""Limits `with_probability` of a measured rotor: the share of all rotors that its readings leave possible.
+
+The rotors that would have given the readings within their scatter differ in what is left: per sensor and speed by a
+normal error in the plane, of the covariance that the weights carry (`vibopt.balancing.trust`), each by itself.  Their
+radii and directions are drawn; beyond 99.9 % only rotors of which one radius is far off, the others within it being
+known to keep the limit.  Another sampler, of readings and their signals, says the same (`verification.kept_with`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from vibopt.answer.answer import Answer, Tolerances
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.balancing.begin import goal_of
+from vibopt.balancing.fitting import plan_text
+from vibopt.balancing.influence import Identified
+from vibopt.balancing.optimisers import Solver
+from vibopt.balancing.plane_options import Posed
+from vibopt.balancing.question import Question, Solved, relative_gap
+from vibopt.balancing.rotor_job import RotorJob
+from vibopt.balancing.rotor_question import rows_of
+from vibopt.balancing.trust import Noise, covariances
+from vibopt.balancing.verification import kept_with
+from vibopt.program.drawn import (
+    MET,
+    MOST_WORK,
+    RARE,
+    Sampled,
+    clopper_pearson,
+    looks,
+    shares_of,
+    sure_share,
+    until_told,
+)
+from vibopt.program.told import judged_by, odds_of, percent, row_told
+from vibopt.records import dataclass
+from vibopt.values.tolerance import SIGMAS
+from vibopt.work import late, worked
+
+_WORK = 1e-4
+"""Of one reading of one rotor [nominal ms]."""
+_TIMES = 100.0
+"""By how many times more rotors are far off than may break a limit, where hardly any may."""
+_ROUNDING, _CLOSE, _SETTLED = 1e-9, 1e-4, 1e-6
+_ROUNDS = 12
+_MORE = (0.0, 0.1, 0.3, None)
+"""Standard deviations of further room, where the rotors of the verdict happen to be worse; None: for the worst."""
+_AGAIN, _BY_CHANCE = 4096, 1e-6
+"""Rotors of the other sampler, and how rarely it contradicts by chance."""
+
+
+@dataclass(frozen=True)
+class Left:
+    """What is left at the readings of one limit with a probability, over the scatter.
+
+    rows, names
+        Of the readings, (n_rows,); what is drawn of each follows from its name.
+    z, root
+        The prediction (n_rows,), and a root of the covariance of its error (n_rows, 2, 2) [SI peak].
+    """
+
+    rows: IntArray
+    names: tuple[str, ...]
+    z: ComplexArray
+    root: FloatArray
+    bound: float
+    wanted: float
+
+    @property
+    def spread(self) -> FloatArray:
+        """Greatest standard deviation in any direction (n_rows,)."""
+        return np.asarray(np.linalg.norm(self.root, 2, axis=(1, 2)))
+
+    @property
+    def part(self) -> float:
+        """Share of all rotors that is drawn: those with some reading far off, where hardly any may break the limit."""
+        return min(_TIMES * (1.0 - self.wanted), 1.0) if self.wanted > RARE else 1.0
+
+    @property
+    def nearer(self) -> float:
+        """Greatest amplitude on rotors of which no reading is far off [SI peak]; 0 where all are drawn."""
+        near = (1.0 - self.part) ** (1.0 / len(self.z))
+        return float((np.abs(self.z) + _radius(near) * self.spread).max()) if self.part < 1.0 else 0.0
+
+    @property
+    def sure(self) -> float:
+        """A share that is proven to keep the bound: that within the greatest disc around each prediction."""
+        room = np.maximum(self.bound - np.abs(self.z), 0.0) / np.maximum(self.spread, 1e-300)
+        return float(np.prod(-np.expm1(-0.5 * room**2)))
+
+    def drawn(self, some: slice, stream: str = "") -> FloatArray:
+        """Greatest amplitude on each of some rotors (n_drawn,) [SI peak]; the same ones for the same stream.
+
+        The first reading that is far off is drawn by its chance; those before it are not, those behind it anywhere.
+        """
+        near = (1.0 - self.part) ** (1.0 / len(self.z))
+        ends = np.cumsum((1.0 - near) * near ** np.arange(len(self.z))) / self.part
+        first = np.searchsorted(ends, shares_of(["first far off"], some.stop, stream)[some, 0], side="right")
+        first = np.minimum(first, len(self.z) - 1)
+        greatest = np.zeros(len(first))
+        for k, (name, z, root) in enumerate(zip(self.names, self.z, self.root, strict=True)):
+            share, turn = shares_of([f"{name} radius", f"{name} direction"], some.stop, stream)[some].T
+            share = np.where(first > k, near * share, np.where(first == k, near + (1.0 - near) * share, share))
+            x, y = root @ (_radius(share) * np.stack([np.cos(2.0 * np.pi * turn), np.sin(2.0 * np.pi * turn)]))
+            greatest = np.maximum(greatest, np.hypot(z.real + x, z.imag + y))
+        worked(_WORK * len(greatest) * len(self.z))
+        return greatest
+
+    @property
+    def told(self) -> Sampled:
+        """Rotors drawn until a verdict is reached, or the work is done."""
+        sizes, confidence = looks(_WORK * len(self.z), MOST_WORK)
+        of = self if self.nearer <= self.bound else replace(self, wanted=RARE)
+
+        def sample(some: slice) -> Sampled:
+            values = of.drawn(some)
+            return Sampled(values, values <= self.bound * (1.0 + _ROUNDING), confidence, of.part)
+
+        return until_told(sample, sizes, self.wanted)
+
+    @property
+    def holds(self) -> bool:
+        return self.told.verdict(self.wanted) == MET
+
+    def over(self, more: float) -> float:
+        """By how much the bound is missed by what a verdict on others needs, with so much `more` room [SI peak].
+
+        nan where no verdict can be reached.
+        """
+        sizes, confidence = looks(_WORK * len(self.z), MOST_WORK)
+        share = sure_share(1.0 - (1.0 - self.wanted) / self.part, sizes[-1], confidence)
+        if np.isnan(share):
+            return share
+        seen = float(np.quantile(self.drawn(slice(0, sizes[-1]), "design"), share, method="higher"))
+        return max(seen, self.nearer) + more * float(self.spread.max()) - self.bound
+
+
+def _radius(share: FloatArray | float) -> FloatArray:
+    """Within how many standard deviations a share of normal errors in the plane lies."""
+    return np.asarray(np.sqrt(-2.0 * np.log1p(-np.asarray(share))))
+
+
+def farthest(z: complex, steps: ComplexArray) -> float:
+    """Greatest amplitude of z and steps (n,), each taken -1 to 1 times: at a corner of the polygon that they span."""
+    upward = np.where((steps.imag < 0.0) | ((steps.imag == 0.0) & (steps.real < 0.0)), -steps, steps)
+    half = 2.0 * np.cumsum(upward[np.argsort(np.angle(upward), kind="stable")]) - upward.sum()
+    return float(np.abs(z + np.concatenate([half, -half])).max(initial=abs(z)))
+
+
+@dataclass(frozen=True)
+class Rotors:
+    """All rotors that would have given the readings within their scatter."""
+
+    job: RotorJob
+    identified: Identified
+    noise: Noise
+
+    def left(self, u: ComplexArray) -> dict[str, Left]:
+        """Per limit with a probability what the correction u leaves."""
+        z, found = self.identified.residual(u), {}
+        values, axes = np.linalg.eigh(covariances(self.job, self.identified, self.noise, u))
+        root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        for limit in self.job.residual_limits:
+            if limit.share is not None:
+                rows = np.array(rows_of(self.job, limit.sensor, limit.speed))
+                names = tuple(map(self.job.row_name, rows.tolist()))
+                found[limit.name] = Left(rows, names, z[rows], root[rows], limit.at_most, limit.share)
+        return found
+
+    def worst(self, u: ComplexArray, rows: IntArray) -> FloatArray:
+        """Greatest amplitude at each row where no reading is off by more than the worst within the tolerances."""
+        found = []
+        for row in rows.tolist():
+            speed, sensor = self.job.readings[row]
+            learnt, sizes = self.identified.learnt[speed], (self.noise.along[speed], 1j * self.noise.across[speed])
+            turn = SIGMAS * learnt.weights_of(u) * learnt.turn[:, sensor]
+            steps = np.concatenate([turn * size[:, sensor] for size in sizes])
+            found.append(farthest(self.identified.residual(u)[row], steps))
+        return np.array(found)
+
+    def plan(self, posed: Posed, first: Solved, solver: Solver) -> Solved:
+        """The plan of which enough rotors keep every limit; `first` is the best of which the prediction keeps them.
+
+        Where the prediction is beyond a bound fewer than half of all rotors keep it, so nothing is better than `first`.
+        Where too few keep it, each reading has to leave room for its error; how much, rotors drawn once tell, and the
+        verdict comes from others.
+        """
+        assert first.u is not None
+        if all(one.holds for one in self.left(first.u).values()):
+            sure = all(one.sure >= one.wanted for one in self.left(first.u).values())
+            return replace(first, status=first.status if sure else "feasible", prices=None)
+        for more in _MORE:
+            best = self._searched(posed.question, first, solver, more)
+            if best is not None and best.u is not None and all(one.holds for one in self.left(best.u).values()):
+                gap = relative_gap(best.value, first.bound, 0.0)
+                claim = f"no plan is better by more than {percent(float(f'{gap:.2g}'))}"
+                return replace(best, status="feasible", claim=claim, bound=first.bound, gap=gap, prices=None)
+        said = ", ".join(self.left(first.u))
+        claim = f"no plan was found that enough of all machines bear ({said}), which proves nothing"
+        return Solved(None, "unproven", claim, details=first.details, work=first.work)
+
+    def _searched(self, question: Question, first: Solved, solver: Solver, more: float | None) -> Solved | None:
+        """The best plan found with room for errors of the readings, as much as rotors drawn once ask, and `more`."""
+        solved, best, sizes = first, None, dict[str, float]()
+        for _ in range(_ROUNDS):
+            assert solved.u is not None
+            limits, enough = question.limits.copy(), True
+            for name, left in self.left(solved.u).items():
+                if more is None:
+                    room = self.worst(solved.u, left.rows) - np.abs(left.z)
+                    over = float((np.abs(left.z) + room).max()) - left.bound
+                else:
+                    over, spread = left.over(more), left.spread
+                    decides = int(np.argmax(np.abs(left.z) + SIGMAS * spread))
+                    sizes[name] = max(sizes.get(name, 0.0) + over / max(spread[decides], 1e-300), 0.0)
+                    room = sizes[name] * spread
+                enough = enough and over <= _CLOSE * left.bound
+                limits[left.rows] = np.minimum(limits[left.rows], left.bound - room)
+            if enough and solved is not first and (best is None or solved.value < best.value):
+                best = solved
+            if not (limits > 0.0).all() or late("the search among machines drawn"):
+                break
+            tried = solver(replace(question, limits=limits))
+            if tried.u is None or np.abs(tried.u - solved.u).max() <= _SETTLED * np.abs(solved.u).max(initial=0.0):
+                break
+            solved = tried
+        return best
+
+    def with_odds(self, plan: Answer[RotorJob], question: Question, first: Solved) -> Answer[RotorJob]:
+        """The plan with what is drawn of each limit with a probability, and what another sampler says against it."""
+        fitting = plan.plan.fittings[0]
+        u = np.array([plane.u for plane in fitting.planes])
+        lefts = self.left(u)
+        bounds = [(left.rows, left.bound) for left in lefts.values()]
+        again = kept_with(self.job, plan_text(self.job, fitting), bounds, _AGAIN)
+        rows, odds = dict(plan.limits), {}
+        for (name, left), kept in zip(lefts.items(), again, strict=True):
+            row, seen = rows[name], left.told
+            size = float(self.worst(u, left.rows).max())
+            worst = replace(row, value=replace(row.value, value=size), margin=1.0 - size / left.bound)
+            odds[name] = odds_of(worst, seen, left.wanted)
+            low, high = replace(seen, confidence=1.0 - _BY_CHANCE).share
+            other = clopper_pearson(kept, _AGAIN, 1.0 - _BY_CHANCE)
+            doubt = f"{name} is kept by {kept} of {_AGAIN} machines of another draw, which {percent(low)} contradicts"
+            rows[name] = row_told(row, seen, left.wanted, doubt if other[0] > high or other[1] < low else "")
+        chosen = first.u if self.job.choices else None
+        goal = None if chosen is None else goal_of(self.job, question, chosen, len(self.job.readings))[1]
+        status, claim = judged_by(rows, odds)
+        doubts = [row.doubt for row in rows.values() if row.doubt]
+        if doubts:
+            status, claim = "check_failed", doubts[0]
+        elif chosen is not None and status == MET:
+            status, claim = plan.status, f"{claim}; {plan.claim}"
+        told = Tolerances("" if goal is None else first.status, goal, {}, {}, odds=odds)
+        return replace(plan, status=status, claim=claim, limits=rows, tolerances=told)
