@@ -6,6 +6,7 @@ exact peaks, the worst speeds are added, and what is left is done by Newton on t
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import field
 from itertools import combinations
 
@@ -30,6 +31,8 @@ from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, late, worked
 
 TOLERANCE = 1e-9
+Design = tuple[float, tuple[float, ...]]
+"""Goal and variables y = log x."""
 _SCALED = {"stiffness", "damping"}
 """Numbers of a device that go with the mass that hangs on it."""
 _SAME = 1e-6
@@ -41,13 +44,15 @@ _IPOPT = 50.0
 _MANY, _SCREENED, _BY_LIMITS = 128, 32, 10.0
 """Points to measure where no start led anywhere, and before any where most of them lead nowhere; weight of a limit."""
 _AGREED, _BATCHES, _PER_VARIABLE = 4, 3, 2
-"""Starts that should agree on the best, how many batches of them there may be, and how many there are per variable."""
+"""Starts that should agree on the best, how many batches of them there may be, and how many there are per variable.
+
+Where like devices are exchanged one start per variable is enough: all orders of them follow from one."""
 _MEASUREMENTS = 5000
 """Exact measurements of designs."""
 _HOPS, _HOP = 8, 0.8
 """Designs beside the best that are followed, and how far (in logs) they are spread."""
-_FAR = 0.05
-"""Log violation beyond which a start is not followed where a design is known and little work is to be done."""
+_FAR, _LOST = 0.05, 0.5
+"""Log violation beyond which a start is not followed: where a design is known and little is to be done; at all."""
 _ALIKE = 0.02
 """Designs this near to each other (in logs) lead to the same local optimum."""
 
@@ -90,11 +95,10 @@ class Nlp:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Best of the local optima reached from all starts."""
-        run = _Run(program, self, progress)
-        return run.answer()
+        return _Run(program, self, progress).answer()
 
 
-def _first(good: list[tuple[float, tuple[float, ...]]]) -> tuple[float, tuple[float, ...]]:
+def _first(good: list[Design]) -> Design:
     """The best; among designs whose goals differ by rounding alone the one that comes first in the order of numbers."""
     best = min(goal for goal, _ in good)
     room = _ROUNDING * abs(best) if np.isfinite(best) else 0.0
@@ -126,6 +130,8 @@ class _Run:
         self.samples = Samples(self.program).spread(9)
         self.built = self.iterations = 0
         self.bar = np.inf
+        self.orders: list[float] = []
+        self.likes = [] if self.method.brief else _likes(self.program)
 
     def answer(self) -> Found:
         begun, good = self._straight()
@@ -138,40 +144,48 @@ class _Run:
             x, claim = self._x(np.array(min(good)[1])), "the ranges alone permit no better goal"
             return Found("feasible", x, claim, self.method.name, details=self._details(len(begun), 1))
         good += self._mirrored(good)
-        known = min(good)
         good += self._beside(good) + self._one_less(good)
-        good += self._mirrored(good) if min(good)[0] < known[0] - _SAME * abs(known[0]) else []
+        good += self._mirrored(good)
         goal, y = _first(good)
+        agreed, best = self._agree(good), f"best of {counted(len(begun), 'starts')}"
+        x, details = self._x(np.array(y)), self._details(len(begun), agreed)
         if goal == np.inf:
             claim = "the goal is infinite at every design that was looked at"
-            return Found(
-                "feasible", self._x(np.array(y)), claim, self.method.name, details=self._details(len(begun), 0)
-            )
-        agreed = sum(value - goal <= _SAME * max(abs(goal), 1e-300) for value, _ in good)
-        claim = f"best of {counted(len(begun), 'starts')}, {_agreement(agreed)}"
-        x, details = self._x(np.array(y)), self._details(len(begun), agreed)
+            return Found("feasible", x, claim, self.method.name, details=details)
+        # beyond a few the count hangs on rounding, which differs between processors
+        claim = f"{best}, {f'{_AGREED} or more' if agreed >= _AGREED else agreed} agreed"
         x, settled = improved_by_links(self.program, x, self.judge, self.budget)
         if self.judge.goal(x).value < goal - _SAME * abs(goal):
-            claim = f"best of {counted(len(begun), 'starts')}, made better one link at a time"
+            claim = f"{best}, made better one link at a time"
         if settled:
             claim += "; no other spring and damper of one link alone is better, which is proven"
         return Found("feasible", x, claim, self.method.name, details=details)
 
-    def _straight(self) -> tuple[list[FloatArray], list[tuple[float, tuple[float, ...]]]]:
+    def _straight(self) -> tuple[list[FloatArray], list[Design]]:
         """Sharpened at once from the most promising of many designs, where many can be looked at for little."""
         if self.method.given or not screenable(self.program):
             return [], []
-        begun = promising(self.program, _BATCHES * self.method.count)
-        ends = self._sharpened(begun, enough=_AGREED, least=_PER_VARIABLE * int(self.exact.free.sum()))
-        return begun[: len(ends)], self._good(ends)
+        begun, count = promising(self.program, _BATCHES * self.method.count), 0
+        least = max(int(self.exact.free.sum()) * (1 if self.likes else _PER_VARIABLE), _AGREED)
+        ends, better = list[Design](), list[Design]()
+        for count, y in enumerate(begun, start=1):
+            ends += self._good(self._sharpened([y], before=[np.array(known) for _, known in ends]))
+            better += self._mirrored([*ends, *better]) if ends and count >= least else []
+            enough = count >= least and self._agree(ends, better) >= _AGREED
+            if enough or self.budget.over or (ends and self.program.is_best(min(ends)[0])):
+                break
+        return begun[:count], [*ends, *better]
 
-    def _mirrored(self, good: list[tuple[float, tuple[float, ...]]]) -> list[tuple[float, tuple[float, ...]]]:
+    def _mirrored(self, good: list[Design]) -> list[Design]:
         """What the best leads to with the numbers of two like devices exchanged, as long as that is better.
 
         Absorbers on one body have a local optimum for each order of their tunings, and starts may see one of them only.
+        The goals of all orders that were tried are kept: a start that ends at one of them agrees with the best.
         """
-        found: list[tuple[float, tuple[float, ...]]] = []
-        waiting = [] if self.method.brief else _likes(self.program)
+        found: list[Design] = []
+        if not self.likes or _among(min(good)[0], self.orders):
+            return found
+        self.orders, waiting = [min(good)[0]], [*self.likes]
         while waiting and not self.budget.over:
             first, second, shift = waiting.pop(0)
             goal, best = min([*good, *found])
@@ -181,17 +195,18 @@ class _Run:
             same = abs(self.judge.goal(self._x(y)).value - goal) <= _ROUNDING * abs(goal)
             if not np.isfinite(goal) or same:  # the like of it is the same machine
                 continue
-            end = self._sharp(y, rescue=False, bar=np.inf)  # far above the best it begins, and far below it may end
-            better = [one for one in self._good([end]) if one[0] < goal - _SAME * abs(goal)]
-            waiting = _likes(self.program) if better else waiting
+            ends = self._good([self._sharp(y, rescue=False, bar=np.inf)])  # far above it begins, below it may end
+            self.orders += [end for end, _ in ends]
+            better = [one for one in ends if one[0] < goal - _SAME * abs(goal)]
+            waiting = [*self.likes] if better else waiting
             found += better
         return found
 
-    def _beside(self, good: list[tuple[float, tuple[float, ...]]]) -> list[tuple[float, tuple[float, ...]]]:
+    def _beside(self, good: list[Design]) -> list[Design]:
         """What designs beside the best lead to, where it was not found again."""
         if self.method.brief or self.method.given or not screenable(self.program) or len(self.exact.free) < 3:
             return []
-        found: list[tuple[float, tuple[float, ...]]] = []
+        found: list[Design] = []
         for step in _HOP * (halton(_HOPS, len(self.low)) - 0.5):
             best = min([*good, *found])
             if self.budget.over or self._agree([*good, *found]) >= _AGREED:
@@ -199,14 +214,14 @@ class _Run:
             found += self._good(self._sharpened([np.clip(np.array(best[1]) + step, self.low, self.high)]))
         return found
 
-    def _one_less(self, good: list[tuple[float, tuple[float, ...]]]) -> list[tuple[float, tuple[float, ...]]]:
+    def _one_less(self, good: list[Design]) -> list[Design]:
         """What the best with one device left out leads to: as light as it may be, it is what the others are without it.
 
         So more devices are not worse than one less.  Of devices that are alike one is left out; where starts agree on
         the best, the others begin where they are.
         """
         weights = [] if self.method.brief else left_out(self.program)
-        found: list[tuple[float, tuple[float, ...]]] = []
+        found: list[Design] = []
         for own, weight in weights:
             x = self._x(np.array(min([*good, *found])[1]))
             x[weight] = self.program.axes[weight].low
@@ -221,10 +236,10 @@ class _Run:
             found += self._good([y, *self._sharpened([y])])
         return found
 
-    def _searched(self, begun: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
+    def _searched(self, begun: list[FloatArray]) -> list[Design]:
         """What all starts lead to that meets every limit: by sampled speeds first, then refined."""
         reached = self._sampled(begun) if sampleable(self.program) else list(begun)
-        if sampleable(self.program) and not any(self._promising(y) for y in reached):
+        if sampleable(self.program) and not any(self._missed(y) < _LOST for y in reached):
             reached = self._sampled(begun, elastic=True)
         reached = sorted(reached, key=self._missed)
         good = (
@@ -235,14 +250,11 @@ class _Run:
         )
         return good + self._more(good, begun) if good else good
 
-    def _more(
-        self, good: list[tuple[float, tuple[float, ...]]], begun: list[FloatArray]
-    ) -> list[tuple[float, tuple[float, ...]]]:
+    def _more(self, good: list[Design], begun: list[FloatArray]) -> list[Design]:
         """What further starts lead to, where few of the first ones agree on the best."""
-        found: list[tuple[float, tuple[float, ...]]] = []
+        found: list[Design] = []
         for batch in range(1, 1 if self.method.brief else _BATCHES):
-            best = min([*good, *found])[0]
-            agreed = sum(value - best <= _SAME * max(abs(best), 1e-300) for value, _ in [*good, *found])
+            best, agreed = min([*good, *found])[0], self._agree([*good, *found])
             if self.budget.over or not np.isfinite(best) or agreed >= _AGREED or not sampleable(self.program):
                 break
             if self.program.is_best(best):
@@ -255,7 +267,7 @@ class _Run:
             found += self._good(self._sharpened(sorted(self._sampled(fresh), key=self._missed)))
         return found
 
-    def _good(self, points: list[FloatArray]) -> list[tuple[float, tuple[float, ...]]]:
+    def _good(self, points: list[FloatArray]) -> list[Design]:
         """Goal and design of the points at which every limit holds."""
         return [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
 
@@ -313,21 +325,15 @@ class _Run:
         """Add the speeds at which the design y is worst; whether it is worth solving again from it."""
         return self.samples.learn(np.exp(y), 3) and self._missed(y) > 1e-6
 
-    def _promising(self, y: FloatArray) -> bool:
-        return self._missed(y) < 0.5
-
     def _sharpened(
-        self, reached: list[FloatArray], *, rescue: bool = False, enough: float = np.inf, least: int = 0
+        self, reached: list[FloatArray], *, rescue: bool = False, before: Sequence[FloatArray] = ()
     ) -> list[FloatArray]:
-        """Every distinct design brought to its exact local optimum, one per start.
-
-        Until `enough` agree on the best of `least` or more, or one is as good as the ranges permit.
-        """
+        """Every distinct design brought to its exact optimum, until one is as good as may be; `before` are known."""
         done: list[tuple[FloatArray, FloatArray]] = []
         found: list[FloatArray] = []
         for y in reached:
             known = next((end for begin, end in done if np.abs(begin - y).max() < _ALIKE), None)
-            if known is None and self.method.brief and self._beaten(y, found):
+            if known is None and self.method.brief and self._beaten(y, [*before, *found]):
                 continue
             if known is None:
                 if self.budget.over:
@@ -335,27 +341,21 @@ class _Run:
                 known = self._sharp(y, rescue)
                 done.append((y, known))
             found.append(known)
-            if len(found) >= max(enough, least) and self._agreed(found) >= enough:
-                break
             if self.program.is_best(self.judge.goal(self._x(known)).value) and self._feasible(known):
                 break
         return found
 
-    def _agreed(self, found: list[FloatArray]) -> int:
-        """How many designs agree on the best of all."""
-        return self._agree(self._good(found))
-
-    @staticmethod
-    def _agree(good: list[tuple[float, tuple[float, ...]]]) -> int:
-        best = min(good, default=(np.inf,))[0]
-        return sum(value - best <= _SAME * abs(best) for value, _ in good) if np.isfinite(best) else 0
+    def _agree(self, good: list[Design], others: Sequence[Design] = ()) -> int:
+        """How many agree on the best of all: they are as good, or as what it leads to in another order."""
+        best = min([*good, *others], default=(np.inf,))[0]
+        orders = self.orders if _among(best, self.orders) else [best]
+        return sum(_among(goal, orders) for goal, _ in good) if np.isfinite(best) else 0
 
     def _beaten(self, y: FloatArray, found: list[FloatArray]) -> bool:
         """Whether a design found is no worse than y, which holds at some speeds only, or y is far from holding."""
         best = min((goal for goal, _ in self._good(found)), default=np.inf)
-        if best < np.inf and self._missed(y) > _FAR:
-            return True
-        return self.judge.goal(self._x(y)).value >= best - _SAME * abs(best)
+        far = best < np.inf and self._missed(y) > _FAR
+        return far or self.judge.goal(self._x(y)).value >= best - _SAME * abs(best)
 
     def _missed(self, y: FloatArray) -> float:
         """Log violation, 0 where every limit holds or where no measurement is left."""
@@ -424,6 +424,6 @@ def _ratio(model: Model, one: str, other: str) -> float:
     return float(np.log(held[0] / held[1])) if min(held) > 0.0 else 0.0
 
 
-def _agreement(count: int) -> str:
-    """How many starts agreed; beyond a few the count hangs on rounding, which differs between processors."""
-    return f"{_AGREED} or more agreed" if count >= _AGREED else f"{count} agreed"
+def _among(goal: float, known: Sequence[float]) -> bool:
+    """Whether a goal is one of those known, which may be endless."""
+    return any(abs(goal - other) <= _SAME * max(abs(other), 1e-300) for other in known if np.isfinite(other))
