@@ -1,8 +1,7 @@
-"""Programs over lengths of affine complex rows: their sum, the greatest, their root mean square, or Huber's sum.
+"""Programs over lengths of affine complex rows: their sum, or the greatest.
 
-What is chosen are real numbers within ends, and complex ones within discs: shares and counterweights of an engine, the
-parts of weights cut in two for neighbouring holes.  Convex, solved as second-order cones by Clarabel; the gap is our
-own arithmetic on its dual point.
+What is chosen are real numbers within ends, and complex ones within discs: shares and counterweights of an engine.
+Convex, solved as second-order cones by Clarabel; the gap is our own arithmetic on its dual point.
 """
 
 from __future__ import annotations
@@ -36,33 +35,27 @@ class Lengths:
     slope
         Shape (n_rows, n_x).
     by
-        "sum", "worst" (the greatest), "rms", or "huber" (squares up to `huber`, then linear).
+        "sum", or "worst" (the greatest).
     limit
-        Greatest value, of "sum" or "worst"; not used for the goal.
+        Greatest value; not used for the goal.
     """
 
     constant: ComplexArray
     slope: ComplexArray
-    by: Literal["sum", "worst", "rms", "huber"] = "sum"
+    by: Literal["sum", "worst"] = "sum"
     limit: float = float("inf")
-    huber: float = float("inf")
 
     def value(self, x: FloatArray) -> float:
         """Of the lengths at x."""
-        return float(combined(self.by, np.abs(self.constant + self.slope @ x), self.huber))
+        return float(combined(self.by, np.abs(self.constant + self.slope @ x)))
 
 
 @dataclass(frozen=True)
 class Box:
-    """Bounds: first each of `shares` in [low, high], then pairs (re, im) no longer than `caps`.
-
-    unit
-        Size of the shares that matters.
-    """
+    """Bounds: first each of `shares` in [low, high], then pairs (re, im) no longer than `caps`."""
 
     shares: tuple[tuple[float, float], ...]
     caps: tuple[float, ...]
-    unit: float = 1.0
 
     @property
     def size(self) -> int:
@@ -107,12 +100,10 @@ def _posed(goal: Lengths, limits: Sequence[Lengths], box: Box, scale: FloatArray
     if goal.by == "sum":
         cost, _ = _sum(cones, goal, box, scale / size, size, 1.0)
     else:
-        cones.least(goal.by, goal.slope * scale / size, goal.constant / size, goal.huber / size)
+        cones.least("worst", goal.slope * scale / size, goal.constant / size, 0.0)
     for limit in limits:
         reached = float((np.abs(limit.constant) + np.abs(limit.slope) @ scale).max()) or size
-        own = (
-            limit.limit if limit.limit > _TIGHT * reached else reached
-        )  # limits far below are met in the size of their rows
+        own = limit.limit if limit.limit > _TIGHT * reached else reached  # far below rows are met in their size
         units.append(np.array([size / own]))
         if limit.by == "worst":
             start = cones.moduli(limit.slope * scale / own, limit.constant / own, limit.limit / own)
@@ -149,14 +140,13 @@ class _Posed:
         worked(0.5 + 0.003 * cones.n_rows * n)
         cone_point = cones.solve(self.cost)
         x, z = cone_point.x, cones.into_dual(cone_point.z)
-        square, q = np.concatenate([0.0 * self.cost, cones.square]), np.concatenate([self.cost, cones.cost])
         with np.errstate(invalid="ignore", over="ignore"):  # a ray that is not finite proves nothing
             back, falls = cones.pulled(z), float(cones.rows()[1] @ z)
             room = np.maximum(np.abs(x) * 2.0, 1.0)
             most = np.concatenate([[high for _, high in box.shares], np.repeat(box.caps, 2)])
             room[: box.size] = np.minimum(REACH, 1.0 + most / scale)
-            slack = square * x + q + back
-            bound = -falls - 0.5 * float(square @ x**2) - float(np.abs(slack) @ room)
+            slack = np.concatenate([self.cost, cones.cost]) + back
+            bound = -falls - float(np.abs(slack) @ room)
             ray = falls < 0.0 and bool(np.abs(back).max() * REACH * (1.0 + n) < -falls)
         ends, caps, *limits = (z[at] * unit for at, unit in zip(self.places, self.units, strict=True))
         pulls = Pulls(ends, caps, np.array([limit.sum() for limit in limits]))
@@ -187,7 +177,7 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     """The x with the least goal that keeps the limits and the box."""
     scale = _scales([goal, *limits], box)
     size = float((np.abs(goal.constant) + np.abs(goal.slope) @ scale).max()) or 1.0
-    run, power = _posed(goal, limits, box, scale, size).run(box, scale), 2 if goal.by == "huber" else 1
+    run = _posed(goal, limits, box, scale, size).run(box, scale)
     if "Infeasible" in run.status:
         if run.ray:
             return Least(None, np.nan, np.inf, "infeasible", "no weights keep the limits: certified by a dual ray")
@@ -199,22 +189,22 @@ def least(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
     broken = [limit for limit in limits if limit.value(x) > limit.limit * (1.0 + 1e-6) + 1e-9 * size]
     if broken or not np.isfinite(value):
         return Least(None, np.nan, -np.inf, "unproven", f"the solver stopped ({run.status}) without keeping the limits")
-    bound, whole = size**power * run.bound, size**power
-    gap = max(value - bound, 0.0) / max(value, 1e-6 * whole)
-    status = "optimal" if gap <= PROVEN * 10.0 or value - bound <= 1e-9 * whole else "feasible"
-    said = f"gap {gap:.1e}" if value > 1e-9 * whole else "the goal is zero to rounding, gap 0"
+    bound = size * run.bound
+    gap = max(value - bound, 0.0) / max(value, 1e-6 * size)
+    status = "optimal" if gap <= PROVEN * 10.0 or value - bound <= 1e-9 * size else "feasible"
+    said = f"gap {gap:.1e}" if value > 1e-9 * size else "the goal is zero to rounding, gap 0"
     claim = f"convex program, {said} by our own dual bound"
-    return Least(x, value, bound, status, claim, _told(run.pulls, value, whole, limits, box))
+    return Least(x, value, bound, status, claim, _told(run.pulls, value, size, limits, box))
 
 
-def _told(pulls: Pulls, value: float, whole: float, limits: Sequence[Lengths], box: Box) -> Pulls:
+def _told(pulls: Pulls, value: float, size: float, limits: Sequence[Lengths], box: Box) -> Pulls:
     """What pulls by more than multipliers are known to; a goal of zero is held back by nothing."""
     bounds = [
         np.array([high for _, high in box.shares]),
         np.array(box.caps),
         np.array([limit.limit for limit in limits]),
     ]
-    least = _NOISE * max(value, 1e-3 * whole) if value > 1e-9 * whole else np.inf
+    least = _NOISE * max(value, 1e-3 * size) if value > 1e-9 * size else np.inf
     parts = (pulls.shares, pulls.caps, pulls.limits)
     with np.errstate(invalid="ignore"):
         return Pulls(*(np.where(p * b > least, p, 0.0) for p, b in zip(parts, bounds, strict=True)))
@@ -266,7 +256,7 @@ def _scales(rows: Sequence[Lengths], box: Box) -> FloatArray:
         pair = slice(first + 2 * k, first + 2 * k + 2)
         scale[pair] = min(float(scale[pair].max()), cap)
     scale[scale == 0.0] = 1.0
-    scale[:first] = box.unit
+    scale[:first] = 1.0
     return scale
 
 

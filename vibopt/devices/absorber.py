@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, WithJsonSchema, model_validator
@@ -222,7 +223,8 @@ class AbsorberTable(OneLink):
             reference = builder.references.get(name)
             if reference is not None:
                 builder.properties[name, "tuning"] = own * reference**-1.0
-        self._damp(builder, name, symbols, mass, stiffness)
+        read = partial(self._read, name, symbols=symbols)
+        self._damp(builder, name, read, symbols, stiffness, mass, Monomial(1.0))
 
     def _read(self, name: str, key: str, symbols: Symbols) -> Monomial:
         value: Any = getattr(self, key)
@@ -252,23 +254,6 @@ class AbsorberTable(OneLink):
             if getattr(self, key) is not None:
                 return self._read(name, key, symbols)
         return None
-
-    def _damp(
-        self, builder: ModelBuilder, name: str, symbols: Symbols, mass: Monomial, stiffness: Monomial | None
-    ) -> None:
-        if getattr(self, self.damper) is not None:
-            damping = self._read(name, self.damper, symbols)
-            builder.add_damping(name, damping)
-            if stiffness is not None:
-                builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)
-        elif stiffness is not None and self.damping_ratio is not None:
-            ratio = self._read(name, "damping_ratio", symbols)
-            critical = ((stiffness * mass) ** 0.5).times(2.0)
-            damping = ratio * symbols.nominal(critical)
-            builder.ratios[name] = damping * critical**-1.0 if symbols.factors else ratio
-            builder.add_damping(name, damping)
-        elif stiffness is not None and self.loss_factor is not None:
-            builder.add_hysteretic(name, stiffness * self._read(name, "loss_factor", symbols))
 
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """Its mass, its spring and its damper, and what its tuning and its mass ratio refer to."""

@@ -1,11 +1,12 @@
 """What every family of devices says of itself, so that nobody else must know the families by name."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Table, Value
 
 if TYPE_CHECKING:
@@ -184,6 +185,27 @@ class OneLink(Device):
     def damper(self) -> str:
         """The key that says the viscous damping."""
         return "torsional_damping" if self._given(("torsional_damping",)) else "damping"
+
+    def _damp(
+        self, builder: ModelBuilder, name: str, read: Callable[[str], Monomial], symbols: Symbols,
+        stiffness: Monomial | None, mass: Monomial | None, many: Monomial,
+    ) -> None:  # fmt: skip
+        """Its damping, said in one of three ways: `many` dampers, a ratio on a mass, or the loss of its stiffness.
+
+        `read` gives the number of a key.
+        """
+        if self._given((self.damper,)):
+            damping = many * read(self.damper)
+            builder.add_damping(name, damping)
+            if stiffness is not None and mass is not None:
+                builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)
+        elif stiffness is not None and mass is not None and self._given(("damping_ratio",)):
+            critical = ((stiffness * mass) ** 0.5).times(2.0)
+            damping = read("damping_ratio") * symbols.nominal(critical)
+            builder.ratios[name] = damping * critical**-1.0 if symbols.factors else read("damping_ratio")
+            builder.add_damping(name, damping)
+        elif stiffness is not None and self._given(("loss_factor",)):
+            builder.add_hysteretic(name, stiffness * read("loss_factor"))
 
     @classmethod
     def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:

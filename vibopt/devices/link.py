@@ -258,27 +258,16 @@ class LinkTable(OneLink):
                 builder.counts[stressed(name)] = symbols.off(path, stress) ** -1.0
             if self.beam is not None:
                 self._add_beam(builder, name, self.beam, symbols)
-            if self.loss_factor is not None:
-                builder.add_hysteretic(name, stiffness * symbol("loss_factor"))
-            if self.damping_ratio is not None and mass is not None:
-                critical = ((stiffness * mass) ** 0.5).times(2.0)
-                damping = symbol("damping_ratio") * symbols.nominal(critical)
-                builder.ratios[name] = damping * critical**-1.0 if symbols.factors else symbol("damping_ratio")
-                builder.add_damping(name, damping)
             if self.rotating_damping_ratio is not None and mass is not None:
                 critical = symbols.nominal((stiffness * mass) ** 0.5).times(2.0)
                 builder.add_rotating(name, symbol("rotating_damping_ratio") * critical)
+        self._damp(builder, name, symbol, symbols, stiffness, mass, many)
         if self.rotating_damping is not None:
             builder.add_rotating(name, many * symbol("rotating_damping"))
         if self.friction_force is not None:
             builder.properties[name, _RUBS] = many * symbol(_RUBS)
             if not self.has_spring and self.damping is None:  # what it carries is read like a damper
                 builder.add_damping(name, Monomial(0.0))
-        if getattr(self, self.damper) is not None:
-            damping = many * symbol(self.damper)
-            builder.add_damping(name, damping)
-            if stiffness is not None and mass is not None:
-                builder.ratios[name] = (damping * (stiffness * mass) ** -0.5).times(0.5)
 
     def _add_beam(self, builder: ModelBuilder, name: str, beam: "Beam", symbols: Symbols) -> None:
         """Its mass, of which one part moves as the mean does and one as the shape beside it, and what is read of it."""

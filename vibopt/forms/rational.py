@@ -8,10 +8,10 @@ Written in y with x = y**root, they are polynomials, and Bernstein coefficients 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import lru_cache, reduce
-from itertools import pairwise
+from itertools import pairwise, product
 from math import comb, prod
 
 import numpy as np
@@ -207,11 +207,8 @@ def expanded(
     scale = np.where(scale == 0.0, 1.0, scale)
     size = np.sqrt(np.abs(typical) @ (model.vectors[:, : model.n_free] ** 2))
     size = np.where(size == 0.0, 1.0, size)
-    count = len(groups.members)
     tops, bottoms = [], []
-    for subset in range(2**count):
-        on = np.array([(subset >> (count - 1 - g)) & 1 for g in range(count)], dtype=float)
-        z = fixed * phi + _spread(groups, on * scale, len(model.terms))
+    for z in _corners(groups, scale, fixed * phi):
         stiff, border = bordered(model, z, output, vector)
         tops.append(determinants(border, size))
         bottoms.append(determinants(stiff, size))
@@ -227,11 +224,9 @@ def sampled_static(model: Model, row: FloatArray, reference: FloatArray) -> Samp
     fixed = np.where(model.exponents.any(axis=1), 0.0, model.static_scales)
     scale = (model.values(reference, static=True) * phi.real) @ groups.selector
     scale = np.where(scale == 0.0, 1.0, scale)
-    count = len(groups.members)
     tops, bottoms = [], []
-    for subset in range(2**count):
-        on = np.array([(subset >> (count - 1 - g)) & 1 for g in range(count)], dtype=float)
-        p = (fixed * phi + _spread(groups, on * scale, len(model.terms)))[0].real
+    for z in _corners(groups, scale, fixed * phi):
+        p = z[0].real
         stiff = model.matrix(STIFFNESS, p)[:n, :n]
         border = np.zeros((n + 1, n + 1))
         border[:n, :n] = stiff
@@ -243,6 +238,12 @@ def sampled_static(model: Model, row: FloatArray, reference: FloatArray) -> Samp
         bottoms.append(np.linalg.det(stiff / np.outer(size[:n], size[:n])))
     top, bottom = (_mobius(np.array([one], dtype=complex)) for one in (tops, bottoms))
     return Sampled(groups, phi, top, bottom, scale, static=True)
+
+
+def _corners(groups: Groups, scale: FloatArray, fixed: ComplexArray) -> Iterator[ComplexArray]:
+    """Terms (n, n_terms) with every choice of groups at their sizes, the others nothing; the last turns first."""
+    for on in product((0.0, 1.0), repeat=len(groups.members)):
+        yield fixed + _spread(groups, np.array(on) * scale, fixed.shape[-1])
 
 
 def _spread(groups: Groups, kappa: FloatArray, n_terms: int) -> ComplexArray:

@@ -261,12 +261,20 @@ class Along:
 
     def _let_go(self, other: State, last: State, direction: int) -> State | None:
         """The last value at which the limit itself is touched, where the loosest answer is what it takes; else None."""
-        value = self.guess(last)
+        found = self._touched(last, other, last, direction)
+        return found[0] if found and self.key in found[0].held and self._same_goal(found[1], last) else None
+
+    def _touched(self, at: State, good: State, bad: State, direction: int) -> tuple[State, State] | None:
+        """The answers beside the value that an answer takes of the limit itself; None where it is not between two."""
+        value = self.guess(at)
         t = self.axis.at(value) if value is not None and not self.axis.counted else math.nan
-        if not abs(self._t(other)) < abs(t) < abs(self._t(last)):
-            return None
-        inner, outer = (self.road(self.axis.value(t + direction * side * _BESIDE)) for side in (-1, 1))
-        return inner if self.key in inner.held and self._same_goal(outer, last) else None
+        return self._beside(abs(t), direction) if abs(self._t(good)) < abs(t) < abs(self._t(bad)) else None
+
+    def _beside(self, t: float, direction: int) -> tuple[State, State]:
+        """The answers just before and just behind a place."""
+        return self.road(self.axis.value(direction * (t - _BESIDE))), self.road(
+            self.axis.value(direction * (t + _BESIDE))
+        )
 
     def _same_goal(self, state: State, other: State) -> bool:
         if state.measure is None or other.measure is None:
@@ -370,14 +378,8 @@ class Along:
         """Both sides of the value at which the limit itself begins, or ends, to matter, if it is between the two."""
         state = like if self.key not in like.held else bad
         changes = (self.key in like.held) != (self.key in bad.held)
-        value = self.guess(state) if self.key and changes and not self.axis.counted else None
-        if value is None or not state.good:
-            return None
-        t = self.axis.at(value)
-        if not (math.isfinite(t) and abs(self._t(good)) < abs(t) < abs(self._t(bad))):
-            return None
-        inner, outer = (self.road(self.axis.value(t + direction * side * _BESIDE)) for side in (-1, 1))
-        return (inner, outer) if inner.like(like) and not outer.like(like) else None
+        found = self._touched(state, good, bad, direction) if self.key and changes and state.good else None
+        return found if found and found[0].like(like) and not found[1].like(like) else None
 
     def _followed(self, like: State, good: State, bad: State, direction: int) -> tuple[State, State]:
         """The end of what holds it back, from where the room of what takes over, or lets go, comes to nothing.
@@ -440,7 +442,7 @@ class Along:
             t = self.road.brink(lambda t: self.axis.value(direction * t), (low, good), high)
             if not low < t < high:
                 break
-            inner, outer = (self.road(self.axis.value(direction * (t + side * _BESIDE))) for side in (-1, 1))
+            inner, outer = self._beside(t, direction)
             good, bad = (outer, bad) if outer.good else (inner if inner.good else good, outer if inner.good else inner)
         return self._halved(good, bad, direction, lambda state: state.good)
 

@@ -54,7 +54,7 @@ def condensed(whole: Matrices) -> Matrices:
     return Matrices(
         whole.mass.tocsc()[kept][:, kept].tocsc(),
         _damping(whole.damping.tocsc(), out, kept, joined, follow),
-        _stiffness(stiffness, across, kept, joined, follow),
+        _led(stiffness, across, kept, joined, follow),
         whole.loss_factor,
     )
 
@@ -81,21 +81,19 @@ def _held(inner: Any, size: float) -> bool:
     return bool(pivots.min() > 1e-12 * size)
 
 
-def _stiffness(stiffness: Any, across: Any, kept: IntArray, joined: IntArray, follow: Any) -> Any:
-    """K_aa - K_az K_zz^-1 K_za, symmetric to the last bit."""
+def _led(matrix: Any, across: Any, kept: IntArray, joined: IntArray, follow: Any) -> Any:
+    """K_aa + K_az T where what is left out follows by T, symmetric to the last bit; so of C too."""
     from scipy.sparse import csc_array
 
     rest = across[:, joined].T @ follow
     rest = 0.5 * (rest + rest.T)
     rows, columns = np.meshgrid(joined, joined, indexing="ij")
     added = csc_array((rest.ravel(), (rows.ravel(), columns.ravel())), shape=(len(kept), len(kept)))
-    return (stiffness[kept][:, kept] + added).tocsc()
+    return (matrix[kept][:, kept] + added).tocsc()
 
 
 def _damping(damping: Any, out: IntArray, kept: IntArray, joined: IntArray, follow: Any) -> Any:
     """T^T C T, which is C_aa where dampers pull at nothing without mass, and else less what they pull together."""
-    from scipy.sparse import csc_array
-
     inner, across = damping[out][:, out], damping[out][:, kept].tocsc()
     if not inner.nnz and not across.nnz:
         return damping[kept][:, kept].tocsc()
@@ -108,8 +106,4 @@ def _damping(damping: Any, out: IntArray, kept: IntArray, joined: IntArray, foll
             "are not in proportion to their stiffness, so they cannot be left out exactly. Give them a small mass, or "
             "damping in proportion."
         )
-    rest = across[:, joined].T @ follow
-    rest = 0.5 * (rest + rest.T)
-    rows, columns = np.meshgrid(joined, joined, indexing="ij")
-    added = csc_array((rest.ravel(), (rows.ravel(), columns.ravel())), shape=(len(kept), len(kept)))
-    return (damping[kept][:, kept] + added).tocsc()
+    return _led(damping, across, kept, joined, follow)

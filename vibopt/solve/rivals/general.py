@@ -8,6 +8,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Sequence
 from dataclasses import field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -113,17 +114,8 @@ class TrustConstr(_OnSampledSpeeds):
         top = float(rows.goal(start)[0].max())
         n = len(start)
 
-        def above(z: FloatArray) -> FloatArray:
-            return np.concatenate([rows.limits(z[:n]), rows.goal(z[:n])[0] - z[n]])
-
-        def above_slopes(z: FloatArray) -> Any:
-            goal = rows.goal(z[:n])[1]
-            table = np.zeros((len(rows.limits(z[:n])) + len(goal), n + 1))
-            table[:, :n] = np.concatenate([rows.slopes(z[:n]), goal])
-            table[-len(goal) :, n] = -1.0
-            return csr_array(table)
-
-        last = np.eye(n + 1)[n]
+        slopes, last = lambda z: csr_array(_above_slopes(rows, z)), np.eye(n + 1)[n]
+        above = optimize.NonlinearConstraint(partial(_above, rows), -np.inf, 0.0, jac=slopes, hess=optimize.BFGS())
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             answer = optimize.minimize(
@@ -133,7 +125,7 @@ class TrustConstr(_OnSampledSpeeds):
                 hess=lambda z: np.zeros((n + 1, n + 1)),
                 method="trust-constr",
                 bounds=optimize.Bounds(np.append(rows.low, top - 100.0), np.append(rows.high, top + 100.0)),
-                constraints=[optimize.NonlinearConstraint(above, -np.inf, 0.0, jac=above_slopes, hess=optimize.BFGS())],
+                constraints=[above],
                 options={"gtol": 1e-8, "xtol": 1e-8, "maxiter": self.iterations},
                 callback=lambda z, state: late(counted(state.niter, "iterations")),
             )
@@ -145,6 +137,18 @@ def best_run(rows: SampledRows, runs: Sequence[Run]) -> Run:
     """Of those that claim success the one with the least goal, else the first."""
     good = [(float(rows.goal(run[0])[0].max()), index) for index, run in enumerate(runs) if run[1]]
     return runs[min(good)[1]] if good else runs[0]
+
+
+def _above(rows: SampledRows, z: FloatArray) -> FloatArray:
+    """What is to be zero at most at z = (y, t) (n_vars + 1,): limits, and the rows of the goal less t."""
+    return np.concatenate([rows.limits(z[:-1]), rows.goal(z[:-1])[0] - z[-1]])
+
+
+def _above_slopes(rows: SampledRows, z: FloatArray) -> FloatArray:
+    """Its slopes (n_rows, n_vars + 1)."""
+    limits, goal = rows.slopes(z[:-1]), rows.goal(z[:-1])[1]
+    last = np.repeat([0.0, -1.0], [len(limits), len(goal)])
+    return np.column_stack([np.concatenate([limits, goal]), last])
 
 
 def _from(starts: int) -> str:
@@ -159,25 +163,14 @@ def least(rows: SampledRows, start: FloatArray) -> Run:
     top = float(rows.goal(start)[0].max())
     n = len(start)
     bounds = [*zip(rows.low, rows.high, strict=True), (top - 100.0, top + 100.0)]
-
-    def below(z: FloatArray) -> FloatArray:
-        return -np.concatenate([rows.limits(z[:n]), rows.goal(z[:n])[0] - z[n]])
-
-    def below_slopes(z: FloatArray) -> FloatArray:
-        goal = rows.goal(z[:n])[1]
-        limits = rows.slopes(z[:n])
-        table = np.zeros((len(limits) + len(goal), n + 1))
-        table[:, :n] = np.concatenate([limits, goal])
-        table[-len(goal) :, n] = -1.0
-        return -table
-
+    below = {"type": "ineq", "fun": lambda z: -_above(rows, z), "jac": lambda z: -_above_slopes(rows, z)}
     answer = minimize(
         lambda z: z[n],
         np.append(start, top),
         jac=lambda z: np.eye(n + 1)[n],
         method="SLSQP",
         bounds=bounds,
-        constraints=[{"type": "ineq", "fun": below, "jac": below_slopes}],
+        constraints=[below],
         options={"ftol": rows.tolerance, "maxiter": 200},
     )
     return answer.x[:n], bool(answer.success), str(answer.message)
