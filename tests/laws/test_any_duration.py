@@ -138,6 +138,18 @@ def test_durations_that_make_no_sense_are_refused(name: str) -> None:
     assert f"scene: {message}" in refused(scene_with, {}, change).messages
 
 
+def test_a_range_without_end_is_searched_over_durations_as_far_as_ten_thousand_times_its_beginning() -> None:
+    columns = {"between": ["tank", "ground"], "stiffness": {"from": "10 kN/m"}}
+    document = {**TOWER, "bodies": {"tank": {"mass": "7.5 t"}}, "links": {"columns": columns}}
+    document["goal"] = {"minimise": "stiffness", "of": "columns"}
+    document["excitations"] = {"blast": {**TOWER["excitations"]["blast"], "duration_up_to": "15 s"}}
+    assert refused(vo.from_dict, document).messages == (
+        "scene: excitations.blast may last 15 s, in which the machine may move to and fro 2.8e+02 times, more than the "
+        "50 over which durations are searched. Write a shorter duration_up_to or a smaller end of each range: pulses "
+        "much longer than a period are all alike.",
+    )
+
+
 def test_two_unknown_durations_are_told_apart() -> None:
     two = dict.fromkeys(("blast", "gust"), TOWER["excitations"]["blast"])
     assert refused(vo.from_dict, {**TOWER, "excitations": two}).messages == (

@@ -27,8 +27,9 @@ MOST_TURNS, MOST_FADES, MOST_SEARCHED = 20_000, 100_000, 50
 over, and vibrations over which durations are searched."""
 _FADED = 30.0
 """Decay after which nothing is left of a vibration."""
-_LIGHT = 1e-9
-"""Part of its greatest value at which a mass that may be nothing is counted."""
+_LIGHT, _OPEN = 1e-9, 1e4
+"""Part of its greatest value at which a mass that may be nothing is counted; times its beginning at which a range
+without end is counted where durations are searched."""
 
 
 def check_tolerances(scene: Scene, mistakes: Mistakes) -> None:
@@ -69,7 +70,10 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
     """A machine is followed in time only as far as its own motion under the load can be told from rounding."""
     model = model_of(scene)
     low, high = np.array([[variable.low, variable.high] for variable in scene.variables]).reshape(-1, 2).T
-    least, most = model.extent(low, np.where(np.isfinite(high), high, low))
+    closed = np.isfinite(high)
+    ends = "" if closed.all() else " or a smaller end of each range"
+    any_length = any(isinstance(one, Transient) and one.durations is not None for one in scene.excitations.values())
+    least, most = model.extent(low, np.where(closed, high, low * (_OPEN if any_length else 1.0)))
     free = model.vectors[:, : model.n_free]
     mass, damping, stiffness, held = (
         (free[model.kinds == kind].T * one[model.kinds == kind]) @ free[model.kinds == kind]
@@ -94,7 +98,8 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
                 ("excitations", name, "duration_up_to"),
                 f"excitations.{name} may last {excitation.length:.4g} s, in which the machine may move to and fro "
                 f"{max(turned, faded):.2g} times, more than the {MOST_SEARCHED} over which durations are searched. "
-                "Write a shorter duration_up_to: pulses much longer than a period are all alike.",
+                f"Write a shorter duration_up_to{ends}: pulses much "
+                "longer than a period are all alike.",
             )
             continue
         for many, known, key, how, rigid in (
