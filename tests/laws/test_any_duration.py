@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import vibopt as vo
 from refusals import refused
 from vibopt.forms import PeakOverDurations
 from vibopt.program.pose import form_of, pose
 from vibopt.scene.assemble import model_of
+from vibopt.solve.tangents import Tangents
 from vibopt.verify.unknown_duration import _top
 
 TOWER: dict[str, Any] = {
@@ -60,6 +64,60 @@ def test_what_is_chosen_under_it_is_not_called_proven() -> None:
     assert answer.claim.endswith("; the greatest over every duration is found by a search and not proven")
     assert 2.5 < (2.0 * 0.01 / np.pi / 4e-3) ** 2 < 2.6
     assert answer.variables["links.columns.stiffness"].value.value == 2.6
+
+
+@settings(derandomize=True, database=None, deadline=None, max_examples=3)
+@given(seed=st.integers(0, 10_000), shape=st.sampled_from(["half sine", "rectangle", "versed sine", "triangle"]))
+def test_nothing_is_better_than_a_mount_that_is_proven_for_pulses_of_any_duration(seed: int, shape: str) -> None:
+    """Mounts near and far, each at its worst duration: none keeps the room and passes on less."""
+    rng = np.random.default_rng(seed)
+    room = float(10.0 ** rng.uniform(-1.7, -0.9))
+    document: dict[str, Any] = {
+        "bodies": {"box": {"mass": "100 kg"}},
+        "links": {
+            "mount": {
+                "between": ["box", "ground"],
+                "stiffness": {"from": "2 kN/m", "to": "400 kN/m"},
+                "damping": {"from": "10 N s/m", "to": "5 kN s/m"},
+            }
+        },
+        "excitations": {
+            "blow": {
+                "kind": "pulse", "on": "box", "shape": shape, "amplitude": "5 kN",
+                "duration_up_to": f"{rng.uniform(20.0, 200.0)} ms",
+            }
+        },
+        "limits": {"room": {"response": "peak_displacement", "of": "box", "at_most": f"{room} m"}},
+        "goal": {"minimise": "peak_force", "into": "ground"},
+    }  # fmt: skip
+    program = pose(vo.from_dict(document))
+    (limit,), aim = program.limits, program.aim
+    found = Tangents(gap=1e-4).solve(program)
+    assert found.status == "optimal", found.claim
+    assert found.x is not None
+    assert aim is not None
+    near = found.x * np.exp(rng.normal(0.0, 0.05, (12, 2)))
+    tried = np.concatenate([near, np.exp(rng.uniform(np.log(program.low), np.log(program.high), (12, 2)))])
+    tried = np.clip(tried, program.low, program.high)
+    best = aim.worst(found.x).value
+    assert (aim.values(tried)[limit.values(tried) <= room] >= best * (1.0 - 1.1e-4)).all()
+
+
+def test_a_proof_over_durations_says_what_of_it_is_found() -> None:
+    columns = {**TOWER["links"]["columns"], "stiffness": {"from": "0.1 N/m", "to": "10 N/m"}, "damping": "0.1 N s/m"}
+    limit = {"response": "peak_displacement", "of": "tank", "at_most": "0.9 m"}
+    goal = {"minimise": "stiffness", "of": "columns"}
+    asked = {"links": {"columns": columns}, "limits": {"sway": limit}, "goal": goal, "measures": {}}
+    answer = vo.solve(vo.from_dict({**TOWER, **asked}))
+    assert answer.status == "optimal", answer.claim
+    assert answer.method == "tangents"
+    assert answer.claim == (
+        "proven by branch and bound: nothing is better by more than 1e-06 of the goal; the greatest over every "
+        "duration is found by a search and not proven"
+    )
+    program = pose(vo.from_dict({**TOWER, **asked}))
+    none = replace(program, limits=(replace(program.limits[0], bound=0.01),))
+    assert Tangents().solve(none).status == "infeasible"
 
 
 @pytest.mark.parametrize("shape", ["rectangle", "sine", "falling sawtooth", "versed sine"])

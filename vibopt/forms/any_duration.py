@@ -6,20 +6,22 @@ machine: it is looked at more closely than that, and the greatest tops are refin
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.forms.form import Form, by_differences, kept
+from vibopt.forms.form import WITHOUT_END, Form, by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime
 from vibopt.records import dataclass
 from vibopt.signals import Output, Segment, side_by_side, stretched
 
 if TYPE_CHECKING:
+    from vibopt.forms.floors import Floors
     from vibopt.forms.reduce import Reach
+    from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.transient import Reading, Transient
 
@@ -56,7 +58,7 @@ class PeakOverDurations(Form):
     signals: Callable[[float], tuple[Segment, ...]]
     low: float
     high: float
-    no_bounds = "is greatest at a duration that is found by a search: it has no bounds on boxes of designs"
+    no_bounds = "is greatest at a duration that is found by a search: tangents alone bound it"
     not_convex = "is a peak in time, which is not convex in stiffness and damping"
     rough = "is greatest at a duration that is found by a search, and jumps from one to another"
 
@@ -79,6 +81,23 @@ class PeakOverDurations(Form):
         if not 0.0 < value < np.inf:
             return by_differences(lambda at: self.value(model, at), x)
         return self.lasting(duration).slope(model, x)
+
+    @property
+    def tangents_of(self) -> tuple[float, ...]:
+        return (1.0,)  # it is no less than at any one duration
+
+    def tangents(
+        self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
+    ) -> list[list[Tangent]]:
+        """At the durations `times` [s], or at the longest where none is known."""
+        at_each = [self.lasting(time).tangents(model, x, reach, level) for time in times or (self.high,)]
+        return [[tangent for some in many for tangent in some] for many in zip(*at_each, strict=True)]
+
+    def greatest_at(self, model: Model, x: FloatArray) -> float:
+        return self.worst_of(model, x)[1]
+
+    def floors(self, model: Model) -> Floors | None:
+        return self.lasting(self.high).floors(model)
 
     def lasting(self, duration: float) -> PeakInTime:
         """At one duration [s]."""

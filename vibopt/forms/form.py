@@ -199,6 +199,10 @@ class Form:
         """
         return [[] for _ in x]
 
+    def greatest_at(self, model: Model, x: FloatArray) -> float | None:
+        """When, or at which duration [s], it is greatest at a design (n_vars,), as `tangents` takes it; else None."""
+        return None
+
     def floors(self, model: Model) -> Floors | None:
         """What says how little it can be on boxes of designs, however wide; only of forms that have `tangents_of`."""
         return None

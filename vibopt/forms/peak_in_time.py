@@ -119,6 +119,9 @@ class PeakInTime(Form):
             found[i] += [tangent] if np.isfinite(tangent.rest) else []
         return found
 
+    def greatest_at(self, model: Model, x: FloatArray) -> float:
+        return self.peak(model, x).time
+
     def floors(self, model: Model) -> Floors | None:
         from vibopt.forms.floors import floors
 

@@ -67,7 +67,10 @@ def _seen_in_part(program: Program, near: Sequence[float] | None) -> Method:
     from vibopt.solve.one_range import OneRange
     from vibopt.solve.tangents import Tangents
 
-    sure = next((one for one in (OneRange(), Tangents(near=near)) if one.refuses(program) is None), None)
+    methods: list[Method] = [OneRange(), Tangents(near=near)]
+    if any(part.form.searched for part in program.parts):  # a range that is followed proves nothing of what is searched
+        methods.reverse()
+    sure = next((one for one in methods if one.refuses(program) is None), None)
     if sure is not None:
         return sure
     from vibopt.solve.boxes_first import BoxesFirst

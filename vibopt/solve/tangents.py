@@ -32,7 +32,7 @@ _STARTS = 4
 _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
 _KNOWN, _APART = 3, 0.01
-"""Times of a peak that are kept for the boxes that follow, and the part of itself by which a new one must differ."""
+"""Times of a peak that are kept for the boxes that follow, and the part of itself by which they must differ."""
 _FAR = 0.5
 """Part of a floor lost for one variable from which on tangents say no more."""
 _WIDE = 4.0
@@ -55,7 +55,7 @@ class Tangents:
             return "it takes continuous variables alone."
         if not 1 <= len(program.axes) <= _MOST_VARIABLES:
             return f"{len(program.axes)} continuous variables are not 1 to {_MOST_VARIABLES}."
-        if all(part.form.in_time is None for part in program.parts):
+        if all(part.form.in_time is None and not part.form.searched for part in program.parts):
             return "no peak in time is asked for."
         loose = next((part for part in program.parts if not _bounded(part, program)), None)
         return None if loose is None else f"{loose.name} {loose.form.no_bounds}."
@@ -82,7 +82,7 @@ def _tangible(part: Limit | Aim) -> bool:
 
 @dataclass
 class _Part:
-    """A limit or the goal with tangents: sign * (form - bound) / size, and times at which it was greatest [s]."""
+    """A limit or the goal with tangents: sign * (form - bound) / size, and times or durations of the greatest [s]."""
 
     of: Limit | Aim
     bound: float
@@ -93,12 +93,10 @@ class _Part:
         self.floors = self.of.form.floors(self.of.model) if _sign(self.of) > 0.0 else None
 
     def learn(self, x: FloatArray) -> None:
-        """Keep the time of the peak at a design."""
-        form = self.of.form.in_time
-        if form is not None:
-            time = form.peak(self.of.model, x).time
-            if np.isfinite(time) and all(abs(time - one) > _APART * one for one in self.times):
-                self.times = [time, *self.times][:_KNOWN]
+        """Keep the time of the peak at a design, or the duration at which it is greatest."""
+        time = self.of.form.greatest_at(self.of.model, x)
+        if time is not None and np.isfinite(time):
+            self.times = [time, *(other for other in self.times if abs(time - other) > _APART * other)][:_KNOWN]
 
     def tangents(self, boxes: Sequence[_Box], level: float) -> Iterator[tuple[_Box, list[Tangent]]]:
         """Each box, and what is known there."""
@@ -197,13 +195,17 @@ class _Search:
         return self.best - self.method.gap * abs(self.best) if np.isfinite(self.best) else np.inf
 
     def offer(self, x: FloatArray) -> None:
-        """Keep a design that is feasible and better, and the times of its peaks."""
-        if not self.judge.feasible(x):
-            return
-        goal = self.judge.goal(x).value
-        if goal < self.best or self.best_x is None:
+        """Keep a design that is feasible and better, and the times of its peaks.
+
+        Where it is neither, a duration was left out, which is kept.
+        """
+        good = self.judge.feasible(x)
+        goal = self.judge.goal(x).value if good else np.inf
+        better = goal < self.best or (good and self.best_x is None)
+        if better:
             self.best, self.best_x = goal, x
-            for part in [*self.limits, *self.aims]:
+        for part in [*self.limits, *self.aims]:
+            if better or part.of.form.searched:
                 part.learn(x)
 
     def look(self, low: FloatArray, high: FloatArray) -> Iterator[tuple[float, _Box]]:
