@@ -34,6 +34,7 @@ from vibopt.forms import (
     PeakRubbing,
     RootMeanSquare,
     Rubbing,
+    RubbingOfSeveral,
     StaticBending,
     StaticForce,
     StaticLoad,
@@ -65,7 +66,7 @@ _FILM = (0.3, 0.1, -0.05, 0.7, 2e-3, 1e-4, -1e-4, 1e-3)
 
 def _model(kind: type[Form] | None = None) -> Model:
     """Two masses above each other on springs and dampers; the variables are those of `_X`.  One that rubs is alone."""
-    if kind in (Rubbing, PeakRubbing):
+    if kind in (Rubbing, RubbingOfSeveral, PeakRubbing):
         first, third = np.eye(3)[[0, 2]]
         rows = [(INERTIA, _LOW, np.zeros(3)), (STIFFNESS, 1.0, first), (DAMPING, 1.0, third)]
         terms = tuple(
@@ -309,6 +310,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     PeakInRunUp: (PeakInRunUp(_READ, np.array([1.0, 0.0]), _RISING), _run_up),
     RootMeanSquare: (RootMeanSquare(_READ, (Noise("hiss", np.array([1.0, 0.0]), 0.5),)), _mean_square),
     Rubbing: (Rubbing(Output(np.ones(1), np.zeros(3)), (_PUSH,), normalised=False), _rubbed),
+    RubbingOfSeveral: (RubbingOfSeveral(Output(np.ones(1), np.zeros(3)), (_PUSH,), normalised=False), _rubbed),
     StaticBending: (
         StaticBending(np.array([0.0, 0.0, 0.0, -1.0, 0.0, 0.0]), _FACTOR),
         lambda x: abs(x[0] / _RATING * _force(x)),

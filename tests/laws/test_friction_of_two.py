@@ -186,13 +186,6 @@ def test_the_same_machine_a_thousand_times_as_heavy_and_as_strong_moves_alike() 
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
-    "steady": (
-        {"excitations": {"load": {"kind": "force", "on": "rack", "amplitude": "1 kN", "speed": "5 Hz"}},
-         "measures": {"d": {"response": "displacement", "of": "drawer"}}},
-        "measures.d: with links.pad.friction_force, displacement is answered in steady vibration of one body alone, "
-        'and here bodies.rack and bodies.drawer move. Ask in time: begins = "suddenly" in the excitation, and '
-        'response = "peak_displacement".',
-    ),
     "a joint without mass": (
         {"bodies": {"rack": {"mass": "180 kg"}, "drawer": {"mass": "0 kg"}}},
         "links.pad.friction_force rubs beside bodies.drawer: where friction holds, what it joins moves as one, and "

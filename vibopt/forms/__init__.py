@@ -32,6 +32,7 @@ FORMS: Kinds[Form] = Kinds(
         "PeakOverDurations": "any_duration.PeakOverDurations",
         "RootMeanSquare": "root_mean_square.RootMeanSquare",
         "Rubbing": "rubbing.Rubbing",
+        "RubbingOfSeveral": "rubbing_of_several.RubbingOfSeveral",
         "StaticForce": "sags.StaticForce",
         "StaticLoad": "sags.StaticLoad",
         "StaticBending": "sags.StaticBending",
@@ -56,6 +57,7 @@ if TYPE_CHECKING:
     from vibopt.forms.peak_rubbing import PeakRubbing
     from vibopt.forms.root_mean_square import RootMeanSquare
     from vibopt.forms.rubbing import Rubbing
+    from vibopt.forms.rubbing_of_several import RubbingOfSeveral
     from vibopt.forms.sags import StaticBending, StaticForce, StaticLoad, StaticMoment, StaticRow
     from vibopt.forms.undamped import EnergyShare, ModeFrequency, ModeGap, ModeRatio
     from vibopt.forms.whirling import DampedCriticalSpeed, WhirlDamping, WhirlThreshold
@@ -90,6 +92,7 @@ __all__ = [
     "PeakRubbing",
     "RootMeanSquare",
     "Rubbing",
+    "RubbingOfSeveral",
     "StaticBending",
     "StaticForce",
     "StaticLoad",

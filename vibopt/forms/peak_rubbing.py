@@ -95,7 +95,7 @@ class PeakRubbing(PeakInTime):
         if key not in known:
             if len(known) >= _KEPT:
                 known.pop(next(iter(known)))
-            turned, whole = _turned(model)
+            turned, whole = in_stretches(model)
             n = model.n_free
             loads = np.vstack([whole[:n, :n].T @ self.loads[:n], self.loads[n:]])
             begun: FloatArray = np.zeros((len(whole), 2))
@@ -103,12 +103,12 @@ class PeakRubbing(PeakInTime):
                 begun = np.asarray(np.linalg.solve(whole, self.loads @ released))
             rows = matrices(turned, model.values(x))
             known[key] = Sliding(*rows, n, loads, self.segments, begun, friction_of(model, x))
-        turned, whole = _turned(model)
+        turned, whole = in_stretches(model)
         read = reading(turned, replace(self.output, row=self.output.row @ whole), model.values(x))
         return known[key], replace(read, grip=grip_of(model, self.output.signs))
 
 
-def _turned(model: Model) -> tuple[Model, FloatArray]:
+def in_stretches(model: Model) -> tuple[Model, FloatArray]:
     """The model in stretches of links, that of the one that rubs first, and coordinates from these; bases stay.
 
     What rides on a base that goes far away keeps its digits.

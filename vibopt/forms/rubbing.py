@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.forms.form import Form, Local, Worst, log_of, second_differences
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
@@ -34,6 +34,9 @@ on, and what may be left of their speed."""
 _DEGREE, _ROUNDS, _CLOSER, _SETTLED, _ODD = 8, 4, 0.2, 1e-11, 0.3717
 """Of polynomials on a range with a top; how often it is made narrower and by how much on each side; what they may leave
 over at the top and at one more place."""
+TIMES, _DEGENERATE, _ENDLESS = 100, 1e-6, 1e5
+"""Instants of half a cycle; how near a natural frequency is to a whole multiple of that of the force, to be one; the
+multiple from which on a cycle is endless beside the vibration."""
 _NODES = -np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
 _INTO = np.linalg.inv(chebyshev.chebvander(_NODES, _DEGREE))
 
@@ -137,7 +140,7 @@ class Rubbing(Form):
         def seen(some: FloatArray) -> FloatArray:
             return sign * self.sizes(model, x, some)
 
-        speeds = _looked_at(band, natural_frequency(model, x) / self.shaken[0].lines[0].order)
+        speeds = _looked_at(band, self.naturals(model, x) / self.shaken[0].lines[0].order)
         speeds = np.union1d(speeds, self._freed(model, x, speeds))
         values = sign * self.sizes(model, x, speeds, hope=sign)
         found = [(sign * float(values[i]), float(speeds[i])) for i in (0, len(speeds) - 1)]
@@ -157,12 +160,23 @@ class Rubbing(Form):
     def _freed(self, model: Model, x: FloatArray, speeds: FloatArray) -> FloatArray:
         """Speeds behind those at which what holds first slips, up to the last of the speeds."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            held = np.log(self._motions(model, x, speeds)[0][2])
+            held = np.log(self.grasp(model, x, speeds))
             k = np.flatnonzero((held[:-1] >= 0.0) & (held[1:] < 0.0))
             part = np.where(np.isfinite(held[k]), held[k] / (held[k] - held[k + 1]), 1.0)
             found = speeds[k] ** (1.0 - part) * speeds[k + 1] ** part
         every = np.outer(found, _BEHIND).ravel()
         return np.asarray(every[(every > speeds[0]) & (every < speeds[-1])])
+
+    def grasp(self, model: Model, x: FloatArray, speeds: FloatArray) -> FloatArray:
+        """Friction over what it must hold at speeds [rad/s], (n,)."""
+        return self._motions(model, x, speeds)[0][2]
+
+    def naturals(self, model: Model, x: FloatArray) -> FloatArray:
+        """Natural frequencies beside which it is looked at, ascending [rad/s]."""
+        from vibopt.mechanics.model import INERTIA, STIFFNESS
+
+        p = model.values(x)
+        return np.asarray(np.sqrt(model.matrix(STIFFNESS, p)[0, :1] / model.matrix(INERTIA, p)[0, :1]))
 
     def at(self, model: Model, x: FloatArray, speed: float, *, rough: bool = False) -> float:
         """Greatest size in a cycle at one speed [rad/s]; `rough` by equivalent damping alone."""
@@ -222,6 +236,28 @@ class Rubbing(Form):
 
         own, push, (parts, phasor) = self._motions(model, x, np.array([speed]))
         return Rub(*(float(one[0]) for one in own)), float(push[0]), (parts[:, 0], complex(phasor[0]))
+
+    def half_cycle(self, model: Model, x: FloatArray, speed: float) -> tuple[FloatArray, FloatArray, BoolArray]:
+        """Times [s] in half a cycle, the response at them and whether friction holds, (n,) each; (0,) without end."""
+        rub, _, (parts, phasor) = self.motion(model, x, speed)
+        found = [np.zeros((3, 0))]
+        for piece in rub.half_cycle or ():
+            tau = np.linspace(0.0, piece.length, max(3, round(TIMES * piece.length / np.pi)))
+            turned = (phasor * np.exp(1j * (piece.begin + tau))).real
+            found.append(
+                np.array([piece.begin + tau, parts @ rub.at(piece, tau) + turned, tau * 0.0 + (piece.side == 0)])
+            )
+        theta, read, held = np.hstack(found)
+        count = float(self.per(model, x, np.array(speed)))
+        return theta / (speed * self.shaken[0].lines[0].order), read / count, held > 0.0
+
+    def left_to_the_start(self, model: Model, x: FloatArray, speed: float) -> bool:
+        """Whether what it began with swings on beside the motion."""
+        rub = self.motion(model, x, speed)[0]
+        order = 1.0 / rub.r if rub.r else 0.0
+        if rub.ratio or not 1.5 < order < _ENDLESS or abs(order - round(order)) >= _DEGENERATE:
+            return False
+        return all(piece.side for piece in rub.half_cycle or ())
 
     def _motions(
         self, model: Model, x: FloatArray, speeds: FloatArray
@@ -309,19 +345,11 @@ def grip_of(model: Model, signs: FloatArray) -> float:
     return float(signs[owned][0])
 
 
-def natural_frequency(model: Model, x: FloatArray) -> float:
-    """While it slips [rad/s]."""
-    from vibopt.mechanics.model import INERTIA, STIFFNESS
-
-    p = model.values(x)
-    return float(np.sqrt(model.matrix(STIFFNESS, p)[0, 0] / model.matrix(INERTIA, p)[0, 0]))
-
-
-def _looked_at(band: Band, natural: float) -> FloatArray:
-    """Speeds of a rough look at a band [rad/s], ascending; at rest and below a part of the natural frequency none."""
-    slow = _SLOW * min(natural, band.high)
+def _looked_at(band: Band, naturals: FloatArray) -> FloatArray:
+    """Speeds of a rough look at a band [rad/s], ascending; at rest and far below all natural frequencies none."""
+    slow = _SLOW * min(float(naturals.min()), band.high)
     low = band.low if band.low >= slow else slow
-    near = natural * np.array(_NEAR)
+    near = np.outer(naturals, _NEAR).ravel()
     rest = [band.low] if band.low == 0.0 else []
     inside = near[(near > low) & (near < band.high)]
     return np.unique(np.concatenate([rest, [band.low], np.geomspace(low, band.high, _EVEN), inside]))

@@ -13,7 +13,6 @@ r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
 from __future__ import annotations
 
 import cmath
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 from itertools import islice
@@ -24,6 +23,7 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.closing import closing
 from vibopt.mechanics.slipping import COEFFICIENTS, NODES, Slipping, edges, moved, summits
 from vibopt.records import cached_property, dataclass
 
@@ -33,11 +33,9 @@ between them."""
 _BEGUN, _ROUND, _ALIKE = 1e-6, 1e-13, 0.05
 """Part of a panel at its beginning that is no end of a motion; rounding of a state; rates that are next to alike."""
 _SETTLED = 1e-9
-_WARM, _TURNS, _PATIENCE, _HELD = 2, 4000, 8, 0.9
-"""Half cycles before Newton's method, and at most; steps before another beginning is tried; friction from which on what
-it began with is rest, where that swings on."""
-_CLOSED, _ENOUGH, _FAR = 1e-13, 1e-9, 3.0
-"""Part that may be left of a closed half cycle, at the latest; how far a step of Newton's may lead."""
+_TURNS, _PATIENCE, _HELD = 4000, 8, 0.9
+"""Half cycles at most; steps before another beginning is tried; friction from which on what it began with is rest,
+where that swings on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,41 +180,13 @@ class Rub:
 
         From two states in turns, for where two motions nearly meet only one of them is soon there.
         """
-        roads = [self._closing(state) for state in self._starts]
+        roads = [closing(self._half, self._size, state, _TURNS) for state in self._starts]
         for _ in range(_TURNS // _PATIENCE + 1):
             for road in roads:
                 for known in islice(road, _PATIENCE):
                     if known is not None:
                         return known
         return None
-
-    def _closing(self, state: FloatArray) -> Iterator[tuple[Piece, ...] | None]:
-        """Half a cycle where it closes, and before none after each step; plain half cycles never move it away.
-
-        Newton's steps are only taken where they halve what is missing.
-        """
-        known = self._half(state)
-        for turn in range(_TURNS):
-            miss = state + known[1]
-            left = self._size(miss)
-            if left <= _CLOSED * self._size(state) + _ROUND * 1e-2:
-                yield known[0]
-            yield None
-            if turn >= _WARM:
-                step: FloatArray = np.linalg.lstsq(np.eye(2) + known[2], miss, rcond=None)[0].astype(float)
-                step *= min(1.0, _FAR * (1.0 + self._size(state)) / (self._size(step) + 1e-300))
-                tried = [(state - part * step, self._half(state - part * step)) for part in (1.0,)]
-                for part in (0.25, 0.0625):
-                    if self._size(tried[-1][0] + tried[-1][1][1]) > 0.5 * left:
-                        tried.append((state - part * step, self._half(state - part * step)))
-                best = min(tried, key=lambda one: self._size(one[0] + one[1][1]))
-                if self._size(best[0] + best[1][1]) < 0.9 * left:
-                    state, known = best
-                    continue
-            state = -known[1]
-            known = self._half(state)
-        if left < _ENOUGH * self._size(state):
-            yield known[0]
 
     @property
     def _starts(self) -> list[FloatArray]:

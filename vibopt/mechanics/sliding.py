@@ -40,7 +40,7 @@ which slips and holds are followed that never end; part of the fastest rate from
 speed of a base at which it stands still."""
 _FINE, _LONGER = 2001, 10
 """Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded."""
-_TOO_OFTEN = (
+TOO_OFTEN = (
     "What rubs moves to and fro more often than is followed. Write a shorter load, less stiffness or damping, or more "
     "mass or friction."
 )
@@ -124,7 +124,7 @@ class Piece:
     @property
     def start(self) -> FloatArray:
         """States at its beginning (n,)."""
-        return np.asarray(self.states @ _basis(0.0)[: self.states.shape[1]])
+        return np.asarray(self.states @ basis(0.0)[: self.states.shape[1]])
 
 
 @dataclass(frozen=True)
@@ -177,7 +177,7 @@ class Sliding:
             return best
         at = int(np.argmax(sizes >= sizes.max() * (1.0 - _ROUND)))
         places = np.linspace(0.0, 1.0, _FINE)
-        values = read[at] @ _basis(places)
+        values = read[at] @ basis(places)
         top = int(np.abs(values).argmax())
         time = pieces[at].begin + pieces[at].length * float(places[top])
         return Peak(float(np.copysign(sizes[at], values[top])), time)
@@ -210,7 +210,7 @@ class Sliding:
             if one.length == np.inf:
                 found.append(float(row @ exponential(one.law.held * (time - one.begin)) @ one.start))
             else:
-                found.append(float(row @ one.states @ _basis(min((time - one.begin) / one.length, 1.0))))
+                found.append(float(row @ one.states @ basis(min((time - one.begin) / one.length, 1.0))))
         return np.array(found)
 
     @property
@@ -240,7 +240,7 @@ class Sliding:
         if seen == len(self._known):
             self._known.extend(islice(self._coming, _TOGETHER))
             if len(self._known) > _MOST:
-                raise InputError(_TOO_OFTEN)
+                raise InputError(TOO_OFTEN)
         return self._known[seen:]
 
     def _followed(self) -> Iterator[Piece]:
@@ -308,7 +308,7 @@ class Sliding:
                 continue
             ended = whole if part is None else part
             if ended < 1.0:
-                states = states @ _basis(ended * NODES) @ COEFFICIENTS
+                states = states @ basis(ended * NODES) @ COEFFICIENTS
             yield Piece(time + gone, ended * width, side, law, states)
             gone, age, state = gone + ended * width, age + ended * width, states.sum(axis=1)
             if part is None:
@@ -332,24 +332,24 @@ class Sliding:
     def _stops(self, law: Law, states: FloatArray, side: int, whole: float, *, fresh: bool) -> float | None:
         """Part of a panel at which a slip comes to rest; 0 where it never began, None where it goes on."""
         speed = side * states[1]
-        values = speed @ (_basis(whole * NODES) if whole < 1.0 else _NODAL)
+        values = speed @ (basis(whole * NODES) if whole < 1.0 else _NODAL)
         begins = fresh or values[0] <= 0.0
         seen = values[1:] / NODES[1:] ** (2 if begins else 0)
         if seen.min() > _SAFE * seen.max():
             return None
         roots = _roots(speed, _BEGUN if begins else 0.0, whole)
         if begins:
-            early = speed @ _basis(0.5 * np.append(roots, whole))
+            early = speed @ basis(0.5 * np.append(roots, whole))
             told = np.flatnonzero(np.abs(early) > _NOISE * np.abs(values).max())  # before, roots are of rounding
             if not len(told) or early[told[0]] < 0.0:
                 return 0.0
             roots = roots[told[0] :]
-        return next((float(root) for root in roots if SLOPES @ speed @ _basis(root) <= 0.0), None)
+        return next((float(root) for root in roots if SLOPES @ speed @ basis(root) <= 0.0), None)
 
     def _leaves(self, law: Law, states: FloatArray, side: int, whole: float, *, fresh: bool) -> float | None:
         """Part of a panel at which friction holds no longer; None where it does."""
         carried = law.carries @ states
-        values = carried @ (_basis(whole * NODES) if whole < 1.0 else _NODAL)
+        values = carried @ (basis(whole * NODES) if whole < 1.0 else _NODAL)
         if np.abs(values).max() < (1.0 - _SAFE) * self.friction:
             return None
         found = []
@@ -357,7 +357,7 @@ class Sliding:
             over = sense * carried
             over[0] -= self.friction
             roots = _roots(over, _BEGUN if fresh else 0.0, whole)
-            found += [float(root) for root in roots if SLOPES @ over @ _basis(root) > 0.0][:1]
+            found += [float(root) for root in roots if SLOPES @ over @ basis(root) > 0.0][:1]
         if not found and abs(values[-1]) > self.friction:  # it was so from the beginning
             return _BEGUN
         return max(min(found), 1e-300) if found else None
@@ -437,12 +437,12 @@ def _rung(
         state, gone, length = exponential(law.held * length) @ state, gone + length, 2.0 * length
 
 
-def _basis(part: FloatArray | float) -> FloatArray:
+def basis(part: FloatArray | float) -> FloatArray:
     """Chebyshev's polynomials at parts of a panel, (17, n)."""
     return np.asarray(np.cos(np.multiply.outer(np.arange(len(NODES)), np.arccos(np.clip(2.0 * part - 1.0, -1.0, 1.0)))))
 
 
-_NODAL = _basis(NODES)
+_NODAL = basis(NODES)
 
 
 def _roots(series: FloatArray, begin: float, end: float) -> FloatArray:
@@ -452,8 +452,8 @@ def _roots(series: FloatArray, begin: float, end: float) -> FloatArray:
     found = 0.5 + 0.5 * np.sort(roots.real[np.abs(roots.imag) < 1e-8])
     found = found[(found >= begin - 1e-9) & (found <= end + 1e-9)]
     for _ in range(2):
-        basis = _basis(found)
-        rate = SLOPES @ series @ basis
-        step = 0.5 * (series @ basis) / np.where(rate == 0.0, np.inf, rate)
+        each = basis(found)
+        rate = SLOPES @ series @ each
+        step = 0.5 * (series @ each) / np.where(rate == 0.0, np.inf, rate)
         found = found - np.where(np.abs(step) < 1e-3, step, 0.0)
     return np.asarray(found[(found >= begin) & (found <= end * (1.0 + _ROUND))])

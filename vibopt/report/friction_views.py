@@ -12,7 +12,7 @@ from vibopt.answer.blocks import spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
 from vibopt.forms import Rubbing
-from vibopt.forms.rubbing import friction_of, natural_frequency
+from vibopt.forms.rubbing import friction_of
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import form_of
 from vibopt.records import dataclass
@@ -25,14 +25,13 @@ from vibopt.scene.scene import Design, Scene
 from vibopt.units import best_unit, show, to_unit
 from vibopt.values.speeds import ROTATION
 
-_SPEEDS, _TIMES, _SAME = 160, 400, 5e-3
+_SPEEDS, _SAME = 160, 5e-3
 """Points of a curve; part by which two values must differ to be told apart in words."""
 _CLOSER, _BENT, _WIDE = 4, 0.03, 2.0
 """How often points are added where a curve bends, by how much between two of its pieces [rad], in a figure that is so
 many times as wide as high."""
-_DEGENERATE, _ENDLESS = 1e-6, 1e5
-"""How near a natural frequency is to a whole multiple of that of the force, to be one; the multiple from which on a
-cycle is endless beside the vibration: nothing rings on in it, and nothing of it can be drawn."""
+_ENDLESS = 1e5
+"""Natural frequency over that of the force from which on nothing of a cycle can be drawn."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +63,7 @@ def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
             endless.add(speed)
             continue
         notes.append(f"{asked.where}: {_beside(asked, worst.value, asked.form.at(model, x, speed, rough=True))}")
-        if _left_to_the_start(asked.form, model, x, speed):
+        if asked.form.left_to_the_start(model, x, speed):
             notes.append(
                 f"{asked.where}: at {show(speed, unit, ROTATION)} the natural frequency is a whole multiple of that of "
                 "the force and nothing is damped: what it began with swings on, and the greatest may be more."
@@ -92,14 +91,6 @@ def _beside(asked: _Asked, value: float, other: float) -> str:
     return f"equivalent viscous damping would say {said}, {'which is right' if abs(part) < _SAME else much}."
 
 
-def _left_to_the_start(form: Rubbing, model: Model, x: FloatArray, speed: float) -> bool:
-    rub = form.motion(model, x, speed)[0]
-    order = 1.0 / rub.r if rub.r else 0.0
-    if rub.ratio or not 1.5 < order < _ENDLESS or abs(order - round(order)) >= _DEGENERATE:
-        return False
-    return all(piece.side for piece in rub.half_cycle or ())
-
-
 def friction_panels(design: Design, model: Model) -> list[Panel]:
     """Each response against speed, the equivalent viscous one beside, and over one cycle at its worst speed."""
     x = np.array(design.x)
@@ -112,19 +103,19 @@ def friction_panels(design: Design, model: Model) -> list[Panel]:
     for asked in first.values():
         panels.append(_against_speed(design, model, x, asked))
         value, speed = asked.form.tops(model, x)[0]
-        if isfinite(value) and asked.form.motion(model, x, speed)[0].r * _ENDLESS > 1.0:
+        if isfinite(value) and speed * _order(asked.form) * _ENDLESS > asked.form.naturals(model, x)[0]:
             panels.append(_over_cycle(design, model, x, asked))
     return panels
 
 
 def _against_speed(design: Design, model: Model, x: FloatArray, asked: _Asked) -> Panel:
     scene, name = design.scene, asked.form.shaken[0].name
-    bands, natural = bands_for(scene, asked.response, name), natural_frequency(model, x) / _order(asked.form)
+    bands, naturals = bands_for(scene, asked.response, name), asked.form.naturals(model, x) / _order(asked.form)
     known = scene.excitations[name].known_bands[0]
-    low = max(known.low, 0.1 * natural, 1e-3 * bands[-1].high)
-    high = min(known.high, max(1.2 * max(band.high for band in bands), 2.0 * natural))
+    low = max(known.low, 0.1 * naturals[0], 1e-3 * bands[-1].high)
+    high = min(known.high, max(1.2 * max(band.high for band in bands), 2.0 * naturals[0]))
     value, speed = asked.form.tops(model, x)[0]
-    speeds = np.union1d(np.geomspace(min(low, 0.5 * high), high, _SPEEDS), [speed, natural][: 1 + (natural < high)])
+    speeds = np.union1d(np.geomspace(min(low, 0.5 * high), high, _SPEEDS), [speed, *naturals[naturals < high]])
     exact = asked.form.sizes(model, x, speeds)
     unit, factor = _unit(asked, value)
     per = to_unit(1.0, scene.excitations[name].speed.unit, ROTATION)
@@ -159,26 +150,17 @@ def _against_speed(design: Design, model: Model, x: FloatArray, asked: _Asked) -
 def _over_cycle(design: Design, model: Model, x: FloatArray, asked: _Asked) -> Panel:
     """Two cycles, with the times at which friction holds."""
     value, speed = asked.form.tops(model, x)[0]
-    rub, _, (parts, phasor) = asked.form.motion(model, x, speed)
-    count = float(asked.form.per(model, x, np.array(speed)))
-    theta, read, held = list[float](), list[float](), list[bool]()
-    for half in range(4):
-        for piece in rub.half_cycle or ():
-            tau = np.linspace(0.0, piece.length, max(3, round(_TIMES * piece.length / (4.0 * pi))))
-            sign = (-1.0) ** half
-            theta += (half * pi + piece.begin + tau).tolist()
-            turned = (phasor * np.exp(1j * (piece.begin + tau))).real
-            read += (sign * (parts @ rub.at(piece, tau) + turned) / count).tolist()
-            held += [piece.side == 0] * len(tau)
-    times = (np.array(theta) - theta[0]) / (speed * _order(asked.form))
+    half, read, still = asked.form.half_cycle(model, x, speed)
+    long = pi / (speed * _order(asked.form))
+    times, held = np.concatenate([half - half[0] + k * long for k in range(4)]), np.tile(still, 4)
     unit, factor = _unit(asked, value)
     slow = "ms" if times[-1] < 1.0 else "s"
-    per, y = to_unit(1.0, slow, "time"), factor * np.array(read)
+    per, y = to_unit(1.0, slow, "time"), factor * np.concatenate([read, -read, read, -read])
     top, at, name = factor * value, int(np.abs(y).argmax()), asked.form.shaken[0].name
     shaker = design.scene.excitations[name]
     shown = show(shaker.from_rotation(speed), shaker.speed.unit, ROTATION)
     curves = [known_curve("slips", per * times, y)]
-    if any(held):
+    if held.any():
         curves.append(known_curve("held by friction", per * times, np.where(held, y, np.nan), worst=True))
     return Panel(
         title=f"{_title(asked)}, two cycles at {shown}", x_label=f"time [{slow}]", y_label=_label(asked, unit),

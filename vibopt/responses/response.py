@@ -343,7 +343,8 @@ class HarmonicResponse(Response):
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if model.rubbing:
-            return forms.Rubbing(self.output(model), drives, self.normalised)
+            rubbing = forms.Rubbing if model.n_free == 1 else forms.RubbingOfSeveral
+            return rubbing(self.output(model), drives, self.normalised)
         if model.bearings:
             return forms.Orbit(self.output(model), drives, combine)
         return Modulus(self.output(model), drives, combine)

@@ -10,7 +10,7 @@ from vibopt.devices.body import BodyTable
 from vibopt.devices.link import LinkTable
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.mechanics.builder import GROUND
-from vibopt.responses import HarmonicResponse, Response, TransientResponse
+from vibopt.responses import Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.scene import Scene
 
@@ -141,10 +141,6 @@ def rubs_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) ->
     if isinstance(response, TransientResponse) and response.combine is not None:
         why = "of one excitation is no part of that of several, for all together decide when it slips"
         way = "Leave combine out: then all act together, from one beginning."
-    moving = [f"bodies.{name}" for name in scene.bodies] + [f"absorbers.{name}" for name in scene.absorbers]
-    if isinstance(response, HarmonicResponse) and len(moving) > 1:
-        why = f"is answered in steady vibration of one body alone, and here {moving[0]} and {moving[1]} move"
-        way = f'Ask in time: begins = "suddenly" in the excitation, and response = "peak_{response.response}".'
     if len(rubbing) > 1 and getattr(response, "through", None) in rubbing:
         mistakes.add(
             path,

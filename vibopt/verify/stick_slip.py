@@ -1,19 +1,18 @@
 """Steady motion with dry friction of the machine as built, by a Runge-Kutta method from one event to the next.
 
-The other road to it: the place of the body and of its base in time, friction as a force that turns with the slip, and
-half cycles from rest until one ends where the next begins.  No closed form is asked, and speeds are searched afresh.
+The other road to it: places of bodies and bases in time, friction as a force that turns with the slip, and half
+cycles from rest until one ends where the next begins.  No closed form is asked, and speeds are searched afresh.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
-from math import cos, sin
+from math import cos
 from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.excitations import Excitation
 from vibopt.mechanics.built import Course, Joint
 from vibopt.mechanics.machine import Machine
@@ -21,17 +20,23 @@ from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse
 from vibopt.signals import Band
 from vibopt.verify.over_bands import Reached
+from vibopt.verify.rubbing_states import RubbingStates
 
 _FIRST, _MOST = 6, 600
 """Half cycles from rest before roots are looked for, and at most."""
 _SLOWEST = 1e5
 """Times as fast as the force that a vibration may be of itself: a turn takes ten steps for each of its radians."""
+_STILL, _HELD = 1e-13, 400
+"""Part of the greatest below which nothing moves; instants at least among which the end of a hold is looked for."""
 _SAMPLES, _DENSE, _NEAR, _BETWEEN, _CLOSER = 120, 6.0, 0.98, 33, 3
 """Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count;
 samples between those beside a top, and how often."""
 _COARSE, _LOOKED, _KEPT, _SPEEDS, _FREED = 9, 2, 256, 400, (1.01, 1.1, 1.18, 1.25, 1.33, 1.45)
 """Speeds of a rough look at a range; best ones that are looked at more closely; motions that are kept; speeds among
 which those are looked for at which what holds first slips, and parts of these."""
+
+
+_Law = tuple[FloatArray, FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,163 +51,175 @@ class _Stretch:
 
 @dataclass(frozen=True)
 class Rubbed:
-    """A body on joints to bases or the ground, of which one rubs, under a force on it or a moving base.
+    """Bodies on joints to each other, to bases or the ground, of which one rubs, under a force or a moving base.
 
     force, base, omega
         Amplitude of the force [N] and of the base [m]; frequency [rad/s].
-    moving
-        Name of the base that moves.
+    acts
+        On what the force acts, or the base that moves.
     part
         Part of the motion by which an integration may be off.
     begin
-        Place and speed at time zero from which it is followed, rest or those of a motion like it.
+        Places and rates of the bodies at time zero from which it is followed, rest or those of a motion like it.
     """
 
     machine: Machine
     force: float
     base: float
     omega: float
-    moving: str = ""
+    acts: str
     part: float = 1e-11
-    begin: tuple[float, float] = (0.0, 0.0)
+    begin: tuple[float, ...] = (0.0,)
 
     @cached_property
+    def states(self) -> RubbingStates:
+        return RubbingStates(self.machine, (self.acts,))
+
+    @property
     def joint(self) -> Joint:
         """The one that rubs."""
-        return self.machine.rubbing
+        return self.states.joint
 
     @cached_property
-    def mass(self) -> float:
-        return next(iter(self.machine.masses.values()))
+    def naturals(self) -> FloatArray:
+        """Natural frequencies while it slips, and while friction holds it, ascending [rad/s]."""
+        count, bodies = len(self.states.places), len(self.machine.masses)
+        pulled = [one[count : count + bodies, :bodies] for one, _ in (self.states.matrices, self.states.holding)]
+        squares = np.concatenate([np.linalg.eigvals(-one).real for one in pulled])
+        return np.asarray(np.sqrt(np.unique(squares[squares > _STILL * squares.max()])))
 
     @cached_property
-    def own(self) -> tuple[float, float]:
-        """Stiffness [N/m] and damping [N s/m] of all joints."""
-        return sum(joint.stiffness for joint in self.machine.joints), sum(
-            joint.damping for joint in self.machine.joints
-        )
+    def _own(self) -> IntArray:
+        """Numbers of the states of bodies."""
+        bodies = np.arange(len(self.machine.masses))
+        return np.concatenate([bodies, len(self.states.places) + bodies])
 
     @cached_property
-    def led(self) -> tuple[float, float]:
-        """The same of those that end on what moves."""
-        some = [joint for joint in self.machine.joints if self.moving in joint.ends]
-        return sum(joint.stiffness for joint in some), sum(joint.damping for joint in some)
+    def _signal(self) -> float:
+        """Amplitude of the force [N], or of the acceleration of the base [m/s^2]."""
+        return self.force - self.omega**2 * self.base
+
+    def _signals(self, time: Any) -> FloatArray:
+        return self._signal * np.cos(self.omega * np.atleast_1d(time))[None, :]
 
     @cached_property
-    def carrier(self) -> float:
-        """Amplitude of that on which the body rubs [m]."""
-        return self.base if self.moving in self.joint.ends else 0.0
+    def _bound(self) -> ComplexArray:
+        """States (2 n,) of a motion that never slips."""
+        system, loads = self.states.holding
+        turn = 1j * self.omega * np.eye(len(system))
+        return np.asarray(np.linalg.solve(turn - system, loads[:, 0] * self._signal))
 
     @cached_property
     def push(self) -> float:
         """Amplitude of what friction alone would have to hold [N]."""
-        (stiff, damped), (pull, drag) = self.own, self.led
-        spring = (stiff - self.mass * self.omega**2) * self.carrier - pull * self.base
-        return abs(self.force - spring - 1j * self.omega * (damped * self.carrier - drag * self.base))
+        both, signals = np.array([self._bound.real, self._bound.imag]).T, np.array([[self._signal, 0.0]])
+        return float(np.linalg.norm(self.states.carries(both, signals)))
 
     @cached_property
+    def _sizes(self) -> FloatArray:
+        """Of a place and of a rate, that are likely."""
+        slipped = self.push * (self.states.given @ self.states.apart) / max(self.omega, float(self.naturals[0])) ** 2
+        bound = np.abs(self._bound[: len(self.states.places)]).max()
+        return float(slipped + bound) * np.array([1.0, self.omega])
+
+    @property
     def _scale(self) -> FloatArray:
-        """Sizes of place and speed that are certainly not too great."""
-        return np.array([1.0, self.omega]) * (self.push / (self.own[0] + self.mass * self.omega**2))
-
-    def _ground(self, time: Any, size: float) -> Any:
-        """Place, speed and acceleration of what moves by so much [m]."""
-        turn = self.omega * np.asarray(time)
-        moved = size * np.array([np.cos(turn), -np.sin(turn), -np.cos(turn)])
-        return (moved.T * np.array([1.0, self.omega, self.omega**2])).T
-
-    def _slip(self, time: float, state: FloatArray) -> float:
-        return float(state[1]) + self.carrier * self.omega * sin(self.omega * time)
-
-    def _carried(self, time: Any, apart: float) -> Any:
-        """Force that friction must carry so that nothing slips [N], against a slip forward."""
-        there, base = self._ground(time, self.carrier), self._ground(time, self.base)
-        (stiff, damped), (pull, drag) = self.own, self.led
-        pushed = self.force * np.cos(self.omega * np.asarray(time)) - stiff * apart
-        pushed = pushed - (stiff * there[0] - pull * base[0]) - (damped * there[1] - drag * base[1])
-        return pushed - self.mass * there[2]
-
-    def _rates(self, side: float) -> Callable[[float, FloatArray], tuple[float, float]]:
-        """Speed and acceleration of the body while it slips."""
-        omega, friction = self.omega, side * self.joint.friction
-        (stiff, damped), (pull, drag) = self.own, self.led
-
-        def rates(time: float, now: FloatArray) -> tuple[float, float]:
-            there, fast = self.base * cos(omega * time), -self.base * omega * sin(omega * time)
-            pulled = pull * there + drag * fast - stiff * now[0] - damped * now[1]
-            return now[1], (self.force * cos(omega * time) + pulled - friction) / self.mass
-
-        return rates
+        return np.repeat(self._sizes, len(self._own) // 2)
 
     def half(self, start: FloatArray) -> list[_Stretch]:
-        """From time zero on until the force has turned round."""
-        from scipy.integrate import solve_ivp
-
-        time, now, end = 0.0, np.array(start), np.pi / self.omega
+        """From places and rates of the bodies at time zero on until the force has turned round."""
+        states, end = self.states, np.pi / self.omega
+        time, now = 0.0, np.zeros(2 * len(states.places))
+        now[self._own] = start
+        if self.base:
+            now[states.places.index(self.acts)] = self.base
         found: list[_Stretch] = []
-        slip = self._slip(0.0, now)
-        side = float(np.sign(slip)) if abs(slip) > 1e-13 * self._scale[1] else self._side(0.0, now)
+        slip = float(states.slip(now)[1])
+        side = float(np.sign(slip)) if abs(slip) > _STILL * self._sizes[1] else self._sense(0.0, now)
         while time < end * (1.0 - 1e-13):
-            if side == 0.0:
-                until, moved = self._held(time, end, float(now[0] - self._ground(time, self.carrier)[0]))
-                found.append(_Stretch(time, until, moved, 0.0))
-                time, now = until, moved(np.array([until]))[:, 0]
-                side = self._side(time, now, leaving=True)
-                continue
-
-            watch: Any = partial(self._slip)
-            watch.terminal, watch.direction = True, -side
-            run: Any = solve_ivp(
-                self._rates(side), (time, end), now, method="DOP853", rtol=max(self.part, 3e-14),
-                atol=0.01 * self.part * self._scale, dense_output=True, events=watch,
-                max_step=0.5 / max(self.omega, _natural(self.machine)),
-            )  # fmt: skip
-            found.append(_Stretch(time, float(run.t[-1]), run.sol, side))
-            time, now = float(run.t[-1]), run.y[:, -1].copy()
-            if run.status == 1:
-                now[1] = self._ground(time, self.carrier)[1]
-                after = self._side(time, now)
-                side = 0.0 if after == side else after
+            found.append(self._slips(time, end, now, side) if side else self._holds(time, end, states.stopped(now)))
+            time, was = found[-1].end, side
+            now = states.stopped(found[-1].moved(np.array([time]))[:, 0])
+            side = self._sense(time, now, released=not was)
+            side = 0.0 if was and side == was else side
         return found
 
-    def _side(self, time: float, now: FloatArray, *, leaving: bool = False) -> float:
-        """The sense in which what is at rest begins to slip; 0 where friction holds it."""
-        carried = float(self._carried(time, float(now[0] - self._ground(time, self.carrier)[0])))
-        holds = abs(carried) <= self.joint.friction * (1.0 - (1e-12 if leaving else 0.0))
-        return 0.0 if holds else float(np.sign(carried))
+    def _slips(self, time: float, end: float, now: FloatArray, side: float) -> _Stretch:
+        """Up to where the slip stops, or the end."""
 
-    def _held(self, time: float, end: float, apart: float) -> tuple[float, Callable[[FloatArray], FloatArray]]:
-        """When friction can carry no more, or the end; and the motion with the base up to there."""
+        def left(_: float, state: FloatArray) -> float:
+            return side * float(self.states.slip(state)[1])
+
+        watch: Any = left
+        watch.terminal, watch.direction = True, -1.0
+        given = side * self.joint.friction * self.states.given
+        run = self._run(self.states.matrices, np.concatenate([0.0 * given, given]), (time, end), now, watch)
+        return _Stretch(time, float(run.t[-1]), run.sol, side)
+
+    def _holds(self, time: float, end: float, now: FloatArray) -> _Stretch:
+        """Up to where friction can carry no more, or the end."""
         from scipy.optimize import brentq
 
-        def moved(at: FloatArray) -> FloatArray:
-            here, speed, _ = self._ground(at, self.carrier)
-            return np.array([here + apart, speed])
+        run = self._run(self.states.holding, 0.0 * now, (time, end), now, None)
 
-        def beyond(at: float) -> float:
-            return float(abs(self._carried(at, apart)) - self.joint.friction)
+        def beyond(at: Any) -> Any:
+            some = np.atleast_1d(at)
+            return np.abs(self.states.carries(run.sol(some), self._signals(some))) - self.joint.friction
 
-        at = np.linspace(time, end, 400)
-        over = np.abs(self._carried(at, apart)) > self.joint.friction
+        at = np.linspace(time, end, _HELD + int(_DENSE * float(self.naturals[-1]) * (end - time)))
+        over = beyond(at) > 0.0
         rising = np.flatnonzero(over[1:] & ~over[:-1])
         if not len(rising):
-            return end, moved
+            return _Stretch(time, end, run.sol, 0.0)
         low, high = at[rising[0]], at[rising[0] + 1]
-        return (float(brentq(beyond, low, high, xtol=1e-15 * end)) if beyond(low) < 0.0 else high), moved
+        return _Stretch(time, float(brentq(lambda one: beyond(one)[0], low, high, xtol=1e-15 * end)), run.sol, 0.0)
+
+    def _run(self, law: _Law, rubbed: FloatArray, span: tuple[float, float], now: FloatArray, watch: Any) -> Any:
+        """States against time by a Runge-Kutta method, up to an event."""
+        from scipy.integrate import solve_ivp
+
+        (system, loads), omega = law, self.omega
+        pushed = loads[:, 0] * self._signal
+
+        def rates(time: float, state: FloatArray) -> FloatArray:
+            return system @ state + pushed * cos(omega * time) - rubbed
+
+        return solve_ivp(
+            rates, span, now, method="DOP853", rtol=max(self.part, 3e-14), dense_output=True, events=watch,
+            atol=0.01 * self.part * np.repeat(self._sizes, len(self.states.places)),
+            max_step=0.5 / max(omega, float(self.naturals[-1])),
+        )  # fmt: skip
+
+    def _sense(self, time: float, state: FloatArray, *, released: bool = False) -> float:
+        """Of the slip that begins at rest, 0 where friction holds, unless it is `released`."""
+        carried = float(self.states.carries(state[:, None], self._signals(time))[0])
+        return float(np.sign(carried)) if released or abs(carried) > self.joint.friction else 0.0
+
+    def held(self) -> list[_Stretch]:
+        """A half cycle in which nothing slips."""
+
+        def moved(at: FloatArray) -> FloatArray:
+            return np.asarray((self._bound[:, None] * np.exp(1j * self.omega * at)).real)
+
+        return [_Stretch(0.0, np.pi / self.omega, moved, 0.0)]
+
+    def seen(self, stretch: _Stretch, time: float) -> FloatArray:
+        """Places and rates of the bodies, at a time [s]."""
+        return np.asarray(stretch.moved(np.array([time]))[self._own, 0])
 
     def steady(self) -> list[_Stretch] | None:
         """A half cycle whose end is the negative of its beginning; None where none was found."""
         from scipy.optimize import root
 
         if self.push <= self.joint.friction:  # with what it rubs on, to the last digit
-            return self.half(np.array([self.carrier, 0.0]))
-        if _natural(self.machine) > _SLOWEST * self.omega:
+            return self.held()
+        if self.naturals[-1] > _SLOWEST * self.omega:
             return None
-        scale, state = self._scale, np.array(self.begin)
+        scale, state = self._scale, np.resize(self.begin, len(self._scale))
 
         def after(start: FloatArray) -> FloatArray:
             last = self.half(start)[-1]
-            return -last.moved(np.array([last.end]))[:, 0]
+            return -self.seen(last, last.end)
 
         def missing(one: FloatArray) -> FloatArray:
             return one - after(one * scale) / scale
@@ -231,35 +248,41 @@ class Rubbed:
 
     def at_rest(self, response: HarmonicResponse) -> float:
         """Size of a response to a force or a place that never changes."""
-        joint, body = self.joint, next(iter(self.machine.masses))
-        pushed, still = float(self._carried(0.0, 0.0)), np.zeros((3, 1))
-        apart = float(np.sign(pushed)) * max(abs(pushed) - joint.friction, 0.0) / self.own[0]
-        carried = np.array([pushed - self.own[0] * apart])
-        points = {body: np.array([[apart + self.carrier], [0.0], [0.0]])}
-        points |= dict.fromkeys(self.machine.bases, still)
-        points |= {self.moving: np.array([[self.base], [0.0], [0.0]])} if self.moving else {}
-        held = {joint.name: carried if joint.ends[1] == body else -carried}
-        course = Course(points, {body: np.array([self.force])}, held)
+        states, bodies = self.states, len(self.machine.masses)
+        (system, loads), count = states.matrices, len(states.places)
+        place = np.zeros(count)
+        if self.base:
+            place[states.places.index(self.acts)] = self.base
+        stiff, pushed = system[count : count + bodies, :count], loads[count : count + bodies, 0] * self.force
+        both = np.linalg.solve(-stiff[:, :bodies], np.array([stiff @ place + pushed, -states.given[:bodies]]).T)
+        without, per = states.apart[:bodies] @ both + [states.apart @ place, 0.0]
+        rubs = np.clip(-without / per, -self.joint.friction, self.joint.friction)
+        place[:bodies] = both @ [1.0, rubs]
+        points = {name: np.array([[at], [0.0], [0.0]]) for name, at in zip(states.places, place.tolist(), strict=True)}
+        course = Course(points, self._forces(np.array([self.force])), {self.joint.name: np.array([rubs])})
         return float(np.abs(response.trace(self.machine, course)).max())
+
+    def _forces(self, signal: FloatArray) -> dict[str, FloatArray]:
+        """From outside on each body."""
+        return {name: signal if name == self.acts else 0.0 * signal for name in self.machine.masses}
 
     @property
     def _key(self) -> tuple[float, ...]:
         return self.force, self.base, self.omega, self.part
 
     @property
-    def started(self) -> tuple[float, float]:
+    def started(self) -> tuple[float, ...]:
         """Where the motion that was found is at time zero; at rest where none was."""
         found = vars(self.machine).get("rubbed", {}).get(self._key)
         if not found:
-            return 0.0, 0.0
-        place, speed = found[0].moved(np.array([0.0]))[:, 0]
-        return float(place), float(speed)
+            return (0.0,)
+        return tuple(self.seen(found[0], 0.0).tolist())
 
     def _most(self, stretch: _Stretch, response: HarmonicResponse) -> float:
         def value(times: FloatArray) -> FloatArray:
             return np.abs(response.trace(self.machine, self.course(stretch, times))) * np.ones(len(times))
 
-        count = max(_SAMPLES, int(_DENSE * _natural(self.machine) * (stretch.end - stretch.begin)))
+        count = max(_SAMPLES, int(_DENSE * float(self.naturals[-1]) * (stretch.end - stretch.begin)))
         times = np.linspace(stretch.begin, stretch.end, count)
         values = value(times)
         best = float(values.max())
@@ -275,19 +298,14 @@ class Rubbed:
         return best
 
     def course(self, stretch: _Stretch, at: FloatArray) -> Course:
-        """Body and base in time, the force from outside, and what friction carries."""
-        state, joint = stretch.moved(at), self.joint
-        there, base = self._ground(at, self.carrier), self._ground(at, self.base)
-        body, push = next(iter(self.machine.masses)), self.force * np.cos(self.omega * at)
-        if stretch.side:
-            carried = stretch.side * joint.friction * np.ones(len(at))
-            pulled = np.dot(self.led, base[:2]) - np.dot(self.own, state)
-            faster = (push + pulled - carried) / self.mass
-        else:
-            faster, carried = there[2], self._carried(at, state[0] - there[0])
-        points = {name: np.zeros((3, len(at))) for name in self.machine.bases} | {body: np.array([*state, faster])}
-        points |= {self.moving: base} if self.moving else {}
-        return Course(points, {body: push}, {joint.name: carried if joint.ends[1] == body else -carried})
+        """Bodies and bases in time, the force from outside, and what friction carries."""
+        signals, now = self._signals(at), stretch.moved(at)
+        slips = stretch.side * self.joint.friction * np.ones(len(at))
+        rubs = slips if stretch.side else self.states.carries(now, signals)
+        read = self.states.read(now, signals)
+        read[2] -= np.outer(self.states.given, rubs)
+        points = dict(zip(self.states.places, read.transpose(1, 0, 2), strict=True))
+        return Course(points, self._forces(signals[0]), {self.joint.name: rubs})
 
 
 def rubbing(
@@ -295,13 +313,12 @@ def rubbing(
 ) -> Reached:
     """Greatest value of a response over speeds [rad/s], or the least; and the speed of it."""
     [line] = excitation.lines(np.ones(1))
-    last = [(0.0, 0.0)]
+    last: list[tuple[float, ...]] = [(0.0,)]
 
     def made(speed: float, part: float = 1e-11) -> Rubbed:
         amplitude = float(abs(line.vector[0] * line.amplitude.at(np.array([speed]))[0]))
-        on_body = excitation.family == "bodies"
-        force, base, moving = (amplitude, 0.0, "") if on_body else (0.0, amplitude, excitation.on)
-        return Rubbed(machine, force, base, line.order * speed, moving, part, last[0])
+        force, base = (amplitude, 0.0) if excitation.family == "bodies" else (0.0, amplitude)
+        return Rubbed(machine, force, base, line.order * speed, excitation.on, part, last[0])
 
     def at(speed: float, part: float = 1e-11) -> float:
         rubbed = made(speed, part)
@@ -324,27 +341,24 @@ def rubbing(
             grid = np.geomspace(max(band.low, 1e-3 * band.high), band.high, _SPEEDS)
             slips = np.array([one.push > one.joint.friction for one in map(made, grid.tolist())])
             freed = grid[1:][slips[1:] & ~slips[:-1]]
-            found += _over(at, band, _natural(machine) / line.order, freed, sign)
+            found += _over(at, band, made(band.high).naturals / line.order, freed, sign)
     return max(found, key=lambda one: sign * one.value if one.value == one.value else np.inf)
-
-
-def _natural(machine: Machine) -> float:
-    [mass] = machine.masses.values()
-    return float(np.sqrt(sum(joint.stiffness for joint in machine.joints) / mass))
 
 
 def _endless(rubbed: Rubbed) -> bool:
     """Whether the force gives more in a cycle than friction takes, at an undamped resonance."""
-    tuned = abs(rubbed.omega - _natural(rubbed.machine)) <= 1e-14 * rubbed.omega
-    return rubbed.own[1] == 0.0 and tuned and 4.0 * rubbed.joint.friction <= np.pi * rubbed.push
+    if len(rubbed.naturals) > 1 or any(joint.damping for joint in rubbed.machine.joints):
+        return False
+    tuned = abs(rubbed.omega - rubbed.naturals[0]) <= 1e-14 * rubbed.omega
+    return tuned and 4.0 * rubbed.joint.friction <= np.pi * rubbed.push
 
 
-def _over(at: Callable[..., float], band: Band, natural: float, freed: FloatArray, sign: float) -> list[Reached]:
+def _over(at: Callable[..., float], band: Band, naturals: FloatArray, freed: FloatArray, sign: float) -> list[Reached]:
     """Both ends and the best inside a band, after a rough look at it, and closer behind where what holds is `freed`."""
     from scipy.optimize import minimize_scalar
 
-    low = max(band.low, 5e-2 * min(natural, band.high))
-    near = natural * np.array([0.6, 0.8, 0.9, 0.96, 1.0, 1.04, 1.1, 1.3])
+    low = max(band.low, 5e-2 * min(float(naturals[0]), band.high))
+    near = np.outer(naturals, [0.6, 0.8, 0.9, 0.96, 1.0, 1.04, 1.1, 1.3]).ravel()
     near = np.concatenate([near, np.outer(freed, _FREED).ravel()])
     speeds = np.unique(np.concatenate([np.geomspace(low, band.high, _COARSE), near[(near > low) & (near < band.high)]]))
     rough = sign * np.array([at(speed, 1e-6) for speed in speeds])

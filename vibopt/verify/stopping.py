@@ -15,8 +15,8 @@ from vibopt.mechanics.built import Course, Joint
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
 from vibopt.verify.motion_in_time import INSIDE, PLACES, WEIGHTS, carried
+from vibopt.verify.rubbing_states import RubbingStates
 from vibopt.verify.simulated import Simulated
-from vibopt.verify.states import States
 
 _TURN, _BEGUN, _ROUND = 0.2, 1e-5, 1e-12
 """How far what is fastest turns in a step; part of a step that is the beginning of a slip; rounding of a speed."""
@@ -34,33 +34,11 @@ class Stopping(Simulated):
     @cached_property
     def joint(self) -> Joint:
         """The one that rubs."""
-        return self.machine.rubbing
+        return self._states.joint
 
     @cached_property
-    def _states(self) -> States:
-        return States(self.machine, tuple(excitation.on for excitation in self.excitations))  # none counted from a base
-
-    @cached_property
-    def _apart(self) -> FloatArray:
-        """Row that tells how far the joint that rubs is apart, over the places."""
-        first, second = ([float(name == end) for name in self._places] for end in self.joint.ends)
-        return np.subtract(second, first)
-
-    @cached_property
-    def _given(self) -> FloatArray:
-        """Accelerations of the places by a friction of one [N], (n,)."""
-        bodies = tuple(self.machine.masses)
-        found = States(self.machine, bodies).matrices[1][len(self._places) :] @ self._apart[: len(bodies)]
-        return np.asarray(found)
-
-    @cached_property
-    def _holding(self) -> tuple[FloatArray, FloatArray]:
-        """As `matrices` of the states, while friction holds: it gives what a slip would gain."""
-        bound = np.eye(len(self._places)) - np.outer(self._given, self._apart) / (self._apart @ self._given)
-        twice = np.kron(np.eye(2), bound)
-        found = [(twice @ matrix, _ROUND * (np.abs(twice) @ np.abs(matrix))) for matrix in self._states.matrices]
-        system, loads = (np.where(np.abs(one) <= least, 0.0, one) for one, least in found)  # modes suffer from rounding
-        return system, loads
+    def _states(self) -> RubbingStates:
+        return RubbingStates(self.machine, tuple(excitation.on for excitation in self.excitations))
 
     @cached_property
     def _quiet(self) -> dict[float, FloatArray]:
@@ -68,21 +46,13 @@ class Stopping(Simulated):
         found, count = {}, len(self._places)
         for side in (-1.0, 0.0, 1.0):
             found[side] = np.zeros((2 * count + 1, 2 * count + 1))
-            found[side][:-1, :-1] = self._states.matrices[0] if side else self._holding[0]
-            found[side][count:-1, -1] = -side * self.joint.friction * self._given
+            found[side][:-1, :-1] = self._states.matrices[0] if side else self._states.holding[0]
+            found[side][count:-1, -1] = -side * self.joint.friction * self._states.given
         return found
-
-    def _slip(self, states: FloatArray) -> FloatArray:
-        """Stretch of the joint that rubs and its rate, (2, ...), at states (2 n, ...)."""
-        return np.tensordot(self._apart, states.reshape(2, len(self._places), *states.shape[1:]), axes=(0, 1))
 
     def _read_at(self, time: FloatArray, span: tuple[float, float]) -> FloatArray:
         edge = INSIDE * (span[1] - span[0])
         return self._signals(np.clip(time, span[0] + edge, span[1] - edge))
-
-    def _carries(self, states: FloatArray, signals: FloatArray) -> FloatArray:
-        """What friction must carry so that nothing slips more or less [N], against a slip forward, (n_times,)."""
-        return np.asarray(self._apart @ self._states.read(states, signals)[2] / (self._apart @ self._given))
 
     def _onward(
         self, states: FloatArray, begin: FloatArray, length: FloatArray, side: FloatArray, span: tuple[float, float]
@@ -96,13 +66,13 @@ class Stopping(Simulated):
                     start = np.vstack([states[:, those], np.ones(len(those))])
                     found[:, those] = carried(system, start, length[those])[:-1]
             return found
-        for held, (system, loads) in ((False, self._states.matrices), (True, self._holding)):
+        for held, (system, loads) in ((False, self._states.matrices), (True, self._states.holding)):
             those, count = np.flatnonzero((side == 0.0) == held), len(self._places)
             if not len(those):
                 continue
             places, long = (0.5 + PLACES)[:, None], length[those]
             pushed = loads @ self._read_at((begin[those] + places * long).ravel(), span)
-            pushed[count:] -= np.outer(self._given, np.tile(side[those] * self.joint.friction, len(PLACES)))
+            pushed[count:] -= np.outer(self._states.given, np.tile(side[those] * self.joint.friction, len(PLACES)))
             left = np.concatenate([long, ((1.0 - places) * long).ravel()])
             pushed = pushed * (WEIGHTS[:, None] * long).ravel()
             every = carried(system, np.hstack([states[:, those], pushed]), left)
@@ -121,7 +91,7 @@ class Stopping(Simulated):
         ends = [*self._bent[inside].tolist(), span[1]]
         straight = all(excitation.straight for excitation in self.excitations)
         longest, time, steps = _TURN / (self._own_rate if straight else fastest), span[0], list[Any]()
-        speed, size = float(self._slip(state)[1]), float(np.abs(state[len(self._places) :]).max())
+        speed, size = float(self._states.slip(state)[1]), float(np.abs(state[len(self._places) :]).max())
         moves = abs(speed) > _ROUND * size
         side, fresh = float(np.sign(speed)) if moves else self._pushed(state, time, span), not moves
         for end in ends:
@@ -133,8 +103,7 @@ class Stopping(Simulated):
                 was, fresh = side, part < 1.0
                 state = after
                 if fresh:
-                    rounding = self._given / (self._apart @ self._given) * float(self._slip(state)[1])
-                    state = state - np.concatenate([0.0 * rounding, rounding])
+                    state = self._states.stopped(state)
                     side = self._pushed(state, time, span, released=not was)
                     side = 0.0 if was and side == was else side
         times, sides, states = (np.array(one) for one in zip(*steps, strict=True))
@@ -155,7 +124,7 @@ class Stopping(Simulated):
 
     def _pushed(self, state: FloatArray, time: float, span: tuple[float, float], *, released: bool = False) -> float:
         """Sense of the slip that begins at rest, 0 where friction holds, unless it is `released`."""
-        push = float(self._carries(state[:, None], self._read_at(np.array([time]), span))[0])
+        push = float(self._states.carries(state[:, None], self._read_at(np.array([time]), span))[0])
         return float(np.sign(push)) if released or abs(push) > self.joint.friction else 0.0
 
     def _until(
@@ -171,8 +140,8 @@ class Stopping(Simulated):
             """What is left of the slip, or of the friction that holds."""
             there = after(part) if there is None else there
             if side:
-                return side * float(self._slip(there)[1, 0])
-            carries = self._carries(there, self._read_at(np.array([time + part * step]), span))
+                return side * float(self._states.slip(there)[1, 0])
+            carries = self._states.carries(there, self._read_at(np.array([time + part * step]), span))
             return self.joint.friction - abs(float(carries[0]))
 
         whole = after(1.0)
@@ -186,9 +155,9 @@ class Stopping(Simulated):
         course = super()._course(time, states)
         begins, sides = np.hstack(self._senses)
         side = sides[np.maximum(np.searchsorted(begins, time, side="right") - 1, 0)]
-        rubs = np.where(side == 0.0, self._carries(states, self._signals(time)), side * self.joint.friction)
+        rubs = np.where(side == 0.0, self._states.carries(states, self._signals(time)), side * self.joint.friction)
         points = dict(course.points)
-        for name, given in zip(self._places, self._given, strict=True):
+        for name, given in zip(self._places, self._states.given, strict=True):
             points[name] = points[name] - np.outer([0.0, 0.0, given], rubs)
         return Course(points, course.forces, {self.joint.name: rubs})
 
@@ -233,5 +202,5 @@ class Stopping(Simulated):
             if found[0] < 0.5 * best[0] or (number > self._behind and len(self.machine.masses) == 1):
                 return best
             if not self._senses[number][1].any():
-                return self._ringing(best, response, (number, number), self._holding[0])
+                return self._ringing(best, response, (number, number), self._states.holding[0])
         return best

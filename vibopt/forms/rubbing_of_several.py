@@ -1,0 +1,199 @@
+"""Greatest response in the steady motion of several bodies of which a link rubs, over the speeds of one excitation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.forms.peak_in_time import matrices, reading
+from vibopt.forms.peak_rubbing import in_stretches
+from vibopt.forms.rubbing import TIMES, Rubbing, friction_of, grip_of
+from vibopt.mechanics.modes import natural_frequencies
+from vibopt.mechanics.sliding import basis
+from vibopt.records import cached_property, dataclass
+from vibopt.signals import Segment
+
+if TYPE_CHECKING:
+    from vibopt.mechanics.model import Model
+    from vibopt.mechanics.returning import Returning
+    from vibopt.mechanics.transient import Reading
+
+_KEPT, _HOPE = 256, 0.6
+"""Motions that are kept; part by which the rough look may be off."""
+_PARTS = np.linspace(0.0, 1.0, 9)
+_BASIS = basis(_PARTS)
+"""Parts of a panel at which a cycle is drawn, and Chebyshev's polynomials at them."""
+
+
+@dataclass(frozen=True)
+class Harmonic:
+    """The machine as a linear one at frequencies omega (m,) [rad/s], in stretches, that of the link that rubs first.
+
+    free, given
+        Motion without friction, and by a force of one of friction, (m, n_coords).
+    friction
+        [N].
+    """
+
+    omega: FloatArray
+    free: ComplexArray
+    given: ComplexArray
+    friction: float
+
+    @cached_property
+    def holds(self) -> ComplexArray:
+        """What friction must be so that nothing slips [N], (m,)."""
+        return np.asarray(-self.free[:, 0] / self.given[:, 0])
+
+    @cached_property
+    def rubs(self) -> ComplexArray:
+        """Friction [N], (m,): what holds, or as much work as it takes while it slips, by a harmonic."""
+        apart, per, push = self.free[:, 0], self.given[:, 0], 4.0 / np.pi * self.friction
+        beside = np.abs(apart) ** 2 - (push * per.real) ** 2
+        size = np.sqrt(np.maximum(beside, 0.0)) - push * per.imag
+        slips = (np.abs(self.holds) > self.friction) & (beside > 0.0) & (size > 0.0) & (self.omega > 0.0)
+        turn = apart / np.where(slips, size - 1j * push * per, 1.0)
+        still = np.minimum(1.0, self.friction / np.maximum(np.abs(self.holds), 1e-300))
+        held = self.holds * np.where(self.omega > 0.0, 1.0, still)
+        return np.where(slips, 1j * push * turn, held)
+
+    @property
+    def moved(self) -> ComplexArray:
+        """Places of all coordinates (m, n_coords)."""
+        return self.free + self.given * self.rubs[:, None]
+
+    def read(self, reading: Reading) -> ComplexArray:
+        """A reading (m,)."""
+        turn, moved = 1j * self.omega, self.moved
+        found = turn**reading.power * (moved @ reading.row) + turn * (moved @ reading.rates)
+        return np.asarray(found - self.omega**2 * (moved @ reading.inertia) + reading.grip * self.rubs)
+
+
+@dataclass(frozen=True, slots=True)
+class RubbingOfSeveral(Rubbing):
+    """As `Rubbing`, of machines of several bodies; a motion of theirs is followed at each speed."""
+
+    def naturals(self, model: Model, x: FloatArray) -> FloatArray:
+        """While it slips, and while friction holds it [rad/s]."""
+        from scipy.linalg import eigvalsh
+
+        n, (turned, _) = model.n_free, in_stretches(model)
+        mass, _, stiff = (one[1:n, 1:n] for one in matrices(turned, model.values(x)))
+        return np.sort(np.append(natural_frequencies(model, model.values(x)), np.sqrt(eigvalsh(stiff, mass))))
+
+    def grasp(self, model: Model, x: FloatArray, speeds: FloatArray) -> FloatArray:
+        harmonic = self._harmonic(model, x, speeds)
+        return np.asarray(harmonic.friction / np.abs(harmonic.holds))
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        ends = np.array([end for band in self.shaken[0].bands for end in (band.low, band.high) if np.isfinite(end)])
+        free = replace(self._harmonic(model, x, ends), friction=0.0).read(self._read(model, x)) / self.per(
+            model, x, ends
+        )
+        return 1e-7 * max(abs(one) for one in (0.0, value, other) if np.isfinite(one)) + 1e-9 * float(
+            np.abs(free).max()
+        )
+
+    def half_cycle(self, model: Model, x: FloatArray, speed: float) -> tuple[FloatArray, FloatArray, BoolArray]:
+        speeds, read = np.array([speed]), self._read(model, x)
+        harmonic, count = self._harmonic(model, x, speeds), float(self.per(model, x, np.array(speed)))
+        if abs(harmonic.holds[0]) <= harmonic.friction:
+            times = np.linspace(0.0, np.pi / harmonic.omega[0], TIMES)
+            return times, (harmonic.read(read)[0] * np.exp(1j * harmonic.omega[0] * times)).real / count, times >= 0.0
+        motion = self.returning(model, x, speed)
+        found = np.hstack([
+            [piece.begin + piece.length * _PARTS, series @ _BASIS, _PARTS * 0.0 + (piece.side == 0)]
+            for piece, series in zip(motion.half_cycle, motion.read(read), strict=True)
+        ])  # fmt: skip
+        return found[0], found[1] / count, found[2] > 0.0
+
+    def left_to_the_start(self, model: Model, x: FloatArray, speed: float) -> bool:
+        return False
+
+    def cost(self, model: Model) -> float:
+        return 10.0 * Rubbing.cost(self, model)
+
+    def at(self, model: Model, x: FloatArray, speed: float, *, rough: bool = False) -> float:
+        speeds = np.array([speed])
+        if not rough:
+            return float(self.sizes(model, x, speeds)[0])
+        found = np.abs(self._harmonic(model, x, speeds).read(self._read(model, x)))
+        return float((found / self.per(model, x, speeds))[0])
+
+    def sizes(self, model: Model, x: FloatArray, speeds: FloatArray, *, hope: float = 0.0) -> FloatArray:
+        amplitude = self._amplitude(speeds)
+        count = self.per(model, x, speeds) * np.ones(speeds.shape)
+        harmonic, read = self._harmonic(model, x, speeds), self._read(model, x)
+        moves = (amplitude > 0.0) & (amplitude < np.inf)
+        found = np.where(moves, np.abs(harmonic.read(read)) / count, np.where(self.normalised, 1.0, amplitude))
+        left = np.flatnonzero(moves & (speeds > 0.0) & (np.abs(harmonic.holds) > harmonic.friction))
+        if hope > 0.0:  # what friction jumps by is felt at once, and no harmonic
+            rough = found + np.where(moves, harmonic.friction * self._at_once(model, x, read) / count, 0.0)
+            some = (rough[left] >= (1.0 - _HOPE) * rough.max()) | (left == 0) | (left == len(speeds) - 1)
+            found[left[~some]] = -np.inf
+            left = left[some]
+        for k in left.tolist():
+            found[k] = self.returning(model, x, float(speeds[k])).greatest(read) / count[k]
+        return found
+
+    def returning(self, model: Model, x: FloatArray, speed: float) -> Returning:
+        """The motion at a speed [rad/s] at which it slips."""
+        from vibopt.mechanics.returning import Returning
+
+        known: dict[tuple[bytes, float], Returning] = vars(model).setdefault("returning", {})
+        forces, bases = self._loads(model, np.array([speed]))
+        key = np.asarray(x, dtype=float).tobytes() + forces.tobytes() + bases.tobytes(), speed
+        if key not in known:
+            if len(known) >= _KEPT:
+                known.pop(next(iter(known)))
+            harmonic, (turned, _) = self._harmonic(model, x, np.array([speed])), in_stretches(model)
+            [omega] = harmonic.omega
+            begun = np.array([harmonic.moved[0].real, -omega * harmonic.moved[0].imag]).T
+            half = Segment(
+                np.pi / omega,
+                np.array([1.0, 0.0]),
+                np.pi * np.array([[0.0, -1.0], [1.0, 0.0]]),
+                np.eye(1, 2),
+                np.zeros(1),
+            )
+            loads = np.concatenate([forces[0], -(omega**2) * bases[0]])[:, None]
+            rows = matrices(turned, model.values(x))
+            known[key] = Returning(*rows, model.n_free, loads, (half,), begun, harmonic.friction)
+        return known[key]
+
+    def _read(self, model: Model, x: FloatArray) -> Reading:
+        turned, whole = in_stretches(model)
+        read = reading(turned, replace(self.output, row=self.output.row @ whole), model.values(x))
+        return replace(read, grip=grip_of(model, self.output.signs))
+
+    def _at_once(self, model: Model, x: FloatArray, read: Reading) -> float:
+        """What a reading jumps by with a friction of one [N]: through inertia, and its own."""
+        n, (turned, _) = model.n_free, in_stretches(model)
+        faster = np.linalg.solve(matrices(turned, model.values(x))[0][:n, :n], -np.eye(n)[0])
+        return float(abs(((read.row * (read.power == 2) + read.inertia)[:n] @ faster) + read.grip))
+
+    def _loads(self, model: Model, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Amplitudes of forces [N] on stretches (m, n_free), and of bases [m], (m, n_bases)."""
+        line, n, (_, whole) = self.shaken[0].lines[0], model.n_free, in_stretches(model)
+        size = np.abs(line.amplitude.at(speeds))
+        lead = line.vector[np.abs(line.vector).argmax()]
+        vector = np.multiply.outer(np.where(np.isfinite(size), size, 0.0), (line.vector * np.abs(lead) / lead).real)
+        return vector[:, :n] @ whole[:n, :n], vector[:, n:]
+
+    def _harmonic(self, model: Model, x: FloatArray, speeds: FloatArray) -> Harmonic:
+        n, omega = model.n_free, self.shaken[0].lines[0].order * speeds
+        (forces, bases), (turned, _) = self._loads(model, speeds), in_stretches(model)
+        turn = 1j * omega[:, None, None]
+        mass, damping, stiff = matrices(turned, model.values(x))
+        system = stiff + turn * damping + turn**2 * mass
+        pushed = forces - (system[:, :n, n:] @ bases[:, :, None])[..., 0]
+        rubbed = np.broadcast_to(-np.eye(n)[0], pushed.shape)
+        moved = np.linalg.solve(system[:, :n, :n], np.stack([pushed, rubbed], axis=-1))
+        free, given = (
+            np.concatenate([moved[..., 0], bases], axis=1),
+            np.concatenate([moved[..., 1], 0.0 * bases], axis=1),
+        )
+        return Harmonic(omega, free, given, friction_of(model, x))
