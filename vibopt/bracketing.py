@@ -6,7 +6,7 @@ called: the pair that comes back encloses an end however the ends lie, and is as
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from math import isfinite, sqrt, ulp
 
 Places = Sequence[float]
@@ -14,26 +14,30 @@ Point = tuple[float, float]
 
 
 def narrowed(
-    holds: Callable[[Places], Sequence[bool | None]], good: float, bad: float, inner: Callable[[float, float], Places]
+    holds: Callable[[Places], Iterable[bool | None]], good: float, bad: float, inner: Callable[[float, float], Places]
 ) -> tuple[float, float]:
     """The last place that holds and the first that does not, as near as `inner` takes them.
 
     Parameters
     ----------
     holds
-        Whether it holds at each of some places, asked together; None where nobody knows.
+        Whether it holds at each of some places, asked together and looked at up to the first that fails; None where
+        nobody knows.
     good, bad
         Where it holds, and where it does not.
     inner
         Where to look between the two, from the first to the second; nothing ends the search.
     """
     while len(places := inner(good, bad)):
-        told = [(place, held) for place, held in zip(places, holds(places), strict=True) if held is not None]
-        if not told:
+        before = good, bad
+        for place, held in zip(places, holds(places), strict=True):
+            if held:
+                good = place
+            elif held is not None:
+                bad = place
+                break
+        if (good, bad) == before:
             break
-        first = next((k for k, (_, held) in enumerate(told) if not held), len(told))
-        good = told[first - 1][0] if first else good
-        bad = told[first][0] if first < len(told) else bad
     return good, bad
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
@@ -87,13 +87,17 @@ def test_halves_by_ratios_count_in_decades() -> None:
     verdicts=st.lists(st.sampled_from([True, False, None]), min_size=1, max_size=40), at_once=st.integers(1, 9)
 )  # fmt: skip
 def test_of_many_places_the_first_that_fails_counts(verdicts: list[bool | None], at_once: int) -> None:
-    """Both sides are next to each other but for what nobody knows, and every place is asked once."""
+    """Both sides are next to each other but for what nobody knows; places are looked at once, none behind a failure."""
     told: list[bool | None] = [True, *verdicts, False]
     asked: list[float] = []
 
-    def holds(places: Places) -> list[bool | None]:
-        asked.extend(places)
-        return [told[int(place)] for place in places]
+    def holds(places: Places) -> Iterator[bool | None]:
+        failed = False
+        for place in places:
+            assert not failed
+            asked.append(place)
+            failed = told[int(place)] is False
+            yield told[int(place)]
 
     def inner(good: float, bad: float) -> list[float]:
         every = np.unique(np.round(np.linspace(good, bad, at_once + 2)[1:-1]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -451,12 +451,12 @@ class Along:
         low, high = abs(self._t(good)), abs(self._t(bad))
         states = {low: good, high: bad}
 
-        def told(places: Places) -> list[bool | None]:
+        def told(places: Places) -> Iterator[bool | None]:
             now = self.axis.fact.value
             values = [now + direction * t if self.axis.counted else self.axis.value(direction * t) for t in places]
             found = self.road.at(values)
             states.update((t, state) for t, state in zip(places, found, strict=True) if state is not None)
-            return [None if state is None else holds(state) for state in found]
+            return (None if state is None else holds(state) for state in found)
 
         inner, outer = narrowed(told, low, high, self._inner)
         return states[inner], states[outer]
