@@ -86,7 +86,7 @@ def _model(kind: type[Form] | None = None) -> Model:
     ]
     terms = tuple(Term(kind, row, scale, powers, "", scale, kind != INERTIA) for kind, row, scale, powers in rows)
     turns = (Term(DAMPING, upper, _TURNS, none, "", _TURNS, across=True),)
-    whole = Model({}, 2, terms, rotating=turns)
+    whole = Model({}, 2, terms, rotating=() if kind is PeakInRunUp else turns)
     film = Bearing("film", lower, tuple(Monomial(one, {1: 1.0}) for one in _FILM), np.zeros(0), np.zeros(0))
     return replace(whole, bearings=(film,)) if kind is Orbit else whole
 

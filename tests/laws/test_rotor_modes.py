@@ -101,8 +101,8 @@ def test_a_critical_speed_is_met_from_the_side_or_has_no_number() -> None:
     for sense in (1.0, -1.0):
         speeds = machine.critical_speeds(sense)[:4]
         for number, speed in enumerate(speeds):
-            cut = machine._cut(1.3 * speed)
+            cut = machine.cut_for(1.3 * speed)
             for near in (0.85 * speed, speed, 1.2 * speed):
                 assert cut._between(near, sense, number) == pytest.approx(speed, rel=1e-10)
             assert cut._between(1.01 * speed, sense, None) == pytest.approx(speed, rel=1e-10)
-        assert np.isnan(machine._cut(2.0 * speeds[0])._between(2.0 * speeds[0], sense, 0))
+        assert np.isnan(machine.cut_for(2.0 * speeds[0])._between(2.0 * speeds[0], sense, 0))

@@ -340,14 +340,14 @@ def kept(model: Model, form: Form, x: FloatArray, measured: Callable[[FloatArray
     return [one for _, one in model_keeps(model, id(form), np.asarray(x, dtype=float), both)]
 
 
-def by_differences(value: Callable[[FloatArray], float], x: FloatArray) -> FloatArray:
-    """Slope of the log of a value in log x by central differences."""
+def by_differences(value: Callable[[FloatArray], float], x: FloatArray, step: float = _STEP) -> FloatArray:
+    """Slope of the log of a value in log x by central differences over a part of x."""
     slope = np.zeros(len(x))
     for i in range(len(x)):
         up, down = x.copy(), x.copy()
-        up[i] *= 1.0 + _STEP
-        down[i] *= 1.0 - _STEP
-        slope[i] = (log_of(value(up)) - log_of(value(down))) / (2.0 * _STEP)
+        up[i] *= 1.0 + step
+        down[i] *= 1.0 - step
+        slope[i] = (log_of(value(up)) - log_of(value(down))) / (2.0 * step)
     return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
 
 

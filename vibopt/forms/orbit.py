@@ -92,8 +92,7 @@ class Orbit(Form):
         return [((top.speed,), top.value) for top in self._tops(model, x, self.shaken[0], least_wanted)]
 
     def acting(self, model: Model) -> FloatArray:
-        held = [power.row(model.n_vars) for bearing in model.bearings for power in bearing.powers]
-        return np.vstack([model.exponents, *(term.exponents for term in model.rotating), *held])
+        return model.acting
 
     def cost(self, model: Model) -> float:
         return sum(2.0 if band.is_point else 60.0 for drive in self.shaken for band in drive.bands)

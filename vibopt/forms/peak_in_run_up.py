@@ -24,11 +24,13 @@ if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.ringing import Peak
+    from vibopt.mechanics.spinning_up import SpinUp
     from vibopt.mechanics.sweep_response import RunUp
 
 BY_TORQUE = 3e-5
 """Part of itself to which the greatest is known where the speed follows from torque."""
-_STEP = 1e-5
+_STEP, _WIDE = 1e-5, 1e-4
+"""Parts of a rate, and of any value where whirls hang on the spin, for differences."""
 _HALF, _AROUND = 4, 0.05
 """Points of half a circle around a design, and the greatest change of a phase on it [rad]."""
 
@@ -61,6 +63,8 @@ class PeakInRunUp(Form):
         return self.peak(model, x).value / mount_count(model, self.output, x)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        if model.spun_in_time:
+            return by_differences(lambda at: self.value(model, at), x, _WIDE)
         peak, p = self.peak(model, x), model.values(x)
         if not 0.0 < peak.value < np.inf or isinstance(self.sweep, Motor):
             return by_differences(lambda at: self.value(model, at), x)
@@ -107,9 +111,8 @@ class PeakInRunUp(Form):
         return (abs(sizes[1]) - abs(sizes[0])) / (2.0 * _STEP) * sizes[2] / abs(sizes[2])
 
     def acting(self, model: Model) -> FloatArray:
-        if not isinstance(self.sweep, Sweeps):
-            return model.exponents
-        return np.vstack([model.exponents, np.eye(model.n_vars)[self.sweep.index]])
+        chosen = [np.eye(model.n_vars)[self.sweep.index]] if isinstance(self.sweep, Sweeps) else []
+        return np.vstack([model.acting, *chosen])
 
     def held(self, x: FloatArray, free: list[int]) -> PeakInRunUp:
         if not isinstance(self.sweep, Sweeps):
@@ -118,13 +121,15 @@ class PeakInRunUp(Form):
             return replace(self, sweep=replace(self.sweep, index=free.index(self.sweep.index)))
         return replace(self, sweep=self.sweep.of(x))
 
-    def reach(self, model: Model) -> Reach:
+    def reach(self, model: Model) -> Reach | None:
         from vibopt.forms.reduce import driven
 
+        if model.spun_in_time:
+            return None
         return driven(model, self.output, [self.load])
 
     def cost(self, model: Model) -> float:
-        return 10.0 + 2.0 * model.n_free
+        return 10.0 + (20.0 if model.spun_in_time else 2.0) * model.n_free
 
     def peak(self, model: Model, x: FloatArray) -> Peak:
         """The greatest response, of all mounts together where shared."""
@@ -133,8 +138,21 @@ class PeakInRunUp(Form):
     def _peak(self, model: Model, x: FloatArray) -> Peak:
         from vibopt.mechanics.ringing import Peak
 
-        made = self.run_up(model, x, model.values(x))
-        return made[0].peak(made[1]) if made[0].sweep.speeds else Peak(np.inf, np.inf)
+        machine, read = self.course(model, x)
+        return machine.peak(read) if machine.sweep.speeds else Peak(np.inf, np.inf)
+
+    def course(self, model: Model, x: FloatArray) -> tuple[RunUp | SpinUp, Reading]:
+        """The machine or the rotor in its run-up at a design, and what is read."""
+        p = model.values(x)
+        return (
+            (self._spun(model, x), reading(model, self.output, p)) if model.spun_in_time else self.run_up(model, x, p)
+        )
+
+    def _spun(self, model: Model, x: FloatArray) -> SpinUp:
+        from vibopt.mechanics.spinning_up import SpinUp
+
+        assert not isinstance(self.sweep, Motor)
+        return SpinUp(model, x, self.output, self.load, self.sweep.of(x))
 
     def run_up(self, model: Model, x: FloatArray, p: Numbers) -> tuple[RunUp, Reading]:
         """The machine under its force, and what is read, at a design and coefficients p (n_terms,), real or complex.
@@ -157,5 +175,11 @@ class PeakInRunUp(Form):
         return replace(machine, sweep=motor.against(drag, own.poles) or NO_SWEEP), read
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
-        """Accelerations that follow from torque are even on stretches."""
-        return (self.known_to or ROOTS) * max([0.0, *(abs(one) for one in (value, other) if np.isfinite(one))])
+        """Accelerations that follow from torque are even on stretches; of a rotor fast free whirls are left out."""
+        left_out = 0.0
+        if model.spun_in_time:
+            from vibopt.mechanics.harmonic import mount_count
+
+            left_out = self._spun(model, x).left_out / mount_count(model, self.output, x)
+        sizes = [0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]
+        return left_out + (self.known_to or ROOTS) * max(sizes)

@@ -157,11 +157,14 @@ class Course:
         External force per body [N], (n_times,).
     rubbing
         Dry friction per joint that has some, against a slip of its second end forward [N], (n_times,).
+    spins
+        Speed of what turns [rad/s], (n_times,), where that counts.
     """
 
     points: Mapping[str, FloatArray]
     forces: Mapping[str, FloatArray]
     rubbing: Mapping[str, FloatArray] = field(default_factory=dict)
+    spins: FloatArray = field(default_factory=lambda: np.zeros(1))
 
 
 @dataclass(frozen=True, slots=True)

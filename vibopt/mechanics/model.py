@@ -144,6 +144,17 @@ class Model:
         """Whether something spins, and each frequency is that of a whirl with the spin."""
         return any(term.polar for term in self.terms)
 
+    @property
+    def spun_in_time(self) -> bool:
+        """Whether what is free hangs on the spin: by gyroscopic moments, dampers that turn, or bearings in planes."""
+        return self.spins or bool(self.rotating or self.bearings)
+
+    @property
+    def acting(self) -> FloatArray:
+        """Exponents of all that may act on a whirl, rows of (n_vars,)."""
+        held = [power.row(self.n_vars) for bearing in self.bearings for power in bearing.powers]
+        return np.vstack([self.exponents, *(term.exponents for term in self.rotating), *held])
+
     @cached_property
     def backward(self) -> Model:
         """The model of a whirl against the spin, as fast as it spins: polar inertia adds to the other one."""

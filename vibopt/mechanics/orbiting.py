@@ -14,8 +14,9 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.bracketing import crossing
-from vibopt.mechanics.built import Joint, Motion, PlaneBearing
+from vibopt.mechanics.built import Course, Joint, Motion, PlaneBearing
 from vibopt.mechanics.hosted import solved
+from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rotating import RotatingMachine, inverse_poles, vanishing
 from vibopt.records import cached_property, dataclass
 
@@ -41,7 +42,7 @@ class OrbitingMachine(RotatingMachine):
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`: points (2, ...) along y and z, under forces that go round with the spin."""
         flat = np.ravel(omega)
-        cut = self._cut(float(np.abs(flat).max(initial=0.0)))
+        cut = self.cut_for(float(np.abs(flat).max(initial=0.0)))
         at, stiff = cut._exact_places, cut.planes(flat)
         n = stiff.shape[-1] // 2
         load = np.zeros((len(flat), 2 * n), dtype=complex)
@@ -96,6 +97,17 @@ class OrbitingMachine(RotatingMachine):
         stretch = self.stretch_of(joint, motion).reshape(2, -1).T
         force = -(self.force_of(joint, flat, flat) @ stretch[..., None])[..., 0]
         return np.asarray(force.T.reshape(2, *np.shape(motion.omega)))
+
+    def joint_course(self, joint: Joint, course: Course) -> FloatArray:
+        """As of `Machine`, (2, n_times) of points (3, 2, n_times)."""
+        found = Machine.joint_course(self, joint, course)
+        apart = course.points[joint.ends[1]] - course.points[joint.ends[0]]
+        turned = np.stack([apart[0, 1], -apart[0, 0]])
+        found = found - joint.rotating * (apart[1] + course.spins * turned)
+        if joint.name in self.bearings:
+            stiff, damp = self.bearings[joint.name].at(course.spins)
+            found = found - np.einsum("kij,jk->ik", stiff, apart[0]) - np.einsum("kij,jk->ik", damp, apart[1])
+        return np.asarray(found)
 
     def position(self, point: str, motion: Motion) -> ComplexArray:
         if point in motion.points:
@@ -166,7 +178,7 @@ class OrbitingMachine(RotatingMachine):
             row = sum(sign * shapes[i] for i, sign in ends)
             for target, four in zip(whole, bearing.at(np.array([spin]))[::-1], strict=True):
                 target += np.kron(four[0], np.outer(row, row))
-        for joint, ends in self._joined(self._slow_places):
+        for joint, ends in self._joined(self.slow_places):
             if joint.rotating:  # y and z a quarter turn apart: nothing forward, twice as much backward
                 row = sum(sign * shapes[i] for i, sign in ends)
                 turned = np.array([[1.0, -1j], [1j, 1.0]])
@@ -192,7 +204,7 @@ class OrbitingMachine(RotatingMachine):
             lagging = shapes.T @ self.lagging @ shapes
             damping = damping + np.kron(np.eye(2), lagging)
             stiffness = stiffness + spin * np.kron(turned, lagging)
-        for joint, ends in self._joined(self._slow_places):
+        for joint, ends in self._joined(self.slow_places):
             row = sum((sign * shapes[i] for i, sign in ends), np.zeros(shapes.shape[1]))
             square = np.outer(row, row)
             damping = damping + joint.rotating * np.kron(np.eye(2), square)
@@ -204,7 +216,7 @@ class OrbitingMachine(RotatingMachine):
 
     def begun(self, omega: float, motion: ComplexArray) -> tuple[Self, ComplexArray]:
         """Short enough stretches for a frequency [rad/s], and a motion of `free` over their nodes, y then z."""
-        cut, planes = self._cut(omega), []
+        cut, planes = self.cut_for(omega), []
         for moved in (self._few[0] @ half for half in np.split(motion, 2)):
             bodies, start, whole = len(self.masses), len(self.masses), []
             for shaft in self.shafts.values():
@@ -253,7 +265,7 @@ class OrbitingMachine(RotatingMachine):
 
     def _neutral(self, whirl: float, spin: float) -> float:
         """The spin near one at which a whirl of about such a frequency [rad/s] neither grows nor fades."""
-        cut = self._cut(1.5 * whirl)
+        cut = self.cut_for(1.5 * whirl)
         size = np.sqrt(np.abs(np.diagonal(cut.planes(np.zeros(1), np.zeros(1))[0])))
         size[size == 0.0] = 1.0
 
@@ -265,13 +277,13 @@ class OrbitingMachine(RotatingMachine):
 
     def _held(self) -> Iterator[tuple[PlaneBearing, list[tuple[int, float]]]]:
         """Each bearing with the slow coordinates of its ends, and their signs in its stretch."""
-        for joint, ends in self._joined(self._slow_places):
+        for joint, ends in self._joined(self.slow_places):
             if joint.name in self.bearings:
                 yield self.bearings[joint.name], ends
 
     def _resisted_no_more(self, near: float) -> float:
         """The speed near one [rad/s] at which some motion without damping is free; by the waves."""
-        cut = self._cut(1.1 * abs(near))
+        cut = self.cut_for(1.1 * abs(near))
 
         def least(omega: float) -> float:
             stiff = cut.planes(np.array([omega]))[0]

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.bracketing import crossing
-from vibopt.mechanics.built import Motion
+from vibopt.mechanics.built import Course, Joint, Motion
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.hosted import solved
 from vibopt.mechanics.machine import Machine
@@ -58,7 +58,7 @@ class RotatingMachine(Machine):
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
         flat = np.ravel(omega)
-        cut = self._cut(float(np.abs(flat).max(initial=0.0)))
+        cut = self.cut_for(float(np.abs(flat).max(initial=0.0)))
         at, stiff = cut._exact_places, cut._dynamic(flat)
         load = np.zeros((len(flat), stiff.shape[-1]), dtype=complex)
         for name, force in forces.items():
@@ -84,7 +84,7 @@ class RotatingMachine(Machine):
         """Of one end of a span its shaft as cut for such speeds, its section, its side and its four coordinates."""
         (rotor, _, span), top = end.partition("@"), float(np.abs(omega).max(initial=0.0))
         number, _, side = span.partition(".")
-        shafts, right = self._cut(top).shafts, int(side == "right")
+        shafts, right = self.cut_for(top).shafts, int(side == "right")
         k = self.shafts[rotor].cuts(top)[int(number) - 1 + right] - right
         before = list(shafts).index(rotor)
         begin = len(self.masses) + sum(shaft.size for shaft in list(shafts.values())[:before]) + 2 * k
@@ -190,7 +190,7 @@ class RotatingMachine(Machine):
         found[here] = np.where(np.isnan(met), found[here], met)  # where peaks are looked for, and no answer itself
         return found
 
-    def _cut(self, omega: float) -> Self:
+    def cut_for(self, omega: float) -> Self:
         """The same in stretches that are short enough for a frequency [rad/s]."""
         shafts = {name: shaft.cut(omega) for name, shaft in self.shafts.items()}
         same = all(shaft is shafts[name] for name, shaft in self.shafts.items())
@@ -202,7 +202,7 @@ class RotatingMachine(Machine):
         `sense` is 1 of a whirl with the spin and -1 of one against it, both at the speed of the spin.  By their
         `numbers` (n,), the lowest is 0, it is the value of that number which falls through zero; else the nearest.
         """
-        found, cuts = omega.copy(), [self._cut(float(one)) for one in omega]
+        found, cuts = omega.copy(), [self.cut_for(float(one)) for one in omega]
         sizes = np.array([sum(shaft.size for shaft in cut.shafts.values()) for cut in cuts])
         for size in np.unique(sizes):
             here = np.flatnonzero(sizes == size)
@@ -301,15 +301,11 @@ class RotatingMachine(Machine):
         Where a complex value of the dynamic stiffness of whirl w at spin W is nothing at once in both its parts.
         """
         mass, damping, stiffness, _, polar = self.slow
-        turning = self.lagging.copy()
-        for joint, ends in self._joined(self._slow_places):
-            for i, a in ends:
-                for j, b in ends:
-                    turning[i, j] += a * b * joint.rotating
+        turning = self.turning_damping
         begun = _neutral(mass, damping + turning, turning, stiffness, polar)
         if begun is None:
             return float("inf")
-        cut = self._cut(1.5 * begun[0])
+        cut = self.cut_for(1.5 * begun[0])
 
         def least(whirl: float, spin: float) -> complex:
             stiff = cut._dynamic(np.array([whirl]), np.array([spin]), braked=True)[0].astype(complex)
@@ -321,6 +317,23 @@ class RotatingMachine(Machine):
             return complex(values[np.abs(values).argmin()])
 
         return vanishing(least, begun)
+
+    @property
+    def turning_damping(self) -> FloatArray:
+        """Damping that turns with shafts, of slow motion, (n, n) [N s/m]."""
+        found = self.lagging.copy()
+        for joint, ends in self._joined(self.slow_places):
+            for i, a in ends:
+                for j, b in ends:
+                    found[i, j] += a * b * joint.rotating
+        return found
+
+    def joint_course(self, joint: Joint, course: Course) -> FloatArray:
+        found = super().joint_course(joint, course)
+        if joint.rotating:
+            apart = course.points[joint.ends[1]] - course.points[joint.ends[0]]
+            found = found - joint.rotating * (apart[1] - 1j * course.spins * apart[0])
+        return found
 
     @cached_property
     def lagging(self) -> FloatArray:
@@ -340,7 +353,7 @@ class RotatingMachine(Machine):
     def sag(self) -> dict[str, float] | None:
         """Displacement of every point under the weights of bodies, shafts and discs [m]."""
         mass, _, stiffness, _, _ = self.slow
-        for joint, ends in self._joined(self._slow_places):
+        for joint, ends in self._joined(self.slow_places):
             for i, a in ends:
                 for j, b in ends:
                     stiffness = stiffness.copy()
@@ -356,10 +369,11 @@ class RotatingMachine(Machine):
             down[start:stop] = shaft.slow[1] @ np.tile([1.0, 0.0], (stop - start) // 2)
             start = stop
         found = np.linalg.solve(scaled, GRAVITY * down / size) / size
-        return {name: float(found[i]) for name, i in self._slow_places.items()}
+        return {name: float(found[i]) for name, i in self.slow_places.items()}
 
     @cached_property
-    def _slow_places(self) -> dict[str, int]:
+    def slow_places(self) -> dict[str, int]:
+        """Number of the coordinate of each body and point among those of slow motion."""
         found, start = {name: i for i, name in enumerate(self.masses)}, len(self.masses)
         for shaft in self.shafts.values():
             found |= {point: start + shaft.place(point) for point in shaft.points}

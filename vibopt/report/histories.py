@@ -182,12 +182,12 @@ def _swept(label: str, model: Model, form: PeakInRunUp, x: FloatArray) -> _Shown
     peak, count = form.peak(model, x), mount_count(model, form.output, x)
     if not isfinite(peak.value):
         return None
-    machine, row = form.run_up(model, x, model.values(x))
+    machine, row = form.course(model, x)
     sweep, length = machine.sweep, float(machine.sweep.times[-1])
     top_time = min(peak.time, length)
     times = np.sort(np.append(np.linspace(0.0, length, _FINE), top_time))
     swept = sweep.at(times)
-    modes = natural_frequencies(model, model.values(x))
+    modes = natural_frequencies(model, model.values(x)) if not model.bearings else np.zeros(0)
     speeds = np.sort(np.append(swept, modes[(modes > swept.min()) & (modes < swept.max())]))
     steady = speeds, machine.steady(row, speeds) / count
     at, runs = float(sweep.at(np.array(top_time))), "run-up" if sweep.rates[0] > 0.0 else "run-down"
@@ -268,7 +268,7 @@ def _torques(design: Design, name: str, which: str) -> Panel | None:
 def _end(model: Model, form: PeakInTime, peak: Peak, x: FloatArray) -> float:
     """To where a history is shown [s]: the load, some periods behind it, and the peak."""
     load = sum(segment.length for segment in form.segments)
-    modes = natural_frequencies(model, model.values(x))
+    modes = natural_frequencies(model, model.values(x)) if not model.bearings else np.zeros(0)
     slow = modes[modes > 0.0].min(initial=np.inf)
     behind = _PERIODS * 2.0 * np.pi / float(slow) if np.isfinite(slow) else load
     return max(min(load, 1e3 * behind) + behind, 1.3 * peak.time if isfinite(peak.time) else 0.0)

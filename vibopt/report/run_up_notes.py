@@ -79,7 +79,7 @@ def _never(scene: Scene, machine: Machine, name: str) -> list[str]:
     """That a run-up passes no natural frequency."""
     unit, band = scene.excitations[name].speed.unit, band_of(scene.excitations[name])
     modes = [float(frequency) for frequency in machine.natural_frequencies()]
-    if any(band.low <= mode <= band.high for mode in modes):
+    if not modes or any(band.low <= mode <= band.high for mode in modes):
         return []
     near = min(modes, key=lambda value: max(band.low - value, value - band.high))
     return [

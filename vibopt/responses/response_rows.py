@@ -65,5 +65,5 @@ def link_forces(model: Model, signs: dict[str, float]) -> Output:
             return sign
         return -abs(sign) * term.shares[0 if sign > 0.0 else 1]  # the mass of a beam: on its first end, on its second
 
-    held = tuple(signs.items()) if model.bearings else ()
+    held = tuple(signs.items()) if model.bearings or model.rotating else ()
     return Output(np.zeros(model.n_coords), np.array([pulls(term) for term in model.terms]), held=held)

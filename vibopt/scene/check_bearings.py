@@ -13,6 +13,7 @@ from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene import places
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
+from vibopt.signals import Band
 from vibopt.units import show
 
 if TYPE_CHECKING:
@@ -124,8 +125,8 @@ def planes_fault(scene: Scene, path: Path, response: Response, mistakes: Mistake
     if response.response == "stability_threshold":
         return _threshold_beyond(scene, path, response, mistakes)
     if bands := response.spins or response.outside_bands:
-        return _outside_tables(
-            scene, path, (min(band.low for band in bands), max(band.high for band in bands)), mistakes
+        return beyond_tables(
+            scene, path, Band(min(band.low for band in bands), max(band.high for band in bands)), mistakes
         )
     return isinstance(response, HarmonicResponse) and _beyond_table(scene, path, response, mistakes)
 
@@ -153,19 +154,21 @@ def _beyond_table(scene: Scene, path: Path, response: HarmonicResponse, mistakes
     if table_ends(scene) is None or not set(names_for(scene, response)) <= set(scene.excitations):
         return False
     bands = [band for one in names_for(scene, response) for band in bands_for(scene, response, one)]
-    asked = min(band.low for band in bands), max(band.high for band in bands)
-    return _outside_tables(scene, path, asked, mistakes)
+    asked = Band(min(band.low for band in bands), max(band.high for band in bands))
+    return beyond_tables(scene, path, asked, mistakes)
 
 
-def _outside_tables(scene: Scene, path: Path, asked: tuple[float, float], mistakes: Mistakes) -> bool:
+def beyond_tables(scene: Scene, path: Path, asked: Band, mistakes: Mistakes) -> bool:
+    """Whether speeds are looked at of which no table of a bearing says anything; adds it."""
     ends = table_ends(scene)
     if ends is None:
         return False
     name, low, high = ends
-    if asked[0] >= low * (1.0 - 1e-12) and asked[1] <= high * (1.0 + 1e-12):
+    if asked.low >= low * (1.0 - 1e-12) and asked.high <= high * (1.0 + 1e-12):
         return False
     said, known = (
-        " to ".join(dict.fromkeys(show(value, "rpm", "angular_rate") for value in two)) for two in (asked, (low, high))
+        " to ".join(dict.fromkeys(show(value, "rpm", "angular_rate") for value in two))
+        for two in ((asked.low, asked.high), (low, high))
     )
     mistakes.add(
         path,

@@ -94,11 +94,11 @@ def _driven(scene: Scene, name: str, mistakes: Mistakes) -> None:
                 'with the spin, which an unbalance alone drives. Write kind = "unbalance".',
             )
             continue
-        if shaker.ramp is not None:
+        if shaker.ramp is not None and shaker.ramp.torque is not None:
             mistakes.add(
-                path,
-                f"excitations.{key} runs up, beside rotors.{name}, whose gyroscopic moments change on the way. Leave "
-                "run_up out: each speed is then answered as if it lasted.",
+                (*path, "run_up"),
+                f"excitations.{key} runs up by torque, beside rotors.{name}, of which it is not known what its whirl "
+                'takes of that. Write the acceleration that the motor reaches: run_up = { acceleration = "50 rpm/s" }.',
             )
         if shaker.speed.highest == float("inf"):
             mistakes.add((*path, "speed"), f'excitations.{key}.speed has no upper end. Write one: "0..12000 rpm".')

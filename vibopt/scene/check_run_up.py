@@ -13,6 +13,7 @@ from vibopt.excitations.run_up import band_of, ends_of, motor_of, rate_of
 from vibopt.mechanics.builder import GROUND
 from vibopt.mechanics.motor import Motor
 from vibopt.scene import places
+from vibopt.scene.check_bearings import beyond_tables
 from vibopt.scene.scene import Scene
 from vibopt.units import show
 
@@ -110,6 +111,8 @@ def contradicts(scene: Scene, path: Path, names: tuple[str, ...], mistakes: Mist
             f'angle or time between them. Name one: due_to = ["{rising[0]}"].',
         )
         return True
+    if scene.rotors:
+        return beyond_tables(scene, path, band_of(scene.excitations[rising[0]]), mistakes)
     loose = _loose(scene, scene.excitations[rising[0]].on)
     if loose:
         mistakes.add(

@@ -52,7 +52,7 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
             f'the spin, or ask for the response = "{_THRESHOLD}".',
         )
     for one, table in scene.excitations.items():
-        if table.kind != "unbalance" or table.ramp is not None:
+        if table.kind != "unbalance" or (table.ramp is not None and not scene.rotors):
             what = "is no unbalance" if table.kind != "unbalance" else "runs up"
             mistakes.add(
                 ("excitations", one),

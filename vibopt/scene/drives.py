@@ -170,6 +170,8 @@ def line_count(scene: Scene, names: Iterable[str]) -> int:
 
 _LEAST = 1.0
 _MARGIN = 1.05
+_RINGS = 3.0
+"""Highest frequency of free whirls in a run-up of a rotor, over its speed."""
 
 
 def looked_at(scene: Scene) -> tuple[float, int]:
@@ -208,6 +210,11 @@ def _tops(scene: Scene, response: Response) -> list[float]:
             for band in bands_for(scene, response, name)
             for line in unit_lines(scene, name)
         ]
+    if isinstance(response, TransientResponse) and scene.rotors:
+        from vibopt.excitations.run_up import band_of
+
+        rising = [scene.excitations[name] for name in names_for(scene, response) if name in scene.excitations]
+        return [_RINGS * band_of(each).high for each in rising if each.ramp is not None]
     beyond = [] if response.reading is None else _tops(scene, response.reading)
     return [*(band.high for band in response.outside_bands), *response.reaches, *beyond]
 

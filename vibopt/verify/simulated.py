@@ -16,6 +16,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
 from vibopt.mechanics.combine import whole_orders
 from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.rotating import RotatingMachine
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
@@ -346,9 +347,15 @@ def peak_in_time(
     if scene.excitations[names[0]].ramp is not None:
         from vibopt.excitations.run_up import RATE, at_rate
         from vibopt.verify.every_cycle import Followed
+        from vibopt.verify.spun_up import SpunUp
 
         excitation = at_rate(scene.excitations[names[0]], machine.rates.get(RATE.format(names[0])))
-        value, speed = Followed(machine, excitation).peak(response)
+        risen: dict[tuple[str, ...], Followed | SpunUp] = vars(machine).setdefault("risen", {})
+        if names not in risen:
+            risen[names] = (
+                SpunUp(machine, excitation) if isinstance(machine, RotatingMachine) else Followed(machine, excitation)
+            )
+        value, speed = risen[names].peak(response)
         return value, {names[0]: speed}
     known: dict[tuple[str, ...], Simulated] = vars(machine).setdefault("simulated", {})
     if names not in known:
