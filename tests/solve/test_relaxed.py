@@ -11,10 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
+from vibopt.charts.machines import absorbed
 from vibopt.forms.rational import sampled
 from vibopt.forms.rows_on_boxes import Rows, response_rows
 from vibopt.program.pose import pose
-from vibopt.scene.read import from_dict
+from vibopt.scene.read import from_dict, from_text
+from vibopt.solve.nlp import Nlp
+from vibopt.solve.passive import with_bound
 from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
 
@@ -276,3 +279,14 @@ def test_what_is_listed_is_bounded_beside_ranges(listed: tuple[str, ...]) -> Non
     boxes = relaxed._Relaxed(program, program.aim.pieces, 2000)
     boxes.learn(np.array([program.low[0], 0.15, program.low[2], 0.15]))
     assert min(tops) - 0.1 < boxes.search(min(tops) + 0.01) <= min(tops)
+
+
+def test_boxes_that_gain_next_to_nothing_are_left_early(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Six numbers of three absorbers: what any passive device could do is the better bound, and is told alone."""
+    program = closed(pose(from_text(absorbed([0] * 3, [0.02, 0.015, 0.015]))))
+    found = Nlp(count=2).solve(program)
+    early = relaxed.with_least(program, found, lambda: with_bound(program, found).bound)
+    monkeypatch.setattr(relaxed, "_EARLY", 1.0)
+    late = relaxed.with_least(program, found, lambda: with_bound(program, found).bound)
+    assert early.claim == late.claim == found.claim
+    assert early.details["boxes"] < 0.5 * late.details["boxes"]

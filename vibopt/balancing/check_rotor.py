@@ -69,8 +69,7 @@ def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
         mistakes.add(
             (*path, "speed"),
             f'run "{run.name}" is at {own}, but as found was measured at {other}. A weight acts differently at each '
-            f"speed: "
-            f"repeat the run at {other}, or add a run as found at {own}.",
+            f"speed: repeat the run at {other}, or add a run as found at {own}.",
         )
     return bool(wrong)
 
@@ -135,8 +134,7 @@ def _too_few(planes: Sequence[Plane], unknown: list[int], trials: Sequence[Run],
         f"fewer runs than planes: to learn what a weight does in {names}, "
         f"{counted(len(unknown), 'runs with weights')} {'are' if len(unknown) > 1 else 'is'} needed at {at}, "
         f"and there {'are' if len(trials) > 1 else 'is'} {many}. Add a run with a weight in {other}, write keep = "
-        f"true in "
-        f"[planes.{other}], or give ready coefficients in [[influence]]."
+        f"true in [planes.{other}], or give ready coefficients in [[influence]]."
     )
 
 
@@ -150,8 +148,7 @@ def _check_coefficients(
                 mistakes.add(
                     ("influence",),
                     f"plane {planes[plane].name} has no influence coefficient for sensor {one.name} at {at}. Add "
-                    f"[[influence]] with "
-                    f'sensor = "{one.name}", plane = "{planes[plane].name}".',
+                    f'[[influence]] with sensor = "{one.name}", plane = "{planes[plane].name}".',
                 )
 
 
@@ -192,10 +189,9 @@ def _check_without_phase(measured: Measured, planes: Sequence[Plane], mistakes: 
                 mistakes.add(
                     ("runs",),
                     f"the readings have no angles, and plane {plane.name} has {plain(len(alone))} trial "
-                    f"position{'s' if len(alone) != 1 else ''} of its "
-                    f'own at {at}. Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in '
-                    f"{plane.name} alone at "
-                    "three angles (two leave two answers).",
+                    f"position{'s' if len(alone) != 1 else ''} of its own at {at}. "
+                    'Write the readings with their angles, "8.6 mil pp @ 63 deg", or fit a weight in '
+                    f"{plane.name} alone at three angles (two leave two answers).",
                 )
                 continue
             first, second, *more = alone
@@ -203,6 +199,5 @@ def _check_without_phase(measured: Measured, planes: Sequence[Plane], mistakes: 
                 mistakes.add(
                     ("runs",),
                     f"the two trial weights of plane {plane.name} at {at} lie on one line through the centre, so "
-                    f"the side cannot be told. "
-                    "Add a run with the weight at a right angle to them.",
+                    "the side cannot be told. Add a run with the weight at a right angle to them.",
                 )

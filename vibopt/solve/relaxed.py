@@ -34,6 +34,8 @@ _WORK, _COST = 120_000, 0.02
 _PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
 """Part of the boxes by which something must be known, the log within which it counts as such, and boxes that are
 looked at before any search whether there is a design."""
+_EARLY, _LITTLE = 0.33, 0.1
+"""Part of these boxes after which so much of the way to the goal must be gained for the others to be looked at."""
 _PLANE = 2
 """Variables up to which a search for a design is as quick as boxes that say there is none."""
 _BATCH, _SPEEDS = 128, 64
@@ -137,11 +139,15 @@ class _Relaxed:
             line.learn(x, open_)
 
     def search(self, bar: float, floor: Callable[[], float] = lambda: -np.inf) -> float:
-        """No design has a goal whose log is below this, which is no greater than `bar`; given up far below `floor`."""
+        """No log of the goal is below this, at most `bar`; given up far below `floor`, early where it hardly moves."""
         frontier, low, high = Frontier(self.budget), np.log(self.program.low)[None], np.log(self.program.high)[None]
         frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
+        begun = np.inf
         while frontier and not frontier.over:
-            if self.budget.spent > _PATIENCE * self.budget.most and frontier.bound < floor():
+            begun = min(begun, frontier.bound) if np.isfinite(frontier.bound) else begun
+            part = self.budget.spent / (_PATIENCE * self.budget.most)
+            slow = part > _EARLY and frontier.bound < begun + _LITTLE * (bar - begun)
+            if (part > 1.0 or slow) and frontier.bound < floor():
                 break
             boxes = _Boxes(*frontier.take(_BATCH))
             if not (boxes.high > boxes.low).any():  # rounding leaves nothing to split

@@ -6,6 +6,7 @@ import csv
 import io
 import re
 from codecs import BOM_UTF8
+from collections.abc import Iterator
 from pathlib import Path as FilePath
 
 from vibopt.errors import InputError
@@ -56,23 +57,21 @@ def sheet_of(file: FilePath) -> Sheet:
         raise InputError(f"{file.name} row {row} has a quotation mark that is never closed. Close it, or remove it.")
     sign = (lines[0][4:5] if offset else separator(lines[0] if lines else "")) or ";"
     try:
-        parsed = _cells(lines[offset:], sign)
+        cells = [tuple(map(str.strip, row)) for row in _cells(lines[offset:], sign)]
     except csv.Error as error:
         raise InputError(f"{file.name} is no CSV file: {error}.") from None
-    widest = max(map(len, parsed), default=0)
+    widest = max(map(len, cells), default=0)
     if widest > MOST_COLUMNS:
         raise InputError(f"{file.name} has {widest} columns, more than the {MOST_COLUMNS} that are read.")
-    cells = [tuple(map(str.strip, row)) for row in parsed]
     rows = tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row))
     return Sheet(rows, sign != "," or ('"' in text and _quoted(cells)))
 
 
-def _cells(lines: list[str], sign: str) -> list[list[str]]:
+def _cells(lines: list[str], sign: str) -> Iterator[list[str]]:
     """The cells of each line; without quotation marks they need no more than to be parted."""
-    whole = "\n".join(lines)
-    if '"' in whole or max(map(len, lines), default=0) > csv.field_size_limit():
-        return list(csv.reader(io.StringIO(whole), delimiter=sign))
-    return [line.split(sign) for line in lines]
+    if any('"' in line for line in lines) or max(map(len, lines), default=0) > csv.field_size_limit():
+        return csv.reader(io.StringIO("\n".join(lines)), delimiter=sign)
+    return (line.split(sign) for line in lines)
 
 
 def _quoted(cells: list[tuple[str, ...]]) -> bool:
