@@ -175,6 +175,11 @@ def test_what_is_not_answered_is_refused() -> None:
         "scene: excitations.lost runs up by torque, beside rotors.shaft, of which it is not known what its whirl takes "
         'of that. Write the acceleration that the motor reaches: run_up = { acceleration = "50 rpm/s" }.'
     ]
+    bare: Any = {"links__far_bearing__damping": "0 N s/m", "links__near_bearing__damping": "0 N s/m"}
+    assert refused(rotor, None, None, **bare).messages[0] == (
+        "scene: measures.whirl asks for the run-up of rotors.shaft, whose whirl nothing damps: what a critical speed "
+        "leaves rings on for ever. Write damping of a link or of a bearing."
+    )
     assert refused(rotor, {"acceleration": "50 rpm/s"}, FILM).messages[0] == (
         "scene: measures.whirl looks at 0 rpm to 4000 rpm, but the tables of bearings, bearings.near_bearing among "
         "them, say something of 200 rpm to 6000 rpm alone. Write more rows, or look at these speeds."

@@ -63,7 +63,7 @@ def panels(design: Design) -> list[Panel]:
     if model.bearings:
         from vibopt.report.orbit_views import orbit_panels
 
-        return orbit_panels(design, model)
+        return orbit_panels(design, model) + histories(design, model)
     drawn = []
     for excitation, entries in _groups(design):
         panel = _Drawing(design, model, without, excitation, entries).panel()

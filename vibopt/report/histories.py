@@ -268,7 +268,7 @@ def _torques(design: Design, name: str, which: str) -> Panel | None:
 def _end(model: Model, form: PeakInTime, peak: Peak, x: FloatArray) -> float:
     """To where a history is shown [s]: the load, some periods behind it, and the peak."""
     load = sum(segment.length for segment in form.segments)
-    modes = natural_frequencies(model, model.values(x)) if not model.bearings else np.zeros(0)
+    modes = natural_frequencies(model, model.values(x))
     slow = modes[modes > 0.0].min(initial=np.inf)
     behind = _PERIODS * 2.0 * np.pi / float(slow) if np.isfinite(slow) else load
     return max(min(load, 1e3 * behind) + behind, 1.3 * peak.time if isfinite(peak.time) else 0.0)

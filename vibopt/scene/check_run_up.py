@@ -11,8 +11,10 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.excitations.excitation import Excitation
 from vibopt.excitations.run_up import band_of, ends_of, motor_of, rate_of
 from vibopt.mechanics.builder import GROUND
+from vibopt.mechanics.model import DAMPING
 from vibopt.mechanics.motor import Motor
 from vibopt.scene import places
+from vibopt.scene.assemble import model_of
 from vibopt.scene.check_bearings import beyond_tables
 from vibopt.scene.scene import Scene
 from vibopt.units import show
@@ -112,6 +114,13 @@ def contradicts(scene: Scene, path: Path, names: tuple[str, ...], mistakes: Mist
         )
         return True
     if scene.rotors:
+        if not mistakes.found and _undamped(scene):
+            mistakes.add(
+                path,
+                f"{dotted(path)} asks for the run-up of rotors.{next(iter(scene.rotors))}, whose whirl nothing damps: "
+                "what a critical speed leaves rings on for ever. Write damping of a link or of a bearing.",
+            )
+            return True
         return beyond_tables(scene, path, band_of(scene.excitations[rising[0]]), mistakes)
     loose = _loose(scene, scene.excitations[rising[0]].on)
     if loose:
@@ -121,6 +130,13 @@ def contradicts(scene: Scene, path: Path, names: tuple[str, ...], mistakes: Mist
             "as the force begins. Hold it by a link with stiffness to a support.",
         )
     return bool(loose)
+
+
+def _undamped(scene: Scene) -> bool:
+    """Whether neither a link nor a bearing has any damping."""
+    model = model_of(scene)
+    films = [one.table[:, 4:] if len(one.speeds) else [each.scale for each in one.powers[4:]] for one in model.bearings]
+    return not model.scales[model.kinds == DAMPING].any() and not any(np.any(film) for film in films)
 
 
 def _loose(scene: Scene, on: str) -> str:

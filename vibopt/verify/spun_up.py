@@ -28,7 +28,7 @@ _ABOVE, _RELATIVE, _ABSOLUTE = 5.0, 1e-7, 1e-7
 """Frequency over the last speed up to which motions at rest are taken; errors of a step."""
 _BESIDE, _HIGH, _FINE = 4, 0.98, 2001
 """Steps on either side of a top, part of the greatest that one has, and points between."""
-_PERIODS, _LOOKS, _FADED, _GROWS = 6.0, 160, 1e-9, 1e-9
+_PERIODS, _LOOKS, _FADED, _GROWS = 6.0, 40, 1e-9, 1e-9
 """Periods of the slowest whirl in a look behind, and how many there are; faded; part of a speed that is no growth."""
 
 
