@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Collection
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,7 @@ from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, fact_at, facts, open_job, with_changes
 from vibopt.study.holding import Road, State, state_of
 from vibopt.study.one_way import Along, axis_of
-from vibopt.study.price_words import range_rows, rows_of
+from vibopt.study.price_words import NOT_ASKED, range_rows, rows_of
 from vibopt.study.prices import Prices, Ranked, priced, prices
 from vibopt.values.fact_at import FactAt
 
@@ -123,7 +125,9 @@ class Smooth(Road):
     together = False
     end, bend, lets_go, blind = 0.5, 0.0, False, False
 
-    def _answered(self, value: float) -> State:
+    def with_room(self, value: float, names: Collection[str] = (), by: float = 0.0) -> State:
+        if names:
+            return State(value, "refused", None, frozenset())
         t = math.log10(value / self.fact.value)
         left = self.end - t
         held = {"first"} if self.lets_go == (left > 0.0) else set()
@@ -193,10 +197,39 @@ def test_every_number_has_a_price_or_says_why_not() -> None:
                 assert row.path in said, (file, row.path)
 
 
+def test_a_step_that_the_file_refuses_is_not_called_a_place_without_designs() -> None:
+    beam = {"kind": "simply_supported", "length": "0.8 m", "diameter": "60 mm", "at_ratio": 0.95, "modulus": "206 GPa"}
+    job = vo.from_dict({
+        "bodies": {"disc": {"mass": "35 kg"}},
+        "links": {"shaft": {"between": ["disc", "ground"], "beam": beam, "damping_ratio": 0.02}},
+        "excitations": {"ecc": {"kind": "unbalance", "on": "disc", "unbalance": "3500 g mm", "speed": "1000 rpm"}},
+        "limits": {"way": {"response": "displacement", "of": "disc", "at_most": "1 mm"}},
+    })  # fmt: skip
+    found = prices(job, only=["links.shaft.beam.at_ratio"])
+    assert [row[1:3] for row in rows_of(found)][-1] == ("0.95 -> 1.045", "not asked")
+    assert NOT_ASKED in found.notes
+
+
+def test_an_answer_on_which_two_routes_do_not_agree_has_no_prices() -> None:
+    job = open_job(PROBLEMS / "isolation/rao_9_34.toml")
+    with pytest.raises(InputError, match="its answer is check_failed, and numbers on which two routes do not agree"):
+        prices(job, found=replace(answer(job), status="check_failed"))
+
+
+def test_what_a_step_of_a_limit_buys_is_told_whatever_one_answer_takes() -> None:
+    """Which limit to argue about is what is asked for first: the facts and the ranges are left out before."""
+    job = open_job(PROBLEMS / "isolation/rao_9_34.toml")
+    found = prices(job, found=replace(answer(job), work=12_000.0))
+    assert {row.sort for row in found.rows if row.ways} == {"limit"}
+    assert found.first.startswith("Argue about floor_force first: 10 kN pk -> 11 kN pk buys 9 %")
+
+
 @pytest.mark.parametrize("file", [*CHEAP, "balancing/rao_9_13_holes.toml", "balancing/engine_phasing_four.toml"])
 def test_a_table_that_ran_out_of_work_is_told_all_the_same(file: str) -> None:
     found = prices(open_job(PROBLEMS / file), most=100.0)
-    assert len(list(range_rows(found))) == len(found.rows)
+    told = {name for name, _ in range_rows(found)}
+    for row in found.rows:
+        assert row.name in told or any(row.path in note for note in found.notes)
     assert len(list(rows_of(found))) == sum(len(one.ways) for one in found.rows)
     assert found.table()
     assert found.to_json()["rows"]

@@ -91,7 +91,8 @@ def _tell_prices(prices: Prices, console: Console) -> None:
     console.print(prices.first)
     title = f"What to argue about: {prices.measure} is {prices.shown}"
     section(console, title, grid(rows_of(prices), HEADS, whole=(1, 2, 3)))
-    section(console, "How far that goes on, and what takes over", grid(range_rows(prices)))
+    if ranges := list(range_rows(prices)):
+        section(console, "How far that goes on, and what takes over", grid(ranges))
     if prices.notes:
         section(console, "Notes", grid([(note,) for note in prices.notes]))
 

@@ -16,6 +16,10 @@ if TYPE_CHECKING:
 HEADS = ("Number", "A step", "Goal", "Better by")
 GAIN = "nothing more to gain"
 NONE = "no design"
+WITHOUT = {"refused": "not asked", "unproven": "none found", "check_failed": "check failed"}
+"""What stands for a goal where an answer has none, and it is not proven that there is no design."""
+NOT_ASKED = "With a value that is not asked the file is refused: vibopt whatif FILE --set PATH=VALUE says why."
+OF_WORK = "left out because of the work"
 LIMITS, CAPS, FACTS = "limit", "cap", "fact"
 
 
@@ -29,7 +33,9 @@ def words_of(answer: Answer[Any], now: Entry, way: Way, ways: Sequence[Way] = ()
         text = f"{now.shown} -> {way.value.shown}: {name} stays {goal.shown}"
     for other in ways:
         if other.value != way.value:
-            text += f"; {other.value.shown}: {'no design' if other.goal is None else other.goal.shown}"
+            text += (
+                f"; {other.value.shown}: {WITHOUT.get(other.status, NONE) if other.goal is None else other.goal.shown}"
+            )
     if way.ends is not None and way.beyond == GAIN:
         text += f"; {GAIN} beyond {way.ends.shown}"
     return text
@@ -109,16 +115,19 @@ def _step(prices: Prices, one: Ranked) -> str:
 
 def rows_of(prices: Prices) -> Iterator[tuple[str, ...]]:
     """A row for each way of each number, the better way first."""
+    names = [row.name for row in prices.rows]
     for row in prices.rows:
+        name = row.name if names.count(row.name) == 1 else row.path.removeprefix("limits.")
         ways = sorted(row.ways, key=lambda way: -(way.change if way.change is not None else -9e9))
         for index, way in enumerate(ways):
-            goal = way.goal.shown if way.goal is not None else "no design"
+            goal = way.goal.shown if way.goal is not None else WITHOUT.get(way.status, NONE)
             better = percent(way.change) if way.goal is not None else ""
-            yield row.name if not index else "", f"{row.now.shown} -> {way.value.shown}", goal, better
+            yield name if not index else "", f"{row.now.shown} -> {way.value.shown}", goal, better
 
 
 def range_rows(prices: Prices) -> Iterator[tuple[str, str]]:
-    """How far the prices of each number go on, and what takes over; where that is not known, why."""
+    """How far the prices of each number go on, and what takes over; where that is not known, why, or a note says it."""
     for row in prices.rows:
         words = range_words(row.now, row.ways).removeprefix("the same holds ")
-        yield row.name, words or f"{row.now.shown}: {row.why}"
+        if words or not row.why.endswith(OF_WORK):
+            yield row.name, words or f"{row.now.shown}: {row.why}"

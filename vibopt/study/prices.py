@@ -31,7 +31,7 @@ from vibopt.study.holding import (
     state_of,
 )
 from vibopt.study.one_way import NO_STEP, Along, Axis, axis_of, is_shelf
-from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, first_words, words_of
+from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, NOT_ASKED, OF_WORK, first_words, words_of
 from vibopt.study.seen import goal_of, reason, shown_value
 from vibopt.values.fact_at import FactAt
 
@@ -42,8 +42,8 @@ PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
 ALLOWANCE = 20_000.0
 """Work that a table of prices may take [nominal ms] where not all is asked for."""
-OF_LIMITS = 2_000.0
-"""The same for the limits alone, beside an answer."""
+OF_LIMITS, _STEPS_OF_LIMITS = 2_000.0, 100_000.0
+"""The same for the limits alone: beside an answer, and what a step of each buys where prices are asked for."""
 _A_RANGE = 30
 """Answers that both ranges of a number take, one by one."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
@@ -212,11 +212,15 @@ def prices(
         raise InputError(f"{job.name}: {refused}")
     asked, read = asked_of(found, only)
     purse = _Purse(found, sense, float("inf") if thorough else most)
+    if most == ALLOWANCE:  # which limit to argue about is what is asked for first
+        purse.limits = max(purse.most, _STEPS_OF_LIMITS)
     rows = [purse.priced(fact, sort, progress, k / max(2 * len(asked), 1)) for k, (fact, sort) in enumerate(asked)]
     ranked = sorted(range(len(rows)), key=lambda k: (*(-one for one in rows[k].weight), k))
     for place, k in enumerate(ranked):
         rows[k] = purse.ranged(asked[k][0], rows[k], progress, 0.5 + place / max(2 * len(asked), 1))
     notes = [*_left(rows), *_radii(job, rows)]
+    if any(way.status == "refused" for row in rows for way in row.ways):
+        notes.append(NOT_ASKED)
     if read:
         notes.append(
             f"{read} numbers that were measured have no price: they are data of {noun_of(job)}. What another reading "
@@ -245,6 +249,11 @@ def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
         )
     if not measure:
         return "there is neither a goal nor a limit, so nothing to count a price in. Add one of them."
+    if found.status == "check_failed":
+        return (
+            "its answer is check_failed, and numbers on which two routes do not agree have no price. vibopt solve FILE "
+            "says where they part."
+        )
     if goal_of(job, found) is None and found.status not in ("met", "violated"):
         why = reason(found) or found.claim
         return f"there is no design whose price could be told: {found.status}. {why[:1].upper()}{why[1:]}".rstrip()
@@ -315,7 +324,7 @@ class _Purse:
     """Prices one after the other, from one allowance of work [nominal ms]."""
 
     def __init__(self, found: Answer[Any], sense: int, most: float) -> None:
-        self.found, self.sense, self.most = found, sense, most
+        self.found, self.sense, self.most, self.limits = found, sense, most, most
         self.job = _job(found)
         self.each = max(found.work, LEAST_WORK)
         self.roads: dict[str, Along] = {}
@@ -335,8 +344,8 @@ class _Purse:
         """Work done [nominal ms]."""
         return sum(road.road.work for road in self.roads.values())
 
-    def _may(self, answers: int) -> bool:
-        return self.spent + answers * self.each <= self.most
+    def _may(self, answers: int, most: float) -> bool:
+        return self.spent + answers * self.each <= most
 
     def priced(
         self, fact: FactAt, sort: str, progress: Progress | None, part: float, *, loosened: bool = False
@@ -348,15 +357,16 @@ class _Purse:
         asked = [way for way in (-1, 1) if axis.step(way) != fact.value]
         if loosened:
             asked = [way for way in asked if is_looser(fact.path, axis.step(way) - fact.value)]
-        if not self._may(len(asked)):
-            return Ranked(fact.path, sort, now, why="left out because of the work")
+        most = self.limits if sort == LIMITS else self.most
+        if not self._may(len(asked), most):
+            return Ranked(fact.path, sort, now, why=OF_WORK)
         if progress is not None:
             progress("what a step buys", part)
-        along = self._along(fact, axis)
+        along = self._along(fact, axis, most)
         try:
             ways = [along.stepped(way) for way in asked]
         except SpentError:
-            return Ranked(fact.path, sort, now, why="left out because of the work")
+            return Ranked(fact.path, sort, now, why=OF_WORK)
         return Ranked(fact.path, sort, now, tuple(ways))
 
     def ranged(self, fact: FactAt, row: Ranked, progress: Progress | None, part: float) -> Ranked:
@@ -364,19 +374,19 @@ class _Purse:
         along = self.roads.get(row.path)
         if along is None:
             return row
-        if not along.road.together and not self._may(_A_RANGE):
-            return replace(row, why="its range was left out because of the work")
+        if not along.road.together and not self._may(_A_RANGE, self.most):
+            return replace(row, why=f"its range was {OF_WORK}")
         if progress is not None:
             progress("how far that goes on", part)
         try:
             ways = [along.ranged(way, -1 if way.value.value < fact.value else 1) for way in row.ways]
         except SpentError:
-            return replace(row, why="its range was left out because of the work")
+            return replace(row, why=f"its range was {OF_WORK}")
         return replace(row, ways=tuple(ways))
 
-    def _along(self, fact: FactAt, axis: Axis) -> Along:
+    def _along(self, fact: FactAt, axis: Axis, most: float) -> Along:
         near = self.found.x if is_scene(self.job) and self.job is self.found.job else None
-        road = Road(self.job, fact, near, lambda: self.spent <= self.most)
+        road = Road(self.job, fact, near, lambda: self.spent <= most)
         here = replace(self.here, value=fact.value)
         road.known[fact.value] = here
         key, loose = self._key(fact.path)
