@@ -184,3 +184,9 @@ def test_what_is_not_answered_is_refused() -> None:
         "scene: measures.whirl looks at 0 rpm to 4000 rpm, but the tables of bearings, bearings.near_bearing among "
         "them, say something of 200 rpm to 6000 rpm alone. Write more rows, or look at these speeds."
     )
+
+
+def test_what_a_run_up_of_a_rotor_is_known_to_is_said_where_edges_are_judged() -> None:
+    scene = rotor()
+    form = form_of(scene, pose(scene).model, scene.measures["whirl"])
+    assert form.known_to == 1e-6

@@ -44,18 +44,21 @@ class PeakInRunUp(Form):
     sweep
         How force and speed change: a given way, at a rate to be chosen, or by the torque of a motor, which depends on
         the design.
+    spun
+        Whether it is of a rotor whose whirl hangs on its spin.
     """
 
     output: Output
     load: FloatArray
     sweep: Sweep | Sweeps | Motor
+    spun: bool = False
     no_bounds = "is a peak in a run-up: it has no bounds on boxes of designs"
     not_convex = "is a peak in a run-up, which is not convex in stiffness and damping"
     rough = "is a peak in a run-up: its instant is found by a search, and jumps from one resonance to another"
 
     @property
     def known_to(self) -> float:
-        return BY_TORQUE if isinstance(self.sweep, Motor) else 0.0
+        return BY_TORQUE if isinstance(self.sweep, Motor) else ROOTS if self.spun else 0.0
 
     def value(self, model: Model, x: FloatArray) -> float:
         from vibopt.mechanics.harmonic import mount_count

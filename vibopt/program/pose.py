@@ -176,7 +176,7 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
     if isinstance(response, TransientResponse):
         loads, signals = signals_for(scene, response, model.points, model.n_free)
         if not isinstance(signals, tuple):
-            return forms.PeakInRunUp(response.output(model), loads[:, 0], signals)
+            return forms.PeakInRunUp(response.output(model), loads[:, 0], signals, spun=model.spun_in_time)
         between = durations_of(scene, response)
         if between is not None:
             lasting = partial(signals_lasting, scene, response)
