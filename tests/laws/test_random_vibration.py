@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -113,6 +113,7 @@ def _readings(chain: Chain) -> dict[str, tuple[dict[str, Any], Array]]:
 
 @settings(max_examples=40, deadline=None)
 @given(seed=st.integers(0, 10**6), support=st.sampled_from(["ground", "base"]))
+@example(seed=8328, support="base")  # far above its modes what is left of the response is rounding
 def test_a_mean_square_is_that_of_the_matrices_and_of_the_built_machine(seed: int, support: str) -> None:
     chain = Chain(seed, support)
     readings = _readings(chain)

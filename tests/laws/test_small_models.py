@@ -209,6 +209,8 @@ def test_slopes_and_bends_are_those_of_differences(case: Case) -> None:
             there = few_peaks(case.model, case.form, case.drive, x, 0.5)
             if there is None or len(there) != 1:
                 return
+            if not case.drive.bands[0].low < there[0].at.speed < case.drive.bands[0].high:
+                return  # a peak so near to an end of the band rests on it a step further
             beside.append(there[0])
         size = 1.0 + np.abs(found[0].bend).max()
         slope = (np.log(beside[0].at.value) - np.log(beside[1].at.value)) / (2 * step)

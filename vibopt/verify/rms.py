@@ -22,6 +22,8 @@ from vibopt.scene.scene import Scene
 _ORDER = 20
 _UNDAMPED = 1e-13
 """Decay over frequency of a pole below which it counts as undamped."""
+_ROUNDING = 1e-28
+"""Part of a squared response at its modes below which it is rounding."""
 _FAR = 40
 """Halvings of a panel towards a pole, at most."""
 
@@ -99,7 +101,9 @@ def endless(spectrum: Spectrum) -> Infinite | None:
     if one > 10.0 * ten:
         return Infinite(DRIFT)
     one, ten = spectrum(top * np.array([1e3, 1e4]))
-    return Infinite(HIGH if spectrum.noise.displaced else DIRECT) if ten > 0.1 * one > 0.0 else None
+    known = spectrum(size[size > 1e-9 * top])
+    nothing = _ROUNDING * float(known[np.isfinite(known)].max(initial=0.0))
+    return Infinite(HIGH if spectrum.noise.displaced else DIRECT) if ten > 0.1 * one > nothing else None
 
 
 def _noise(scene: Scene, name: str) -> WhiteNoise:
