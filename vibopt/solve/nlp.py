@@ -53,6 +53,10 @@ _HOPS, _HOP = 8, 0.8
 """Designs beside the best that are followed, and how far (in logs) they are spread."""
 _FAR, _LOST = 0.05, 0.5
 """Log violation beyond which a start is not followed: where a design is known and little is to be done; at all."""
+_DAMPING, _MUCH = (".damping", ".damping_ratio"), 0.25
+"""Variables that limits want great, and the part of the greatest from which a start is led within limits."""
+_LITTLE = 0.01
+"""Part of its greatest value below which a variable may be zero."""
 _ALIKE = 0.02
 """Designs this near to each other (in logs) lead to the same local optimum."""
 
@@ -146,6 +150,7 @@ class _Run:
         good += self._mirrored(good)
         good += self._beside(good) + self._one_less(good)
         good += self._mirrored(good)
+        good += self._settled(good)
         goal, y = _first(good)
         agreed, best = self._agree(good), f"best of {counted(len(begun), 'starts')}"
         x, details = self._x(np.array(y)), self._details(len(begun), agreed)
@@ -201,6 +206,20 @@ class _Run:
             waiting = [*self.likes] if better else waiting
             found += better
         return found
+
+    def _settled(self, good: list[Design]) -> list[Design]:
+        """What the best leads to when it is followed to its end, what is next to zero in it at zero or not.
+
+        Next to zero a slope in logs is next to nothing, and steps towards the end of a range stop short of it.
+        """
+        goal, best = min(good)
+        if self.method.brief or self.program.aim is None or self.budget.over or not np.isfinite(goal):
+            return []
+        y = np.array(best)
+        none = [axis.low <= 0.0 for axis in self.program.axes] & (y < self.high + np.log(_LITTLE))
+        begun = [np.where(none, self.low, y), y] if none.any() else [y]
+        ends = self._good([Sqp(self.exact).run(one, within=True).y for one in begun])
+        return [one for one in ends if one[0] < goal - _ROUNDING * abs(goal)]
 
     def _beside(self, good: list[Design]) -> list[Design]:
         """What designs beside the best lead to, where it was not found again."""
@@ -366,11 +385,19 @@ class _Run:
         if rescue:
             y = sharpener.run(y, only_feasible=True).y
         point: Point = sharpener.run(y)
+        if point.missed > TOLERANCE and not rescue and not self.budget.over:
+            held = sharpener.run(self._damped(y), only_feasible=True)
+            point = sharpener.run(held.y, within=True) if held.missed <= TOLERANCE else point
         if point.missed <= TOLERANCE and self.program.aim is not None:
             self.bar = min(self.bar, point.goal)
         return polished(
             self.program, point.y, (self.low, self.high), self._feasible, lambda y: self.judge.goal(self._x(y)).value
         )
+
+    def _damped(self, y: FloatArray) -> FloatArray:
+        """The start with no little damping: next to nothing of it bounds no stroke, and no slope in logs says so."""
+        damping = [axis.path.endswith(_DAMPING) and not axis.open_high for axis in self.program.axes]
+        return np.asarray(np.where(damping, np.maximum(y, self.high + np.log(_MUCH)), y))
 
     def _x(self, y: FloatArray) -> FloatArray:
         """Design at y: exactly on the ends of its ranges where it is next to them."""

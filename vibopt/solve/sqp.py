@@ -59,13 +59,16 @@ class Sqp:
     bar: float = np.inf
     guess: FloatArray | None = field(default=None, init=False)
 
-    def run(self, start: FloatArray, *, only_feasible: bool = False) -> Point:
-        """The best design reached from `start` (y); with `only_feasible` the first within the limits."""
+    def run(self, start: FloatArray, *, only_feasible: bool = False, within: bool = False) -> Point:
+        """The best design reached from `start` (y); with `only_feasible` the first within the limits.
+
+        A way `within` them stays next to those that hold at the start.
+        """
         if only_feasible and self.exact.program.aim is not None:
             exact = replace(self.exact, program=self.exact.program.aiming(None), known={})
             return Sqp(exact, self.rounds, self.hopeless).run(start, only_feasible=True)
         here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
-        for weight in (_LIGHT, 1e2, 1e5) if not only_feasible else (1e2,):
+        for weight in (1e2,) if only_feasible else (1e3, 1e5) if within else (_LIGHT, 1e2, 1e5):
             here = self._descend(here, weight, -_WITHIN if only_feasible else -np.inf)
             if here.missed <= 1e-7 or (here.missed > self.hopeless and weight > _LIGHT):
                 break
