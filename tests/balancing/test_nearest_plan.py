@@ -16,6 +16,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from rotor_jobs import FAN
 from texts import LEFT, MIDDLE, best, plane, reaction, table
 from texts import shaft as on_shaft
 from vibopt.answer.answer import Answer
@@ -224,3 +225,85 @@ def test_limits_that_are_missed_many_times_over_say_how_much_wider_they_have_to_
     assert found is not None
     a, b, total = map(float, found.groups())
     assert kept(20.0 * a, 20.0 * b, 900.0 * (1.0 + total / 100.0))
+
+
+HOLES = 'radius = "150 mm"\nholes = 8\nshelf = ["4 g", "8 g"]\nmost_weights = 2'
+ROTOR_LIMITS = {
+    "total": {"left": (0.7, "mil"), "total": (9.0, "g"), "cap": (12.0, "g")},
+    "cap": {"left": (2.0, "mil"), "total": (30.0, "g"), "cap": (5.0, "g")},
+}
+"""By the limit on weights that stands in the way: greatest values."""
+
+
+def rotor(narrow: str, holes: bool, bounds: dict[str, float] | None = None) -> Answer[Any]:
+    """The fan with a limit on what is left, one on all weights and one on a plane, at which not all can hold."""
+    limits = ROTOR_LIMITS[narrow]
+    kinds = ('"residual"', '"correction"\ntotal = true', '"correction"\nof = "left"')
+    tables = "".join(
+        f'[limits.{key}]\nresponse = {kind}\nat_most = "{(bounds or {}).get(key, bound)!r} {unit}"\n'
+        for kind, (key, (bound, unit)) in zip(kinds, limits.items(), strict=True)
+    )
+    text = FAN.replace('radius = "150 mm"', HOLES) if holes else FAN
+    return vo.explain(from_text(text + tables, "fan.toml"), thorough=True).answer
+
+
+def fan_choices() -> np.ndarray[Any, np.dtype[np.float64]]:
+    """What each choice of weights in holes leaves [mil], weighs [g], and weighs in the plane left [g]."""
+
+    def phasor(amplitude: float, angle: float) -> complex:
+        return complex(amplitude * np.exp(1j * np.radians(angle)))
+
+    found = np.array([phasor(8.6, 63), phasor(6.5, 206)])
+    left = (np.array([phasor(5.9, 123), phasor(4.5, 228)]) - found) / phasor(10, 270)
+    right = (np.array([phasor(6.2, 36), phasor(10.4, 162)]) - found) / phasor(12, 180)
+    singles = [(hole, mass) for hole in range(8) for mass in (4.0, 8.0)]
+    pairs = [(one, other) for one in singles for other in singles if one[0] < other[0]]
+    sets: list[tuple[tuple[int, float], ...]] = [(), *((one,) for one in singles), *pairs]
+    does = np.array([sum(phasor(mass, 45.0 * hole) for hole, mass in some) for some in sets])
+    mass = np.array([sum(mass for _, mass in some) for some in sets])
+    remains = abs(found[:, None, None] + left[:, None, None] * does[:, None] + right[:, None, None] * does).max(axis=0)
+    one, other = np.meshgrid(mass, mass, indexing="ij")
+    return np.array([remains.ravel(), (one + other).ravel(), one.ravel()])
+
+
+@pytest.mark.parametrize("narrow", ROTOR_LIMITS)
+def test_of_a_measured_rotor_limits_on_weights_are_loosened_too(narrow: str) -> None:
+    """Every choice of weights by itself: the least factor of all limits, and the least bound of each."""
+    limits = ROTOR_LIMITS[narrow]
+    answer = rotor(narrow, holes=True)
+    table, bounds = fan_choices(), np.array([[bound] for bound, _ in limits.values()])
+    assert answer.nearest is not None
+    assert answer.conflict is not None
+    factor = max(row.value.value / row.limit.value for row in answer.nearest.limits.values() if row.limit is not None)
+    assert factor == pytest.approx((table / bounds).max(axis=0).min(), rel=1e-6)
+    keeps = table <= bounds * (1.0 + 1e-9)
+    least = {
+        key: float(table[k, np.delete(keeps, k, axis=0).all(axis=0)].min(initial=np.inf))
+        for k, key in enumerate(limits)
+    }
+    steps = {name: then.value / now.value * limits[name][0] for name, now, then in answer.conflict.loosenings}
+    shared = set(answer.conflict.limits).intersection(*answer.conflict.others)
+    assert narrow in shared
+    assert set(steps) == {name for name in shared if np.isfinite(least[name])}
+    for name, value in steps.items():
+        assert value == pytest.approx(least[name], rel=1e-3)
+    parts = [value / limits[name][0] for name, value in steps.items()]
+    said = [one.split()[0] for one in answer.conflict.steps]
+    assert said == [name for _, name in sorted(zip(parts, steps, strict=True))]
+
+
+@pytest.mark.parametrize("narrow", ROTOR_LIMITS)
+def test_free_weights_need_the_bounds_that_are_told_and_no_less(narrow: str) -> None:
+    limits = ROTOR_LIMITS[narrow]
+    answer = rotor(narrow, holes=False)
+    assert answer.nearest is not None
+    assert answer.conflict is not None
+    factor = max(row.value.value / row.limit.value for row in answer.nearest.limits.values() if row.limit is not None)
+    every = {key: bound * factor for key, (bound, _) in limits.items()}
+    told = {name: then.value / now.value for name, now, then in answer.conflict.loosenings}
+    assert narrow in told
+    asked = [every, *({name: limits[name][0] * part / 1.0005} for name, part in told.items())]
+    for bounds in asked:
+        for part, good in ((1.0 + 1e-4, True), (1.0 - 1e-4, False)):
+            given = {key: bound * part for key, bound in bounds.items()}
+            assert (rotor(narrow, holes=False, bounds=given).status == "optimal") == good

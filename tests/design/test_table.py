@@ -103,5 +103,5 @@ def test_a_conflict_names_the_limits_and_the_smallest_loosening(solved: Solved) 
     text = text_of(design)
     assert "infeasible: no design meets all limits\n" in text
     assert 'These cannot hold together: "floor_force", "start_up".\n' in text
-    words = "Smallest loosening of one: start_up 20 mm -> 24 mm, or floor_force 10 kN -> 11.3 kN."
+    words = "Smallest loosening of one: floor_force 10 kN -> 11.3 kN, or start_up 20 mm -> 24 mm."
     assert words in " ".join(text.split())

@@ -204,21 +204,24 @@ class Conflict:
         return tuple(said)
 
     @property
-    def least(self) -> tuple[str, Entry, Entry] | None:
-        """The loosening that is the smallest part of its bound, by the weights of the limits; None without one."""
+    def by_size(self) -> list[tuple[str, Entry, Entry]]:
+        """The loosenings, the smallest part of its bound first, by the weights of the limits."""
 
         def part(one: tuple[str, Entry, Entry]) -> float:
             name, now, then = one
             return abs(then.value - now.value) / (abs(now.value) or 1.0) / self.soft.get(name, 1.0)
 
-        return min(self.loosenings, key=part, default=None)
+        return sorted(self.loosenings, key=part)
+
+    @property
+    def least(self) -> tuple[str, Entry, Entry] | None:
+        """The smallest of them; None without one."""
+        return next(iter(self.by_size), None)
 
     @property
     def steps(self) -> list[str]:
-        """Each loosening in words, "start_up 20 mm -> 24 mm"; where limits are weighed the smallest in front."""
-        least = self.least if self.soft else None
-        rows = sorted(self.loosenings, key=lambda one: one is not least) if least is not None else self.loosenings
-        return [f"{name} {now.shown} -> {then.shown}" for name, now, then in rows]
+        """Each loosening in words, "start_up 20 mm -> 24 mm", the smallest in front."""
+        return [f"{name} {now.shown} -> {then.shown}" for name, now, then in self.by_size]
 
     def to_json(self) -> dict[str, Any]:
         steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]

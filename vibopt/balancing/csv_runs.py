@@ -288,15 +288,22 @@ _WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")
 _ANGLES = {"phase": "angle"}
 _HEADING = re.compile(rf"([^\s\[\]()]+) ({'|'.join(_WHATS)}) \[([^\s\[\]()]+(?: [^\s\[\]()]+)*)\]")
 """Name, what and unit of most columns."""
+_PLAIN = re.compile(r"\s*[+-]?[\d.,]+\s*")
+_USUAL = {"mass": "g", "weight": "g", "unbalance": "g mm", "amplitude": "mil pp", "angle": "deg"}
+"""Units of examples, where no other column shows one."""
 _LETTER = re.compile("[A-Za-z]")
 _POINT = re.compile(r"\d\.\d")
 _COMMA = re.compile(r"\d,\d")
 
 
 def read_csv(
-    file: FilePath, planes: Iterable[str], sensors: Iterable[str], outer: Mistakes
+    file: FilePath, planes: Iterable[str], sensors: Mapping[str, object], outer: Mistakes
 ) -> tuple[list[dict[str, Any]], CsvMistakes]:
-    """Rows as [[runs]] tables, with the places of their values; what is wrong with the file itself goes to `outer`."""
+    """Rows as [[runs]] tables, with the places of their values; what is wrong with the file itself goes to `outer`.
+
+    sensors
+        Tables of those that the job names, which may tell the unit of a column.
+    """
     mistakes = CsvMistakes(file.name)
     try:
         sheet = sheet_of(file)
@@ -312,6 +319,8 @@ def read_csv(
     names = list(sensors) or [column.name for column in parts if column.what == "amplitude"]
     columns = mistakes.columns = _columns(parts, header_row, own, names, mistakes)
     _check_parts(columns, header_row, own, mistakes)
+    told = {name for name, table in sensors.items() if isinstance(table, Mapping) and "unit" in table}
+    _check_units([one for one in columns if one and one.what and one.name not in told], sheet, own, mistakes)
     if mistakes.found:
         return [], mistakes
     said = Cells(columns, own, sheet, _parts_thousands(sheet), _plain(columns, names))
@@ -391,6 +400,19 @@ def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[st
         if part == "angle" and (name, "amount") not in first:
             heading = f"{name} mass [g]" if name in planes else f"{name} amplitude [mil pp]"
             mistakes.add(("header", row), f'{column.place} has no column beside it for the size. Add one, "{heading}".')
+
+
+def _check_units(columns: Sequence[Column], sheet: Sheet, planes: Sequence[str], mistakes: CsvMistakes) -> None:
+    """A column of plain numbers has a unit in its heading: of each that has none it is said once, not in every row."""
+    (row, _), *body = sheet.rows
+    for column in columns:
+        at = column.index
+        if column.unit or not any(_PLAIN.fullmatch(cells[at]) for _, cells in body if at < len(cells)):
+            continue
+        beside = [one for one in columns if one.what == column.what and (one.name in planes) == (column.name in planes)]
+        unit = next((one.unit for one in beside if one.unit), _USUAL[column.what])
+        name = column.heading.strip()
+        mistakes.add(("header", row), f'heading "{name}" has no unit. Write "{name} [{unit}]".')
 
 
 def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:

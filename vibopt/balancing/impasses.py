@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
-from math import sqrt
+from math import inf, sqrt
 from typing import Any, Generic, Protocol, TypeVar
 
 from vibopt.answer.answer import Answer, Conflict, Least, Nearest
@@ -12,7 +12,6 @@ from vibopt.answer.clashes import every_clash
 from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.balancing.optimisers import THOROUGH, allowance
 from vibopt.balancing.rotor_tables import Bounded
-from vibopt.bracketing import narrowed
 from vibopt.records import dataclass
 from vibopt.values.soft import softness, widened
 from vibopt.work import Budget, late, metered
@@ -66,7 +65,7 @@ _OF_SETS = 0.2
 _CLOSE = 1e-6
 """Part by which a common factor of all bounds is known."""
 _WIDEST, _NARROWEST, _FURTHER = 1e12, 1e-9, 4.0
-_LOOSER = 1.0005
+LOOSER = 1.0005
 """So much wider a loosening is said than is needed at least: shown digits are fewer."""
 
 
@@ -79,33 +78,29 @@ class Narrowest(Generic[T]):
     proven: bool
 
 
-def narrowest(at: Callable[[float], T | None], budget: Budget) -> Narrowest[T] | None:
-    """The answer with the least factor of the bounds, by halving; None where there is none, or the work is done."""
+def narrowest(
+    at: Callable[[float], T | None], budget: Budget, needs: Callable[[T], float] | None = None
+) -> Narrowest[T] | None:
+    """The answer with the least factor of the bounds, by halving; None where there is none, or the work is done.
+
+    needs
+        The factor that an answer takes by itself, which may be less than the one at which it was found.
+    """
 
     def over() -> bool:
         return budget.over or late("the search for the nearest answer")
 
-    answers: dict[float, T] = {}
-
-    def kept(factor: float) -> bool:
+    best: T | None = None
+    low, high, place = 0.0, inf, 1.0
+    while place < _FURTHER * _WIDEST and high > max(low * (1.0 + _CLOSE), _NARROWEST) and not over():
         budget.spend()
-        found = at(factor)
-        answers.update({} if found is None else {factor: found})
-        return found is not None
-
-    def middle(high: float, low: float) -> list[float]:
-        return [sqrt(low * high)] if high > low * (1.0 + _CLOSE) and not over() else []
-
-    low, high = 0.0, 1.0
-    while high < _FURTHER * _WIDEST and not over() and not kept(high):
-        low, high = high, _FURTHER * high
-    while answers and low == 0.0 and high > _NARROWEST and not over():
-        low, high = (low, high / _FURTHER) if kept(high / _FURTHER) else (high / _FURTHER, high)
-    if not answers:
-        return None
-    if low > 0.0:
-        high, low = narrowed(lambda factors: [kept(factors[0])], high, low, middle)
-    return Narrowest(answers[high], high, high <= max(low * (1.0 + _CLOSE), _NARROWEST))
+        found = at(place)
+        if found is None:
+            low = place
+        else:
+            best, high = found, place if needs is None else min(place, max(needs(found), low))
+        place = _FURTHER * low if best is None else sqrt(low * high) if low else high / _FURTHER
+    return None if best is None else Narrowest(best, high, high <= max(low * (1.0 + _CLOSE), _NARROWEST))
 
 
 class Solved(Protocol):
@@ -173,14 +168,14 @@ class Asking(Generic[S, B]):
         table, every = self.limits[name], tuple(self.limits)
         if self.least is not None:
             bound = self.least(name)
-            if bound is None or self._kept({name: bound * _LOOSER}, every) is None:
+            if bound is None or self._kept({name: bound * LOOSER}, every) is None:
                 return None
         else:
             best = narrowest(lambda factor: self._kept({name: table.bound * factor}, every), self._answers)
             if best is None or not best.proven:
                 return None
             bound = table.bound * best.factor
-        now, then = (Entry(value, table.dimension, table.unit) for value in (table.bound, bound * _LOOSER))
+        now, then = (Entry(value, table.dimension, table.unit) for value in (table.bound, bound * LOOSER))
         return name, now, then
 
     def _nearest(self) -> Nearest | None:

@@ -69,7 +69,7 @@ def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | N
         return [], mistakes
     if "runs" in document:
         mistakes.add(("readings",), "the file has readings and [[runs]]. Keep one of them.")
-    planes, sensors = _names(document, "planes"), _names(document, "sensors")
+    planes, sensors = _named(document, "planes"), _named(document, "sensors")
     if both := sorted(set(planes) & set(sensors)):
         mistakes.add(
             ("sensors", both[0]), f'"{both[0]}" is a plane and a sensor: the CSV file could mean either. Rename one.'
@@ -157,7 +157,7 @@ def _is_plain(given: Any, speeds: Mapping[Any, Fact | None]) -> bool:
 
 def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
     """The runs with their readings as arrays, where all of them have the same sensors and units."""
-    names = tuple(_names(document, "sensors") or raws[0].readings) if raws else ()
+    names = tuple(_named(document, "sensors") or raws[0].readings) if raws else ()
     if not all(type(raw.readings) is dict and raw.readings.keys() == set(names) for raw in raws):
         return raws
     found = phasors(names, [[raw.readings[name] for name in names] for raw in raws])
@@ -190,9 +190,9 @@ def _mapping(path: Path, given: object, mistakes: Mistakes, example: str) -> Map
     return {}
 
 
-def _names(document: Mapping[str, Any], family: str) -> list[str]:
+def _named(document: Mapping[str, Any], family: str) -> Mapping[str, Any]:
     tables = document.get(family, {})
-    return list(tables) if isinstance(tables, Mapping) else []
+    return tables if isinstance(tables, Mapping) else {}
 
 
 Readings = tuple[list[Sensor], list[ComplexArray], list[str], list[Written | None]]

@@ -9,9 +9,9 @@ import numpy as np
 
 from vibopt.answer.answer import Conflict, Least, Nearest
 from vibopt.answer.entry import Checked, Entry, at_most
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.balancing.fitting import fitting_of, greatest_readings, put_back
-from vibopt.balancing.impasses import Step, clash, narrowest
+from vibopt.balancing.impasses import LOOSER, Step, clash, narrowest
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import allowance, solve_question
 from vibopt.balancing.plan_values import todo
@@ -98,40 +98,67 @@ def impasse(job: RotorJob, posed: Posed, solved: Solved, *, thorough: bool = Fal
         return solve_question(with_limits(job.limited_to(kept), posed)).status != "infeasible"
 
     budget = allowance(thorough)
-    most = None if thorough or not posed.question.is_search else float(budget.most)
     return clash(
-        [limit.name for limit in limits], possible, lambda names: loosenings(job, posed, names, most),
+        [limit.name for limit in limits], possible, lambda names: loosenings(job, posed, names, allowance(thorough)),
         solved.claim, 1 + len(limits) + len(job.residual_limits), solved.work, budget,
         softness({limit.name: limit for limit in limits}),
     )  # fmt: skip
 
 
-def loosenings(job: RotorJob, posed: Posed, names: Sequence[str], most: float | None = None) -> list[Step]:
-    """(limit, bound now, bound that makes the job possible) for limits on the residual, by name, that help alone.
+def loosenings(job: RotorJob, posed: Posed, names: Sequence[str], budget: Budget) -> list[Step]:
+    """(limit, bound now, bound that makes the job possible) for the limits, by name, that help alone.
 
-    Of lists only what is proven to be the least, each within `most` work [nominal ms].
+    Only what is proven to be the least, each within the work of `budget`.
     """
     found = []
-    for limit in [one for one in job.residual_limits if one.name in names]:
-        rows = rows_of(job, limit.sensor, limit.speed)
-        others = tuple(one for one in job.residual_limits if one is not limit)
-        free = with_limits(replace(job, residual_limits=others), posed)
-        importance = np.zeros(free.n_readings)
-        importance[np.isin(np.arange(free.n_readings) % posed.n_rows, rows)] = 1.0
-        solved = solve_question(replace(free, importance=importance, goal="worst"), most)
-        proven = solved.status == "optimal" or not free.is_search
-        if solved.u is None or not proven or not solved.value > limit.at_most:
-            continue
-        dimension = job.sensors[job.readings[rows[0]][1]].dimension
-        now, then = (Entry(value, dimension, limit.unit) for value in (limit.at_most, solved.value * 1.0005))
-        found.append((limit.name, now, then))
+    for limit in [one for one in job.every_limit if one.name in names]:
+        least = _least_residual if isinstance(limit, ResidualLimit) else _least_cap
+        value = least(job, posed, limit, replace(budget))
+        if value is not None and value > limit.at_most:
+            dimension = measured(job, posed, limit, np.zeros(len(job.planes), dtype=complex)).value.dimension
+            now, then = (Entry(one, dimension, limit.unit) for one in (limit.at_most, value * LOOSER))
+            found.append((limit.name, now, then))
     return found
+
+
+def _least_residual(job: RotorJob, posed: Posed, limit: Limit, budget: Budget) -> float | None:
+    """The least bound [SI peak] of a limit on what is left with which the others hold; None where it is not known."""
+    assert isinstance(limit, ResidualLimit)
+    free = with_limits(replace(job, residual_limits=tuple(x for x in job.residual_limits if x is not limit)), posed)
+    solved = _least(free, _where(job, posed, limit), budget, free.limits)
+    return solved.value if solved.u is not None and (solved.status == "optimal" or not free.is_search) else None
+
+
+def _least_cap(job: RotorJob, posed: Posed, limit: Limit, budget: Budget) -> float | None:
+    """The same of a limit on what is fitted [kg; kg m]."""
+
+    def at(factor: float) -> Solved | None:
+        solved = _within(with_limits(_widened(job, {limit.name: factor}), posed), budget)
+        return solved if solved.u is not None else None
+
+    best = narrowest(at, budget, lambda solved: _taken(job, posed, solved, (limit,)))
+    return limit.at_most * best.factor if best is not None and best.proven else None
+
+
+def _taken(job: RotorJob, posed: Posed, solved: Solved, limits: Sequence[Limit]) -> float:
+    """The greatest factor by which bounds would have to be wider for an answer, by the weights of the limits."""
+    assert solved.u is not None
+    there = posed.chosen_only(solved.chosen)
+    parts = [(-measured(job, there, limit, solved.u).margin, getattr(limit, "soft", None) or 1.0) for limit in limits]
+    return max(1.0 + part / (soft if part > 0.0 else 1.0) for part, soft in parts)
+
+
+def _widened(job: RotorJob, factors: Mapping[str, float]) -> RotorJob:
+    """The same with bounds of limits, by name, multiplied."""
+    residual = tuple(replace(one, at_most=one.at_most * factors.get(one.name, 1.0)) for one in job.residual_limits)
+    fitted = tuple(replace(one, at_most=one.at_most * factors.get(one.name, 1.0)) for one in job.correction_limits)
+    return replace(job, residual_limits=residual, correction_limits=fitted)
 
 
 def nearest_plan(
     job: RotorJob, identified: Identified, posed: Posed, solved: Solved, *, thorough: bool = False
 ) -> Nearest | None:
-    """The plan that misses the limits on residuals least, all others kept.
+    """The plan that misses the limits least, on what is left and on what is fitted alike.
 
     None where there is no limit on a residual, where it would take more than the prices of an answer may, and where
     the simulated rotor does not show what the plan says.
@@ -143,9 +170,8 @@ def nearest_plan(
     asked = np.isfinite(bound) & (bound > 0.0)
     if not asked.any():
         return None
-    importance = np.where(asked, 1.0 / np.where(asked, bound, 1.0), 0.0)
     soft = softness({limit.name: limit for limit in job.residual_limits})
-    best = _least(posed.question, importance, budget) if not soft else _weighed(job, posed, importance, budget)
+    best = _least_common(job, posed, asked, budget)
     if best is None or best.u is None:
         return None
     there = posed.chosen_only(best.chosen)
@@ -162,28 +188,42 @@ def nearest_plan(
     return Nearest(words=todo(job, fitting), values=fitting.entries(), limits=rows, least=least, left=left, soft=soft)
 
 
-def _weighed(job: RotorJob, posed: Posed, importance: FloatArray, budget: Budget) -> Solved | None:
-    """The least of the worst, the limits widened by their weights; None where the work is done before one is found."""
-    rows = np.arange(len(importance)) % posed.n_rows
+def _least_common(job: RotorJob, posed: Posed, asked: BoolArray, budget: Budget) -> Solved | None:
+    """The least of the worst of the rows `asked`, every limit widened by its weight; None where the work is done."""
+    limits = [limit for limit in job.every_limit if limit.at_most > 0.0]
 
     def at(factor: float) -> Solved | None:
-        wide = [
-            replace(limit, at_most=limit.at_most * widened(factor, limit.soft or 1.0)) for limit in job.residual_limits
-        ]
-        bounds = row_limits(replace(job, residual_limits=tuple(wide)))[rows]
-        solved = _least(posed.question, np.where(importance > 0.0, 1.0 / bounds, 0.0), budget)
+        wide = _widened(job, {one.name: widened(factor, getattr(one, "soft", None) or 1.0) for one in limits})
+        question = with_limits(wide, posed)
+        solved = _least(question, np.where(asked, 1.0 / np.where(asked, question.limits, 1.0), 0.0), budget)
         return solved if solved.u is not None and solved.value <= 1.0 + _CLOSE else None
 
-    found = narrowest(at, budget)
-    return None if found is None else found.found
+    if not any(isinstance(limit, CorrectionLimit) or limit.soft for limit in limits):
+        bound = posed.question.limits
+        return _least(posed.question, np.where(asked, 1.0 / np.where(asked, bound, 1.0), 0.0), budget)
+    found = narrowest(at, budget, lambda solved: _taken(job, posed, solved, limits))
+    return found.found if found is not None and found.proven else None
 
 
-def _least(question: Question, importance: object, budget: Budget) -> Solved:
-    """Without limits on residuals, the least of the greatest amplitude times its importance, in what work is left."""
-    free = np.full(len(question.limits), np.inf)
-    asked = replace(question, limits=free, importance=np.asarray(importance, dtype=float), goal="worst")
+def _where(job: RotorJob, posed: Posed, limit: ResidualLimit) -> FloatArray:
+    """One at each reading of a limit, nothing elsewhere (n_readings,)."""
+    rows = np.arange(len(posed.question.limits)) % posed.n_rows
+    return np.isin(rows, rows_of(job, limit.sensor, limit.speed)).astype(float)
+
+
+def _least(question: Question, importance: FloatArray, budget: Budget, limits: FloatArray | None = None) -> Solved:
+    """The least of the greatest amplitude times its importance under other limits on residuals, none of them if None.
+
+    In what work is left.
+    """
+    free = np.full(len(question.limits), np.inf) if limits is None else limits
+    return _within(replace(question, limits=free, importance=importance, goal="worst"), budget)
+
+
+def _within(question: Question, budget: Budget) -> Solved:
+    """The answer in what work is left."""
     endless = not question.is_search or budget.most > 1e9
-    solved = solve_question(asked, None if endless else max(float(budget.most - budget.spent), 1.0))
+    solved = solve_question(question, None if endless else max(float(budget.most - budget.spent), 1.0))
     budget.spend(int(np.ceil(solved.work)))
     return solved
 
@@ -192,8 +232,7 @@ def _alone(job: RotorJob, posed: Posed, limit: ResidualLimit, budget: Budget) ->
     """What one limit could be, within the caps of the planes; None where the work is done."""
     if budget.over:
         return None
-    rows = np.arange(len(posed.question.limits)) % posed.n_rows
-    best = _least(posed.question, np.isin(rows, rows_of(job, limit.sensor, limit.speed)).astype(float), budget)
+    best = _least(posed.question, _where(job, posed, limit), budget)
     if best.u is None:
         return None
     row = measured(job, posed.chosen_only(best.chosen), limit, best.u, greatest_readings(job))
