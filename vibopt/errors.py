@@ -171,12 +171,15 @@ class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than
 
 _ONE = {"boxes": "box", "batches": "batch", "classes": "class", "frequencies": "frequency", "ms": "ms"}
 """Words whose plural has more than an s."""
+_LARGE, _COUNTLESS = ((1e12, " trillion"), (1e9, " billion"), (1e6, " million")), 1e15
 
 
 def counted(count: float, things: str) -> str:
     """So many of something: "1 box", "3 boxes"; `things` in the plural, "sets of runs" too."""
     if count != 1:
-        return f"{count:.6g} {things}" if isinstance(count, float) else f"{count} {things}"
+        size, word = next((pair for pair in _LARGE if pair[0] <= count < _COUNTLESS), (1.0, ""))
+        shown = f"{count / size:.{3 if word else 6}g}{word}" if isinstance(count, float) else f"{count}"
+        return f"{shown} {things}"
     head, sign, rest = re.fullmatch(r"(.*?)( (?:of|at|with)\b|$)(.*)", things, re.DOTALL).groups()  # type: ignore[union-attr]
     front, _, last = head.rpartition(" ")
     return " ".join(filter(None, ("1", front, _ONE.get(last, last.removesuffix("s"))))) + sign + rest

@@ -504,8 +504,8 @@ def test_a_search_that_is_stopped_says_its_gap() -> None:
     assert solved.status == "feasible"
     assert solved.gap > 0
     assert solved.claim == (
-        f"stopped after {counted(solved.details['boxes'], 'boxes')}; of the {float(len(options.masses)) ** 6:.6g} "
-        f"choices none is better by more than {100 * solved.gap:.3g} %"
+        f"stopped after {counted(solved.details['boxes'], 'boxes')}; of the "
+        f"{counted(float(len(options.masses)) ** 6, 'choices')} none is better by more than {100 * solved.gap:.3g} %"
     )
 
 

@@ -208,7 +208,8 @@ def test_a_reading_may_repeat_the_unit_of_its_heading_and_no_other(
     [
         (1, "boxes", "1 box"), (2, "boxes", "2 boxes"), (0, "slices", "0 slices"), (1, "sets of runs", "1 set of runs"),
         (1, "exact measurements", "1 exact measurement"), (1.0, "choices", "1 choice"),
-        (2.5e9, "choices", "2.5e+09 choices"),
+        (2.5e9, "choices", "2.5 billion choices"), (9.26633e7, "choices", "92.7 million choices"),
+        (123456.0, "choices", "123456 choices"), (2.5e17, "choices", "2.5e+17 choices"),
         (1, "looks at worst machines", "1 look at worst machines"), (1, "batches of machines", "1 batch of machines"),
     ],
 )  # fmt: skip

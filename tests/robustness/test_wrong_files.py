@@ -249,7 +249,16 @@ FILES = {
         b"# later\n\n", 'file.toml is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".'
     ),
     "binary": (bytes(range(256)) * 40, "file.toml is not a text in UTF-8. A problem file is a TOML text file."),
-    "utf-16": (GOOD.encode("utf-16"), "file.toml is not a text in UTF-8. A problem file is a TOML text file."),
+    "utf-16": (GOOD.encode("utf-16"), "file.toml is a text in UTF-16. Save it as UTF-8."),
+    "latin-1": (
+        GOOD.replace('"100 kg"', '"100 kg\u00e4"').encode("latin-1"),
+        "file.toml line 4: holds a sign that is not written in UTF-8. Save the file as UTF-8.",
+    ),
+    "umlaut": (
+        b"[bodies.gr\xc3\xb6\xc3\x9fe]\nmass = 1\n",
+        "file.toml line 1: is no valid TOML: Expected ']' at the end of a table declaration. A name with other signs "
+        'than letters without accents, digits, - and _ stands in quotation marks: [bodies."gr\u00f6\u00dfe"].',
+    ),
     "10 MB": (b"#" * 10_000_000, "file.toml has 10.0 MB; a problem file has at most 2 MB."),
     "nested": (b"a = " + b"[" * 5000 + b"]" * 5000, "file.toml: is nested too deeply for a problem file."),
     "key twice": (

@@ -96,8 +96,19 @@ WRONG = [
         "between",
         'dynamic_to_static = { value = 1.4, tolerance = "5 %" }\nbetween',
         'line 4: links.mount.dynamic_to_static = { value = 1.4, tolerance = "5 %" } has a tolerance, but is taken '
-        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of machines have one. "
-        "Write the value alone; vibopt sweep FILE --keep-design tells what it does when it is off.",
+        "as it is said: of a machine only masses, moments of inertia, stiffnesses, dampings and diameters may have "
+        "one. Write the value alone; vibopt sweep FILE --vary of this value with --keep-design tells what it does when "
+        "it is off.",
+    ),
+    (
+        "between",
+        "tolerance = 15\nbetween",
+        'line 4: links.mount.tolerance = 15 has a tolerance of 15, which is 1500 %. Write "15 %".',
+    ),
+    (
+        "between",
+        "tolerance = { normal = 5 }\nbetween",
+        'line 4: links.mount.tolerance = { normal = 5 } has a tolerance of 5, which is 500 %. Write "5 %".',
     ),
     (
         "between",
@@ -109,8 +120,9 @@ WRONG = [
         'amplitude = "30 kN"',
         'amplitude = { value = "30 kN", tolerance = "5 %" }',
         'line 10: excitations.press.amplitude = { value = "30 kN", tolerance = "5 %" } has a tolerance, but is taken '
-        "as it is said: masses and their moments of inertia, stiffnesses, dampings and diameters of machines have one. "
-        "Write the value alone; vibopt sweep FILE --keep-design tells what it does when it is off.",
+        "as it is said: of a machine only masses, moments of inertia, stiffnesses, dampings and diameters may have "
+        "one. Write the value alone; vibopt sweep FILE --vary of this value with --keep-design tells what it does when "
+        "it is off.",
     ),
     (
         'speed = "3000 rpm"',

@@ -29,6 +29,7 @@ def html(
     answer: Answer[Any],
     *,
     changes: Sequence[str] = (),
+    digests: Mapping[str, str] | None = None,
     on: date | None = None,
     also: Pairs | None = None,
     sheet: bool = False,
@@ -42,6 +43,8 @@ def html(
         Of any kind of job; what it lacks is left out of the page.
     changes
         What was set on the command line beside the file, to be said on the page.
+    digests
+        SHA-256 of the problem file and of the files it reads, by their names.
     on
         Date of the page; today if None.
     also
@@ -57,8 +60,19 @@ def html(
     environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
     template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     words = _words(answer, sheet, also or ())
-    said = {"changes": list(changes), "date": (on or date.today()).isoformat(), "sheet": sheet, "version": version()}
+    said = {
+        "changes": list(changes),
+        "digests": shown_digests(digests),
+        "date": (on or date.today()).isoformat(),
+        "sheet": sheet,
+        "version": version(),
+    }
     return template.render(**words, **said, room=_room(words), paper=paper)
+
+
+def shown_digests(digests: Mapping[str, str] | None) -> list[tuple[str, str]]:
+    """The first 16 digits of each in fours, by name."""
+    return [(name, " ".join(one[i : i + 4] for i in (0, 4, 8, 12))) for name, one in (digests or {}).items()]
 
 
 def _room(words: Mapping[str, Any]) -> float:

@@ -301,9 +301,10 @@ def _sheet(asked: Asked, answer: Answer[Any], program: str, target: Path, paper:
     from vibopt.jobs import is_scene
     from vibopt.report.sheet import digests_of, html, printed
 
-    if not is_scene(answer.job):
-        return _paged(page_of(answer, changes=asked.changes, sheet=True, paper=paper), program, target)
     digests = digests_of(asked.file, answer.job)
+    if not is_scene(answer.job):
+        page = page_of(answer, changes=asked.changes, digests=digests, sheet=True, paper=paper)
+        return _paged(page, program, target)
     if program:
         return printed(answer, program, str(target), digests=digests, changes=asked.changes, paper=paper)
     return html(answer, digests=digests, changes=asked.changes, paper=paper).encode()

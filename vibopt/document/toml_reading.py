@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import re
-from codecs import BOM_UTF8
+from codecs import BOM_UTF8, BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator, Mapping
 from itertools import chain
 from pathlib import Path as FilePath
@@ -119,14 +119,20 @@ def _placed(table: Any, folder: FilePath) -> Any:
 def text_of(file: FilePath) -> str:
     """The text of a problem file; InputError where it cannot be read."""
     try:
-        return content_of(file, PROBLEM).removeprefix(BOM_UTF8).decode()
+        content = content_of(file, PROBLEM).removeprefix(BOM_UTF8)
+        return content.decode()
     except FileFault as fault:
         name = file if fault.missing or fault.folder else file.name
         raise InputError(f"{shown_name(name)} {fault.text}") from None
-    except UnicodeDecodeError:
-        raise InputError(
-            f"{shown_name(file.name)} is not a text in UTF-8. A problem file is a TOML text file."
-        ) from None
+    except UnicodeDecodeError as error:
+        if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+            said = " is a text in UTF-16. Save it as UTF-8."
+        elif b"\0" in content:
+            said = " is not a text in UTF-8. A problem file is a TOML text file."
+        else:
+            line = content[: error.start].count(b"\n") + 1
+            said = f" line {line}: holds a sign that is not written in UTF-8. Save the file as UTF-8."
+        raise InputError(f"{shown_name(file.name)}{said}") from None
 
 
 def parsed(text: str, name: str) -> dict[str, Any]:
@@ -184,7 +190,20 @@ def _broken(text: str, name: str, complaint: str) -> str:
         key = named[1] if named else _key_of(lines[number - 1])
         key = shortened(key, 60) if re.search(_TABLE, text) else "a key"
         return f"{name} line {number}: {key} is given a second time. Keep one, or take another name."
-    return f"{name} line {number}: is no valid TOML: {what}.{_HINTS.get(what, '')}"
+    return f"{name} line {number}: is no valid TOML: {what}.{_HINTS.get(what, '') or _quoted(lines[number - 1])}"
+
+
+def _quoted(line: str) -> str:
+    """The way out of a heading with a name that TOML knows in quotation marks alone; "" of any other line."""
+    heading = re.match(r"\s*(\[\[?)([^\[\]\"']+)(\]\]?)", line)
+    steps = [step.strip() for step in heading[2].split(".")] if heading else []
+    if not heading or all(re.fullmatch(r"[A-Za-z0-9_-]+", step) for step in steps):
+        return ""
+    right = ".".join(step if re.fullmatch(r"[A-Za-z0-9_-]+", step) else f'"{step}"' for step in steps)
+    return (
+        " A name with other signs than letters without accents, digits, - and _ stands in quotation marks: "
+        f"{heading[1]}{right}{heading[3]}."
+    )
 
 
 def _key_of(line: str) -> str:

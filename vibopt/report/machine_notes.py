@@ -40,6 +40,8 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
     for name, excitation in scene.excitations.items():
         if excitation.variation is None and not excitation.inherent and not excitation.speed.is_one_speed:
             notes.append(f"excitations.{name}: the amplitude is taken as the same at each of its own speeds.")
+        if excitation.speed.highest == 0.0 and (excitation.inherent or excitation.begins_at_rest):
+            notes.append(f"excitations.{name}: it turns at 0 rpm, where its force is zero: it shakes nothing.")
         if excitation.remark:
             notes.append(f"excitations.{name}: {excitation.remark}")
     notes += alike(scene)
@@ -186,13 +188,15 @@ def needless(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 
 def soft_floor(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
-    """A warning of bodies that are held less than ten times as stiffly as what stands on them."""
+    """A warning of bodies that are held less than ten times as stiffly as what stands on them, beams apart."""
     machine = machine_of(scene, chosen)
     mounts = [joint for joint in machine.joints if joint.name not in machine.tuned]
+    beams = {name for name, link in scene.links.items() if link.beam is not None}
     softest: dict[str, tuple[float, str]] = {}
     for mount in mounts:
         floor = mount.ends[1]
-        if mount.stiffness == 0.0 or not all(machine.masses.get(one) for one in (floor, mount.ends[0])):
+        stands = mount.stiffness > 0.0 and mount.name not in beams
+        if not stands or not all(machine.masses.get(one) for one in (floor, mount.ends[0])):
             continue
         under = sum(one.stiffness for one in mounts if floor in one.ends and one is not mount)
         if 0.0 < under < 10.0 * mount.stiffness:

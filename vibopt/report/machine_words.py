@@ -49,7 +49,8 @@ def goal_words(design: Design) -> str:
     what = spoken(response.response, place_of(response))
     if "rounded" in design.details and design.status != "optimal":
         return f"{what} is {design.goal[1].shown} with rounded values"
-    return f"{best} {what} is {design.goal[1].shown}"
+    worst = design.tolerances is not None and design.tolerances.goal_off
+    return f"{best} {what} is {design.goal[1].shown}{' in the worst machine' if worst else ''}"
 
 
 def verdict(design: Design) -> str:

@@ -127,6 +127,7 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes, br
 def _moved(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
     name = dotted(path)
     held = not any(one.startswith(("links", "mounts", "absorbers", "structures", "rotors")) for one in broken)
+    held = held and set().union(*places.ends(scene).values()) <= set(places.points(scene))
     if response.sags and held:
         _sags(scene, path, name, next(place for place, _ in response.places().values()), mistakes)
     fits = check_random(scene, path, response, mistakes, broken)

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterator, Mapping, Sequence
 
 from vibopt.answer.entry import Checked, Entry
 from vibopt.program.program import Program
 from vibopt.records import dataclass
-from vibopt.report.machine_notes import notes_of
+from vibopt.report.machine_notes import notes_of, static_shapes
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.one_range import Permitted, permitted
 from vibopt.verify.checked import Built, disagreement
 
+_SHAPES = " for beams in their static shape, the model in the note below"
+_NUMBER = re.compile(r"\d[\d.e+-]*")
 _NEAR = 1e-6
 """Part of a bound within which the limit that ends an interval must be met as measured."""
 _BESIDE, _LEAPS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5), 1e-3
@@ -74,9 +77,10 @@ def permitted_values(scene: Scene, program: Program) -> Design:
     wrong += [one.value.shown for one in ends if found.complete and not one.as_found]
     alone = [f"the limits hold on one of model and machine as built alone at {', '.join(wrong)}"] if wrong else []
     doubt = disagreement(*(one.rows for one in ends), besides=alone)
-    claim, complete = _claim(program, found, variable.path, any(one.leaps for one in ends))
+    near = any(static_shapes(scene, {variable.path: one.value.value}) for one in ends)
+    claim, complete = _claim(program, found, variable.path, any(one.leaps for one in ends), _SHAPES if near else "")
     proven, unsettled = ("met", "feasible") if intervals else ("infeasible", "unproven")
-    notes = [note for one in ends for note in notes_of(scene, {variable.path: one.value.value})]
+    notes = [(one.value.shown, note) for one in ends for note in notes_of(scene, {variable.path: one.value.value})]
     return Design(
         job=scene,
         status="check_failed" if doubt else proven if complete else unsettled,
@@ -84,15 +88,25 @@ def permitted_values(scene: Scene, program: Program) -> Design:
         method="one_range",
         found=None if doubt else tuple((low.value, high.value) for low, high in intervals),
         details={} if doubt else {"ends": intervals},
-        notes=tuple({note.partition(". ")[0]: note for note in reversed(notes)}.values())[::-1],
+        notes=_said_once(notes),
     )
 
 
-def _claim(program: Program, permitted: Permitted, path: str, leaps: bool) -> tuple[str, bool]:
+def _said_once(notes: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """The notes of all ends, those that differ by numbers alone with the first end of which they are said."""
+    alike: dict[str, list[tuple[str, str]]] = {}
+    for place, note in notes:
+        alike.setdefault(_NUMBER.sub("", note.partition(". ")[0]), []).append((place, note))
+    return tuple(
+        one[0][1] if len({note for _, note in one}) == 1 else f"At {one[0][0]}, {one[0][1]}" for one in alike.values()
+    )
+
+
+def _claim(program: Program, permitted: Permitted, path: str, leaps: bool, model: str) -> tuple[str, bool]:
     """How the set was found, and whether it is proven."""
     if not permitted.complete:
         return f"the limits were followed over the range of {path}, but part of it was not settled", False
-    claim = f"every limit was followed over the whole range of {path}, and each end is exact"
+    claim = f"every limit was followed over the whole range of {path}, and each end is exact{model}"
     claim += ", or just inside of one where a limit leaps" if leaps else ""
     searched = sorted({limit.form.searched for limit in program.limits} - {""})
     return (f"{claim}; {', '.join(searched)} and not proven", False) if searched else (claim, True)

@@ -403,9 +403,9 @@ def _read_off(rule: Rule, given: Mapping[str, object]) -> Value:
         raise QuantityError("has a tolerance, but a count is built as it is said. Remove the tolerance.")
     if not rule.may_be_off:
         raise QuantityError(
-            "has a tolerance, but is taken as it is said: masses and their moments of inertia, stiffnesses, dampings "
-            "and diameters of machines have one. Write the value alone; vibopt sweep FILE --keep-design tells what it "
-            "does when it is off."
+            "has a tolerance, but is taken as it is said: of a machine only masses, moments of inertia, stiffnesses, "
+            "dampings and diameters may have one. Write the value alone; vibopt sweep FILE --vary of this value with "
+            "--keep-design tells what it does when it is off."
         )
     if "tolerance" not in given:
         raise QuantityError('has a value without a tolerance. Add tolerance = "5 %", or write the value alone.')

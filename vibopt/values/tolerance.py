@@ -105,6 +105,8 @@ def _part(given: object) -> float:
         raise QuantityError(f"has a tolerance in dB. {_WAY_OUT}")
     if isinstance(given, (Mapping, list, bool)):
         raise QuantityError(f"has a tolerance that is no number. {_WAY_OUT}")
+    if isinstance(given, (int, float)) and 1.0 <= given < 100.0:
+        raise QuantityError(f'has a tolerance of {given:g}, which is {100.0 * given:g} %. Write "{given:g} %".')
     try:
         return read_quantity(given, "ratio").value
     except QuantityError:

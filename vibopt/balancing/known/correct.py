@@ -32,6 +32,8 @@ AS_WRITTEN = Conventions("", "", WITH, "pk", "")
 """Angles of known masses have one sense throughout, so none has to be turned round."""
 _ROUNDING = 1e-12
 _TRACE = 1e-7
+_LEFT_OPEN = 1e-8
+"""Part of the greatest unbalance that a program leaves open: less of a weight is none."""
 """Part of the greatest unbalance below which a search may mean none: gaps are closed to about so much."""
 
 
@@ -58,7 +60,7 @@ class Correction:
 def correct(job: KnownJob, solver: Solver | None = None) -> Correction:
     """The best correction as weights, under the goal and the limits of the job; `solver` answers its question."""
     correction, options = _corrected(job, solver)
-    tiny = NOTHING * _greatest(job, correction.u)
+    tiny = (_LEFT_OPEN if correction.way == "program" else NOTHING) * _greatest(job, correction.u)
     return replace(correction, planes=fitted_planes(job.planes, AS_WRITTEN, correction.u, options, tiny))
 
 

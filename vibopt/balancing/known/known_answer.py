@@ -29,6 +29,8 @@ from vibopt.records import dataclass
 from vibopt.work import metered
 
 _TINY, _OPEN = 1e-9, 1e-10
+_WORSE = 1e-3
+"""Part by which a bearing is loaded more for that to be said."""
 
 
 def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None = None) -> Answer[KnownJob]:
@@ -208,6 +210,19 @@ def _held(job: KnownJob, correction: Correction, left: Left, name: str, table: K
     return at_most(name, table.response, place, Entry(float(value), table.dimension, table.unit), bound)
 
 
+def _worse(job: KnownJob, correction: Correction) -> list[str]:
+    """Bearings that the correction loads more than the shaft did as found, of which no limit speaks."""
+    limited = {limit.of for limit in job.limits.values() if limit.response == "bearing_reaction"}
+    found, after = (Left.of(job, u).reactions for u in (0.0 * correction.u, correction.u))
+    return [
+        f"Bearing {name} is loaded more than as found: {Entry(abs(found[name]), 'force').shown} -> "
+        f'{Entry(abs(force), "force").shown}. To forbid it, add a limit with response = "bearing_reaction" and '
+        f'of = "{name}".'
+        for name, force in after.items()
+        if abs(force) > (1.0 + _WORSE) * abs(found[name]) and not limited & {name, None}
+    ]
+
+
 def _notes(job: KnownJob, correction: Correction) -> tuple[str, ...]:
     """What must be known to use the answer."""
     notes = []
@@ -219,6 +234,7 @@ def _notes(job: KnownJob, correction: Correction) -> tuple[str, ...]:
         notes.append(
             f"Without bearings the couple is taken about the middle of all masses and planes{ends if goal else ''}."
         )
+    notes += _worse(job, correction)
     static, couple = left_over(job, correction.u)
     size = float(abs(unbalances(job)).sum())
     complete = job.goal is not None and job.goal.minimise in ("unbalance", "reaction")

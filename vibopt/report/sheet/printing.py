@@ -10,11 +10,11 @@ import tempfile
 from hashlib import sha256
 from pathlib import Path
 
+from vibopt.answer.answer import Asked
 from vibopt.document.toml_reading import FileText, texts_of
 from vibopt.errors import InputError
 from vibopt.files.marks import PDF_MARK
 from vibopt.files.reading import FileFault, Kind, content_of
-from vibopt.scene.scene import Scene
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 PATIENCE = 60.0
@@ -97,10 +97,10 @@ def pages_of(content: bytes) -> int:
 _ANY = Kind("a file", 1_000_000_000, "", "")
 
 
-def digests_of(path: str | Path, scene: Scene) -> dict[str, str]:
+def digests_of(path: str | Path, job: Asked) -> dict[str, str]:
     """SHA-256 [hex] of a problem file and of the catalogues and matrix files that it names, by name."""
     files = {Path(path).name: Path(path)}
-    files |= {str(one): one.folder / one for one in texts_of(scene.document) if isinstance(one, FileText)}
+    files |= {str(one): one.folder / one for one in texts_of(job.document) if isinstance(one, FileText)}
     found = {}
     for name, file in files.items():
         try:

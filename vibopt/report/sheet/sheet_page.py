@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.answer_page import inline, version
+from vibopt.answer.answer_page import inline, shown_digests, version
 from vibopt.answer.blocks import Block
 from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
@@ -84,7 +84,7 @@ def html(
 
 def _said(design: Design, digests: Mapping[str, str] | None, changes: Sequence[str], on: date | None) -> dict[str, Any]:
     return _words(design) | {
-        "digests": [(name, " ".join(one[i : i + 4] for i in (0, 4, 8, 12))) for name, one in (digests or {}).items()],
+        "digests": shown_digests(digests),
         "changes": list(changes),
         "date": (on or date.today()).isoformat(),
     }
