@@ -118,7 +118,7 @@ def test_one_edge_is_told_where_a_limit_begins_to_hold_and_which_limit_it_is() -
     scene = from_text(shaken_fan({"stiffness": "98 kN/m"}, held, bounded))
     found = sweep(scene, "links.stop.stiffness", "0.5 kN/m..20 kN/m", 3)
     (edge,) = found.boundaries
-    assert (edge.before, edge.after) == (("violated", ("note",)), ("met", ()))
+    assert (edge.before, edge.after) == (("violated", ("note",), ()), ("met", (), ()))
     assert edge.at == pytest.approx(100.0 * (10.0 * np.pi) ** 2 - 98e3, rel=2e-6)
     assert change_words(edge) == "holds; below, note broken"
 
@@ -151,3 +151,24 @@ def test_where_a_measured_bound_is_met_few_answers_say(monkeypatch: pytest.Monke
     assert (edge.before[0], edge.after[0], edge.wide) == ("met", "violated", False)
     assert before >= 0.0 > after
     assert sum(asked) <= 11  # halves took 20
+
+
+def test_where_another_part_or_number_of_parts_takes_over_is_told_and_drawn_as_a_step() -> None:
+    """Between two of the places the answer is one: solved again anywhere, it costs what the step shows."""
+    scene = from_text(
+        'bodies.fan = { mass = "850 kg" }\n'
+        'links.mount = { between = ["fan", "ground"], damping_ratio = 0.05, '
+        'stiffness = { one_of = ["100 kN/m", "150 kN/m", "240 kN/m"] }, count = { from = 4, to = 8, whole = true } }\n'
+        'excitations.shaft = { kind = "unbalance", on = "fan", unbalance = "0.35 kg m", speed = "980 rpm" }\n'
+        'limits.floor = { response = "transmitted_force", into = "ground", at_most = "900 N" }\n'
+        'goal = { minimise = "static_deflection", of = "mount" }\n'
+    )
+    found = sweep(scene, "limits.floor.at_most", "400 N..1200 N", 3)
+    steps = [one for one in found.boundaries if not one.of_feasibility]
+    assert len(steps) >= 4
+    assert all("mount." in change_words(one) and " -> " in change_words(one) for one in steps)
+    cuts = [400.0, *(one.at for one in steps), 1200.0]
+    for low, high, one in zip(cuts, cuts[1:], [*steps, None], strict=False):
+        there = solve(with_changes(scene, {"limits.floor.at_most": f"{0.5 * (low + high)!r} N"}), explain=False)
+        if one is not None:
+            assert there.goal[1].value == pytest.approx(one.goals[0], rel=1e-9)

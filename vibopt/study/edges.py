@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from itertools import groupby, pairwise
 from math import inf
 from typing import TYPE_CHECKING, Any
@@ -14,6 +14,7 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
+from vibopt.report.catalogue_choices import tied
 from vibopt.study.many import answered
 from vibopt.study.points import Point, Points
 from vibopt.study.seen import shown_value
@@ -39,7 +40,8 @@ the way to the nearer side by which they go beyond its root.  A root that is met
 _ONE_EVENT = 4.0
 """Widths of a closed gap within which another is the same event."""
 
-State = tuple[str, tuple[str, ...]]
+State = tuple[str, tuple[str, ...], tuple[tuple[str, str], ...]]
+"""Status; limits that are active or broken; what was chosen from a catalogue or a list, by path."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +53,8 @@ class Boundary:
     below, above
         Its value on either side, no further apart than `CLOSE`, or `BY_SEARCH`, unless `wide`.
     before, after
-        Status on either side, and names of the limits that are active there or, without a design, broken.
+        Status on either side, names of the limits that are active there or, without a design, broken, and what was
+        chosen from catalogues and lists.
     others
         Values of the other facts, by path.
     sides
@@ -100,7 +103,15 @@ class Boundary:
         return {
             "path": self.path,
             **({"others": self.others} if self.others else {}),
-            **{name: {**value.to_json(), "status": state[0], "limits": state[1]} for name, value, state in sides},
+            **{
+                name: {
+                    **value.to_json(),
+                    "status": state[0],
+                    "limits": state[1],
+                    **({"chosen": dict(state[2])} if state[2] else {}),
+                }
+                for name, value, state in sides
+            },
             **({"wide": True} if self.wide else {}),
         }
 
@@ -123,22 +134,36 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
     batch = len(points.single) < len(points) // 2
     closed = batch or is_scene(job)
     fine = _fineness(many) if closed else ACTIVE
+    listed = _listed(job)
     states = np.empty(len(many), dtype=object)
-    states[:] = [(state_of(point, fine), point) for point in many]
+    states[:] = [(state_of(point, fine, listed), point) for point in many]
     grid = states.reshape([len(axis) for axis in axes])
     open_gaps = list(_gaps(grid, axes))
     close = CLOSE if batch or len(axes) == 1 else ALONG_EDGES
-    narrow = _Narrowing(job, tuple(varied), fine, (close, close if closed else max(close, BY_SEARCH)), batch)
+    narrow = _Narrowing(job, tuple(varied), (fine, listed), (close, close if closed else max(close, BY_SEARCH)), batch)
     return tuple(_boundary(varied, gap, narrow.is_wide(gap)) for gap in _merged(narrow.all(open_gaps), narrow))
 
 
-def state_of(point: Point, fine: float) -> State:
-    """What is told apart: whether there is a design, and which limits are active; without one, which are broken."""
+def _listed(job: Job) -> frozenset[str]:
+    """What a machine chooses from a list or as a whole number, by path; columns of a part go with its name."""
+    if not is_scene(job):
+        return frozenset()
+    of_parts = tied(job)
+    return frozenset(one.path for one in job.variables if one.values is not None and one.path not in of_parts)
+
+
+def state_of(point: Point, fine: float, listed: Collection[str] = ()) -> State:
+    """What is told apart: whether there is a design, which limits are active, and what of the `listed` was chosen.
+
+    Without a design: which limits are broken.
+    """
     if point.status in ("met", "violated"):
-        return point.status, tuple(sorted(point.broken))
+        return point.status, tuple(sorted(point.broken)), ()
     if not point.good:
-        return point.status, ()
-    return "good", tuple(sorted(name for name, margin in point.margins.items() if abs(margin) <= fine))
+        return point.status, (), ()
+    chosen = {**{path: point.variables[path].shown for path in listed if path in point.variables}, **point.parts}
+    active = sorted(name for name, margin in point.margins.items() if abs(margin) <= fine)
+    return "good", tuple(active), tuple(sorted(chosen.items()))
 
 
 def _fineness(points: Sequence[Point]) -> float:
@@ -184,9 +209,14 @@ class _Narrowing:
     """Gaps cut until their two sides are close; where a third answer lies between, both halves are followed."""
 
     def __init__(
-        self, job: Job, varied: tuple[Varied, ...], fine: float, close: tuple[float, float], batch: bool
+        self,
+        job: Job,
+        varied: tuple[Varied, ...],
+        told: tuple[float, Collection[str]],
+        close: tuple[float, float],
+        batch: bool,
     ) -> None:
-        self.job, self.varied, self.fine = job, varied, fine
+        self.job, self.varied, self.told = job, varied, told
         self.of_designs, self.of_limits = close
         self.inner = _TOGETHER if batch else 1
         self.left = _MOST_ANSWERS * self.inner
@@ -228,7 +258,7 @@ class _Narrowing:
         for gap, inner in zip(wide, places, strict=True):
             here = found[begin : begin + len(inner)]
             begin += len(inner)
-            between = [(at, state_of(point, self.fine), point) for at, point in zip(inner, here, strict=True)]
+            between = [(at, state_of(point, *self.told), point) for at, point in zip(inner, here, strict=True)]
             steps = [(gap.low, gap.before, gap.sides[0]), *between, (gap.high, gap.after, gap.sides[1])]
             parts.append([_Gap(gap.axis, a, b, s, t, (g, h)) for (a, s, g), (b, t, h) in pairwise(steps) if s != t])
         return parts

@@ -106,7 +106,7 @@ def map_of(sweep: Sweep) -> Map:
 
 def change_words(boundary: Boundary) -> str:
     """What changes where a fact rises over a boundary."""
-    (before, first), (after, then) = boundary.before, boundary.after
+    (before, first, had), (after, then, has) = boundary.before, boundary.after
     if before != after and "good" in (before, after):
         bad = WORDS.get(before if after == "good" else after, "no design")
         return f"designs begin; below, {bad}" if after == "good" else f"designs end; beyond, {bad}"
@@ -117,6 +117,8 @@ def change_words(boundary: Boundary) -> str:
     verb = ("becomes broken", "holds") if before == "violated" else ("becomes active", "no longer active")
     new, gone = [name for name in then if name not in first], [name for name in first if name not in then]
     said = [f"{name} {verb[0]}" for name in new] + [f"{name} {verb[1]}" for name in gone]
+    old = dict(had)
+    said += [f"{path.removeprefix('links.')} {old[path]} -> {now}" for path, now in has if old.get(path, now) != now]
     return ", ".join(said)
 
 
@@ -128,6 +130,8 @@ def _side(sweep: Sweep, boundary: Boundary, level: float) -> Side:
     x, y = (boundary.at, other) if across else (other, boundary.at)
     names: tuple[State, State] = (boundary.before, boundary.after)
     words = tuple(sorted(_state_words(state) for state in names))
+    if words[0] == words[1]:
+        words = tuple(sorted(", ".join(chosen for _, chosen in state[2]) for state in names))
     return Side(
         float(_shown(np.array([x]), first)[0]), float(_shown(np.array([y]), second)[0]), across,
         boundary.of_feasibility, (words[0], words[1]), level,
@@ -135,7 +139,7 @@ def _side(sweep: Sweep, boundary: Boundary, level: float) -> Side:
 
 
 def _state_words(state: State) -> str:
-    status, names = state
+    status, names, _ = state
     if status == "violated":
         return f"{', '.join(names)} broken"
     if status != "good":
