@@ -242,13 +242,15 @@ class _Run:
         weights = [] if self.method.brief else left_out(self.program)
         found: list[Design] = []
         for own, weight in weights:
+            if self.budget.over:
+                break
             x = self._x(np.array(min([*good, *found])[1]))
             x[weight] = self.program.axes[weight].low
             others = [i for i in range(len(x)) if i not in own]
             less = held(self.program, x, others)
             sure = self._agree([*good, *found]) >= _AGREED
             best = refined(less, x[others]) if sure else Nlp(most=self.method.most // 4).solve(less).x
-            if best is None or self.budget.over:
+            if best is None:
                 continue
             x[others] = best
             y = np.clip(np.log(np.maximum(x, np.exp(self.low))), self.low, self.high)
