@@ -166,3 +166,48 @@ def test_a_loosening_that_is_named_is_enough_over_the_tolerances_and_hardly_less
             value = f"{part * enough.value!r} {enough.si}"
             assert solve(with_changes(scene, {f"limits.{name}.at_most": value}), explain=False).status in status
     assert len(answer.conflict.loosenings) == 2
+
+
+def test_the_goal_of_a_group_of_mounts_is_that_of_its_worst_mount_on_every_machine(tmp_path: Path) -> None:
+    """The part that loads the heaviest mount most is not the one that loads the lightest most: 834 N for 902 N."""
+    (tmp_path / "parts.csv").write_text(
+        "part,stiffness [N/mm],rated load max [N],loss factor,stiffness_x [N/mm],stiffness_y [N/mm],dynamic to static\n"
+        "M1,571.3,6633,0.0558,285.7,399.9,1.46\nM2,60.47,2112,0.0711,30.23,42.33,1.2\n"
+    )
+    (tmp_path / "set.toml").write_text("""
+[bodies.machine]
+mass = "467 kg"
+centre = ["72 mm", "42 mm", "272 mm"]
+inertia = ["85 kg m2", "170 kg m2", "198 kg m2"]
+tolerance = "5 %"
+[mounts.left]
+between = ["machine", "ground"]
+at = [["0.8 m", "0.5 m", "0 m"], ["0.8 m", "-0.5 m", "0 m"]]
+part = { catalogue = "parts.csv" }
+[mounts.right]
+between = ["machine", "ground"]
+at = [["-0.8 m", "0.5 m", "0 m"], ["-0.8 m", "-0.5 m", "0 m"]]
+stiffness = ["124 kN/m", "141 kN/m", "144 kN/m"]
+damping = ["283 N s/m", "370 N s/m", "522 N s/m"]
+dynamic_to_static = 1.3
+[excitations.shaker]
+kind = "unbalance"
+on = "machine"
+speed = "549.5 rpm"
+direction = "y"
+unbalance = "26 kg mm"
+[goal]
+maximise = "static_load"
+of = "left"
+direction = [0.6, 0, 0.8]
+""")
+    found = solve(read(tmp_path / "set.toml"))
+    text = (tmp_path / "set.toml").read_text()
+    asked = text.replace("[goal]\nmaximise =", '[limits.load]\nat_least = "0 N"\nresponse =')
+    values = []
+    for name in ("M1", "M2"):
+        (tmp_path / "one.toml").write_text(asked.replace('"parts.csv" }', f'"parts.csv", name = "{name}" }}'))
+        values.append(solve(read(tmp_path / "one.toml")).limits["load"].value.value)
+    assert found.status == "optimal"
+    assert found.goal[1].value == pytest.approx(max(values), rel=1e-9)
+    assert values[1] > values[0] + 10.0

@@ -108,7 +108,7 @@ class Several:
         for one in self.worst.get(GOAL, ()):
             aim = self._asked(one).aim
             assert aim is not None
-            aims.append(aim)
+            aims += aim.pieces
         whole = replace(aims[0], others=tuple(aims[1:])) if aims else nominal.aim
         return replace(nominal, limits=tuple(limits), aim=whole, several=True)
 
