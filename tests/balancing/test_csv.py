@@ -146,3 +146,30 @@ def test_a_sheet_with_decimal_points_is_not_asked_about_them(tmp_path: Path) -> 
     assert job.runs[0].given_speed == pytest.approx(1200.125 * 2.0 * pi / 60.0)
     assert job.runs[0].written is not None
     assert job.runs[0].written["a"] == "8.625 mil pp @ 63 deg"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("8.6,63", "8.6%,63", '"8.6%" has a unit of its own. Write the number alone, in "mil pp".'),
+        (",5.9,123", ",5.9,12 %", '"12 %" has a unit of its own. Write the number alone, in "deg".'),
+        (",10,270", ",1 %,270", '"1 %" has a unit of its own. Write the number alone, in "g".'),
+    ],
+)
+def test_a_percentage_is_no_size_of_a_hundredth_of_the_column(tmp_path: Path, old: str, new: str, said: str) -> None:
+    (tmp_path / "job.csv").write_text(PLAIN.replace(old, new, 1))
+    assert any(message.endswith(said) for message in messages(HEAD, tmp_path))
+
+
+def test_a_comma_beside_decimal_points_is_asked_about(tmp_path: Path) -> None:
+    sheet = PLAIN.replace(",", ";").replace("8.6;63", "1,200;63")
+    (tmp_path / "job.csv").write_text(sheet)
+    assert messages(HEAD, tmp_path)[0].endswith(
+        '"1,200" has a comma where other cells have decimal points. Write 1200 or 1.200.'
+    )
+
+
+@pytest.mark.parametrize("speed", ["1.2e3", "1200.", "+1200", "12E2", ".12e4"])
+def test_a_speed_is_read_in_every_way_a_number_is_written(tmp_path: Path, speed: str) -> None:
+    (tmp_path / "job.csv").write_text(PLAIN.replace(",1200,", f",{speed},"))
+    assert read_text(HEAD, tmp_path).runs[0].speed == read_text(FAN).runs[0].speed

@@ -27,7 +27,7 @@ THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:\.\d{3})+(?![\d.,])")
 """A number whose point may part thousands."""
 _YES = ("yes", "y", "true", "1", "x", "ja", "j", "wahr", "oui", "vrai", "sí", "si", "sì", "vero", "verdadero")
 _NO = ("no", "n", "false", "0", "-", "nein", "falsch", "non", "faux", "falso")
-_UNIT_BEHIND = re.compile(r"\d\s*(?![eE][+-]?\d)[^\W\d_]")
+_UNIT_BEHIND = re.compile(r"\d\s*(?![eE][+-]?\d)(?:[^\W\d_]|%)")
 _WORDS = {
     "stayed": "the weights of the run before stayed on",
     "verification": "the weights are the correction, which stays on",
@@ -140,6 +140,8 @@ class Cells:
 
     thousands
         In the speeds, in the other numbers.
+    points
+        Whether a point is the decimal sign, so that a comma parts thousands or is a slip.
     plain
         How rows of plain numbers are read in one piece; None where readings are texts.
     known
@@ -150,6 +152,7 @@ class Cells:
     planes: Sequence[str]
     sheet: Sheet
     thousands: tuple[bool, bool]
+    points: bool
     plain: Plain | None = None
     known: dict[tuple[str, ...], dict[str, str]] = field(default_factory=dict)
 
@@ -162,7 +165,11 @@ class Cells:
         if self.sheet.comma:
             joined = ["\n".join(one) for one in (*amounts, *angles)]
             if any(
-                ",\n" in one or one.endswith(",") or (self.thousands[1] and THOUSANDS.search(one)) for one in joined
+                ",\n" in one
+                or one.endswith(",")
+                or (self.points and "," in one)
+                or (self.thousands[1] and THOUSANDS.search(one))
+                for one in joined
             ):
                 return none
             parted = [tuple(one.replace(",", ".").split("\n")) for one in joined]
@@ -173,7 +180,14 @@ class Cells:
         """A cell with decimal points; asks where a point may be something else."""
         if not self.sheet.comma:
             return raw
-        asked = self.thousands[column.name != "speed"] and column.name not in ("run", "stayed", "verification")
+        number = column.name not in ("run", "stayed", "verification")
+        if number and self.points and (match := _COMMA.search(raw)):
+            mistakes.value(
+                path, raw,
+                f"has a comma where other cells have decimal points. Write {raw.replace(',', '')} or "
+                f"{raw.replace(',', '.')}.",
+            )  # fmt: skip
+        asked = number and self.thousands[column.name != "speed"]
         match = THOUSANDS.search(raw) if asked else None
         if match:
             whole, part = match[0].replace(".", ""), match[0].partition(".")[2]
@@ -291,7 +305,8 @@ _HEADING = re.compile(rf"([^\s\[\]()]+) ({'|'.join(_WHATS)}) \[([^\s\[\]()]+(?: 
 _PLAIN = re.compile(r"\s*[+-]?[\d.,]+\s*")
 _USUAL = {"mass": "g", "weight": "g", "unbalance": "g mm", "amplitude": "mil pp", "angle": "deg"}
 """Units of examples, where no other column shows one."""
-_LETTER = re.compile("[A-Za-z]")
+_LETTER = re.compile(r"(?<!\d)[A-Za-z]|[A-Za-z](?![+-]?\d)")
+"""A letter of a unit, and none of a power of ten."""
 _POINT = re.compile(r"\d\.\d")
 _COMMA = re.compile(r"\d,\d")
 
@@ -323,7 +338,7 @@ def read_csv(
     _check_units([one for one in columns if one and one.what and one.name not in told], sheet, own, mistakes)
     if mistakes.found:
         return [], mistakes
-    said = Cells(columns, own, sheet, _parts_thousands(sheet), _plain(columns, names))
+    said = Cells(columns, own, sheet, _parts_thousands(sheet), _has_points(sheet), _plain(columns, names))
     readings = said.readings([cells for _, cells in body])
     runs = [
         run_of(index, row, cells, own, said, mistakes)
@@ -427,6 +442,12 @@ def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:
     commas = _COMMA.search(cells) is not None
     points = _POINT.search(THOUSANDS.sub("", cells)) is not None
     return commas or not points, commas
+
+
+def _has_points(sheet: Sheet) -> bool:
+    """Whether more cells have a point that cannot part thousands than have a comma."""
+    cells = "\n".join("\n".join(row) for _, row in sheet.rows[1:]) if sheet.comma else ""
+    return len(_POINT.findall(THOUSANDS.sub("", cells))) > len(_COMMA.findall(cells))
 
 
 def _column(heading: str, index: int) -> Column:

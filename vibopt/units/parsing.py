@@ -93,6 +93,8 @@ def _quantity(number: str, unit: str, dimension: str, amplitude: bool, place: st
     bare, detector, word = split_detector(unit)
     if not bare and dimension not in BARE:
         raise QuantityError(complaints.no_unit(number, word, dimension, moves=amplitude or place is not None))
+    if "%" in bare and bare.strip() != "%" and dimension not in BARE:
+        raise QuantityError(f"is a part and a size at once. Write it in {bare.replace('%', '').strip()} alone.")
     scale = scale_of(bare, dimension, place)
     if detector and not amplitude:
         raise QuantityError(complaints.no_amplitude(number, bare, word))
