@@ -162,7 +162,7 @@ class Rotors:
         """Per limit with a probability what the correction u leaves."""
         z, found = self.identified.residual(u), {}
         values, axes = np.linalg.eigh(covariances(self.job, self.identified, self.noise, u))
-        root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ axes.transpose(0, 2, 1)  # moves smoothly with u
         for limit in self.job.residual_limits:
             if limit.share is not None:
                 rows = np.array(rows_of(self.job, limit.sensor, limit.speed))

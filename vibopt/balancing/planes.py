@@ -141,11 +141,6 @@ class Plane:
         """Key under which its weights stand in the file."""
         return "weight" if self.kind == MASS else "unbalance"
 
-    @property
-    def chosen_words(self) -> tuple[str, ...]:
-        """Last steps of the paths of what is chosen in this plane."""
-        return (self.dimension, "angle", *(("radius",) if len(self.radii) > 1 else ()))
-
     def weight(self, mass: float, angle: float, hole: int | None = None, radius: float = 0.0) -> Weight:
         """One weight as it is told, at the greatest radius where none is said, with the depth of what is drilled."""
         arm = (radius or self.radius) if self.radii else None
@@ -263,8 +258,10 @@ class Corrected:
     def choices(self) -> tuple[str, ...]:
         """Paths of the numbers that the answer chooses."""
         return tuple(
-            f"planes.{plane.name}.{word}" for plane in self.planes if plane.is_open for word in plane.chosen_words
-        )
+            f"planes.{plane.name}.{word}"
+            for plane in self.planes if plane.is_open
+            for word in (plane.dimension, "angle", *(("radius",) if len(plane.radii) > 1 else ()))
+        )  # fmt: skip
 
     @property
     def decided_at(self) -> tuple[str, ...]:

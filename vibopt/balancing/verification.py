@@ -100,14 +100,11 @@ def kept_with(job: RotorJob, plan: PlanText, bounds: Sequence[tuple[IntArray, fl
         size, peak = _cosines(job, [job.runs[place].written for place in places], job.sensors)
         along = np.hypot(scatter.ratio * size, scatter.amplitude)
         across = np.hypot(scatter.angle * size, 0.0 if scatter.angle else along)
-        shares = _mixture(_ready(job, speed), states[places], target)[0]
-        turned = _TURN + np.angle(shares)[:, None, None] - peak[..., None]
-        waves = np.abs(shares)[:, None, None, None] * np.stack([along[..., None] * np.cos(turned),
-                                                                across[..., None] * np.sin(turned)], -1)  # fmt: skip
-        plain = _signal(job, speed, states[places], size[None], peak[None], target)[0, 0]
         for at in range(0, count, _BATCH):
-            off = dice.standard_normal((min(_BATCH, count - at), *size.shape, 2))
-            shown[at : at + len(off), speed] = _amplitude(plain + np.einsum("nrsk,rstk->nst", off, waves))
+            off = dice.standard_normal((2, min(_BATCH, count - at), *size.shape))
+            x, y = size + along * off[0], across * off[1]
+            signal = _signal(job, speed, states[places], np.hypot(x, y), peak + np.arctan2(y, x), target)
+            shown[at : at + _BATCH, speed] = _amplitude(signal[0])
     every = shown.reshape(count, -1)
     return [int((every[:, rows] <= bound).all(axis=1).sum()) for rows, bound in bounds]
 

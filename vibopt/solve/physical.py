@@ -52,7 +52,7 @@ def impossible(program: Program) -> Impossible | None:
         if limit.side == "at_most" and limit.form.harmonic is not None and limit.form.ratio
     ]
     forces = [one for one in plain if _is_total_force(*one)]
-    motions = [one for one in plain if _is_motion(one[1])]
+    motions = [one for one in plain if not one[1].output.signs.any() and abs(one[1].output.row[0]) == 1.0]
     found = [clash for a in forces for b in motions if (clash := _clash(program, a, b)) is not None]
     return max(found, key=lambda one: one.needed, default=None)
 
@@ -67,10 +67,6 @@ def _is_total_force(limit: Limit, form: Modulus) -> bool:
         and len(set(signs[links])) == 1
         and (not form.output.shared_by)
     )
-
-
-def _is_motion(form: Modulus) -> bool:
-    return not form.output.signs.any() and abs(form.output.row[0]) == 1.0
 
 
 def _clash(program: Program, pushed: tuple[Limit, Modulus], moved: tuple[Limit, Modulus]) -> Impossible | None:

@@ -22,11 +22,6 @@ def single_lines(limit: Limit) -> bool:
     return limit.form.one_line and limit.side != "outside"
 
 
-def sign_of(limit: Limit) -> float:
-    """+1 when the form must stay below the bound."""
-    return 1.0 if limit.side == "at_most" else -1.0
-
-
 @dataclass(frozen=True)
 class LineRows:
     """Rows of a program with one variable: polynomials in y, <= 0 where the limit holds.
@@ -49,7 +44,7 @@ class LineRows:
 
     def at(self, limit: Limit, speeds: FloatArray) -> list[FloatArray]:
         """Ascending coefficients in y / y_ref, one polynomial per speed (a single one without speeds)."""
-        sign = sign_of(limit)
+        sign = 1.0 if limit.side == "at_most" else -1.0
         own = limit.form.polynomial(self, limit.model, limit.bound)
         if own is not None:
             return [sign * own]

@@ -48,6 +48,7 @@ _A_RANGE = 30
 """Answers that both ranges of a number take, one by one."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
 """What was measured of a rotor: data, and nothing to argue about."""
+_CAPPED = ("to", "from", "most", "least", "holes", "most_weights", "stock", "deepest")
 _OF_THE_GOAL = ("importance", "huber_at")
 """What the goal of a rotor counts by: another one is another goal, whose values do not compare."""
 
@@ -277,7 +278,7 @@ def asked_of(
         if not is_scene(job) and fact.path.rpartition(".")[2] in _OF_THE_GOAL:
             continue
         limit = fact.path.startswith("limits.")
-        known.append((fact, LIMITS if limit else CAPS if _is_cap(fact.path) else FACTS))
+        known.append((fact, LIMITS if limit else CAPS if fact.path.rpartition(".")[2] in _CAPPED else FACTS))
     known += [(one, CAPS) for one in _ends_of(found, every=ends)]
     active = {name for name, one in found.limits.items() if one.active}
     order = {LIMITS: 1, CAPS: 2, FACTS: 3}
@@ -292,10 +293,6 @@ def asked_of(
 def _is_of(path: str, active: Collection[str], found: Answer[Any]) -> bool:
     steps = path.split(".")
     return steps[0] == "limits" and any(found.limits[key].name == steps[1] for key in active)
-
-
-def _is_cap(path: str) -> bool:
-    return path.rpartition(".")[2] in ("to", "from", "most", "least", "holes", "most_weights", "stock", "deepest")
 
 
 def _job(found: Answer[Any]) -> Job:

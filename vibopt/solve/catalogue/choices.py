@@ -12,7 +12,7 @@ from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.forms import Form
 from vibopt.forms.form import row_said
 from vibopt.mechanics.model import Model
-from vibopt.program.program import Program, Tie
+from vibopt.program.program import Program
 from vibopt.records import dataclass
 
 
@@ -39,16 +39,12 @@ class Factor:
 def factors_of(program: Program) -> tuple[Factor, ...]:
     """Tables first, then the discrete variables that no table has."""
     tied = {axis for tie in program.ties for axis in tie.axes}
-    found = [_of_tie(tie) for tie in program.ties]
+    found = [Factor(tie.path, tie.axes, tie.table, tie.names) for tie in program.ties]
     for index, axis in enumerate(program.axes):
         if index not in tied:
             assert axis.values is not None
             found.append(Factor(axis.path, (index,), np.array(axis.values)[:, None]))
     return tuple(found)
-
-
-def _of_tie(tie: Tie) -> Factor:
-    return Factor(tie.path, tie.axes, tie.table, tie.names)
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,13 +199,9 @@ def _terms(model: Model, form: Form, order: IntArray) -> tuple[Any, ...]:
                 row_said(term.vector),
                 term.scale,
                 term.static_scale,
-                _tuple(term.exponents[order]),
+                tuple(float(exponent) + 0.0 for exponent in term.exponents[order]),
                 float(sign),
             )
             for term, sign in zip(model.terms, signs, strict=True)
         )
     )
-
-
-def _tuple(row: FloatArray) -> tuple[float, ...]:
-    return tuple(float(one) + 0.0 for one in row)

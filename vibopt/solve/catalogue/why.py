@@ -14,7 +14,7 @@ from vibopt.errors import InputError
 from vibopt.forms import StaticLoad
 from vibopt.forms.bounds import FormBounds
 from vibopt.program.held import held
-from vibopt.program.program import Aim, Axis, Limit, Program
+from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.catalogue.pointwise import bounds_of
 from vibopt.solve.choose import choose, modest
@@ -40,7 +40,8 @@ def free_optimum(program: Program, found: Found, *, thorough: bool = False) -> d
     assert part.aim is not None
     if part.aim.form.powers is not None and not part.aim.form.powers.exponents.any():
         return None
-    part = replace(part, axes=tuple(_opened(axis) for axis in part.axes))
+    axes = [replace(axis, values=None, low=max(axis.low, _NEAR_ZERO * axis.high)) for axis in part.axes]
+    part = replace(part, axes=tuple(axes))
     best = None
     with contextlib.suppress(InputError):
         best = (choose(part, None) if thorough else modest(part)).solve(part)
@@ -57,10 +58,6 @@ def free_optimum(program: Program, found: Found, *, thorough: bool = False) -> d
 
 def _bounds(part: Limit | Aim, x: FloatArray) -> FormBounds:
     return bounds_of(part.model, part.form, np.where(x > 0.0, x, 1.0))
-
-
-def _opened(axis: Axis) -> Axis:
-    return replace(axis, values=None, low=max(axis.low, _NEAR_ZERO * axis.high))
 
 
 def why_dropped(limit: Limit, parts: int) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import partialmethod
 from importlib import import_module
 from importlib.util import find_spec
@@ -77,7 +77,7 @@ class Model:
         return self._library.Min_max(A=self._y0, alpha=self._alpha, weight_const=self._caps)
 
     def _solved(self, model: Any, **given: Any) -> ComplexArray:
-        with _quiet(), _clarabel() if self._clarabel else _as_it_is():
+        with _quiet(), _clarabel() if self._clarabel else nullcontext():
             return _column(model.solve(**given))
 
 
@@ -94,11 +94,6 @@ def _quiet() -> Iterator[None]:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         yield
-
-
-@contextmanager
-def _as_it_is() -> Iterator[None]:
-    yield
 
 
 @contextmanager
