@@ -13,8 +13,8 @@ from texts import best, choice, moves, shaken_fan
 from vibopt.cli.main import main
 from vibopt.program.pose import pose
 from vibopt.solve.ranges import closed
+from vibopt.study.permitted import Window, percent
 from vibopt.study.spans import Violations
-from vibopt.study.window import Window, percent
 
 ROOT = Path(__file__).parents[2] / "problems"
 PRESS = ROOT / "isolation" / "rao_9_34.toml"

@@ -11,8 +11,8 @@ from vibopt.cli.output import told
 
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
+    from vibopt.study.permitted import Window
     from vibopt.study.spans import Span
-    from vibopt.study.window import Window
 
 
 @click.command(cls=Once)
@@ -39,23 +39,20 @@ def window(file: str, changes: tuple[str, ...], scenario: str | None, as_json: b
 
 
 def _list(result: Window, console: Console) -> None:
-    from dataclasses import replace
-
     from vibopt.answer.text import grid, paragraph
-    from vibopt.study.window import percent
+    from vibopt.study.permitted import percent
 
     alone = len(result.spans) == 1
     console.print(result.job.title, style="bold")
     rows = []
     for span in result.spans:
-        middle = result.centre[span.path]
-        box = [replace(middle, value=middle.value * (1.0 + side * result.part)).shown for side in (-1.0, 1.0)]
-        rows.append((span.path, _ends(span), " to ".join(box), middle.shown))
+        box = " to ".join(end.shown for end in result.box(span.path))
+        rows.append((span.path, _ends(span), box, result.centre[span.path].shown))
     ends = "Permitted" if len(result.spans) <= 2 else "Least and greatest"
     console.print(grid(rows, ("Variable", ends, "All at once", "Centre")))
     if result.part > 0.0:
-        more = " and more" if result.part > 0.499 else ""
-        console.print(f"\n±{percent(result.part)}{more} on {_each(result)} around the centre is safe.")
+        console.print()
+        paragraph(console, f"{result.safe} around the centre is safe.", 0)
         how = "proven for every design within it" if result.proven else result.claim
         paragraph(console, f"Box: {how}.", 0)
     else:
@@ -75,8 +72,3 @@ def _list(result: Window, console: Console) -> None:
 def _ends(span: Span) -> str:
     parts = [f"{low.shown} to {high.shown}" for low, high in span.intervals]
     return "\n".join(parts) + (" and on" if span.opened else "")
-
-
-def _each(result: Window) -> str:
-    count = len(result.spans)
-    return "the value" if count == 1 else "both" if count == 2 else f"all {count}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import product
 from math import isfinite
@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.answer.tabular import Tabular
 from vibopt.arrays import FloatArray
+from vibopt.balancing import is_rotor
 from vibopt.bracketing import crossing
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import changed
@@ -20,7 +20,6 @@ from vibopt.errors import InputError, RoutesDiffer
 from vibopt.jobs import answer, of_document, scene_only
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
-from vibopt.records import dataclass
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import Scene
@@ -28,7 +27,9 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
 from vibopt.solve.ranges import closed
 from vibopt.study.freeze import named, shown_values
-from vibopt.study.spans import BETWEEN, Span, Violations, between, spans_of
+from vibopt.study.permitted import Window
+from vibopt.study.rotor_window import rotor_window
+from vibopt.study.spans import Span, Violations, between, spans_of
 from vibopt.verify.checked import checked_limits, disagreement
 
 if TYPE_CHECKING:
@@ -52,81 +53,14 @@ _MOST = 0.5
 """Greatest half of a box that is looked at."""
 
 
-@dataclass(frozen=True, slots=True)
-class Window(Tabular):
-    """Permitted designs of a machine.
-
-    spans
-        One per variable.
-    centre
-        Design in the middle of the largest box that was found, by path.
-    part
-        Half of that box, as a part of each value: 0.09 for ±9 %.
-    proven
-        Whether it is proven that every limit holds all over the box.
-    claim
-        How the box was tested.
-    around
-        Half of the largest box around the answer itself.
-    """
-
-    job: Job
-    spans: tuple[Span, ...]
-    centre: Mapping[str, Entry]
-    part: float
-    proven: bool
-    claim: str
-    around: float
-
-    def table(self) -> list[dict[str, Any]]:
-        """A row for each interval of each variable: its ends, and the box in it."""
-        rows = []
-        for span in self.spans:
-            middle = self.centre[span.path]
-            for low, high in span.intervals:
-                rows.append({
-                    "path": span.path, "unit": middle.si, "from": low.value, "to": high.value, "proven": span.proven,
-                    "open": span.opened, "centre": middle.value, "box from": middle.value * (1.0 - self.part),
-                    "box to": middle.value * (1.0 + self.part), "from shown": low.shown, "to shown": high.shown,
-                    "centre shown": middle.shown,
-                })  # fmt: skip
-        return rows
-
-    def heading(self) -> tuple[str, ...]:
-        """Title, and the box in words."""
-        return self.job.title, f"±{percent(self.part)} on each at once is safe: {self.claim}"
-
-    def to_json(self) -> dict[str, Any]:
-        """Spans, centre and box."""
-        keys = ("spans", "centre", "part", "proven", "claim", "around")
-        return {**{key: getattr(self, key) for key in keys}, **({"spans_are": self.said} if self.said else {})}
-
-    @property
-    def said(self) -> str:
-        """What the intervals of several variables are, in words."""
-        tried = max(span.tried for span in self.spans)
-        if len(self.spans) == 1:
-            return ""
-        if not tried:
-            return f"least and greatest. {BETWEEN}"
-        return f"every interval that {tried} values between the least and the greatest tell. A narrower gap may be left"
-
-
-def percent(part: float) -> str:
-    """A part in percent, rounded down: what is said holds."""
-    if part <= 0.0:
-        return "0 %"
-    step = 10.0 ** (np.floor(np.log10(100.0 * part)) - 2)
-    return f"{np.floor(100.0 * part / step * (1.0 + 1e-12)) * step:.3g} %"
-
-
 def window(job: Job, *, progress: Progress | None = None) -> Window:
     """How far each variable may go, and the largest box of equal parts in which every limit holds.
 
     Parameters
     ----------
     job
-        A machine with limits and up to six variables, each chosen from a range; its goal does not matter.
+        A machine with limits and up to six variables, each chosen from a range, or a measured rotor with limits and
+        free weights; its goal does not matter.
     progress
         Called now and then with a stage and the part that is done.
 
@@ -135,6 +69,8 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     InputError
         A job of another kind, a choice that is no range, or no permitted design.
     """
+    if is_rotor(job):
+        return rotor_window(job)
     instead = "Weights are amounts at angles: vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each may be."
     scene = scene_only(job, "window", instead)
     _check(scene)
