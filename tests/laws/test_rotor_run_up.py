@@ -18,6 +18,7 @@ from vibopt.program.pose import form_of, pose
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.signals import Output, Sweep
+from vibopt.solve import solve
 from vibopt.verify.certify import machine_of
 from vibopt.verify.spun_up import SpunUp
 
@@ -190,3 +191,13 @@ def test_what_a_run_up_of_a_rotor_is_known_to_is_said_where_edges_are_judged() -
     scene = rotor()
     form = form_of(scene, pose(scene).model, scene.measures["whirl"])
     assert form.known_to == 1e-6
+
+
+def test_what_is_greatest_behind_the_end_of_a_quick_run_up_is_followed() -> None:
+    """Both routes: while the spin rises less is reached than a load at rest would move it by."""
+    scene = rotor(
+        {"from": "0 rpm", "acceleration": "40000 rpm/s"}, excitations__lost__speed="8000 rpm",
+        measures__whirl__response="peak_velocity",
+    )  # fmt: skip
+    answer = solve(scene)
+    assert answer.status == "met", answer.claim

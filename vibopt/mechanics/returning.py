@@ -21,6 +21,8 @@ from vibopt.records import cached_property, dataclass
 _TURNS, _MOST, _ENDLESS = 600, 20_000, 1e9
 """Half cycles that are followed until one closes, and panels of one, at most; motion over that under a load at rest, of
 what has no end."""
+_ROUNDING = 1e-12
+"""Part of half a cycle that is none."""
 _OPEN = (
     f"What rubs comes to no steady motion within {_TURNS} half cycles: hardly anything damps it, or it grows without "
     "end. Write more friction or damping, or speeds away from its resonances."
@@ -36,8 +38,10 @@ class Returning(Sliding):
     """
 
     def greatest(self, reading: Reading) -> float:
-        """Greatest size of a reading in a cycle."""
-        return float(peaks_of(self.read(reading), np.zeros(len(self.half_cycle))).max())
+        """Greatest size of a reading in a cycle; a slip that lasts as long as rounding is none."""
+        lengths = np.array([piece.length for piece in self.half_cycle])
+        seen = self.read(reading)[lengths > _ROUNDING * lengths.sum()]
+        return float(peaks_of(seen, np.zeros(len(seen))).max())
 
     def read(self, reading: Reading) -> FloatArray:
         """A reading as a series on each panel of half a cycle, (n_panels, 17)."""

@@ -185,6 +185,7 @@ class _Course:
         size = max(abs(whirl.force(top)), *sweep.still)
         quiet = np.asarray(np.linalg.solve(whirl.resisting(top)[1], whirl._pushed * size), dtype=complex)
         self.most, self.strong = whirl.size_of(top, quiet), float(np.linalg.norm(quiet))
+        self.reached = 0.0  # `most` begins with a size to compare with, which may never be reached
         self.begun: list[float] = []
         self.long: list[float] = []
         self.seen: list[ComplexArray] = []
@@ -216,7 +217,8 @@ class _Course:
             self.long.append(span)
             self.seen.append(seen)
             self.state, done = state, done + span
-            self.most = max(self.most, float(np.abs(seen).sum(axis=0).max()))
+            self.reached = max(self.reached, float(np.abs(seen).sum(axis=0).max()))
+            self.most = max(self.most, self.reached)
             self.strong = max(self.strong, float(np.linalg.norm(state[0])))
             self.full = len(self.seen) >= _MOST
             step = max(grows * span, step if span < step else 0.0)
@@ -265,7 +267,7 @@ class _Course:
         period = 2.0 * np.pi / slow
         while self.time - begun < HORIZON * period and not self.full:
             fading = float(np.abs(each).sum(axis=0) @ np.exp(rates.real * (self.time - begun)))
-            best = max(self.most, steady)
+            best = max(self.reached, steady)
             if steady + fading <= best * (1.0 + _SURE) or fading <= _LEFT * best:
                 return steady, False
             step = self._through((spin, spin), 0.0, min(4.0 * period, step * 64.0), powers, step)
