@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vibopt.mechanics.returning import Returning
     from vibopt.mechanics.transient import Reading
 
-_KEPT, _HOPE = 256, 0.6
+_KEPT, _HOPE = 640, 0.6
 """Motions that are kept; part by which the rough look may be off."""
 _PARTS = np.linspace(0.0, 1.0, 9)
 _BASIS = basis(_PARTS)

@@ -112,17 +112,19 @@ def _against_speed(design: Design, model: Model, x: FloatArray, asked: _Asked) -
     scene, name = design.scene, asked.form.shaken[0].name
     bands, naturals = bands_for(scene, asked.response, name), asked.form.naturals(model, x) / _order(asked.form)
     known = scene.excitations[name].known_bands[0]
-    low = max(known.low, 0.1 * naturals[0], 1e-3 * bands[-1].high)
+    many = len(naturals) > 1  # then each speed takes long, and the slowest ones longest
+    low = max(known.low, (0.5 if many else 0.1) * naturals[0], 1e-3 * bands[-1].high)
     high = min(known.high, max(1.2 * max(band.high for band in bands), 2.0 * naturals[0]))
     value, speed = asked.form.tops(model, x)[0]
-    speeds = np.union1d(np.geomspace(min(low, 0.5 * high), high, _SPEEDS), [speed, *naturals[naturals < high]])
+    count = _SPEEDS // (1 + 2 * many)
+    speeds = np.union1d(np.geomspace(min(low, 0.5 * high), high, count), [speed, *naturals[naturals < high]])
     exact = asked.form.sizes(model, x, speeds)
     unit, factor = _unit(asked, value)
     per = to_unit(1.0, scene.excitations[name].speed.unit, ROTATION)
     bound = asked.response.at_most
     limit = (1.0 - bound.value if asked.response.complement else bound.value) if bound is not None else 0.0
     top = factor * max(4.0 * float(np.median(exact)), limit, value if isfinite(value) else 0.0)
-    for _ in range(_CLOSER):
+    for _ in range(_CLOSER // (1 + many)):
         steep = np.arctan2(np.diff(np.minimum(factor * exact / top, 1.5)), _WIDE * np.diff(speeds) / (high - speeds[0]))
         bent = np.flatnonzero(np.abs(np.diff(steep)) > _BENT)
         speeds = np.union1d(speeds, [0.5 * (speeds[bent + k] + speeds[bent + k + 1]) for k in (0, 1)])
