@@ -13,12 +13,10 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from refusals import refused
-from rubbing_route import follow
+from rubbing_route import ENDS, LOW, MASSES, UP, drawer_in_rack, follow
 from vibopt.program.pose import form_of, pose
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=8)
-ENDS = (("rack", "drawer"), ("ground", "drawer"), ("ground", "rack"))
-MASSES, LOW, UP = (180.0, 40.0), 4e5, 1e5
 PUSH: dict[str, Any] = {"kind": "pulse", "on": "rack", "shape": "half sine", "amplitude": "6 kN", "duration": "80 ms"}
 ASKED: dict[str, Any] = {
     "rack": {"response": "peak_velocity", "of": "rack"},
@@ -30,21 +28,7 @@ ASKED: dict[str, Any] = {
 
 
 def rack(load: dict[str, Any], ends: tuple[str, str] = ENDS[0], damping: float = 200.0, **pad: Any) -> dict[str, Any]:
-    """A rack on mounts, a drawer on a spring in it, and a pad that rubs."""
-    floor = "floor" if load.get("on") == "floor" else "ground"
-    link = {"between": [floor if one == "ground" else one for one in ends], "friction_force": "800 N"}
-    dash = f"{damping!r} N s/m"
-    return {
-        "title": "drawer that rubs",
-        "bodies": {"rack": {"mass": f"{MASSES[0]} kg"}, "drawer": {"mass": f"{MASSES[1]} kg"}},
-        "links": {
-            "low": {"between": [floor, "rack"], "stiffness": f"{LOW} N/m", "damping": dash},
-            "up": {"between": ["rack", "drawer"], "stiffness": f"{UP} N/m", "damping": dash},
-            "pad": link | pad,
-        },
-        "excitations": {"load": load},
-        "measures": dict(ASKED),
-    } | ({"bases": {"floor": {}}} if floor == "floor" else {})  # fmt: skip
+    return drawer_in_rack(load, ends, damping, {"friction_force": "800 N"} | pad, dict(ASKED))
 
 
 def told(document: dict[str, Any]) -> dict[str, float]:

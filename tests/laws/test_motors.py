@@ -226,6 +226,34 @@ def test_a_limit_on_a_peak_by_torque_is_kept_with_to_spare_to_what_the_peak_is_k
     assert answer.limits["x"].margin == pytest.approx(3e-5, abs=1e-5)
 
 
+@pytest.mark.parametrize(("part", "status"), [(-1e-3, "infeasible"), (1e-5, "unproven")])
+def test_that_no_design_is_there_is_not_said_of_one_within_what_peaks_are_known_to(part: float, status: str) -> None:
+    """A limit within 0.003 % of what the best design has: the limit is kept with that to spare, and none can be."""
+    document = fan(by_torque(30.0, 2.0, 2.0), ratio=0.3)
+    best = vo.solve(vo.from_dict(document)).measures["x"].value.value
+    document["links"]["springs"]["damping_ratio"] = {"from": 0.02, "to": 0.3}
+    document["limits"] = {"x": {**document.pop("measures")["x"], "at_most": f"{best * (1.0 + part)!r} m"}}
+    words = "no design keeps every limit with 0.003 % to spare, to which their values are known; "
+    for goal in ({"minimise": "damping_ratio", "of": "springs"}, {"find_all": "links.springs.damping_ratio"}):
+        answer = vo.solve(vo.from_dict({**document, "goal": goal}))
+        assert answer.status == status, (goal, answer.claim)
+        if status == "unproven":
+            assert answer.claim == words + "that none keeps them with less is not proven"
+
+
+def test_the_ends_of_dampings_that_a_motor_permits_are_kept_with_to_spare() -> None:
+    document = fan(by_torque(30.0, 2.0, 2.0))
+    best = vo.solve(vo.from_dict(document)).measures["x"].value.value
+    document["links"]["springs"]["damping_ratio"] = {"from": 0.02, "to": 0.3}
+    document["limits"] = {"x": {**document.pop("measures")["x"], "at_most": f"{best!r} m"}}
+    answer = vo.solve(vo.from_dict({**document, "goal": {"find_all": "links.springs.damping_ratio"}}))
+    assert answer.status == "met", answer.claim
+    assert answer.claim.endswith("and each end keeps its limit with up to 0.003 % to spare")
+    ((low, _),) = answer.found
+    assert low.value == pytest.approx(0.05, rel=1e-4)
+    assert low.value > 0.05
+
+
 def test_a_motor_far_stronger_than_the_vibration_is_a_given_acceleration() -> None:
     """Torque 2000 N m on 100 kg m^2, a tenth of a gram metre: both ways, and a load that takes a part of it."""
     rate = {"acceleration": f"{20.0!r} rad/s²"}

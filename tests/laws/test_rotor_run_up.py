@@ -12,9 +12,11 @@ from refusals import refused
 from vibopt.arrays import FloatArray
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.model import Model
+from vibopt.mechanics.rotating import RotatingMachine
 from vibopt.mechanics.spinning_up import SpinUp
 from vibopt.mechanics.sweep_response import RunUp
 from vibopt.program.pose import form_of, pose
+from vibopt.responses import TransientResponse
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
 from vibopt.signals import Output, Sweep
@@ -153,12 +155,14 @@ def test_both_routes_agree(
 ) -> None:
     scene = rotor(run, table, **changed)
     program, machine = pose(scene), machine_of(scene, {})
-    follows = SpunUp(machine, scene.excitations["lost"])  # type: ignore[arg-type]
+    assert isinstance(machine, RotatingMachine)
+    follows = SpunUp(machine, scene.excitations["lost"])
     for response in scene.measures.values():
+        assert isinstance(response, TransientResponse)
         form = form_of(scene, program.model, response)
         value = form.value(program.model, FREE)
         room = form.room(program.model, FREE, value, value, 0.0)
-        found, _ = follows.peak(response)  # type: ignore[arg-type]
+        found, _ = follows.peak(response)
         assert abs(found - value) <= room
         assert room <= 1e-4 * value
 

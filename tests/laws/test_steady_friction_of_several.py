@@ -10,7 +10,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
-from rubbing_route import follow
+from rubbing_route import ENDS, LOW, MASSES, UP, drawer_in_rack, follow
 from vibopt.forms import RubbingOfSeveral
 from vibopt.mechanics.panels import NODES
 from vibopt.mechanics.sliding import basis
@@ -18,36 +18,21 @@ from vibopt.program.pose import form_of, pose
 from vibopt.report.curves import panels
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=8)
-LOW, UP, MASSES = 4e5, 1e5, (180.0, 40.0)
-ENDS = (("rack", "drawer"), ("ground", "drawer"), ("ground", "rack"))
 
 
 def rack(
     load: dict[str, Any] | None = None, ends: tuple[str, str] = ENDS[0], friction: float = 300.0, damping: float = 400.0
 ) -> dict[str, Any]:
-    """A rack on mounts, a drawer on a spring in it, and a pad that rubs."""
     force = {"kind": "force", "on": "rack", "amplitude": "1 kN", "speed": "8 Hz", "varies": "constant"}
     shaken = load if load and "kind" in load else force | (load or {})
-    floor = "floor" if shaken["on"] == "floor" else "ground"
-    across = [floor if one == "ground" else one for one in ends]
-    dash = f"{damping!r} N s/m"
-    return {
-        "title": "drawer that rubs",
-        "bodies": {"rack": {"mass": f"{MASSES[0]} kg"}, "drawer": {"mass": f"{MASSES[1]} kg"}},
-        "links": {
-            "low": {"between": [floor, "rack"], "stiffness": f"{LOW} N/m", "damping": dash},
-            "up": {"between": ["rack", "drawer"], "stiffness": f"{UP} N/m", "damping": dash},
-            "pad": {"between": across, "friction_force": f"{friction!r} N"},
-        },
-        "excitations": {"load": shaken},
-        "measures": {
-            "place": {"response": "displacement", "of": "drawer"},
-            "fast": {"response": "acceleration", "of": "rack"},
-            "slip": {"response": "relative_displacement", "across": "pad"},
-            "pad": {"response": "transmitted_force", "through": "pad"},
-            "into": {"response": "transmitted_force", "into": floor},
-        },
-    } | ({"bases": {"floor": {}}} if floor == "floor" else {})  # fmt: skip
+    measures = {
+        "place": {"response": "displacement", "of": "drawer"},
+        "fast": {"response": "acceleration", "of": "rack"},
+        "slip": {"response": "relative_displacement", "across": "pad"},
+        "pad": {"response": "transmitted_force", "through": "pad"},
+        "into": {"response": "transmitted_force", "into": "floor" if shaken["on"] == "floor" else "ground"},
+    }
+    return drawer_in_rack(shaken, ends, damping, {"friction_force": f"{friction!r} N"}, measures)
 
 
 def moving(floor: str = "floor", **words: str) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""A Runge-Kutta method between events, for bodies of which one link rubs: it shares nothing with vibopt."""
+"""Two bodies of which one link rubs, and a Runge-Kutta method between events: it shares nothing with vibopt."""
 
 from __future__ import annotations
 
@@ -9,6 +9,28 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 Rows = np.ndarray[Any, np.dtype[np.float64]]
+ENDS = (("rack", "drawer"), ("ground", "drawer"), ("ground", "rack"))
+MASSES, LOW, UP = (180.0, 40.0), 4e5, 1e5
+"""Where the pad may rub; masses [kg] and springs [N/m] of rack and drawer."""
+
+
+def drawer_in_rack(
+    load: dict[str, Any], ends: tuple[str, str], damping: float, pad: dict[str, Any], measures: dict[str, Any]
+) -> dict[str, Any]:
+    """A rack on mounts, a drawer on a spring in it, and a pad that rubs; on a floor where that is what moves."""
+    floor = "floor" if load.get("on") == "floor" else "ground"
+    dash = f"{damping!r} N s/m"
+    return {
+        "title": "drawer that rubs",
+        "bodies": {"rack": {"mass": f"{MASSES[0]} kg"}, "drawer": {"mass": f"{MASSES[1]} kg"}},
+        "links": {
+            "low": {"between": [floor, "rack"], "stiffness": f"{LOW} N/m", "damping": dash},
+            "up": {"between": ["rack", "drawer"], "stiffness": f"{UP} N/m", "damping": dash},
+            "pad": {"between": [floor if one == "ground" else one for one in ends]} | pad,
+        },
+        "excitations": {"load": load},
+        "measures": measures,
+    } | ({"bases": {"floor": {}}} if floor == "floor" else {})
 
 
 def follow(

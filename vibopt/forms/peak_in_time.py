@@ -115,7 +115,8 @@ class PeakInTime(Form):
         which = np.array([*known, *(i for i, _ in other)])
         within = np.concatenate([[peaks[i].within for i in known], within])
         part = np.concatenate([[peaks[i].part for i in known], part])
-        for i, tangent in zip(which, self._tangents(model, x[which], reach[which], within, part), strict=False):
+        tangents = self._tangents(model, x[which], reach[which], within, part)
+        for i, tangent in zip(which, tangents, strict=bool(tangents)):  # of none there are none
             found[i] += [tangent] if np.isfinite(tangent.rest) else []
         return found
 

@@ -16,6 +16,7 @@ from vibopt.solve.method import OPEN, Found, Method, Progress
 from vibopt.solve.passive import with_bound
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
+from vibopt.solve.spared import sure_of_none
 from vibopt.solve.without_search import as_goal, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
 
@@ -47,7 +48,8 @@ def best_of(
     if program.ties:
         from vibopt.solve.catalogue.why import reason_of
 
-        found = _not_proven(finite, choose(finite, method).solve(finite, progress))
+        again = partial(_chosen, method=method, progress=progress)
+        found = sure_of_none(finite, _not_proven(finite, again(finite)), again)
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
     chosen = outright or choose(finite, method, near)
     found = sure or _hopeless(finite, chosen, method, near) or chosen.solve(finite, progress)
@@ -70,11 +72,16 @@ def best_of(
     found = _bounded(
         finite, _not_proven(finite, said), by_boxes=method is None and near is None and not uncertain(scene)
     )
+    found = sure_of_none(finite, found, partial(_chosen, method=method, progress=progress))
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
 
         return found, partial(hopeless_words, scene, program)
     return found, str
+
+
+def _chosen(program: Program, *, method: str | Method | None, progress: Progress | None) -> Found:
+    return choose(program, method).solve(program, progress)
 
 
 def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:

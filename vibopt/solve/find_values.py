@@ -11,6 +11,7 @@ from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of, static_shapes
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.one_range import Permitted, permitted
+from vibopt.solve.spared import NONE_WITH, known_to, spared, widened
 from vibopt.verify.checked import Built, disagreement
 
 _SHAPES = " for beams in their static shape, the model in the note below"
@@ -30,18 +31,21 @@ class End:
 
     leaps
         Whether that limit leaps there; the value is then one just inside.
+    spared
+        Part of its bound that the limit is kept with to spare.
     """
 
     value: Entry
     ended_by: str
     rows: Rows
     leaps: bool = False
+    spared: float = 0.0
 
     @property
     def as_found(self) -> bool:
         """Whether every limit holds as measured, and one side of the limit that ends it just so."""
-        held = _margins(self.rows, self.ended_by)
-        return _good(self.rows) and (self.leaps or not held or min(map(abs, held)) <= _NEAR)
+        held, near = _margins(self.rows, self.ended_by), max(_NEAR, 2.0 * self.spared)
+        return _good(self.rows) and (self.leaps or not held or min(map(abs, held)) <= near)
 
 
 def permitted_values(scene: Scene, program: Program) -> Design:
@@ -57,7 +61,7 @@ def permitted_values(scene: Scene, program: Program) -> Design:
         return {**built.limits({}), **built.measures({})}
 
     def end(value: float, name: str, inward: float) -> End:
-        at = End(Entry(value, variable.dimension, variable.unit), name, measured(value))
+        at = End(Entry(value, variable.dimension, variable.unit), name, measured(value), spared=known_to(program))
         for part in _BESIDE if name and found.complete and not at.as_found else ():
             inside = value * (1.0 + inward * part)
             rows, beyond = measured(inside), _margins(measured(value * (1.0 - inward * part)), name)
@@ -102,11 +106,14 @@ def _said_once(notes: Sequence[tuple[str, str]]) -> tuple[str, ...]:
     )
 
 
-def _claim(program: Program, permitted: Permitted, path: str, leaps: bool, model: str) -> tuple[str, bool]:
+def _claim(program: Program, found: Permitted, path: str, leaps: bool, model: str) -> tuple[str, bool]:
     """How the set was found, and whether it is proven."""
-    if not permitted.complete:
+    if not found.complete:
         return f"the limits were followed over the range of {path}, but part of it was not settled", False
-    claim = f"every limit was followed over the whole range of {path}, and each end is exact{model}"
+    exact = f"keeps its limit with up to {room} to spare" if (room := spared(program)) else "is exact"
+    claim = f"every limit was followed over the whole range of {path}, and each end {exact}{model}"
+    if room and not found.intervals and permitted(widened(program)).intervals:
+        return NONE_WITH.format(part=room), False
     claim += ", or just inside of one where a limit leaps" if leaps else ""
     searched = sorted({limit.form.searched for limit in program.limits} - {""})
     return (f"{claim}; {', '.join(searched)} and not proven", False) if searched else (claim, True)

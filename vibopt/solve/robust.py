@@ -26,6 +26,7 @@ from vibopt.solve.local import refined
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.proof import breaks, parts_of, settled, tight, worst_machines
 from vibopt.solve.several import GOAL, Several, keys_of
+from vibopt.solve.spared import sure_of_none
 from vibopt.work import Budget
 
 _BROKEN = 9e-10
@@ -135,8 +136,7 @@ class _Run:
             if self.progress is not None:
                 self.progress("tolerances", (step + 0.5) / _WHOLE)
             program = self.machines.program()
-            found = choose(program, self.method).solve(program, self.progress)
-            found = _at_open_ends(program, found)
+            found = sure_of_none(program, _at_open_ends(program, self._searched(program)), self._searched)
             if found.status == "infeasible":
                 return self._hopeless(found, program=program)
             if found.x is None or found.status == "unbounded":
@@ -148,6 +148,9 @@ class _Run:
             if self._over:
                 break
         return self._stopped(found, safe)
+
+    def _searched(self, program: Program) -> Found:
+        return choose(program, self.method).solve(program, self.progress)
 
     def _of_parts(self, nominal: Found) -> Robust:
         """Parts from catalogues: searched anew with every machine that one of the best choices failed on."""
@@ -169,7 +172,7 @@ class _Run:
             if self._over or self.machines.asked == known:
                 return self._stopped(found, None)
             program = self.machines.program()
-            searched = choose(program, self.method).solve(program, self.progress)
+            searched = sure_of_none(program, self._searched(program), self._searched)
             if searched.status == "infeasible":
                 return self._hopeless(searched, reason_of(program, searched), program)
             if searched.x is None:
