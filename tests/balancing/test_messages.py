@@ -6,6 +6,8 @@ from __future__ import annotations
 import pytest
 
 from rotor_jobs import FAN, messages
+from vibopt.errors import InputError
+from vibopt.jobs import from_text
 
 CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     "no conventions": (
@@ -638,3 +640,12 @@ def test_a_coefficient_may_stand_twice_in_two_units() -> None:
 @pytest.mark.parametrize("sectors", ['["0..170 deg", "180..360 deg"]', '["10..0 deg"]', '["200..100 deg"]'])
 def test_sectors_that_leave_a_gap_are_taken(sectors: str) -> None:
     assert messages(FAN.replace(LEFT, f"{LEFT}forbidden = {sectors}\n")) == []
+
+
+@pytest.mark.parametrize("kind", ["[masses.a]\n", "[engine]\n", "[quality]\n"])
+def test_a_title_and_records_are_read_alike_of_every_kind_of_job(kind: str) -> None:
+    with pytest.raises(InputError) as refused:
+        from_text(f"title = 3\nexpected = 3\n{kind}", "a.toml")
+    assert "a.toml line 1: title = 3 is not a text. Write it in quotation marks." in refused.value.messages
+    records = "a.toml line 2: expected is not a list of tables. Write [[expected]] above each record."
+    assert records in refused.value.messages

@@ -27,7 +27,7 @@ def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
     planes = [plane for plane in job.planes if outcome.status != "infeasible"]
     return [
         *known_nearest(outcome),
-        Block("What to do", TODO, tuple(plane_words(outcome, plane) for plane in planes)),
+        Block("What to do", TODO, tuple(answer.words for answer in outcome.plan.planes if planes)),
         _planes(outcome, planes), _left(outcome, job), *(rows_of(outcome) if outcome.nearest is None else ()),
         Block("Conventions", FOOT, job.notes),
         Block("Notes", FOOT, tuple(note for note in outcome.notes if note not in job.notes)),
@@ -39,26 +39,7 @@ def known_nearest(outcome: Answer[KnownJob]) -> list[Block]:
     """The weights that miss the limits least, and how far each is missed."""
     if outcome.nearest is None:
         return []
-    near = replace(outcome, values=outcome.nearest.values)
-    words = tuple(plane_words(near, plane) for plane in outcome.job.planes)
-    return [Block("The nearest weights", TEXT, words), nearest_block(outcome)]
-
-
-def plane_words(outcome: Answer[KnownJob], plane: Plane) -> str:
-    """The sentence for the shop floor."""
-    path, value = f"planes.{plane.name}", outcome.values
-    if plane.keep:
-        return f"{plane.name}: leave untouched."
-    angle = value.get(f"{path}.angle")
-    if angle is None:
-        return f"{plane.name}: no weight."
-    verb = "take away" if plane.remove else "fit"
-    where = f" at radius {show(plane.radius, plane.length_unit, 'length')}" if plane.radii else ""
-    if f"{path}.weights" in value:
-        return f"{plane.name}: {verb} {value[f'{path}.weights'].shown.replace(', ', ' and ')}{where}."
-    amount = value.get(f"{path}.mass", value[f"{path}.unbalance"])
-    depth = f", hole {value[f'{path}.depth'].short(3)} deep" if f"{path}.depth" in value else ""
-    return f"{plane.name}: {verb} {amount.shown}{where}, {angle.shown} from zero{depth}."
+    return [Block("The nearest weights", TEXT, outcome.nearest.words), nearest_block(outcome)]
 
 
 def _planes(outcome: Answer[KnownJob], planes: list[Plane]) -> Block:

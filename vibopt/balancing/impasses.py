@@ -121,8 +121,8 @@ class Asking(Generic[S, B]):
         Of the job, by name.
     solved
         The answer with other limits.
-    rows_at, values
-        Every limit of the job, and every number, at an answer.
+    rows_at, values, words
+        Every limit of the job, every number, and what is to be done, at an answer.
     least
         The least bound of one limit with which the others hold; None: it is looked for by halving.
     work, thorough
@@ -136,6 +136,7 @@ class Asking(Generic[S, B]):
     work: float
     thorough: bool
     least: Callable[[str], float | None] | None = None
+    words: Callable[[S], tuple[str, ...]] = lambda _: ()
 
     def told(self, none: A) -> A:
         """The answer that there is none with what stands in the way, and what comes nearest."""
@@ -201,8 +202,9 @@ class Asking(Generic[S, B]):
                 least[name] = Least(replace(row.value, value=0.0) if nothing else row.value, alone.proven, row.met)
         left = tuple(name for name in self.limits if name not in least)
         return Nearest(
-            values=self.values(best.found), limits=dict(self.rows_at(best.found)), least=least, left=left, soft=soft
-        )
+            values=self.values(best.found), words=self.words(best.found), limits=dict(self.rows_at(best.found)),
+            least=least, left=left, soft=soft,
+        )  # fmt: skip
 
 
 def with_nearest(none: A, near: Nearest | None) -> A:

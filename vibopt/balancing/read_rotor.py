@@ -27,6 +27,7 @@ from vibopt.balancing.rotor_tables import (
     PairTable,
     QualityTable,
     RotorTable,
+    headed,
     known_keys,
     named_tables,
     optional_table,
@@ -216,13 +217,14 @@ def _job(
         mistakes,
         [plane.name for plane in planes],
     )
+    title, expected = headed(document, mistakes)
     job = RotorJob(
-        name=mistakes.name, title=_title(document, mistakes), conventions=conventions, planes=planes,
+        name=mistakes.name, title=title, conventions=conventions, planes=planes,
         sensors=measured.sensors, runs=measured.runs, speeds=measured.speeds, speed_units=measured.speed_units,
         influence=influence, scatter=scatter, residual_limits=residual, correction_limits=correction, goal=goal,
         pairs=pairs, rotor_mass=machine.mass.value if machine else None,
         trial_force=machine.trial_force.value if machine and machine.trial_force else 0.1,
-        quality=quality, has_phase=with_angles, expected=_expected(document, mistakes),
+        quality=quality, has_phase=with_angles, expected=expected,
         notes=(*measured.notes, *pair_notes(pairs, planes), *grade_notes(document)), document=document,
     )  # fmt: skip
     mistakes.raise_any()
@@ -237,9 +239,10 @@ def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
     machine = optional_table(RotorTable, document, "rotor", mistakes)
     speed = machine.speed.value if machine and machine.speed else None
     quality = read_quality(document, conventions, machine.mass.value if machine else None, speed, mistakes)
+    title, expected = headed(document, mistakes)
     job = RotorJob(
-        name=mistakes.name, title=_title(document, mistakes), conventions=conventions, quality=quality,
-        expected=_expected(document, mistakes), notes=grade_notes(document), document=document,
+        name=mistakes.name, title=title, conventions=conventions, quality=quality, expected=expected,
+        notes=grade_notes(document), document=document,
     )  # fmt: skip
     mistakes.raise_any()
     return job
@@ -278,19 +281,3 @@ def _check_importance(measured: Measured, goal: RotorGoal, document: Mapping[str
             "every sensor has importance = 0, so nothing is left to make small. Give one of them an importance greater "
             'than zero, or write minimise = "correction" under limits on the residual.',
         )
-
-
-def _title(document: Mapping[str, Any], mistakes: Mistakes) -> str:
-    """The title, or the name of the file; `statement` is for who reads the file."""
-    for key in ("title", "statement"):
-        if not isinstance(document.get(key, ""), str):
-            mistakes.value((key,), document[key], "is not a text. Write it in quotation marks.")
-    return str(document.get("title", mistakes.name))
-
-
-def _expected(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Mapping[str, Any], ...]:
-    given = document.get("expected", [])
-    if isinstance(given, list) and all(isinstance(one, Mapping) for one in given):
-        return tuple(given)
-    mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
-    return ()

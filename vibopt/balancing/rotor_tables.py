@@ -377,6 +377,18 @@ def known_keys(document: Mapping[str, Any], known: Sequence[str], mistakes: Mist
             mistakes.unknown_key((key,), list(known))
 
 
+def headed(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[str, tuple[Mapping[str, Any], ...]]:
+    """The title, or the name of the file, and its records; `statement` is for who reads the file."""
+    for key in ("title", "statement"):
+        if not isinstance(document.get(key, ""), str):
+            mistakes.value((key,), document[key], "is not a text. Write it in quotation marks.")
+    given = document.get("expected", [])
+    if not isinstance(given, list) or not all(isinstance(one, Mapping) for one in given):
+        mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
+        given = []
+    return str(document.get("title", mistakes.name)), tuple(given)
+
+
 def read_tables(document: Mapping[str, Any], family: str, kind: type[Kind], mistakes: Mistakes) -> dict[str, Kind]:
     """All tables [family.NAME] by name."""
     given = named_tables(document, family, mistakes)

@@ -17,6 +17,7 @@ from vibopt.balancing.engine.engine_tables import (
     EngineTable,
 )
 from vibopt.balancing.rotor_tables import (
+    headed,
     known_keys,
     listed_tables,
     not_soft,
@@ -199,6 +200,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
         All mistakes at once.
     """
     known_keys(document, KEYS, mistakes)
+    heading = headed(document, mistakes)
     if "engine" not in document:
         mistakes.add(("cylinders",), "there are cylinders but no [engine]. Write [engine] with stroke, rod and speed.")
         mistakes.raise_any()
@@ -221,7 +223,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     asked = limits, measures, goal
     _check(engine, cylinders, weights, asked, mistakes)
     mistakes.raise_any()
-    return _job(document, mistakes.name, engine, cylinders, weights, asked)
+    return _job(document, mistakes.name, heading, engine, cylinders, weights, asked)
 
 
 Tables = Mapping[str, EngineLimitTable]
@@ -231,17 +233,18 @@ Weights = Mapping[str, CounterweightTable]
 
 
 def _job(
-    document: Mapping[str, Any], name: str, engine: EngineTable, cylinders: list[CylinderTable],
-    weights: dict[str, Weights], asked: Asked,
+    document: Mapping[str, Any], name: str, heading: tuple[str, tuple[Mapping[str, Any], ...]], engine: EngineTable,
+    cylinders: list[CylinderTable], weights: dict[str, Weights], asked: Asked,
 ) -> EngineJob:  # fmt: skip
     """The job in SI."""
+    title, expected = heading
     throws, cranks = _throws(engine, cylinders)
     spacing = engine.spacing.value if engine.spacing is not None else 0.0
     places = [cylinder.at.value if cylinder.at is not None else k * spacing for k, cylinder in enumerate(cylinders)]
     middle = engine.reference.value if engine.reference is not None else 0.5 * (min(places) + max(places))
     return EngineJob(
         name=name,
-        title=str(document.get("title", name)),
+        title=title,
         speed=engine.speed.value,
         ratio=engine.radius / engine.rod.value,
         orders=max([engine.orders, *(one.of_order for one in _asked_of(asked).values())]),
@@ -268,7 +271,7 @@ def _job(
         limits=asked[0],
         measures=asked[1],
         goal=asked[2],
-        expected=tuple(document.get("expected", ())),
+        expected=expected,
         reference=middle,
         spaced=len(cylinders) > 1 and all(cylinder.at is None for cylinder in cylinders),
         document=document,

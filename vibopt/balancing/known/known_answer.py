@@ -58,6 +58,7 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         job.limits, lambda limits: correct(_with_limits(job, limits)),
         lambda correction: _rows(job, correction, job.limits),
         lambda correction: _values(job, correction), meter.done, thorough,
+        words=lambda correction: tuple(plane.words for plane in correction.planes),
     ).told(answer)  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from vibopt.balancing.planes import UNBALANCE, Corrected, Plane
 from vibopt.balancing.rotor_tables import (
     Bounded,
     PlaneTable,
+    headed,
     inner,
     known_keys,
     not_soft,
@@ -245,6 +246,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         All mistakes at once.
     """
     known_keys(document, KEYS, mistakes)
+    title, expected = headed(document, mistakes)
     shaft = read_table(ShaftTable, document.get("shaft", {}), ("shaft",), mistakes)
     masses = read_tables(document, "masses", MassTable, mistakes)
     planes = read_planes(document, mistakes, KnownPlaneTable)
@@ -263,7 +265,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         goal = KnownGoalTable(minimise="unbalance")
     return KnownJob(
         name=mistakes.name,
-        title=str(document.get("title", mistakes.name)),
+        title=title,
         masses=tuple(
             Mass(name, mass.phasor, 0.0 if mass.at is None else mass.at.value) for name, mass in masses.items()
         ),
@@ -275,7 +277,7 @@ def read_known(document: Mapping[str, Any], mistakes: Mistakes) -> KnownJob:
         measures=measures,
         goal=goal,
         notes=notes,
-        expected=tuple(document.get("expected", ())),
+        expected=expected,
         document=document,
     )
 
