@@ -215,6 +215,11 @@ def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tupl
     read, notes = dict(changes), []
     for path, value in changes.items():
         said = re.fullmatch(_PERCENT, value) if isinstance(value, str) and "%" in value else None
+        if said is not None and _is_chosen(job, path):
+            raise InputError(
+                f'{job.name}: {path} = "{value}" is a part of a number, and this one is chosen from a range. Write a '
+                f"value, or move an end of the range: --set {path}.to=..."
+            )
         fact = next((one for one in facts(job) if one.path in (path, f"{path}.value")), None) if said else None
         if said is None or fact is None or fact.dimension in ("ratio", "level"):
             continue
@@ -223,13 +228,26 @@ def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tupl
         if not said[1]:
             raise InputError(
                 f'{job.name}: {path} = "{value}" may be a part of {fact.now(1.0)} in two ways. Write "+{value}" for '
-                f'{new["+"]}, "-{value}" for {new["-"]}.'
+                f'{new["+"]}, "-{value}" for {new["-"]}{_that_part(fact, share)}.'
             )
         read[path] = new[said[1].replace("−", "-")]
         if not hasattr(job, "notes"):  # nowhere to say how it was read
             raise InputError(f'{job.name}: {path} = "{value}" is a part of {fact.now(1.0)}. Write "{read[path]}".')
         notes.append(f'{path}: "{value}" read as {read[path]}, from {fact.now(1.0)}')
     return read, tuple(notes)
+
+
+def _that_part(fact: FactAt, share: float) -> str:
+    """How to write that a number is to be `share` of itself; "" where that is none of it, or all."""
+    if share in (0.0, 1.0):
+        return ""
+    return f', "{100.0 * (share - 1.0):+.6g} %" for {fact.now(share)}'
+
+
+def _is_chosen(job: Job, path: str) -> bool:
+    """Whether a number of a machine that is no ratio is chosen from a range."""
+    chosen = job.variables if is_scene(job) else ()
+    return any(one.path == path and one.values is None and one.dimension not in ("ratio", "level") for one in chosen)
 
 
 def part_at(job: Job, path: str) -> FactAt | None:

@@ -275,3 +275,46 @@ def test_a_trade_off_shows_which_parts_and_at_which_angles(run: Run) -> None:
     assert "feet.part  feet.count" in done.out
     assert "S60-55" in done.out
     assert "feet.stiffness" not in done.out
+
+
+COMPRESSOR = """
+title = "Compressor on four mounts"
+bodies.compressor.mass = "850 kg"
+[links.mount]
+between = ["compressor", "ground"]
+stiffness = { from = "50 kN/m", to = "10 MN/m" }
+loss_factor = 0.12
+count = 4
+[excitations.shaft]
+kind = "unbalance"
+on = "compressor"
+unbalance = "0.35 kg m"
+speed = "980 rpm"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "1200 N"
+[limits.start]
+response = "displacement"
+of = "compressor"
+over = "start-up"
+at_most = "6 mm"
+[limits.sag]
+response = "static_deflection"
+of = "mount"
+at_most = "9 mm"
+[goal]
+maximise = "stiffness"
+of = "mount"
+"""
+
+
+def test_a_trade_off_names_where_it_leaps_and_has_no_knee_behind_its_chord(run: Run, tmp_path: Path) -> None:
+    """Stiff mounts far above resonance pass the force of the shaft on; none between both costs less of either."""
+    file = tmp_path / "compressor.toml"
+    file.write_text(COMPRESSOR)
+    words = " ".join(run("tradeoff", str(file), "--against", "limits.floor", "--points", "5").out.split())
+    assert (
+        "; nothing lies between 1.26 MN/m at 4727 N pk and 10 MN/m at 4727 N pk. There is no knee: no point lies "
+        "before the straight line between both ends."
+    ) in words

@@ -20,6 +20,7 @@ from vibopt.jobs import answer, of_document, open_job, with_changes
 from vibopt.study.recorded import compare
 from vibopt.study.sweep import sweep
 from vibopt.study.whatif import whatif
+from vibopt.study.window import window
 from vibopt.work import TimeLimit
 
 ROOT = Path(__file__).parents[2] / "problems"
@@ -241,13 +242,26 @@ def test_a_part_of_a_bound_is_read_as_the_bound_and_the_answer_says_so() -> None
     [
         (PRESS, "limits.floor_force.at_most", "20 %",
          'rao_9_34.toml: limits.floor_force.at_most = "20 %" may be a part of 10 kN in two ways. Write "+20 %" for '
-         '12 kN, "-20 %" for 8 kN.'),
+         '12 kN, "-20 %" for 8 kN, "-80 %" for 2 kN.'),
+        (PRESS, "links.mount.stiffness", "-5 %",
+         'rao_9_34.toml: links.mount.stiffness = "-5 %" is a part of a number, and this one is chosen from a range. '
+         "Write a value, or move an end of the range: --set links.mount.stiffness.to=..."),
         (ROOT / "balancing" / "engine_share_capped.toml", "engine.speed", "+10 %",
          'engine_share_capped.toml: engine.speed = "+10 %" is a part of 1500 rpm. Write "1650 rpm".'),
     ],
 )  # fmt: skip
 def test_a_part_that_cannot_be_read_is_told_with_the_value(file: Path, path: str, value: str, words: str) -> None:
     assert refused(open_job, file, {path: value}).messages == (words,)
+
+
+def test_a_number_alone_gets_a_tolerance_by_its_path() -> None:
+    job: Any = open_job(PRESS, {"bodies.press.mass.tolerance": "5 %"})
+    assert job.document["bodies"]["press"]["mass"] == {"value": "300 kg", "tolerance": "5 %"}
+    assert refused(window, job).messages == (
+        "rao_9_34.toml: window finds the tolerances that a design bears, and the file has tolerances already. Leave "
+        'them out: --set bodies.press.mass.tolerance="0 %".',
+    )
+    assert window(with_changes(job, {"bodies.press.mass.tolerance": "0 %"})).spans
 
 
 def test_a_variable_that_is_varied_is_held_at_each_value() -> None:

@@ -13,6 +13,9 @@ from vibopt.cli.sweep_command import MOST_ROWS, columns, value_at
 from vibopt.cli.sweep_table import FORMATS, table_text, targets
 from vibopt.files.writing import format_of, write_file
 
+MOST_LEAPS = 3
+"""Leaps of a curve that are named."""
+
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.answer.entry import Entry
@@ -78,7 +81,7 @@ def tradeoff(
 
 def _list(result: Tradeoff, console: Console) -> None:
     from vibopt.answer.text import grid, paragraph
-    from vibopt.study.tradeoff import KNEE, weighs
+    from vibopt.study.tradeoff import weighs
 
     console.print(result.job.title, style="bold")
     open_ones = sum(point.status == "feasible" for point in result.points)
@@ -108,15 +111,34 @@ def _list(result: Tradeoff, console: Console) -> None:
     spacing = (
         f"Neighbours are no further apart than {50.0 * result.gap:.2g} % of the whole curve, in parts of both spans"
     )
-    jumps = f"; at {len(result.jumps)} places nothing lies between" if result.jumps else ""
-    paragraph(console, f"{spacing}{jumps}. The knee is {KNEE}.")
+    paragraph(console, f"{spacing}{_leaps(result)}. {_knee(result)}")
     if open_ones:
         count = "1 design is" if open_ones == 1 else f"{open_ones} of the designs are"
-        better = "others may be better in both there, and the knee may be elsewhere"
+        better = f"others may be better in both there{', and the knee may be elsewhere' if result.knee else ''}"
         paragraph(console, f"{count} not proven best: {better}.")
     if not result.free:
         further = f"it goes on where {result.name} is loosened further"
         paragraph(console, f"The goal has no best value of its own: {further}.")
+
+
+def _leaps(result: Tradeoff) -> str:
+    """Between which neighbours there is nothing, the first of them."""
+    both = [
+        [(at.shown, best.goal.shown if best.goal is not None else "-")
+         for at, best in zip(result.reached[jump : jump + 2], result.points[jump : jump + 2], strict=True)]
+        for jump in result.jumps[:MOST_LEAPS]
+    ]  # fmt: skip
+    ends = [" and ".join(f"{goal} at {at}" for at, goal in two) for two in both]
+    more = len(result.jumps) - len(ends)
+    return f"; nothing lies between {', '.join(ends)}{f' and at {more} more' if more else ''}" if ends else ""
+
+
+def _knee(result: Tradeoff) -> str:
+    from vibopt.study.tradeoff import KNEE
+
+    if result.knee is None:
+        return "There is no knee: no point lies before the straight line between both ends."
+    return f"The knee is {KNEE}."
 
 
 def _shown(value: Entry, size: float) -> Entry:

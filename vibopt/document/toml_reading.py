@@ -216,7 +216,7 @@ def changed(document: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str
     """The document with some values replaced, by path: {"limits.start_up.at_most": "8 mm"}; the given one stays.
 
     In a list the step is the number of the entry, from 1: "runs.2.speed".  A number keeps its tolerance, a part of it,
-    unless the value is a table that says otherwise.
+    unless the value is a table that says otherwise; a number alone gets one by ".tolerance" behind its path.
     """
     new = dict(document)
     for path, value in changes.items():
@@ -246,6 +246,8 @@ def as_wide(old: Any, value: Any) -> Any:
 
 def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     steps = path.split(".")
+    if steps[-1] == "tolerance" and isinstance(plain := inside(document, ".".join(steps[:-1])), (str, int, float)):
+        steps, value = steps[:-1], {"value": plain, "tolerance": value}
     here: Any = document
     for step in steps[:-1]:
         key = _key(here, step, path)

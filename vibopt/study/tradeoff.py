@@ -61,7 +61,7 @@ class Tradeoff(Tabular):
     goal
         Name of the goal.
     knee
-        Index of the point farthest from the line between both ends; None of two points.
+        Index of the point farthest before the line between both ends; None where none is.
     gap
         Greatest distance of neighbours: parts of both spans, added; 2 is all of it.
     free
@@ -300,7 +300,7 @@ class _Front:
         gaps = np.abs(np.diff(parts, axis=0)).sum(axis=1)
         jumps = [i for i, gap in enumerate(gaps) if done and gap > 2.0 / (count - 1) * (1.0 + _SAME)]
         away = 1.0 - parts.sum(axis=1)
-        knee = int(away.argmax()) if len(found) > 2 else None
+        knee = int(away.argmax()) if away.max() > _SAME else None
         rest = [gap for i, gap in enumerate(gaps) if i not in jumps]
         entries = tuple(replace(point.value, value=self.reached(point)) for point in found)
         return Tradeoff(

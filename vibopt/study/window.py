@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import isfinite
@@ -118,15 +118,25 @@ def _check(scene: Scene) -> None:
             "or is a place. Set it to a value with --set."
         )
     if uncertain(scene):
+        without = " ".join(f'--set {path}="0 %"' for path in _tolerances(scene.document, ""))
         raise InputError(
             f"{scene.name}: window finds the tolerances that a design bears, and the file has tolerances already. "
-            "Leave them out."
+            f"Leave them out{f': {without}' if without else ''}."
         )
     if not 1 <= len(scene.variables) <= MOST_VARIABLES:
         raise InputError(
             f"{scene.name}: window is for one to {MOST_VARIABLES} variables, and the file has {len(scene.variables)}. "
             "Set some to values with --set."
         )
+
+
+def _tolerances(table: Mapping[str, Any], base: str) -> Iterator[str]:
+    """Paths of the tolerances that a file says itself."""
+    for key, value in table.items():
+        if key == "tolerance":
+            yield f"{base}{key}"
+        elif isinstance(value, Mapping) and base + key != "scenarios":
+            yield from _tolerances(value, f"{base}{key}.")
 
 
 def _widest(span: Span) -> tuple[FloatArray, float]:
