@@ -18,6 +18,8 @@ from vibopt.study import tradeoff
 from vibopt.study.edges import BY_SEARCH
 from vibopt.study.price_words import range_rows
 from vibopt.study.prices import prices
+from vibopt.study.sweep import sweep
+from vibopt.study.sweep_series import change_words
 
 PROBLEMS = Path(__file__).parent.parent.parent / "problems"
 
@@ -206,3 +208,21 @@ def test_the_radius_of_a_plane_moves_its_trial_weights() -> None:
         in (found.notes)
     )
     assert [way.change for way in found.rows[0].ways] == [0.0, 0.0]
+
+
+def test_a_sweep_finds_every_other_filling_of_holes() -> None:
+    """Totals of weights of 3, 5 and 8 g are whole grams: of every whole total either the plan of one less is best."""
+    plane = 'radius = "150 mm"\nholes = 12\nshelf = ["3 g", "5 g", "8 g"]\nmost_weights = 2'
+    total = '[limits.total]\nresponse = "correction"\ntotal = true\nat_most = "20 g"\n'
+    job = from_text(MEASURED.replace('radius = "150 mm"', plane) + total)
+    best = {}
+    for grams in range(10, 16):
+        goal = answer(with_changes(job, {"limits.total.at_most": f"{grams}.5 g"}), explain=False).goal
+        assert goal is not None
+        best[grams] = goal[1].value
+    leaps = [1e-3 * grams for grams in range(11, 16) if best[grams] < best[grams - 1]]
+    found = sweep(job, "limits.total.at_most", "10.5 g..15.5 g", 2)
+    other = [one for one in found.boundaries if one.before[2] != one.after[2]]
+    assert [one.at for one in other] == pytest.approx(leaps, rel=1e-5)
+    assert change_words(other[-1]) == "left 11 g @ 321.9 deg -> 10 g @ 315 deg, right 3 g @ 60 deg -> 5 g @ 90 deg"
+    assert change_words(other[-1], briefly=True) == "other weights in left and right"

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibopt.answer.entry import ACTIVE, Entry
 from vibopt.arrays import FloatArray
+from vibopt.balancing import is_rotor
 from vibopt.errors import InputError
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
@@ -145,7 +146,13 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
 
 
 def _listed(job: Job) -> frozenset[str]:
-    """What a machine chooses from a list or as a whole number, by path; columns of a part go with its name."""
+    """What is chosen from a list or as a whole number, by path; columns of a part go with its name.
+
+    Of a measured rotor the sums of weights from a shelf in holes.
+    """
+    if is_rotor(job):
+        filled = [plane for plane in job.planes if plane.is_open and plane.shelf and plane.holes]
+        return frozenset(f"planes.{plane.name}.{part}" for plane in filled for part in (plane.dimension, "angle"))
     if not is_scene(job):
         return frozenset()
     of_parts = tied(job)

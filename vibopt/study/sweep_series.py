@@ -56,7 +56,10 @@ def strips(sweep: Sweep) -> Strips:
         log_x=sweep.by_ratios,
         strips=tuple(_answers(sweep, points) if chosen else _measured(points, sweep.drawn)),
         shaded=tuple(_shaded(sweep)) if chosen else (),
-        marks=tuple((float(_shown(np.array([boundary.at]), fact)[0]), change_words(boundary)) for boundary in active),
+        marks=tuple(
+            (float(_shown(np.array([boundary.at]), fact)[0]), change_words(boundary, briefly=True))
+            for boundary in active
+        ),
         joined=fact.dimension != "count",
     )
 
@@ -104,8 +107,8 @@ def map_of(sweep: Sweep) -> Map:
     )
 
 
-def change_words(boundary: Boundary) -> str:
-    """What changes where a fact rises over a boundary."""
+def change_words(boundary: Boundary, *, briefly: bool = False) -> str:
+    """What changes where a fact rises over a boundary; in a figure `briefly`, without the weights themselves."""
     (before, first, had), (after, then, has) = boundary.before, boundary.after
     if before != after and "good" in (before, after):
         bad = WORDS.get(before if after == "good" else after, "no design")
@@ -115,11 +118,24 @@ def change_words(boundary: Boundary) -> str:
     if before != after:
         return f"{WORDS.get(before, before)}, then {WORDS.get(after, after)}"
     verb = ("becomes broken", "holds") if before == "violated" else ("becomes active", "no longer active")
-    new, gone = [name for name in then if name not in first], [name for name in first if name not in then]
-    said = [f"{name} {verb[0]}" for name in new] + [f"{name} {verb[1]}" for name in gone]
-    old = dict(had)
-    said += [f"{path.removeprefix('links.')} {old[path]} -> {now}" for path, now in has if old.get(path, now) != now]
-    return ", ".join(said)
+    said = [f"{name} {verb[0]}" for name in then if name not in first]
+    said += [f"{name} {verb[1]}" for name in first if name not in then]
+    old, new = _by_plane(had), _by_plane(has)
+    other = [path for path, now in new.items() if old.get(path, now) != now]
+    planes = [path.removeprefix("planes.") for path in other if path.startswith("planes.")]
+    if briefly and planes:
+        return ", ".join([*said, f"other weights in {' and '.join(planes)}"])
+    names = [path.removeprefix("links.").removeprefix("planes.") for path in other]
+    return ", ".join([*said, *(f"{name} {old[path]} -> {new[path]}" for name, path in zip(names, other, strict=True))])
+
+
+def _by_plane(chosen: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """What was chosen, by path; the weights of a plane together, "40 g @ 251.3 deg"."""
+    found: dict[str, str] = {}
+    for path, shown in sorted(chosen, key=lambda one: one[0].endswith(".angle")):
+        plane = path.rpartition(".")[0] if path.startswith("planes.") else path
+        found[plane] = f"{found[plane]} @ {shown}" if plane in found else shown
+    return found
 
 
 def _side(sweep: Sweep, boundary: Boundary, level: float) -> Side:
