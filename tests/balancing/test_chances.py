@@ -11,14 +11,16 @@ from hypothesis import strategies as st
 from scipy.stats import rice
 
 import vibopt as vo
-from rotor_jobs import FAN, messages, solve_text
+from rotor_jobs import FAN, messages, polar, solve_text
 from vibopt.answer.answer import Answer
+from vibopt.arrays import FloatArray
+from vibopt.balancing.chance_plan import kept_share
 from vibopt.balancing.chances import farthest
 from vibopt.balancing.contradictions import heard
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.cli.main import main
 from vibopt.errors import InputError
-from vibopt.program.drawn import clopper_pearson
+from vibopt.program.drawn import clopper_pearson, sure_share
 
 SCATTER = 'scatter = { amplitude = "0.2 mil" }\n'
 """Alike in every direction: what is left at a sensor then follows the law of Rice."""
@@ -57,6 +59,67 @@ def test_enough_of_all_rotors_keep_the_limit_by_integrals_and_no_more_than_is_as
         assert share <= 1.0 - 0.4 * (1.0 - asked)
 
 
+@given(st.floats(0.0, 1.6), st.floats(0.01, 3.0), st.floats(-1.2, 1.2), st.floats(0.0, 3.2), st.floats(0.0, 6.3))
+def test_a_share_of_errors_of_any_shape_is_that_of_rice_or_of_a_grid(
+    size: float, sd: float, shape: float, tilt: float, way: float
+) -> None:
+    z = size * np.exp(1j * way)
+    alike = kept_share(np.array([z]), sd**2 * np.eye(2)[None], 1.0)
+    assert float(alike[0]) == pytest.approx(float(rice.cdf(1.0 / sd, size / sd)), abs=1e-9)
+    one, other = 0.4 * np.exp(shape), 0.4 * np.exp(-shape)
+    turn = np.array([[np.cos(tilt), -np.sin(tilt)], [np.sin(tilt), np.cos(tilt)]])
+    share = kept_share(np.array([z]), (turn @ np.diag([one**2, other**2]) @ turn.T)[None], 1.0)
+    angles, radii = 2.0 * np.pi * (np.arange(120) + 0.5) / 120, np.sqrt((np.arange(200) + 0.5) / 200)
+    errors = np.outer(np.exp(1j * angles), radii).ravel() - z  # of equal areas in the disc of radius one
+    x, y = turn.T @ np.stack([errors.real, errors.imag])
+    density = np.exp(-0.5 * ((x / one) ** 2 + (y / other) ** 2)) / (2.0 * np.pi * one * other)
+    assert float(share[0]) == pytest.approx(np.pi * density.mean(), abs=1e-3)
+
+
+def one_plane(seed: int, wanted: float, room: float) -> tuple[str, FloatArray, float]:
+    """A rotor with one plane and two sensors, shares of a grid of its plans by integrals, and that of the best bound.
+
+    The bound is so wide that the best plan of the grid keeps what is asked, and a part `room` wider.
+    """
+    dice = np.random.default_rng(seed)
+    y0, h = (dice.normal(size=(2, 2)) @ [1.0, 1j] for _ in range(2))
+    text = f'{SCATTER}speed = "1200 rpm"\n{FAN[FAN.index("[conventions]") : FAN.index("[planes")]}'
+    text += '[planes.p]\nradius = "150 mm"\n[limits.rest]\nresponse = "residual"\nat_most = "BOUND mil pp"\n'
+    text += f'with_probability = "{100.0 * wanted:.8g} %"\n[goal]\nminimise = "GOAL"\n'
+    read = [5.0 * y0, 5.0 * y0 + 2.0 * h]
+    for name, own in zip(("as found", "trial"), read, strict=True):
+        two = ", ".join(f'{k} = "{polar(complex(z), "mil")}"' for k, z in zip("ab", own, strict=True))
+        text += f'[[runs]]\nname = "{name}"\n' + ('weights = { p = "10 g @ 0 deg" }\n' if name == "trial" else "")
+        text += f"readings = {{ {two} }}\n"
+    best = -np.vdot(read[1] - read[0], read[0]) / np.vdot(h, h).real / 4.0
+    part = 3.0 * max(abs(best), 1.0) * np.linspace(-1.0, 1.0, 31)
+    w = 0.5 * best + part[:, None] + 1j * part
+    left = np.abs(read[0] + w[..., None] * (read[1] - read[0]))
+    sd = 0.2 * np.sqrt(np.abs(1.0 - w) ** 2 + np.abs(w) ** 2)[..., None]
+    needed, low, high = sure_share(wanted, 16384, 0.9975), 0.0, 20.0
+    while high - low > 5e-3:
+        bound = 0.5 * (low + high)
+        low, high = (low, bound) if rice.cdf(bound / sd, left / sd).prod(axis=-1).max() >= needed else (bound, high)
+    bound = float(f"{(1.0 + room) * high:.5g}")
+    return text.replace("BOUND", repr(bound)), rice.cdf(bound / sd, left / sd).prod(axis=-1), needed
+
+
+@given(
+    st.integers(0, 10**6), st.sampled_from([0.75, 0.9, 0.95, 0.99]), st.floats(-0.05, 0.05),
+    st.sampled_from(["correction", "residual"]),
+)  # fmt: skip
+def test_where_no_plan_is_found_no_plan_of_a_grid_keeps_the_probability(
+    seed: int, wanted: float, room: float, goal: str
+) -> None:
+    text, shares, needed = one_plane(seed, wanted, room)
+    answer = solve_text(text.replace("GOAL", goal))
+    if answer.plan.fittings:
+        assert share_of(answer, answer.limits["rest"].limit.value) >= wanted
+    else:
+        assert answer.status in ("unproven", "infeasible")
+        assert shares.max() < needed
+
+
 def test_weights_that_are_given_are_judged_by_machines_drawn_word_for_word() -> None:
     text = fan(1.0, "90 %", "residual")
     for name, weight in (("left", "10.8 g @ 326 deg"), ("right", "5.8 g @ 66 deg")):
@@ -81,10 +144,11 @@ def test_the_same_is_drawn_each_time_and_two_answers_compare_on_the_same_machine
 
 
 def test_a_machine_that_is_modelled_wrongly_is_found_by_the_other_sampler(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vibopt.balancing import chances
+    from vibopt.balancing import chance_plan, chances
 
     true = chances.covariances
-    monkeypatch.setattr(chances, "covariances", lambda *given: 1.3 * true(*given))
+    for room in (chances, chance_plan):
+        monkeypatch.setattr(room, "covariances", lambda *given: 1.3 * true(*given))
     answer = solve_text(fan(1.0, "90 %"))
     assert answer.status == "check_failed"
     assert "machines of another draw" in answer.claim

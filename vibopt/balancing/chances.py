@@ -17,9 +17,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.begin import goal_of
 from vibopt.balancing.fitting import plan_text
 from vibopt.balancing.influence import Identified
-from vibopt.balancing.optimisers import Solver
-from vibopt.balancing.plane_options import Posed
-from vibopt.balancing.question import Question, Solved, relative_gap
+from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import rows_of
 from vibopt.balancing.trust import Noise, covariances
@@ -38,16 +36,13 @@ from vibopt.program.drawn import (
 from vibopt.program.told import judged_by, odds_of, percent, row_told
 from vibopt.records import dataclass
 from vibopt.values.tolerance import SIGMAS
-from vibopt.work import late, worked
+from vibopt.work import worked
 
 _WORK = 1e-4
 """Of one reading of one rotor [nominal ms]."""
 _TIMES = 100.0
 """By how many times more rotors are far off than may break a limit, where hardly any may."""
-_ROUNDING, _CLOSE, _SETTLED = 1e-9, 1e-4, 1e-6
-_ROUNDS = 12
-_MORE = (0.0, 0.1, 0.3, None)
-"""Standard deviations of further room, where the rotors of the verdict happen to be worse; None: for the worst."""
+_ROUNDING = 1e-9
 _AGAIN, _BY_CHANCE = 4096, 1e-6
 """Rotors of the other sampler, and how rarely it contradicts by chance."""
 
@@ -80,10 +75,16 @@ class Left:
         return min(_TIMES * (1.0 - self.wanted), 1.0) if self.wanted > RARE else 1.0
 
     @property
-    def nearer(self) -> float:
-        """Greatest amplitude on rotors of which no reading is far off [SI peak]; 0 where all are drawn."""
-        near = (1.0 - self.part) ** (1.0 / len(self.z))
-        return float((np.abs(self.z) + _radius(near) * self.spread).max()) if self.part < 1.0 else 0.0
+    def near(self) -> float:
+        """Within how many standard deviations each reading of the rotors is that are not drawn; 0 where all are."""
+        return float(radius((1.0 - self.part) ** (1.0 / len(self.z))))
+
+    @property
+    def needed(self) -> float:
+        """The share that must keep the bound so that a verdict hardly ever fails; nan where none can be reached."""
+        sizes, confidence = looks(_WORK * len(self.z), MOST_WORK)
+        share = sure_share(1.0 - (1.0 - self.wanted) / self.part, sizes[-1], confidence)
+        return 1.0 - self.part * (1.0 - share)
 
     @property
     def sure(self) -> float:
@@ -91,20 +92,20 @@ class Left:
         room = np.maximum(self.bound - np.abs(self.z), 0.0) / np.maximum(self.spread, 1e-300)
         return float(np.prod(-np.expm1(-0.5 * room**2)))
 
-    def drawn(self, some: slice, stream: str = "") -> FloatArray:
-        """Greatest amplitude on each of some rotors (n_drawn,) [SI peak]; the same ones for the same stream.
+    def drawn(self, some: slice) -> FloatArray:
+        """Greatest amplitude on each of some rotors (n_drawn,) [SI peak]; always the same ones.
 
         The first reading that is far off is drawn by its chance; those before it are not, those behind it anywhere.
         """
         near = (1.0 - self.part) ** (1.0 / len(self.z))
         ends = np.cumsum((1.0 - near) * near ** np.arange(len(self.z))) / self.part
-        first = np.searchsorted(ends, shares_of(["first far off"], some.stop, stream)[some, 0], side="right")
+        first = np.searchsorted(ends, shares_of(["first far off"], some.stop)[some, 0], side="right")
         first = np.minimum(first, len(self.z) - 1)
         greatest = np.zeros(len(first))
         for k, (name, z, root) in enumerate(zip(self.names, self.z, self.root, strict=True)):
-            share, turn = shares_of([f"{name} radius", f"{name} direction"], some.stop, stream)[some].T
+            share, turn = shares_of([f"{name} radius", f"{name} direction"], some.stop)[some].T
             share = np.where(first > k, near * share, np.where(first == k, near + (1.0 - near) * share, share))
-            x, y = root @ (_radius(share) * np.stack([np.cos(2.0 * np.pi * turn), np.sin(2.0 * np.pi * turn)]))
+            x, y = root @ (radius(share) * np.stack([np.cos(2.0 * np.pi * turn), np.sin(2.0 * np.pi * turn)]))
             greatest = np.maximum(greatest, np.hypot(z.real + x, z.imag + y))
         worked(_WORK * len(greatest) * len(self.z))
         return greatest
@@ -113,7 +114,8 @@ class Left:
     def told(self) -> Sampled:
         """Rotors drawn until a verdict is reached, or the work is done."""
         sizes, confidence = looks(_WORK * len(self.z), MOST_WORK)
-        of = self if self.nearer <= self.bound else replace(self, wanted=RARE)
+        farthest = float((np.abs(self.z) + self.near * self.spread).max())
+        of = self if farthest <= self.bound else replace(self, wanted=RARE)
 
         def sample(some: slice) -> Sampled:
             values = of.drawn(some)
@@ -125,22 +127,16 @@ class Left:
     def holds(self) -> bool:
         return self.told.verdict(self.wanted) == MET
 
-    def over(self, more: float) -> float:
-        """By how much the bound is missed by what a verdict on others needs, with so much `more` room [SI peak].
 
-        nan where no verdict can be reached.
-        """
-        sizes, confidence = looks(_WORK * len(self.z), MOST_WORK)
-        share = sure_share(1.0 - (1.0 - self.wanted) / self.part, sizes[-1], confidence)
-        if np.isnan(share):
-            return share
-        seen = float(np.quantile(self.drawn(slice(0, sizes[-1]), "design"), share, method="higher"))
-        return max(seen, self.nearer) + more * float(self.spread.max()) - self.bound
-
-
-def _radius(share: FloatArray | float) -> FloatArray:
+def radius(share: FloatArray | float) -> FloatArray:
     """Within how many standard deviations a share of normal errors in the plane lies."""
     return np.asarray(np.sqrt(-2.0 * np.log1p(-np.asarray(share))))
+
+
+def root_of(covariance: FloatArray) -> FloatArray:
+    """The symmetric root of covariances (n_rows, 2, 2), which moves smoothly with them."""
+    values, axes = np.linalg.eigh(covariance)
+    return np.asarray(axes * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ axes.swapaxes(1, 2))
 
 
 def farthest(z: complex, steps: ComplexArray) -> float:
@@ -161,8 +157,7 @@ class Rotors:
     def left(self, u: ComplexArray) -> dict[str, Left]:
         """Per limit with a probability what the correction u leaves."""
         z, found = self.identified.residual(u), {}
-        values, axes = np.linalg.eigh(covariances(self.job, self.identified, self.noise, u))
-        root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ axes.transpose(0, 2, 1)  # moves smoothly with u
+        root = root_of(covariances(self.job, self.identified, self.noise, u))
         for limit in self.job.residual_limits:
             if limit.share is not None:
                 rows = np.array(rows_of(self.job, limit.sensor, limit.speed))
@@ -180,54 +175,6 @@ class Rotors:
             steps = np.concatenate([turn * size[:, sensor] for size in sizes])
             found.append(farthest(self.identified.residual(u)[row], steps))
         return np.array(found)
-
-    def plan(self, posed: Posed, first: Solved, solver: Solver) -> Solved:
-        """The plan of which enough rotors keep every limit; `first` is the best of which the prediction keeps them.
-
-        Where the prediction is beyond a bound fewer than half of all rotors keep it, so nothing is better than `first`.
-        Where too few keep it, each reading has to leave room for its error; how much, rotors drawn once tell, and the
-        verdict comes from others.
-        """
-        assert first.u is not None
-        if all(one.holds for one in self.left(first.u).values()):
-            sure = all(one.sure >= one.wanted for one in self.left(first.u).values())
-            return replace(first, status=first.status if sure else "feasible", prices=None)
-        for more in _MORE:
-            best = self._searched(posed.question, first, solver, more)
-            if best is not None and best.u is not None and all(one.holds for one in self.left(best.u).values()):
-                gap = relative_gap(best.value, first.bound, 0.0)
-                claim = f"no plan is better by more than {percent(float(f'{gap:.2g}'))}"
-                return replace(best, status="feasible", claim=claim, bound=first.bound, gap=gap, prices=None)
-        said = ", ".join(self.left(first.u))
-        claim = f"no plan was found that enough of all machines bear ({said}), which proves nothing"
-        return Solved(None, "unproven", claim, details=first.details, work=first.work)
-
-    def _searched(self, question: Question, first: Solved, solver: Solver, more: float | None) -> Solved | None:
-        """The best plan found with room for errors of the readings, as much as rotors drawn once ask, and `more`."""
-        solved, best, sizes = first, None, dict[str, float]()
-        for _ in range(_ROUNDS):
-            assert solved.u is not None
-            limits, enough = question.limits.copy(), True
-            for name, left in self.left(solved.u).items():
-                if more is None:
-                    room = self.worst(solved.u, left.rows) - np.abs(left.z)
-                    over = float((np.abs(left.z) + room).max()) - left.bound
-                else:
-                    over, spread = left.over(more), left.spread
-                    decides = int(np.argmax(np.abs(left.z) + SIGMAS * spread))
-                    sizes[name] = max(sizes.get(name, 0.0) + over / max(spread[decides], 1e-300), 0.0)
-                    room = sizes[name] * spread
-                enough = enough and over <= _CLOSE * left.bound
-                limits[left.rows] = np.minimum(limits[left.rows], left.bound - room)
-            if enough and solved is not first and (best is None or solved.value < best.value):
-                best = solved
-            if not (limits > 0.0).all() or late("the search among machines drawn"):
-                break
-            tried = solver(replace(question, limits=limits))
-            if tried.u is None or np.abs(tried.u - solved.u).max() <= _SETTLED * np.abs(solved.u).max(initial=0.0):
-                break
-            solved = tried
-        return best
 
     def with_odds(self, plan: Answer[RotorJob], question: Question, first: Solved) -> Answer[RotorJob]:
         """The plan with what is drawn of each limit with a probability, and what another sampler says against it."""

@@ -74,8 +74,8 @@ class Learnt:
         return len(self.runs) - int(self.pseudo.shape[0])
 
     def weights_of(self, u: ComplexArray) -> ComplexArray:
-        """c(u): factors of the readings in the prediction for the correction u, (n_runs,)."""
-        c: ComplexArray = np.concatenate([[1.0], u[list(self.planes)]]) @ self.pseudo
+        """c(u): factors of the readings (..., n_runs) in the prediction for the correction u (..., n_planes)."""
+        c: ComplexArray = self.pseudo[0] + u[..., list(self.planes)] @ self.pseudo[1:]
         return c
 
     def affine(self, n_planes: int) -> tuple[ComplexArray, ComplexArray]:
@@ -100,7 +100,8 @@ class Identified:
     learnt: tuple[Learnt, ...]
 
     def residual(self, u: ComplexArray) -> ComplexArray:
-        left: ComplexArray = self.y0 + self.H @ u
+        """What is left at the readings (..., n_rows) after the correction u (..., n_planes)."""
+        left: ComplexArray = self.y0 + u @ self.H.T
         return left
 
 

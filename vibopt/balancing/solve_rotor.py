@@ -9,6 +9,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.balancing.agreement import idle_words, without_insensitive
 from vibopt.balancing.begin import answered, as_told, begun, nothing, plan_of
+from vibopt.balancing.chance_plan import planned
 from vibopt.balancing.chances import Rotors
 from vibopt.balancing.contradictions import Heard, beside, heard, held_bands, judged
 from vibopt.balancing.fitting import amplitude, fitting_of, put_back
@@ -52,7 +53,7 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
     solved = first = answered(job, posed, solver)
     rotors = Rotors(job, identified, noise) if noise is not None and job.asks_shares else None
     if rotors is not None and job.choices and first.u is not None:
-        solved = rotors.plan(posed, first, solver)
+        solved = planned(rotors, posed.question, first, solver)
     if solved.u is None:
         none = nothing(job, identified, posed, solved, thorough=thorough)
         if job.residual_limits:

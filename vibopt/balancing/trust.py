@@ -81,19 +81,19 @@ def _seen(learnt: Learnt) -> FloatArray:
 
 
 def covariances(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
-    """Covariance (real, imaginary) of what is left after u, per row (n_rows, 2, 2) [SI²]."""
+    """Covariance (real, imaginary) of what is left after u (..., n_planes), per row (..., n_rows, 2, 2) [SI²]."""
     found = []
     for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
-        turn = learnt.weights_of(u)[:, None] * learnt.turn
+        turn = learnt.weights_of(u)[..., None] * learnt.turn
         found.append(_covariance(turn * along) + _covariance(1j * turn * across))
-    return np.concatenate(found)
+    return np.concatenate(found, axis=-3)
 
 
 def _covariance(steps: ComplexArray) -> FloatArray:
-    """Of the sum of independent steps (n_runs, n_sensors), per sensor."""
+    """Of the sum of independent steps (..., n_runs, n_sensors), per sensor."""
     x, y = steps.real, steps.imag
-    xy = (x * y).sum(axis=0)
-    return np.stack([np.stack([(x * x).sum(axis=0), xy], -1), np.stack([xy, (y * y).sum(axis=0)], -1)], -2)
+    xy = (x * y).sum(axis=-2)
+    return np.stack([np.stack([(x * x).sum(axis=-2), xy], -1), np.stack([xy, (y * y).sum(axis=-2)], -1)], -2)
 
 
 def bands(job: RotorJob, identified: Identified, noise: Noise, u: ComplexArray) -> FloatArray:
