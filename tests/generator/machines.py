@@ -213,11 +213,11 @@ def catalogue(draw: Draw, made: Drawn, stiffness: float, load: float, *, shear: 
     return name
 
 
-def about_an_axis(draw: Draw) -> Drawn:
-    """Discs on shafts, now and then one that is geared to the one before."""
+def about_an_axis(draw: Draw, *, geared: bool = False) -> Drawn:
+    """Discs on shafts, now and then one that is geared to the one before; `geared`: each of them, on a shaft held."""
     made = Drawn(frequency=draw.size(5.0, 60.0))
-    end, free = "ground", draw.chance(0.1) and not draw.small
-    for index in range(2 if free else draw.pick([1, 1, 2, 3])):
+    end, free = "ground", draw.chance(0.1) and not draw.small and not geared
+    for index in range(2 if free else draw.pick([2, 2, 3] if geared else [1, 1, 2, 3])):
         mass, wide = draw.size(5.0, 50.0), draw.size(0.2, 0.6)
         inertia = mass * wide**2 / 8.0
         disc = {"disc": {"mass": draw.said(mass, "mass"), "diameter": draw.said(wide, "length")}}
@@ -228,12 +228,17 @@ def about_an_axis(draw: Draw) -> Drawn:
         )
         made.turning.add(body)
         shaft = _shaft(draw, made, [body, end], inertia) if index or not free else {}
-        if index and not free and aside(shaft).chance(0.25):
+        if index and not free and (geared or aside(shaft).chance(0.25)):
             made.document["bodies"][body] |= {"geared_to": end, "speed_ratio": aside(shaft).pick([-0.4, 3.0])}
         elif shaft:
             made.put("links", f"shaft{index + 1}", shaft)
         end = body
     return made
+
+
+def that_is_geared(draw: Draw) -> Drawn:
+    """Discs of which each turns with the one before."""
+    return about_an_axis(draw, geared=True)
 
 
 def _shaft(draw: Draw, made: Drawn, between: list[str], inertia: float) -> dict[str, Any]:

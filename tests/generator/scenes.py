@@ -14,6 +14,7 @@ from machines import (
     about_an_axis,
     on_a_line,
     on_a_structure,
+    that_is_geared,
     that_rubs,
     that_spins,
     that_whirls,
@@ -44,6 +45,7 @@ MACHINES: tuple[tuple[Callable[[Draw], Drawn], bool, bool], ...] = (
 _BENT = ("bearing_force", *(f"{one}bending_stress" for one in ("", "static_", "combined_", "rms_", "peak_")))
 OF_ITS_OWN = {
     "friction_force": that_rubs,
+    "gear_torque": that_is_geared,
     "stability_threshold": that_spins,
     "critical_speed": that_whirls,
     "amplification_factor": that_whirls,

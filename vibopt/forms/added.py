@@ -18,10 +18,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Added(Form):
-    """Sum of forms that are no less than zero; `squares`: the root of the sum of their squares."""
+    """Sum of forms that are no less than zero; `squares`: the root of the sum of their squares.
+
+    With `peaks` each is at its greatest over its speeds, also where the least of the whole is asked for.
+    """
 
     parts: tuple[Form, ...]
     squares: bool = False
+    peaks: bool = False
     no_bounds = "is a sum of what is greatest each by itself: it has no bounds on boxes of designs"
     not_convex = "is a sum of what is greatest each by itself, which is not convex in stiffness and damping"
     rough = "is a sum of what is greatest each by itself, each of which jumps from one peak to another"
@@ -36,13 +40,24 @@ class Added(Form):
         return moving[0] if len(moving) == 1 else None
 
     def beside(self, model: Model, x: FloatArray) -> float:
-        return self._together([part.value(model, x) for part in self.parts if part.swings is None])
+        return self._together(
+            [] if self.peaks else [part.value(model, x) for part in self.parts if part.swings is None]
+        )
+
+    def apart(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> tuple[Modulus, float, bool]:
+        part = next(part for part in self.parts if any(drive.name == name for drive in part.drives))
+        if not self.peaks:
+            return part.apart(model, x, name, least_wanted=least_wanted)
+        assert part.harmonic is not None
+        rest = self._together([other.value(model, x) for other in self.parts if other is not part])
+        return part.harmonic, rest, self.squares
 
     def value(self, model: Model, x: FloatArray) -> float:
         return self.worst(model, x).value
 
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
-        each = [part.worst(model, x, least_wanted=least_wanted) for part in self.parts]
+        least = least_wanted and not self.peaks
+        each = [part.worst(model, x, least_wanted=least) for part in self.parts]
         return Worst(self._together([one.value for one in each]), {k: v for one in each for k, v in one.speeds.items()})
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
@@ -54,7 +69,8 @@ class Added(Form):
         def value(at: FloatArray) -> float:
             return self.worst(model, at, least_wanted=least_wanted).value
 
-        first = [part.extremes(model, x, least_wanted=least_wanted)[0] for part in self.parts]
+        least = least_wanted and not self.peaks
+        first = [part.extremes(model, x, least_wanted=least)[0] for part in self.parts]
         values = np.exp(np.array([local.value for local in first]))
         whole = self._together(values)
         if not 0.0 < whole < np.inf:

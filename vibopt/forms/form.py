@@ -117,6 +117,10 @@ class Form:
         """What stands beside what `swings` and adds to it."""
         return 0.0
 
+    def apart(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> tuple[Modulus, float, bool]:
+        """The response to one excitation over its speeds, what the others add, each the worst, and if by squares."""
+        raise NotImplementedError(f"{type(self).__name__} is no response over speeds")
+
     @property
     def powers(self) -> Monomials | None:
         """Itself where it is a sum of powers of the variables, which needs no machine."""

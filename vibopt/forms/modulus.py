@@ -86,9 +86,19 @@ class Modulus(Form):
             (drive,) = self.drives
             return Worst(self._sizes(model, x[None])[0], {drive.name: drive.bands[0].low})
         found = {drive.name: drive_extreme(model, self, drive, x, least_wanted) for drive in self.drives}
-        values = [one.value for one in found.values()]
-        total = hypot(*values) if self.combine == "rss" else sum(values)
+        total = self._total([one.value for one in found.values()])
         return Worst(total, {name: one.speed for name, one in found.items()})
+
+    def _total(self, values: list[float]) -> float:
+        return hypot(*values) if self.combine == "rss" else sum(values)
+
+    def apart(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> tuple[Modulus, float, bool]:
+        from vibopt.forms.drive_response import drive_extreme
+
+        others = [drive for drive in self.drives if drive.name != name]
+        rest = [drive_extreme(model, self, drive, x, least_wanted).value for drive in others]
+        alone = replace(self, drives=tuple(drive for drive in self.drives if drive.name == name))
+        return alone, self._total(rest), self.combine == "rss"
 
     def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
         line, bands = self.line, self.bands
@@ -144,9 +154,7 @@ class Modulus(Form):
         if len(per_drive) == 1:
             return [((one.speed,), one.value) for one in per_drive[0]]
         tops = [(min if least_wanted else max)(one, key=lambda e: e.value) for one in per_drive]
-        values = np.array([top.value for top in tops])
-        total = float(np.sqrt((values**2).sum())) if self.combine == "rss" else float(values.sum())
-        return [(tuple(top.speed for top in tops), total)]
+        return [(tuple(top.speed for top in tops), self._total([top.value for top in tops]))]
 
     def watched(self, ends: tuple[float, ...]) -> list[float]:
         found: list[float] = []

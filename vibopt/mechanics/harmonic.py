@@ -127,25 +127,15 @@ def _of(model: Model, terms: IntArray, p: FloatArray, omega: FloatArray) -> Comp
 
 
 def _solve(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
-    if stiff.shape[-1] == 1:
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.where(stiff[..., 0] == 0.0, np.inf, load / stiff[..., 0]), dtype=complex)
     scale = np.abs(stiff).max(axis=-1, keepdims=True)
     scale[scale == 0.0] = 1.0
     try:
         return np.asarray(np.linalg.solve(stiff / scale, (load / scale[..., 0])[..., None])[..., 0], dtype=complex)
     except np.linalg.LinAlgError:
-        flat = (stiff / scale).reshape(-1, *stiff.shape[-2:])
-        right = (load / scale[..., 0]).reshape(-1, stiff.shape[-1])
-        rows = [_solve_one(a, b) for a, b in zip(flat, right, strict=True)]
-        return np.array(rows).reshape(load.shape)
-
-
-def _solve_one(stiff: ComplexArray, load: ComplexArray) -> ComplexArray:
-    try:
-        return np.asarray(np.linalg.solve(stiff, load), dtype=complex)
-    except np.linalg.LinAlgError:
-        return np.full(load.shape, np.inf, dtype=complex)
+        if stiff.ndim == 2:
+            return np.full(load.shape, np.inf, dtype=complex)
+        each = zip(stiff.reshape(-1, *stiff.shape[-2:]), load.reshape(-1, load.shape[-1]), strict=True)
+        return np.array([_solve(*one) for one in each]).reshape(load.shape)
 
 
 def transfer(

@@ -92,19 +92,18 @@ class Reading:
         """Load, row and direct part at one design."""
         if self.always is not None:
             return self.always
-        made = self.fixed if self.table is None else self.fixed + modes.p @ self.table
-        n = self.model.n_free
-        both = made[: 4 * n].reshape(4, n) @ modes.root.T
-        return Ends(both[:2], both[2:], complex(made[4 * n]), complex(made[4 * n + 1]))
+        return self._on(self.fixed if self.table is None else self.fixed + modes.p @ self.table, modes.root)
 
     @cached_property
     def always(self) -> Ends | None:
         """Load, row and direct part where they are the same at every design."""
-        root, n = self.oscillator.root, self.model.n_free
-        if root is None or self.table is not None:
-            return None
-        both = self.fixed[: 4 * n].reshape(4, n) @ root.T
-        return Ends(both[:2], both[2:], complex(self.fixed[4 * n]), complex(self.fixed[4 * n + 1]))
+        root = self.oscillator.root
+        return None if root is None or self.table is not None else self._on(self.fixed, root)
+
+    def _on(self, made: ComplexArray, root: FloatArray) -> Ends:
+        n = self.model.n_free
+        both = made[: 4 * n].reshape(4, n) @ root.T
+        return Ends(both[:2], both[2:], complex(made[4 * n]), complex(made[4 * n + 1]))
 
     def fractions(self, modes: Modes, ends: Ends) -> Fractions | None:
         """The response against the frequency in units; None at a mode of frequency zero or a singular basis."""
@@ -147,12 +146,16 @@ class Reading:
             stiff = s[:, None, None] * modes.damping
             stiff += modes.stiffness
         stiff.reshape(len(v), n * n)[:, :: n + 1] -= (v * v)[:, None]
+        size: FloatArray | float = 1.0
+        if not modes.stiffness.diagonal().all():  # what no spring holds: its small row would be lost under a great one
+            size = np.abs(stiff).max(axis=2, keepdims=True)
+            stiff /= size
         if self.table is None:
-            moved = np.linalg.solve(stiff, ends.load[0][:, None])[:, :, 0]
+            moved = np.linalg.solve(stiff, ends.load[0][:, None] / size)[:, :, 0]
             return np.asarray(moved @ ends.row[0] + ends.constant, dtype=complex)
         load = ends.load[0] + s[:, None] * ends.load[1]
         row = ends.row[0] + s[:, None] * ends.row[1]
-        moved = np.linalg.solve(stiff, load[:, :, None])[:, :, 0]
+        moved = np.linalg.solve(stiff, load[:, :, None] / size)[:, :, 0]
         return np.asarray((row * moved).sum(axis=1) + ends.constant + s * ends.growth, dtype=complex)
 
 

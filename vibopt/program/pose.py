@@ -172,7 +172,7 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
         return response.noise_form(model, noises_for(scene, response, model.points))
     if isinstance(response, TransientResponse) and response.combine is not None:
         alone = (response.alone(name, scene.excitations[name].sorts) for name in names_for(scene, response))
-        return forms.Added(tuple(_form_of(scene, model, one) for one in alone), response.combine == "rss")
+        return forms.Added(tuple(_form_of(scene, model, one) for one in alone), response.combine == "rss", peaks=True)
     if isinstance(response, TransientResponse):
         loads, signals = signals_for(scene, response, model.points, model.n_free)
         if not isinstance(signals, tuple):

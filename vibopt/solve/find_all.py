@@ -2,54 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.arrays import FloatArray, joined
-from vibopt.forms import Modulus
-from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
+from vibopt.arrays import ComplexArray, FloatArray, joined
+from vibopt.forms.drive_response import DriveResponse, singularities
+from vibopt.mechanics.peaks import Response as Level
 from vibopt.mechanics.peaks import crossings
 from vibopt.program.program import Limit, Program
-from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
-from vibopt.responses import HarmonicResponse
+from vibopt.responses import HarmonicResponse, Response, TransientResponse
 from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.scene import Design, Scene
-from vibopt.signals import Band, Drive
+from vibopt.signals import Band
 from vibopt.solve.branch import Judge
 from vibopt.verify.checked import checked_limits, checked_measures, disagreement
 
 Interval = tuple[float, float]
 
 
-@dataclass(frozen=True)
-class Level:
-    """Value of a limit against the speed of one excitation, the others at their worst; callable."""
-
-    response: DriveResponse
-    others: float
-    combine: str
-
-    def __call__(self, speed: FloatArray) -> FloatArray:
-        """Shape of `speed` [rad/s]."""
-        value = self.response(speed)
-        return np.sqrt(value**2 + self.others**2) if self.combine == "rss" else value + self.others
-
-
 def permitted_speeds(scene: Scene, program: Program) -> Design:
     """The answer to `find_all` of the speed of an excitation."""
     name = str(scene.find_all).removesuffix(".speed")
     excitation = scene.excitations[name]
-    own = {
-        key
-        for key, limit in scene.limits.items()
-        if isinstance(limit, HarmonicResponse)
-        and name in names_for(scene, limit)
-        and speeds_for(scene, limit, name) is None
-    }
+    own = {key for key, limit in scene.limits.items() if _looks_at(scene, limit, name)}
     found = speeds_of(program, name, excitation.own_bands(), own)
     unit, dimension = excitation.speed.unit, excitation.speed.dimension
 
@@ -70,6 +48,14 @@ def permitted_speeds(scene: Scene, program: Program) -> Design:
         found=None if doubt else tuple((shown(low), shown(high)) for low, high in found),
         notes=notes_of(scene, {}),
     )
+
+
+def _looks_at(scene: Scene, limit: Response, name: str) -> bool:
+    """Whether a limit looks at an excitation at its own speeds; as one of what comes once, added up."""
+    if not isinstance(limit, (HarmonicResponse, TransientResponse)) or name not in names_for(scene, limit):
+        return False
+    alone = limit.alone(name, scene.excitations[name].sorts) if isinstance(limit, TransientResponse) else limit
+    return isinstance(alone, HarmonicResponse) and speeds_for(scene, alone, name) is None
 
 
 def speeds_of(program: Program, drive_name: str, bands: tuple[Band, ...], own: set[str]) -> list[Interval]:
@@ -98,39 +84,37 @@ def speeds_of(program: Program, drive_name: str, bands: tuple[Band, ...], own: s
     return here
 
 
-def _holds(limit: Limit, drive_name: str, bands: tuple[Band, ...]) -> list[Interval]:
-    """Speeds at which one limit holds."""
-    form = limit.form.swings
-    assert form is not None
-    x = np.zeros(0)
-    least = limit.least_wanted
-    limit = replace(limit, bound=limit.bound - limit.form.beside(limit.model, x))
-    if limit.bound < 0.0:
+def _holds(limit: Limit, name: str, bands: tuple[Band, ...]) -> list[Interval]:
+    """Speeds of an excitation at which one limit holds, the others at their worst."""
+    x, least = np.zeros(0), limit.least_wanted
+    form, others, squares = limit.form.apart(limit.model, x, name, least_wanted=least)
+    bound = limit.bound - limit.form.beside(limit.model, x)
+    if bound < 0.0:
         return [(band.low, band.high) for band in bands] if least else []
-    drive = next(one for one in form.drives if one.name == drive_name)
-    rest = [drive_extreme(limit.model, form, one, x, least).value for one in form.drives if one is not drive]
-    others = float(np.sqrt(sum(v * v for v in rest))) if form.combine == "rss" else float(sum(rest))
-    level = Level(DriveResponse(limit.model, form, drive, x), others, form.combine)
-    found: list[Interval] = []
-    for band in bands:
-        found += _pieces(limit, form, drive, level, band)
-    return found
+    (drive,), sign = form.drives, -1.0 if least else 1.0
+    response = DriveResponse(limit.model, form, drive, x)
+
+    def level(speed: FloatArray) -> FloatArray:
+        value = response(speed)
+        return np.hypot(value, others) if squares else value + others
+
+    singular, breaks = singularities(limit.model, form, drive, x)
+    return [one for band in bands for one in _pieces(level, band, singular, breaks, bound, sign)]
 
 
-def _pieces(limit: Limit, form: Modulus, drive: Drive, level: Level, band: Band) -> list[Interval]:
+def _pieces(
+    level: Level, band: Band, singular: ComplexArray, breaks: FloatArray, bound: float, sign: float
+) -> list[Interval]:
     """Cut a band at every crossing, and keep the parts whose middle is good, and touching points."""
-    singular, breaks = singularities(limit.model, form, drive, np.zeros(0))
-    cuts = crossings(level, band, singular, breaks, limit.bound)
-    edges = [band.low, *cuts, band.high]
-    sign = 1.0 if limit.side == "at_most" else -1.0
+    edges = [band.low, *crossings(level, band, singular, breaks, bound), band.high]
     kept: list[Interval] = []
     for low, high in pairwise(edges):
         middle = level(np.array([0.5 * (low + high)]))[0]
-        if sign * (middle - limit.bound) <= 0.0:
+        if sign * (middle - bound) <= 0.0:
             kept.append((low, high))
     for point in edges:
         value = level(np.array([point]))[0]
-        if sign * (value - limit.bound) <= 1e-12 * limit.bound and not any(a <= point <= b for a, b in kept):
+        if sign * (value - bound) <= 1e-12 * bound and not any(a <= point <= b for a, b in kept):
             kept.append((point, point))
     return joined(kept)
 
