@@ -16,6 +16,7 @@ from vibopt.balancing import optimisers
 from vibopt.balancing.engine import EngineJob, solve_engine
 from vibopt.balancing.engine.choose_weights import balance, settings
 from vibopt.balancing.engine.shaking import Arms, arms, of_order
+from vibopt.balancing.question import Solved
 from vibopt.study.prices import priced
 from vibopt.study.prices import prices as every_price
 from vibopt.units import read_quantity
@@ -52,7 +53,7 @@ def numbers(text: str, dimension: str) -> list[float]:
 def grid(job: EngineJob, here: Arms) -> tuple[np.ndarray, np.ndarray]:
     """(secondary force, secondary couple) of every pair of shaft weights along the line on which they act."""
     sizes = np.linspace(-3e-3, 3e-3, 801)
-    x = np.array([(a, 0.0, b, 0.0) for a in sizes for b in sizes])
+    x = np.array([(a, b) for a in sizes for b in sizes])
     both = np.array([here.constant[k, :, 2] + x @ here.slope[k, :, 2].T for k in (0, 1)])
     force, couple = np.abs(both).sum(axis=2)
     return force, couple
@@ -166,10 +167,8 @@ def test_an_impasse_beyond_the_budget_is_said_with_what_computes_it(monkeypatch:
 
 
 def test_a_class_of_cranks_without_a_proof_leaves_the_search_open(monkeypatch: pytest.MonkeyPatch) -> None:
-    from vibopt.balancing.lengths import Least
-
-    def nothing(job: EngineJob, found: Arms, *more: object) -> Least:
-        return Least(None, np.nan, -np.inf, "unproven", "the solver stopped")
+    def nothing(job: EngineJob, found: Arms, *more: object) -> Solved:
+        return Solved(None, "unproven", "the solver stopped")
 
     monkeypatch.setattr("vibopt.balancing.engine.choose_weights.weigh", nothing)
     assert balance(job_of(search("1 kN m"))).status == "unproven"

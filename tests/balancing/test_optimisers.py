@@ -6,6 +6,7 @@ from dataclasses import replace
 from itertools import product
 from typing import Any
 
+import cvxpy as cp
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
@@ -19,7 +20,7 @@ from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plane_options import options_of
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Options, Question, Solved, breaks
-from vibopt.errors import counted
+from vibopt.errors import InputError, counted
 from vibopt.work import Budget
 
 GOALS: tuple[Goal, ...] = ("rms", "worst", "sum", "huber", "correction")
@@ -556,3 +557,45 @@ def test_how_much_wider_limits_must_be_looks_at_forbidden_sectors() -> None:
     held = solve_continuous(replace(question, sectors=(((0.3, 2.0 * np.pi - 0.3),),)))
     assert held.status == "infeasible"
     assert held.least_factor == pytest.approx(2.0, rel=1e-7)
+
+
+@law
+@given(seed=st.integers(0, 10**6), goal=st.sampled_from(["sum", "worst"]), tight=st.floats(0.02, 0.5))
+def test_shares_under_limits_on_added_readings_agree_with_cvxpy(seed: int, goal: Any, tight: float) -> None:
+    """Two weights and a share; two pairs of readings, each held together."""
+    dice = np.random.default_rng(seed)
+    H, y0 = (dice.normal(size=size) + 1j * dice.normal(size=size) for size in ((7, 3), 7))
+    low, high = sorted(dice.uniform(0.0, 1.0, 2))
+    question = Question(
+        y0, H, importance=np.where(np.arange(7) < 3, 1.0, 0.0),
+        limits=np.where(np.arange(7) < 3, np.inf, tight * np.abs(y0[3:]).sum()),
+        caps=np.array([high, 0.6, np.inf]), mass_per_unbalance=np.array([0.0, 1.0, 1.0]), goal=goal,
+        ends=((low, high), None, None), sums=np.array([0, 1, 2, 3, 3, 4, 4]),
+    )  # fmt: skip
+    share, u = cp.Variable(), cp.Variable(2, complex=True)
+    left = y0 + H[:, 0] * share + H[:, 1:] @ u
+    pairs = [cp.sum(cp.abs(left[rows])) for rows in ([3, 4], [5, 6])]
+    held = [share >= low, share <= high, cp.abs(u[0]) <= 0.6]
+    aim = cp.sum(cp.abs(left[:3])) if goal == "sum" else cp.max(cp.abs(left[:3]))
+    theirs = cp.Problem(cp.Minimize(aim), [*held, *(pair <= question.limits[3] for pair in pairs)])
+    theirs.solve(solver="CLARABEL")
+    ours = solve_question(question)
+    if ours.u is not None:
+        assert ours.status == "optimal"
+        assert not breaks(question, ours.u)
+        assert ours.value == pytest.approx(float(theirs.value), rel=1e-6)
+        return
+    least = cp.Problem(cp.Minimize(cp.max(cp.hstack(pairs))), held)
+    least.solve(solver="CLARABEL")
+    assert ours.status == "infeasible"
+    assert 1.0 < ours.least_factor * question.limits[3] == pytest.approx(float(least.value), rel=1e-6)
+
+
+def test_readings_that_are_added_up_know_no_lists() -> None:
+    one = np.ones(1)
+    with pytest.raises(InputError) as refused:
+        Question(
+            one + 0j, np.ones((1, 1)) + 0j, one, one, one, options=(Options(one, one),), sums=np.zeros(1, dtype=int)
+        )
+    said = "readings that are added up and lists of weights do not go together. Leave one out."
+    assert str(refused.value) == said

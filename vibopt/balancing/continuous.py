@@ -18,8 +18,10 @@ from vibopt.balancing.question import (
     Sectors,
     Solved,
     breaks,
+    greatest,
     inside_arc,
     relative_gap,
+    together,
     wider_words,
     worst_part,
 )
@@ -117,7 +119,7 @@ def _snapped(scene: Scaled, answer: Convex, arcs: list[tuple[Wedge, ...]], best:
     for plane, wedges in enumerate(arcs):
         near[plane] = into_set(complex(near[plane]), wedges, scene.fans.get(plane))
     near = pull_in(replace(scene, wedges=(None,) * scene.n_planes), near)
-    if np.abs(scene.F @ near + scene.f).max(initial=0.0) > 1.0 + KEPT:
+    if scene.held(near).max(initial=0.0) > 1.0 + KEPT:
         return best
     value = scene.value(near)
     return replace(answer, x=near, value=value) if value < best.value else best
@@ -171,6 +173,7 @@ def free_planes(question: Question) -> Free:
         stock=stock,
         mass_per_unbalance=densities[kept],
         fans=tuple(question.fans[int(np.argmax(one != 0))] for one in spread.T) if question.fans else (),
+        ends=tuple(question.ends[int(np.argmax(one != 0))] for one in spread.T) if question.ends else (),
         pairs=(),
     )
     return Free(spread, inner, tuple(places for _, places in lists))
@@ -300,7 +303,8 @@ def closed_form(question: Question) -> Solved | None:
     if question.goal != "rms" and question.n_readings > question.n_planes and np.isfinite(question.caps).any():
         return None  # more readings than planes and caps: something will be left
     u, rank = least_squares(question.triangle)
-    bare = not question.sectors and not np.isfinite(question.total_cap) and np.all(np.isinf(question.limits))
+    held = question.sectors or question.ends or np.isfinite(question.total_cap)
+    bare = not held and np.all(np.isinf(question.limits))
     if not np.all(np.abs(u) <= question.caps) or not (bare or not breaks(replace(question, options=()), u, 0.0)):
         return None
     value = question.value(u)
@@ -358,7 +362,7 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
         return Solved(
             None, "unproven", "no correction was found, and that there is none is not proven", details=details
         )
-    u = free.spread @ (answer.x * scene.column)
+    u = question.base + free.spread @ (answer.x * scene.column)
     value = question.value(u)
     low = answer.bound * scene.goal_size if np.isfinite(answer.bound) else -np.inf
     gap = relative_gap(value, low, scene.goal_size)
@@ -387,7 +391,9 @@ def _prices(question: Question, free: Free, scene: Scaled, answer: Convex) -> Pr
         return None
     readings = np.zeros(question.n_readings)
     limits = np.maximum(question.limits[scene.limited], 1e-300)
-    readings[scene.limited] = np.abs(answer.dual.v) * scene.goal_size / limits
+    pulls = np.abs(answer.dual.v)  # of amplitudes that are added up each has its part
+    parts = greatest(pulls, scene.sums) / np.maximum(together(pulls, scene.sums), 1e-300)
+    readings[scene.limited] = pulls * parts * scene.goal_size / limits
     own = answer.dual.caps * scene.goal_size / scene.column
     total = answer.dual.total * scene.goal_size / scene.mass_size
     return Prices(readings, _cap_prices(question, free, own), float(total))

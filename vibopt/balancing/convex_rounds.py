@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.balancing.question import held_by, together
 from vibopt.balancing.scaled import EXACT, Dual, Scaled, into_wedge, weak_duality
 from vibopt.cones import Cones
 from vibopt.records import dataclass
@@ -29,15 +30,14 @@ class ConeAnswer:
 def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: float = 1e-11) -> ConeAnswer:
     """Solve with only these goal rows ("worst") and limit rows; all other goals take every goal row."""
     exact, cones, heads, n = scene.exact, Cones(2 * scene.n_planes), 0, scene.n_planes
-    if scene.goal != "correction":
+    if len(scene.goal_sums):
+        heads = _added(cones, _over_parts(scene.G[goal_rows]), scene.g[goal_rows], scene.goal_sums[goal_rows])
+    elif scene.goal != "correction":
         rows = round(scene.divisor**2)
         heads = cones.least(scene.goal, _over_parts(scene.G[goal_rows]), scene.g[goal_rows], scene.huber, rows)
-    first_limit = cones.n_rows
     shown = limit_rows if exact is None else np.setdiff1d(limit_rows, exact.rows)
-    tight, inside = scene.tightness[shown], min(INSIDE * tolerance, 2e-9)
-    if len(shown):
-        bounds = np.maximum(1.0 / tight - inside, 0.5 / tight)
-        cones.moduli(_over_parts(scene.F[shown] / tight[:, None]), scene.f[shown] / tight, bounds)
+    inside = min(INSIDE * tolerance, 2e-9)
+    firsts = [(some, _limits(scene, cones, some, inside)) for some in _apart(scene, shown) if len(some)]
     _amounts(scene, cones, 0.0 if exact is None else inside)
     _arcs(scene, cones)
     worked(0.5 + 0.007 * (len(goal_rows) + len(shown)) * scene.n_planes)
@@ -49,11 +49,45 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     z = np.zeros(len(scene.g), dtype=complex)
     z[goal_rows] = _multipliers(cone_point.z, heads, len(goal_rows), whole=scene.goal == "rms")
     v = np.zeros(len(scene.f), dtype=complex)
-    v[shown] = _multipliers(cone_point.z, first_limit, len(shown), whole=False) / tight
+    for some, first in firsts:
+        v[some] = _multipliers(cone_point.z, first, len(some), whole=False) / scene.tightness[some]
     if exact is not None:
         pulled = cones.pulled(cone_point.z) if len(cone_point.z) else np.zeros(2 * n)
         v[exact.rows] = -exact.inverse.conj().T @ (pulled[:n] + 1j * pulled[n : 2 * n])
     return ConeAnswer(cone_point.x[:n] + 1j * cone_point.x[n : 2 * n], z, v, cone_point.status)
+
+
+def _apart(scene: Scaled, rows: Rows) -> tuple[Rows, Rows]:
+    """Limit rows that are held by themselves, and those that are added up."""
+    many = scene.shared[rows]
+    return rows[~many], rows[many]
+
+
+def _limits(scene: Scaled, cones: Cones, rows: Rows, inside: float) -> int:
+    """Limit rows, drawn in by a part `inside`; the place of the first."""
+    tight = scene.tightness[rows]
+    bounds = np.maximum(1.0 / tight - inside, 0.5 / tight)
+    slope, constant = _over_parts(scene.F[rows] / tight[:, None]), scene.f[rows] / tight
+    if not scene.shared[rows].any():
+        return cones.moduli(slope, constant, bounds)
+    return _added(cones, slope, constant, scene.sums[rows], bounds)
+
+
+def _added(
+    cones: Cones, slope: ComplexArray, constant: ComplexArray, sums: IntArray, bounds: FloatArray | None = None
+) -> int:
+    """Moduli of one number in `sums` together below their bound, or the greatest as the cost; the first row's place."""
+    slots = cones.helpers(len(sums))
+    start = cones.moduli(slope, constant, 0.0, (slots,))
+    _, first, own = np.unique(sums, return_index=True, return_inverse=True)
+    table, most = np.equal.outer(np.arange(len(first)), own).astype(float), np.zeros(len(first))
+    if bounds is None:
+        slots, table = np.append(slots, cones.helpers(1, 1.0)), np.column_stack([table, most - 1.0])
+    else:
+        most = bounds[first]
+    at, which = np.nonzero(table)
+    cones.linear(np.zeros((len(first), cones.n)), most, (at, slots[which], table[at, which]))
+    return start
 
 
 def _over_parts(M: ComplexArray) -> ComplexArray:
@@ -131,6 +165,7 @@ TOLERANCES = (1e-10, 1e-11, 1e-8)
 CLOSE = 1e-8
 SURE = 1e-10
 ROUNDED = 1e-14
+PULLS, SLACK, ALIKE = 12, 1e-6, 1e-3
 STEPS = 15
 
 
@@ -232,15 +267,17 @@ def _least_factor(scene: Scaled) -> tuple[Convex, float]:
     if least > 1.0 + KEPT:
         return near, least
     ratio = _patient(_as_goal(scene, ~rows, rows))
-    kept = 0.0 if ratio.dual is None else float(np.abs(ratio.dual.v).sum())
+    own = scene.sums[rows] if len(scene.sums) else scene.sums
+    kept = 0.0 if ratio.dual is None else held_by(np.abs(ratio.dual.v), own)
     return ratio, (ratio.bound + kept) / (1.0 + kept)  # those that are equations become wider, too
 
 
 def _as_goal(scene: Scaled, rows: BoolArray, kept: BoolArray) -> Scaled:
     """The worst of the limits `rows` as the goal, with the limits `kept`."""
+    sums, goal_sums = (scene.sums[some] if len(scene.sums) else scene.sums for some in (kept, rows))
     return replace(
         scene, G=scene.F[rows], g=scene.f[rows], F=scene.F[kept], f=scene.f[kept], limited=scene.limited[kept],
-        goal="worst", goal_size=1.0,
+        goal="worst", goal_size=1.0, sums=sums, goal_sums=goal_sums,
     )  # fmt: skip
 
 
@@ -263,8 +300,9 @@ def _rounds(scene: Scaled, tolerance: float) -> Convex:
     best_x, best_value, best_bound, best_dual, impossible, count = None, np.inf, -np.inf, None, False, 0
     for count in range(1, ROUNDS + 1):  # noqa: B007 - read after the loop
         answer = solve_cone(scene, goal_rows, limit_rows, tolerance)
-        x = pull_in(scene, answer.x) if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
-        limits_left = np.abs(scene.F @ x + scene.f)
+        x = answer.x if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
+        x = _onto_limits(scene, pull_in(scene, x))
+        limits_left = scene.held(x)
         kept = limits_left.max(initial=0.0) <= 1.0 + KEPT and (scene.exact is None or _inside(scene, x))
         value = scene.value(x) if kept else np.inf
         dual = weak_duality(scene, answer.z, answer.v, float(np.abs(x).max()))
@@ -284,11 +322,28 @@ def _rounds(scene: Scaled, tolerance: float) -> Convex:
     return Convex(best_x, best_value, best_bound, best_dual, rounds=count, impossible=impossible)
 
 
+def _onto_limits(scene: Scaled, x: ComplexArray) -> ComplexArray:
+    """x moved onto the limits that it breaks by no more than the solver's own slack, by as little as that takes."""
+    for _ in range(PULLS):
+        left = scene.held(x)
+        if not KEPT < left.max(initial=0.0) - 1.0 <= SLACK:
+            break
+        rows = np.flatnonzero(left > 1.0 - KEPT)
+        now = scene.F[rows] @ x + scene.f[rows]
+        along = (now.conj() / np.maximum(np.abs(now), 1e-300))[:, None] * scene.F[rows]
+        _, first, own = np.unique(scene.sums[rows] if len(scene.sums) else rows, return_index=True, return_inverse=True)
+        added = np.equal.outer(np.arange(len(first)), own) @ along
+        parts = np.concatenate([added.real, -added.imag], axis=1)
+        step = np.linalg.lstsq(parts, 1.0 - KEPT - left[rows[first]], rcond=ALIKE)[0]
+        x = pull_in(scene, x + step[: scene.n_planes] + 1j * step[scene.n_planes :])
+    return x
+
+
 def _missing(scene: Scaled, rows: Places, x: ComplexArray) -> Places:
     """Goal rows left out although they are the worst at x; only "worst" leaves rows out."""
     if scene.goal != "worst" or len(rows) == len(scene.g):
         return np.empty(0, dtype=np.intp)
-    left = np.abs(scene.G @ x + scene.g)
+    left = together(np.abs(scene.G @ x + scene.g), scene.goal_sums)
     return _add(rows, left, float(left[rows].max(initial=0.0)) * (1.0 + 1e-11), scene)
 
 
@@ -303,10 +358,10 @@ def _first_rows(scene: Scaled) -> tuple[Places, Places]:
     every = np.arange(len(scene.g))
     goal_rows = every[:0] if scene.goal == "correction" else every
     limit_rows = np.arange(len(scene.f))
-    if scene.goal == "worst" and len(every) > FEW:
+    if scene.goal == "worst" and len(every) > FEW and not len(scene.goal_sums):
         goal_rows = likely_worst(scene, scene.G, scene.g)
     if len(limit_rows) > FEW:
-        limit_rows = likely_worst(scene, scene.F, scene.f)
+        limit_rows = np.union1d(likely_worst(scene, scene.F, scene.f), np.flatnonzero(scene.shared))
     return goal_rows, limit_rows
 
 
@@ -364,7 +419,7 @@ def _inside(scene: Scaled, x: ComplexArray) -> bool:
 
 def _nothing_to_choose(scene: Scaled) -> Convex:
     """No plane is free: the readings stay as they are."""
-    factor = float(np.abs(scene.f).max(initial=0.0))
+    factor = float(scene.held(np.empty(0, dtype=complex)).max(initial=0.0))
     if factor > 1.0 + KEPT:
         return Convex(None, np.inf, np.inf, None, factor)
     value = scene.value(np.empty(0, dtype=complex))

@@ -97,6 +97,12 @@ class Question:
         Per plane the holes of a weight cut in two, u being what both parts do; None elsewhere, empty: nowhere.
     pairs
         (i, j, ratio): u[j] = ratio * u[i]; ratio 1 is a static pair, -1 a couple (equal radii of action).
+    ends
+        Per plane the ends (from, to) of a share, a real number of which nothing is weighed; None: a weight; empty: no
+        shares.
+    sums
+        Per reading a number, shape (n_readings,): amplitudes of one number are added up before they are held against
+        their limit, which is the same for all of them; empty: each is held by itself.  Not with lists.
     """
 
     y0: ComplexArray
@@ -114,10 +120,14 @@ class Question:
     pairs: tuple[tuple[int, int, complex], ...] = ()
     fans: tuple[Fan | None, ...] = ()
     stock: FloatArray = field(default_factory=lambda: np.empty(0))
+    ends: tuple[tuple[float, float] | None, ...] = ()
+    sums: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     def __post_init__(self) -> None:
         if len(self.stock) and self.pairs:
             raise InputError("a stock of weights and pairs of planes do not go together. Leave one of them out.")
+        if len(self.sums) and self.is_discrete:
+            raise InputError("readings that are added up and lists of weights do not go together. Leave one out.")
 
     @property
     def n_readings(self) -> int:
@@ -141,6 +151,14 @@ class Question:
     def densities(self) -> FloatArray:
         """Mass per unbalance [1/m], shape (n_planes,)."""
         return self.mass_per_unbalance if len(self.mass_per_unbalance) else np.ones(self.n_planes)
+
+    @property
+    def base(self) -> ComplexArray:
+        """What is there where least is taken, (n_planes,): the lower ends of shares, no weights."""
+        base = np.zeros(self.n_planes, dtype=complex)
+        for plane, ends in enumerate(self.ends):
+            base[plane] = 0.0 if ends is None else ends[0]
+        return base
 
     @cached_property
     def triangle(self) -> ComplexArray:
@@ -219,6 +237,25 @@ def combined(goal: str, t: FloatArray, huber: float = float("inf"), n: float = 0
         return np.asarray(t.sum(axis=-1))
     inside = np.minimum(t, huber)
     return np.asarray((inside * inside + 2.0 * np.where(t > inside, inside * (t - inside), 0.0)).sum(axis=-1))
+
+
+def together(t: FloatArray, sums: IntArray) -> FloatArray:
+    """Amplitudes t (n_rows,) as limits count them: the sum of all that have the number of a row in `sums`, if any."""
+    return np.asarray(np.bincount(sums, t)[sums]) if len(sums) else t
+
+
+def greatest(t: FloatArray, sums: IntArray) -> FloatArray:
+    """The greatest of all t (n_rows,) that have the number of a row in `sums`; as they are without numbers."""
+    if not len(sums):
+        return t
+    most = np.zeros(int(sums.max()) + 1)
+    np.maximum.at(most, sums, t)
+    return most[sums]
+
+
+def held_by(t: FloatArray, sums: IntArray) -> float:
+    """What multipliers of sizes t (n_rows,) take of limits of one: of amplitudes that are added up the greatest."""
+    return float((greatest(t, sums) / together(np.ones(len(t)), sums)).sum())
 
 
 @dataclass(frozen=True)
@@ -323,8 +360,8 @@ def relative_gap(value: float, bound: float, size: float) -> float:
 
 
 def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence[str]:
-    """The limits, caps, sectors, pairs and lists that the correction u does not keep, by name; empty: all kept."""
-    left = np.abs(question.residual(u))
+    """The limits, caps, sectors, pairs, lists and ends that the correction u does not keep, by name; empty: none."""
+    left = together(np.abs(question.residual(u)), question.sums)
     found = [f"limit {k}" for k in np.flatnonzero(left > question.limits * (1 + slack))]
     masses = question.masses(u)
     found += [f"cap {p}" for p in np.flatnonzero(masses > question.caps * question.densities * (1 + slack))]
@@ -333,6 +370,10 @@ def breaks(question: Question, u: ComplexArray, slack: float = 1e-8) -> Sequence
             found.append(f"holes of {plane}")
     if masses.sum() > question.total_cap * (1 + slack):
         found.append("total")
+    for plane, ends in enumerate(question.ends):
+        room = slack * max(abs(u[plane]), 1.0)
+        if ends is not None and not (ends[0] - room <= u[plane].real <= ends[1] + room and u[plane].imag == 0.0):
+            found.append(f"share {plane}")
     size = float(np.abs(u).max(initial=0.0))
     for plane, sectors in enumerate(question.sectors):
         if any(inside_arc(u[plane : plane + 1], *sector, slack * size)[0] for sector in sectors):

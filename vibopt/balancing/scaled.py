@@ -16,9 +16,9 @@ from dataclasses import field, replace
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.fan import Fan
-from vibopt.balancing.question import Goal, Question, combined
+from vibopt.balancing.question import Goal, Question, combined, greatest, held_by, together
 from vibopt.records import cached_property, dataclass
 
 
@@ -39,6 +39,8 @@ class Scaled:
         Per plane (middle, half width <= pi/2) of the allowed arc of x, None: every angle.
     fans
         By plane the holes of a weight cut in two; caps and masses are of both parts.
+    sums, goal_sums
+        Numbers of limit rows (of goal rows, only for "worst") whose moduli are added up, as those of a question.
     """
 
     G: ComplexArray
@@ -57,6 +59,8 @@ class Scaled:
     column: FloatArray
     wedges: tuple[tuple[float, float] | None, ...]
     fans: Mapping[int, Fan] = field(default_factory=dict)
+    sums: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    goal_sums: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def n_planes(self) -> int:
@@ -73,7 +77,12 @@ class Scaled:
     def tightness(self) -> FloatArray:
         """What limit rows are divided by before a solver sees them, (n_limits,): those far below what is read."""
         sizes = np.maximum(np.abs(self.f), np.abs(self.F).max(axis=1, initial=0.0))
-        return _tightness(sizes)
+        return _tightness(greatest(sizes, self.sums))
+
+    @cached_property
+    def shared(self) -> BoolArray:
+        """Limit rows to which others are added (n_limits,)."""
+        return np.asarray(together(np.ones(len(self.f)), self.sums) > 1.0)
 
     @cached_property
     def exact(self) -> Exact | None:
@@ -104,13 +113,18 @@ class Scaled:
         return float(self.measure(np.abs(self.G @ x + self.g)))
 
     def measure(self, t: FloatArray) -> FloatArray:
-        """The scaled goal of moduli (..., n_rows); not for "correction"."""
-        return combined(self.goal, t, self.huber, self.divisor**2)
+        """The scaled goal of moduli (..., n_rows), (n_rows,) where some are added up; not for "correction"."""
+        return combined(self.goal, together(t, self.goal_sums), self.huber, self.divisor**2)
+
+    def held(self, x: ComplexArray) -> FloatArray:
+        """Each limit row as a part of its limit, with those that are added to it (n_limits,)."""
+        return together(np.abs(self.F @ x + self.f), self.sums)
 
 
 EXACT = 1e8
 """A limit so far below what is read is met as an equation."""
 _TIGHT = 100.0
+_ROUNDING = 1e-9
 
 
 def _tightness(sizes: FloatArray) -> FloatArray:
@@ -136,16 +150,30 @@ class Exact:
 
 
 def scaled(question: Question) -> Scaled:
-    """Divide a question (without pairs) by its sizes; limits of zero become 1e-12 of the readings."""
+    """Divide a question (without pairs) by its sizes; limits of zero become 1e-12 of the readings.
+
+    Shares are counted from their lower ends: numbers that are not negative, of which nothing is weighed.
+    """
+    shares = {plane: ends[1] - ends[0] for plane, ends in enumerate(question.ends) if ends is not None}
+    if shares:
+        caps = np.array([shares.get(plane, cap) for plane, cap in enumerate(question.caps)])
+        question = replace(question, y0=question.residual(question.base), caps=caps, ends=())
     weights = np.zeros(question.n_readings) if question.goal == "correction" else question.importance
-    size = float((weights * np.abs(question.y0)).max(initial=0.0)) or 1.0
+    as_found = float(np.abs(question.y0).max(initial=0.0))
     limited = np.flatnonzero(np.isfinite(question.limits))
-    limits = np.maximum(question.limits[limited], 1e-12 * float(np.abs(question.y0).max(initial=0.0)) or 1e-300)
-    G, g = question.H * (weights / size)[:, None], question.y0 * (weights / size)
+    limits = np.maximum(
+        question.limits[limited], 1e-12 * (as_found or float(np.abs(question.H).max(initial=0.0))) or 1e-300
+    )
     F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
-    seen = np.abs(F) / _tightness(float(np.abs(question.y0).max(initial=0.0)) / limits)[:, None]
-    greatest = np.maximum(np.abs(G).max(axis=0, initial=0.0), seen.max(axis=0, initial=0.0))
-    column = 1.0 / np.where(greatest > 0, greatest, 1.0)
+    seen = (np.abs(F) / _tightness(as_found / limits)[:, None]).max(axis=0, initial=0.0)
+    size = float((weights * np.abs(question.y0)).max(initial=0.0))
+    room = float((weights[:, None] * np.abs(question.H) / np.where(seen > 0.0, seen, np.inf)).max(initial=0.0))
+    size = (size if size > _ROUNDING * room else room) or 1.0  # what limits leave, where as found it is nothing
+    G, g = question.H * (weights / size)[:, None], question.y0 * (weights / size)
+    if question.goal in ("worst", "sum"):  # rows of limits alone are no rows of these goals
+        G, g = G[weights > 0.0], g[weights > 0.0]
+    most = np.maximum(np.abs(G).max(axis=0, initial=0.0), seen)
+    column = 1.0 / np.where(most > 0, most, 1.0)
     if question.goal == "rms" and len(g) > question.n_planes + 1:
         rows, constants = question.triangle[:, :-1] * (column / size), question.triangle[:, -1] / size
     else:
@@ -162,7 +190,10 @@ def scaled(question: Question) -> Scaled:
         G=rows, g=constants, F=F * column, f=f, limited=limited, caps=caps, mass=mass / mass_size,
         total=question.total_cap / mass_size, goal=question.goal, huber=question.huber / size,
         divisor=float(np.sqrt(question.n_readings)), goal_size=goal_size, mass_size=mass_size, column=column,
-        wedges=tuple(fans[k].wedge if k in fans else None for k in range(question.n_planes)), fans=fans,
+        wedges=tuple(
+            fans[k].wedge if k in fans else (0.0, 0.0) if k in shares else None for k in range(question.n_planes)
+        ),
+        fans=fans, sums=question.sums[limited] if len(question.sums) else question.sums,
     )  # fmt: skip
 
 
@@ -201,7 +232,7 @@ def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) 
     z, v = _stationary(scene, z, v)
     shrink = _shrink(scene, z)
     z, v = z * shrink, v * shrink
-    constant = float((z.conj() @ scene.g).real + (v.conj() @ scene.f).real - np.abs(v).sum())
+    constant = float((z.conj() @ scene.g).real + (v.conj() @ scene.f).real) - held_by(np.abs(v), scene.sums)
     if scene.goal == "huber":
         constant -= 0.25 * float((np.abs(z) ** 2).sum())
     gains = gain(scene, scene.G.conj().T @ z + scene.F.conj().T @ v)
@@ -305,7 +336,7 @@ def _shrink(scene: Scaled, z: ComplexArray) -> float:
     if scene.goal == "rms":
         reached = float(np.linalg.norm(z)) * scene.divisor
     elif scene.goal == "worst":
-        reached = float(sizes.sum())
+        reached = held_by(sizes, scene.goal_sums)
     elif scene.goal == "sum":
         reached = float(sizes.max(initial=0.0))
     elif scene.goal == "huber":

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray
-from vibopt.balancing.lengths import Box, Least, Lengths, into_box
+from vibopt.balancing import is_engine
+from vibopt.balancing.engine.choose_weights import chosen
 from vibopt.balancing.question import Question, Solved, breaks, felt, relative_gap, wider_words, worst_part
 from vibopt.errors import InputError
 from vibopt.posed import conic
-from vibopt.posed import posed_engine as engine
 from vibopt.posed.nonlinear import ENDS, NonlinearProgram
 from vibopt.posed.posed import PROVEN
 from vibopt.posed.posed_job import posed
@@ -33,12 +33,13 @@ _IPOPT = 5.0
 
 def solver_of(job: Any, method: str) -> Callable[..., Any]:
     """What answers the program of a balancing job; InputError, in words, where there is no such program."""
-    if type(job).__name__ == "EngineJob":
-        if job.is_search or not engine.asked(job)[2].size:
+    if is_engine(job):
+        paths = chosen(job)
+        if job.is_search or not paths:
             opened = posed(job)
             (opened.cvxpy if method == CVXPY else opened.casadi)()
-        return {CVXPY: engine.least, IPOPT: _engine_by_ipopt}[method]
-    paths = tuple(f"planes.{plane.name}" for plane in job.planes)
+    else:
+        paths = tuple(f"planes.{plane.name}" for plane in job.planes)
     run = {CVXPY: _cvxpy, IPOPT: _ipopt}[method]
 
     def solver(question: Question) -> Solved:
@@ -91,13 +92,13 @@ def _weights(named: Named, problem: Any) -> ComplexArray:
         u[k] = 0.0 if variable is None else complex(variable.value)
     for first, second, ratio in named.question.pairs:
         u[second] = ratio * u[first]
-    return u
+    return named.within(u)
 
 
 def _none(named: Named, status: str) -> Solved:
     """No answer: infeasible where the least common factor on all limits is proven to be above one."""
     q = named.question
-    if status.startswith("infeasible") and np.isfinite(q.limits).any():
+    if status.startswith("infeasible") and np.isfinite(q.limits).any() and not len(q.sums):
         least = Named.plain(worst_part(q, np.maximum(q.limits, named.zero)))
         factor = conic.solved(convex(least)).bound * least.size
         if factor > 1.0 + KEPT:
@@ -111,7 +112,7 @@ def _ipopt(named: Named) -> Solved:
     question, word = named.question, ""
     for margin in MARGINS:
         values, word = ran(program, margin)
-        u = np.array([values.get(path, 0.0) for path in named.planes], dtype=complex)
+        u = named.within(np.array([values.get(path, 0.0) for path in named.planes], dtype=complex))
         if _kept(named, u):
             return Solved(u, "feasible", _claim(word), question.value(u))
     return Solved(None, "unproven", f"IPOPT ends without a correction that keeps the limits: {word}")
@@ -138,18 +139,3 @@ def ran(program: NonlinearProgram, margin: float = 0.0) -> tuple[dict[str, Any],
         if word in ENDS or not np.isfinite(asked["x0"]).all():
             break
     return program.values(asked["x0"]), word
-
-
-def _engine_by_ipopt(goal: Lengths, limits: Sequence[Lengths], box: Box) -> Least:
-    """The choices of an engine by IPOPT, in the place of `vibopt.balancing.lengths.least`."""
-    paths = engine.plain_names(box)
-    program = engine.smooth(goal, [(f"limit {k}", limit) for k, limit in enumerate(limits)], box, paths)
-    word = ""
-    for margin in MARGINS:
-        values, word = ran(program, margin)
-        found = [values[path] for path in paths]
-        flat = [part for z in found[len(box.shares) :] for part in (z.real, z.imag)]
-        x = into_box(np.array([*found[: len(box.shares)], *flat], dtype=float), box)
-        if all(limit.value(x) <= limit.limit * (1.0 + KEPT) for limit in limits):
-            return Least(x, goal.value(x), -np.inf, "feasible", _claim(word))
-    return Least(None, np.nan, -np.inf, "unproven", f"IPOPT ends without weights that keep the limits: {word}")

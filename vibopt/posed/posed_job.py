@@ -104,14 +104,29 @@ def named_known(job: KnownJob) -> Named:
 
 
 def _engine(job: EngineJob) -> Posed:
-    from vibopt.posed import posed_engine as engine
+    from vibopt.balancing.engine.choose_weights import chosen
 
     if job.is_search:
         return refused(job.name, "the angles of the cranks are chosen from a list, which is neither convex nor smooth")
-    asked = engine.asked(job)
-    if job.goal is None or not asked[2].size:
+    if job.goal is None or not chosen(job):
         return refused(job.name, "nothing is to be chosen")
-    return Posed(job.name, "", "", lambda: engine.convex(*asked), lambda: engine.smooth(*asked))
+    return _of_weights(job.name, named_engine(job))
+
+
+def named_engine(job: EngineJob) -> Named:
+    """The shares and weights of an engine whose cranks are given; all orders together at every degree of a turn."""
+    import numpy as np
+
+    from vibopt.balancing.engine.choose_weights import chosen, pose
+    from vibopt.balancing.engine.shaking import arms
+    from vibopt.posed.weights import Named
+
+    question, own = pose(job, arms(job, tuple(crank or 0.0 for crank in job.cranks)))
+    limits = []
+    for number, name in enumerate(job.limits, start=1):
+        rows = np.flatnonzero(own == number)
+        limits.append((f"limits.{name}", rows, question.limits[rows]))
+    return Named.of(question, chosen(job), limits, [f"{path}.unbalance" for path in chosen(job)], "limits.total")
 
 
 def _scene(scene: Scene) -> Posed:

@@ -1,4 +1,6 @@
-"""Correction weights of measured rotors and of known masses: what is left is y0 + H u, u complex per plane.
+"""Correction weights of rotors, of known masses and of engines: what is left is y0 + H u, u complex per plane.
+
+Shares of engines are planes, too: real numbers within their ends.
 
 Both programs have an objective of order one (the goal over its size as found) and limits as parts of their bounds; the
 variables are unbalances in SI units [kg m], complex, turning with the rotor.  "rms" is stated in CasADi as its square,
@@ -82,6 +84,16 @@ class Named:
         return [int(k) for k in np.flatnonzero(self.question.caps > 0.0)]
 
     @property
+    def ends(self) -> Sequence[tuple[float, float] | None]:
+        """Of the shares, by plane; None of a weight."""
+        return self.question.ends or (None,) * self.question.n_planes
+
+    def within(self, u: ComplexArray) -> ComplexArray:
+        """Shares pulled back onto their ends, to which a solver keeps only to its tolerance."""
+        pairs = zip(u.tolist(), self.ends, strict=True)
+        return np.array([z if ends is None else np.clip(z.real, *ends) for z, ends in pairs], dtype=complex)
+
+    @property
     def greatest(self) -> float:
         """Greatest reading [SI]."""
         return float(np.abs(self.question.y0).max(initial=0.0)) or 1.0
@@ -100,7 +112,7 @@ class Named:
             amounts = np.abs(q.y0).max(initial=0.0) / np.where(sizes > 0.0, sizes, np.inf) * q.densities[self.free]
             return float(amounts.sum()) or 1.0
         value = float(q.measure(np.abs(q.y0)))
-        return value or 1.0
+        return value or float((q.importance * np.abs(q.H).max(axis=1, initial=0.0)).max(initial=0.0)) or 1.0
 
     def not_convex(self) -> str:
         """Why there is no convex program; "" where there is one."""
@@ -162,7 +174,7 @@ def convex(named: Named, *, margin: float = 0.0) -> Any:
     import cvxpy as cp
 
     q = named.question
-    u = {k: cp.Variable(complex=True, name=named.planes[k]) for k in named.free}
+    u = {k: cp.Variable(complex=named.ends[k] is None, name=named.planes[k]) for k in named.free}
     left = q.y0 + sum((q.H[:, k] * one for k, one in u.items()), np.zeros(q.n_readings, dtype=complex))
     masses = [_mass(cp, q, k, one) for k, one in u.items()]
     constraints = []
@@ -171,7 +183,7 @@ def convex(named: Named, *, margin: float = 0.0) -> Any:
         some, none = rows[bounds > named.zero], rows[bounds <= named.zero]
         if len(some):
             there = cp.multiply(left[some], 1.0 / bounds[bounds > named.zero])
-            constraints.append(conic.named(cp.abs(there) <= 1.0 - margin, path))
+            constraints.append(conic.named(_together(q, some) @ cp.abs(there) <= 1.0 - margin, path))
         if len(none):
             constraints.append(conic.named(left[none] / named.greatest == 0.0, path))
     for k, one in u.items():
@@ -186,6 +198,12 @@ def convex(named: Named, *, margin: float = 0.0) -> Any:
     return cp.Problem(cp.Minimize(goal), constraints)
 
 
+def _together(question: Question, rows: IntArray) -> FloatArray:
+    """Which of some rows are added up before they are held against their limit, (n_held, n_rows)."""
+    numbers = question.sums[rows] if len(question.sums) else rows
+    return np.equal.outer(np.unique(numbers), numbers).astype(float)
+
+
 def _mass(cp: Any, question: Question, plane: int, u: Any) -> Any:
     """Correction mass of a plane [kg]; of a weight cut in two that of both parts."""
     fan = question.fans[plane] if question.fans else None
@@ -197,8 +215,9 @@ def _sides(cp: Any, fan: Fan, u: Any) -> Any:
 
 
 def _measure(cp: Any, question: Question, left: Any, size: float) -> Any:
-    """The goal of what is left, over `size`."""
-    rows = cp.multiply(question.importance, left)
+    """The goal of what is left, over `size`; for "sum" and "worst" of the rows that count alone."""
+    counts = question.importance > (0.0 if question.goal in ("sum", "worst") else -1.0)
+    rows = cp.multiply(question.importance[counts], left[counts])
     if question.goal == "rms":
         return cp.norm(rows / (size * np.sqrt(question.n_readings)))
     if question.goal == "worst":
@@ -212,6 +231,9 @@ def _measure(cp: Any, question: Question, left: Any, size: float) -> Any:
 def _held(cp: Any, named: Named, plane: int, u: Any, margin: float) -> list[Any]:
     """Cap and allowed arc of one plane."""
     q = named.question
+    if (ends := named.ends[plane]) is not None:
+        held = [conic.named(u >= ends[0], f"{named.planes[plane]}.from")]
+        return [*held, conic.named(u <= ends[1], f"{named.planes[plane]}.to")] if np.isfinite(ends[1]) else held
     cap, arc = q.caps[plane], named.arc(plane)
     fan = q.fans[plane] if q.fans else None
     held = []
@@ -249,7 +271,7 @@ class _Smooth(Collected):
         for k in named.free:
             a, b = self._phasor(k)
             self.parts[k] = a, b
-            self.variables[named.planes[k]] = casadi.vertcat(a, b)
+            self.variables[named.planes[k]] = a if named.ends[k] is not None else casadi.vertcat(a, b)
             real += q.H[:, k].real * a - q.H[:, k].imag * b
             imag += q.H[:, k].imag * a + q.H[:, k].real * b
         self.left, self.squares = (real, imag), real**2 + imag**2
@@ -258,6 +280,8 @@ class _Smooth(Collected):
         import casadi
 
         path, arc, begin = self.named.planes[plane], self.named.arc(plane), complex(self.begin[plane])
+        if (share := self.named.ends[plane]) is not None:
+            return self.unknown(path, *share, float(np.clip(begin.real, *share))), casadi.SX(0)
         size = self.named.greatest / (float(np.abs(self.q.H[:, plane]).max(initial=0.0)) or 1.0)
         size = min(size or 1.0, self.q.caps[plane])
         if arc is None:
@@ -303,6 +327,8 @@ class _Smooth(Collected):
         if q.goal == "huber":
             return self._huber(float(np.sqrt(size)))
         rows = casadi.vertsplit(q.importance**2 * self.squares / size**2)
+        if q.goal in ("sum", "worst"):
+            rows = [row for row, weight in zip(rows, q.importance, strict=True) if weight > 0.0]
         if q.goal == "rms":
             return sum(rows[1:], rows[0]) / q.n_readings
         if q.goal == "worst":
@@ -327,13 +353,19 @@ class _Smooth(Collected):
     def limits(self) -> None:
         q, named = self.q, self.named
         for path, rows, bounds in named.limits:
+            if len(rows) > 1 and len(_together(q, rows)) == 1 and bounds[0] > named.zero:
+                heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in rows]
+                for row, head in zip(rows.tolist(), heads, strict=True):
+                    self.below(path, self.squares[row] / bounds[0] ** 2 - head**2)
+                self.below(path, sum(heads[1:], heads[0]) - 1.0)
+                continue
             for row, bound in zip(rows.tolist(), bounds.tolist(), strict=True):
                 if bound > named.zero:
                     self.below(path, self.squares[row] / bound**2 - 1.0)
                 else:
                     self.below(path, *(part[row] / named.greatest for part in self.left), equal=True)
         for k, (a, b) in self.parts.items():
-            cap, fan = q.caps[k], q.fans[k] if q.fans else None
+            cap, fan = q.caps[k] if named.ends[k] is None else np.inf, q.fans[k] if q.fans else None
             if np.isfinite(cap) and fan is None:
                 self.below(named.caps[k], (a**2 + b**2) / cap**2 - 1.0)
             elif np.isfinite(cap) and fan is not None:

@@ -1,23 +1,29 @@
-"""The best weights for given cranks, the best cranks of all classes, and what each limit and cap costs."""
+"""The best weights for given cranks, the best cranks of all classes, and what each limit and cap costs.
+
+What is chosen is asked as of a rotor: shares are real numbers within ends, weights complex unbalances at crank angle
+zero.  The force or couple of one order is longest by both of its arms together, so that these two readings are added;
+of all orders together it is held at many crank angles.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import inf
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineGoalTable, EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn, peaks, size_of
-from vibopt.balancing.lengths import Box, Least, Lengths, excess, least
+from vibopt.balancing.optimisers import Solver, solve_question
+from vibopt.balancing.question import Question, Solved, together
+from vibopt.balancing.rates import Bounding, rates
 from vibopt.errors import counted
 from vibopt.records import dataclass
 
-Solver = Callable[[Lengths, Sequence[Lengths], Box], Least]
 ALIKE = 1e-9
 _DEGREES = np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False)
 _ROUNDS, _EXACT = 12, 1e-9
@@ -35,7 +41,7 @@ class Balanced:
     """
 
     cranks: tuple[float, ...]
-    x: FloatArray
+    x: ComplexArray
     status: str
     claim: str
     way: str
@@ -44,14 +50,14 @@ class Balanced:
     rates: Mapping[str, float] | None = None
 
 
-def balance(job: EngineJob, solver: Solver = least) -> Balanced:
-    """The engine with what is chosen set as well as can be; `solver` answers the program of given cranks."""
+def balance(job: EngineJob, solver: Solver = solve_question) -> Balanced:
+    """The engine with what is chosen set as well as can be; `solver` answers the question of given cranks."""
     if not job.is_search:
         cranks = tuple(0.0 if crank is None else crank for crank in job.cranks)
         answer = weigh(job, arms(job, cranks), solver)
-        way = "program" if box_of(job).size and job.goal is not None else "none"
-        x = answer.x if answer.x is not None else np.zeros(box_of(job).size)
-        return Balanced(cranks, x, answer.status, answer.claim, way, rates=_rates(job, answer))
+        way = "program" if chosen(job) and job.goal is not None else "none"
+        found = answer.details.get("rates")
+        return Balanced(cranks, _choices(job, answer), answer.status, answer.claim, way, rates=found)
     best: Balanced | None = None
     best_rank: tuple[float, ...] = ()
     tried, alike, open_ = 0, 1, 0
@@ -59,29 +65,38 @@ def balance(job: EngineJob, solver: Solver = least) -> Balanced:
         tried += 1
         found = arms(job, cranks)
         answer = weigh(job, found, solver)
-        if answer.x is None:
+        if answer.u is None:
             open_ += answer.status != "infeasible"
             continue
         rank = _rank(job, found, answer)
         order = _compare(rank, best_rank)
         alike = alike + 1 if order == 0 else 1 if order < 0 else alike
         if order < 0:
-            best, best_rank = Balanced(cranks, answer.x, answer.status, answer.claim, "phasing"), rank
+            best, best_rank = Balanced(cranks, answer.u, answer.status, answer.claim, "phasing"), rank
     return _searched(job, best, tried, alike, open_)
 
 
-def _rates(job: EngineJob, answer: Least) -> dict[str, float] | None:
-    """By names in the file; None of an analysis."""
-    if answer.pulls is None:
-        return None
+def chosen(job: EngineJob) -> tuple[str, ...]:
+    """Paths of the shares and weights that are chosen, as planes of a question."""
     weights = [job.weights[k] for k in free_weights(job)]
-    names = [
-        *(f"engine.{share.name}" for share in free_shares(job)),
-        *(f"{w.family}.{w.name}.unbalance" for w in weights),
-    ]
-    pulls = answer.pulls
-    every = np.concatenate([pulls.shares, pulls.caps, pulls.limits])
-    return dict(zip([*names, *job.limits], every.tolist(), strict=True))
+    return (*(f"engine.{share.name}" for share in free_shares(job)), *(f"{w.family}.{w.name}" for w in weights))
+
+
+def _choices(job: EngineJob, answer: Solved) -> ComplexArray:
+    """What is chosen (n_chosen,); nothing where there is no answer."""
+    return answer.u if answer.u is not None else np.zeros(len(chosen(job)), dtype=complex)
+
+
+def _rates(job: EngineJob, question: Question, own: IntArray, solved: Solved) -> dict[str, float] | None:
+    """What the goal falls by per unit of each end and cap and of each limit, by their names in the file [SI]."""
+    known = {}
+    for k, path in enumerate(chosen(job)):
+        ends = question.ends[k] if question.ends else None
+        most = question.caps[k] if ends is None else ends[1] - ends[0]
+        known[path if ends is not None else f"{path}.unbalance"] = Bounding(float(most), plane=k)
+    for number, (name, limit) in enumerate(job.limits.items(), start=1):
+        known[name] = Bounding(limit.bound, rows=np.flatnonzero(own == number).tolist())
+    return rates(question, solved, known)
 
 
 def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
@@ -104,15 +119,15 @@ def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, und
         word = "found to keep" if undecided else "keeps"
         claim = f"no setting {word} the limits: {said}" if tried else "no setting of the cranks fires evenly"
         status = "unproven" if undecided else "infeasible"
-        return Balanced(none, np.zeros(box_of(job).size), status, claim, "phasing", tried)
+        return Balanced(none, np.zeros(len(chosen(job)), dtype=complex), status, claim, "phasing", tried)
     claim = f"{said}, {alike} as good as this one" if alike > 1 else f"{said}, none as good as this one"
     status = "feasible" if undecided or best.status == "feasible" else "optimal"
     return Balanced(best.cranks, best.x, status, claim, best.way, tried, alike)
 
 
-def _rank(job: EngineJob, arms: Arms, answer: Least) -> tuple[float, ...]:
+def _rank(job: EngineJob, arms: Arms, answer: Solved) -> tuple[float, ...]:
     """The goal and the responses that decide between equals, each relative to its size."""
-    now = arms.at(answer.x if answer.x is not None else np.zeros(box_of(job).size))
+    now = arms.at(_choices(job, answer))
     sizes = [size_of(job, couple, rotating=False) for couple in (False, True)]
     then = [EngineLimitTable(response=one) for one in (job.goal.then if job.goal is not None else ())]
     goal = goal_table(job)
@@ -137,14 +152,44 @@ def goal_table(job: EngineJob) -> EngineLimitTable:
     return EngineLimitTable(response=job.goal.minimise, order=job.goal.order)
 
 
-def box_of(job: EngineJob) -> Box:
-    """Bounds of the choices."""
-    shares = tuple((share.low, share.high) for share in free_shares(job))
-    return Box(shares, tuple(job.weights[k].cap for k in free_weights(job)))
+def pose(job: EngineJob, arms: Arms, turn: FloatArray = _DEGREES) -> tuple[Question, IntArray]:
+    """What is chosen as a question, and the number of what each of its rows belongs to: 0 the goal, then the limits.
+
+    turn
+        Crank angles [rad] at which all orders together are held.
+    """
+    tables = [goal_table(job), *job.limits.values()]
+    rows = [_rows(table, arms, turn) for table in tables]
+    own = np.repeat(np.arange(len(tables)), [len(constant) for constant, _ in rows])
+    of_one = np.array([table.of_order > 0 for table in tables])
+    shares, weights = free_shares(job), [job.weights[k] for k in free_weights(job)]
+    question = Question(
+        y0=np.concatenate([constant for constant, _ in rows]),
+        H=np.concatenate([slope for _, slope in rows]),
+        importance=np.where(own == 0, 1.0, 0.0),
+        limits=np.array([inf, *(table.bound for table in tables[1:])])[own],
+        caps=np.array([*(share.high for share in shares), *(weight.cap for weight in weights)]),
+        ends=(*((share.low, share.high) for share in shares), *(None for _ in weights)) if shares else (),
+        mass_per_unbalance=np.array([0.0] * len(shares) + [1.0] * len(weights)),
+        goal="sum" if of_one[0] else "worst",
+        sums=np.where(of_one[own], own, len(tables) + np.arange(len(own))),
+    )
+    return question, own
 
 
-def weigh(job: EngineJob, arms: Arms, solver: Solver = least) -> Least:
-    """The best share and weights for given cranks; what is only looked at is "met" or "violated".
+def _rows(table: EngineLimitTable, arms: Arms, turn: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    """A response as affine rows, (n,) and (n, n_chosen): both arms of one order, or all together at crank angles."""
+    row, order, n = int(table.is_couple), table.of_order, arms.slope.shape[3]
+    if order >= arms.constant.shape[2]:
+        return np.zeros(1, dtype=complex), np.zeros((1, n), dtype=complex)
+    if order:
+        return arms.constant[row, :, order], arms.slope[row, :, order]
+    slope = [over_turn(arms.slope[..., k], table.is_couple, turn) for k in range(n)]
+    return over_turn(arms.constant, table.is_couple, turn), np.array(slope).T.reshape(len(turn), n)
+
+
+def weigh(job: EngineJob, arms: Arms, solver: Solver = solve_question) -> Solved:
+    """The best shares and weights for given cranks; what is only looked at is "met" or "violated".
 
     All orders together are held at ever more crank angles, until they are no greater between them.
     """
@@ -158,12 +203,12 @@ def weigh(job: EngineJob, arms: Arms, solver: Solver = least) -> Least:
     return answer
 
 
-def _beyond(job: EngineJob, arms: Arms, answer: Least, turn: FloatArray) -> FloatArray:
+def _beyond(job: EngineJob, arms: Arms, answer: Solved, turn: FloatArray) -> FloatArray:
     """Crank angles [rad] at which all orders together are greater than at those of `turn`, and matter; (n,)."""
     whole = [table for table in (goal_table(job), *job.limits.values()) if not table.of_order]
-    if answer.x is None or not whole:
+    if answer.u is None or not whole:
         return np.zeros(0)
-    now, most = arms.at(answer.x), []
+    now, most = arms.at(answer.u), []
     for table in whole:
         angles, sizes = peaks(now, table.is_couple)
         looked = float(np.abs(over_turn(now, table.is_couple, turn)).max())
@@ -171,69 +216,57 @@ def _beyond(job: EngineJob, arms: Arms, answer: Least, turn: FloatArray) -> Floa
     return np.concatenate(most)
 
 
-def _weigh_at(job: EngineJob, arms: Arms, turn: FloatArray, solver: Solver) -> Least:
+def _weigh_at(job: EngineJob, arms: Arms, turn: FloatArray, solver: Solver) -> Solved:
     """The same with all orders together at the crank angles `turn` [rad] alone."""
-    box, goal = box_of(job), lengths(goal_table(job), arms, turn=turn)
-    limits = [lengths(limit, arms, limit.bound, turn=turn) for limit in job.limits.values()]
-    if not box.size or job.goal is None:
-        x = np.zeros(box.size)
-        broken = [
-            name for name, limit in zip(job.limits, limits, strict=True) if limit.value(x) > limit.limit * (1.0 + 1e-9)
-        ]
+    question, own = pose(job, arms, turn)
+    if not question.n_planes or job.goal is None:
+        u = question.base
+        over = _excess(question, u) > 1e-9
+        broken = [name for number, name in enumerate(job.limits, start=1) if over[own == number].any()]
         if broken and job.is_search:
-            return Least(None, inf, inf, "infeasible", "broken: " + ", ".join(broken))
+            return Solved(None, "infeasible", "broken: " + ", ".join(broken))
         claim = "limits that do not hold: " + ", ".join(broken) if broken else "nothing is chosen: the engine as it is"
-        return Least(x, goal.value(x), goal.value(x), "violated" if broken else "met", claim)
-    first = solver(goal, limits, box)
-    if first.x is None:
+        return Solved(u, "violated" if broken else "met", claim, question.value(u))
+    first = solver(question)
+    if first.u is None:
         return first
-    return _shared_out(job, _lightest(job, goal, limits, box, first, solver) if box.caps else first)
+    first = replace(first, details={"rates": _rates(job, question, own, first)})
+    return _shared_out(job, _lightest(job, question, own == 0, first, solver) if free_weights(job) else first)
 
 
-def _shared_out(job: EngineJob, answer: Least) -> Least:
+def _excess(question: Question, u: ComplexArray) -> FloatArray:
+    """By which part each row is over its limit (n_readings,)."""
+    left = together(np.abs(question.residual(u)), question.sums)
+    return np.asarray(left / np.maximum(question.limits, 1e-250) - 1.0)
+
+
+def _shared_out(job: EngineJob, answer: Solved) -> Solved:
     """Of all pairs of shares that carry as much the one with most of the rotating mass, which is the rule.
 
     Only where both are chosen and both masses have one ratio in all cylinders does it not matter which is carried.
     """
     free = free_shares(job)
     parts = np.array([[share.of(cylinder) for share in job.shares] for cylinder in job.cylinders])
-    if len(free) < 2 or answer.x is None or np.ptp(parts[:, 1] * parts[0, 0] - parts[:, 0] * parts[0, 1]) > 0.0:
+    if len(free) < 2 or answer.u is None or np.ptp(parts[:, 1] * parts[0, 0] - parts[:, 0] * parts[0, 1]) > 0.0:
         return answer
     mass, turning = parts[0]
-    x = answer.x.copy()
-    whole = x[0] * mass + x[1] * turning
-    x[1] = min(free[1].high, (whole - free[0].low * mass) / turning)
-    x[0] = (whole - x[1] * turning) / mass
-    return replace(answer, x=x)
+    u = answer.u.copy()
+    whole = float((u[0] * mass + u[1] * turning).real)
+    u[1] = min(free[1].high, (whole - free[0].low * mass) / turning)
+    u[0] = (whole - u[1] * turning) / mass
+    return replace(answer, u=u)
 
 
-def _lightest(job: EngineJob, goal: Lengths, limits: list[Lengths], box: Box, first: Least, solver: Solver) -> Least:
-    """Of all weights with the same goal the lightest: so that none is there for nothing."""
-    size = size_of(job, goal_table(job).is_couple, rotating=False)
-    start = len(box.shares)
-    picks = np.zeros((len(box.caps), box.size), dtype=complex)
-    for k in range(len(box.caps)):
-        picks[k, start + 2 * k], picks[k, start + 2 * k + 1] = 1.0, 1j
-    kept = Lengths(goal.constant, goal.slope, goal.by, first.value + 1e-8 * size)
-    weights = Lengths(np.zeros(len(box.caps), dtype=complex), picks)
-    second = solver(weights, [*limits, kept], box)
-    if second.x is None or first.x is None or weights.value(second.x) > weights.value(first.x) * (1.0 - 1e-6):
+def _lightest(job: EngineJob, question: Question, goal: BoolArray, first: Solved, solver: Solver) -> Solved:
+    """Of all weights with the same goal, whose rows are given, the lightest: so that none is there for nothing."""
+    assert first.u is not None
+    bound = first.value + 1e-8 * size_of(job, goal_table(job).is_couple, rotating=False)
+    lighter = replace(question, goal="correction", limits=np.where(goal, bound, question.limits))
+    second = solver(lighter)
+    if second.u is None or lighter.value(second.u) > lighter.value(first.u) * (1.0 - 1e-6):
         return first
-    if excess(second.x, limits) > max(excess(first.x, limits), _EXACT):
-        return first
-    return replace(first, x=second.x, value=goal.value(second.x))
-
-
-def lengths(table: EngineLimitTable, arms: Arms, limit: float = inf, turn: FloatArray = _DEGREES) -> Lengths:
-    """A response as lengths of affine rows: both arms of one order added, or the greatest at crank angles [rad]."""
-    row, order = int(table.is_couple), table.of_order
-    if order:
-        if order >= arms.constant.shape[2]:
-            return Lengths(np.zeros(1, dtype=complex), np.zeros((1, arms.slope.shape[3]), dtype=complex), "sum", limit)
-        return Lengths(arms.constant[row, :, order], arms.slope[row, :, order], "sum", limit)
-    constant = over_turn(arms.constant, table.is_couple, turn)
-    slope = np.array([over_turn(arms.slope[..., k], table.is_couple, turn) for k in range(arms.slope.shape[3])])
-    return Lengths(constant, slope.T.reshape(len(turn), -1), "worst", limit)
+    over, before = (float(_excess(question, u)[question.limits > 0.0].max(initial=0.0)) for u in (second.u, first.u))
+    return first if over > max(before, _EXACT) else replace(first, u=second.u, value=question.value(second.u))
 
 
 def least_bound(job: EngineJob, name: str) -> float | None:
@@ -242,4 +275,4 @@ def least_bound(job: EngineJob, name: str) -> float | None:
     goal = EngineGoalTable(minimise=job.limits[name].response, order=job.limits[name].order)
     free = replace(job, limits=others, goal=goal)
     every = [weigh(free, arms(job, cranks)) for cranks in settings(job)]
-    return min((least.value for least in every if least.x is not None and least.status != "violated"), default=None)
+    return min((least.value for least in every if least.u is not None and least.status != "violated"), default=None)

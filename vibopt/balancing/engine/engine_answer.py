@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.engine.choose_weights import Balanced, Solver, balance, goal_table, least_bound
+from vibopt.balancing.engine.choose_weights import Balanced, balance, goal_table, least_bound
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, is_even
@@ -26,7 +26,7 @@ from vibopt.balancing.engine.shaking import (
     turning_weights,
 )
 from vibopt.balancing.impasses import Asking
-from vibopt.balancing.lengths import least
+from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.units import show
 from vibopt.units.showing import show_angle
 from vibopt.work import metered
@@ -72,7 +72,7 @@ _SAME = 0.01
 """Percent below which two numbers of five digits are the same."""
 
 
-def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = least) -> Answer[EngineJob]:
+def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = solve_question) -> Answer[EngineJob]:
     """Choose what is to be chosen, and say what is left; `thorough` says what clashes, whatever the work."""
     with metered() as meter:
         found = balance(job, solver)

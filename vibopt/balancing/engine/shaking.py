@@ -58,18 +58,18 @@ _GRID, _NEAR = 1440, 0.99
 
 @dataclass(frozen=True)
 class Arms:
-    """Arms of force (rows 0) and couple (rows 1) per order, affine in the real choices x.
+    """Arms of force (rows 0) and couple (rows 1) per order, affine in the choices x.
 
     constant
         Shape (2, 2, n_orders + 1): force or couple, arm with or against, order [N, N m].
     slope
-        Shape (2, 2, n_orders + 1, n_x) per unit of x (share [1]; real and imaginary part of unbalances [kg m]).
+        Shape (2, 2, n_orders + 1, n_x) per unit of x: shares [1], which are real, then complex unbalances [kg m].
     """
 
     constant: ComplexArray
     slope: ComplexArray
 
-    def at(self, x: FloatArray) -> ComplexArray:
+    def at(self, x: ComplexArray) -> ComplexArray:
         """Arms at the choices x, shape (2, 2, n_orders + 1)."""
         found: ComplexArray = self.constant + self.slope @ x
         return found
@@ -85,16 +85,16 @@ def free_shares(job: EngineJob) -> list[Share]:
     return [share for share in job.shares if share.is_free]
 
 
-def carried_shares(job: EngineJob, x: FloatArray) -> list[float]:
+def carried_shares(job: EngineJob, x: ComplexArray) -> list[float]:
     """Every share of the job at the choices x, as given or as chosen."""
     free = free_shares(job)
-    return [float(x[free.index(share)]) if share.is_free else share.low for share in job.shares]
+    return [float(x[free.index(share)].real) if share.is_free else share.low for share in job.shares]
 
 
-def turning_weights(job: EngineJob, x: FloatArray) -> list[complex]:
+def turning_weights(job: EngineJob, x: ComplexArray) -> list[complex]:
     """Unbalance of every weight at crank angle zero at the choices x, as given or as chosen [kg m]."""
-    chosen = iter(x[len(free_shares(job)) :].reshape(-1, 2).tolist())
-    return [complex(*next(chosen)) if weight.fixed is None else weight.fixed for weight in job.weights]
+    chosen = iter(x[len(free_shares(job)) :].tolist())
+    return [next(chosen) if weight.fixed is None else weight.fixed for weight in job.weights]
 
 
 def size_of(job: EngineJob, couple: bool, *, rotating: bool = True) -> float:
@@ -105,12 +105,12 @@ def size_of(job: EngineJob, couple: bool, *, rotating: bool = True) -> float:
 
 
 def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = None) -> Arms:
-    """Arms of all orders for given crank angles per throw [rad]; x: free shares, then re and im of each free weight."""
+    """Arms of all orders for given crank angles per throw [rad]; x: free shares, then free weights."""
     short = job.truncated if truncated is None else truncated
     series = (truncated_orders if short else exact_orders)(job.ratio, job.orders)
     free, chosen = free_weights(job), free_shares(job)
     constant = np.zeros((2, 2, job.orders + 1), dtype=complex)
-    slope = np.zeros((2, 2, job.orders + 1, len(chosen) + 2 * len(free)), dtype=complex)
+    slope = np.zeros((2, 2, job.orders + 1, len(chosen) + len(free)), dtype=complex)
     speed2 = job.speed**2
     order = np.arange(job.orders + 1)
     for cylinder in job.cylinders:
@@ -133,9 +133,7 @@ def arms(job: EngineJob, cranks: Sequence[float], *, truncated: bool | None = No
         if weight.fixed is not None:
             constant[:, side, weight.order] += arm * weight.fixed
         else:
-            column = len(chosen) + 2 * free.index(k)
-            slope[:, side, weight.order, column] += arm
-            slope[:, side, weight.order, column + 1] += 1j * arm
+            slope[:, side, weight.order, len(chosen) + free.index(k)] += arm
     return Arms(constant, slope)
 
 

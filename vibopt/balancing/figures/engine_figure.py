@@ -45,12 +45,11 @@ def shaken(outcome: Answer[EngineJob], job: EngineJob) -> tuple[ComplexArray, Co
     cranks = [0.0] * len(job.cranks)
     for k, cylinder in enumerate(job.cylinders, start=1):
         cranks[cylinder.throw] = _number(outcome, f"cylinders.{k}.crank")
-    x: list[float] = [_number(outcome, share.name) for share in free_shares(job)]
-    for index in free_weights(job):
-        u = _unbalance(outcome, f"{job.weights[index].family}.{job.weights[index].name}")
-        x += [float(u.real), float(u.imag)]
+    weights = [job.weights[k] for k in free_weights(job)]
+    x: list[complex] = [_number(outcome, share.name) for share in free_shares(job)]
+    x += [_unbalance(outcome, f"{weight.family}.{weight.name}") for weight in weights]
     found = arms(job, cranks)
-    return found.at(np.array(x)), found.at(np.zeros(len(x))) if x else None
+    return found.at(np.array(x, dtype=complex)), found.at(np.zeros(len(x), dtype=complex)) if x else None
 
 
 def _number(outcome: Answer[EngineJob], path: str) -> float:
