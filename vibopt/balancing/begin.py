@@ -162,7 +162,7 @@ def plan_of(
     status, claim = (solved.status, solved.claim) if job.choices else kept_or_broken(limits)
     return begun(
         job, status=status, claim=claim, goal=goal, fittings=(fitting,), limits=limits,
-        rates=rates_of(job, posed.question, solved),
+        rates=rates_of(job, posed, solved),
         words=DeferredRows(None, lambda: todo(job, fitting)), gap=solved.gap, condition=found.number,
         remedies=ways,
         values={**quality_values(job, identified, u), **trims(job, fitting)},

@@ -164,13 +164,8 @@ class Cells:
         amounts, angles = ([side(cells) for cells in rows] for side in (plain.amounts, plain.angles))
         if self.sheet.comma:
             joined = ["\n".join(one) for one in (*amounts, *angles)]
-            if any(
-                ",\n" in one
-                or one.endswith(",")
-                or (self.points and "," in one)
-                or (self.thousands[1] and THOUSANDS.search(one))
-                for one in joined
-            ):
+            asked = "," if self.points else ",$", *([THOUSANDS.pattern] if self.thousands[1] else [])
+            if any(re.search("|".join(asked), one, re.MULTILINE) for one in joined):
                 return none
             parted = [tuple(one.replace(",", ".").split("\n")) for one in joined]
             amounts, angles = parted[: len(rows)], parted[len(rows) :]
@@ -181,15 +176,13 @@ class Cells:
         if not self.sheet.comma:
             return raw
         number = column.name not in ("run", "stayed", "verification")
-        if number and self.points and (match := _COMMA.search(raw)):
+        if number and self.points and _COMMA.search(raw):
             mistakes.value(
                 path, raw,
                 f"has a comma where other cells have decimal points. Write {raw.replace(',', '')} or "
                 f"{raw.replace(',', '.')}.",
             )  # fmt: skip
-        asked = number and self.thousands[column.name != "speed"]
-        match = THOUSANDS.search(raw) if asked else None
-        if match:
+        if number and self.thousands[column.name != "speed"] and (match := THOUSANDS.search(raw)):
             whole, part = match[0].replace(".", ""), match[0].partition(".")[2]
             decimal = f" or {match[0].replace('.', ',')}" if "." not in part else ""
             mistakes.value(
@@ -338,7 +331,7 @@ def read_csv(
     _check_units([one for one in columns if one and one.what and one.name not in told], sheet, own, mistakes)
     if mistakes.found:
         return [], mistakes
-    said = Cells(columns, own, sheet, _parts_thousands(sheet), _has_points(sheet), _plain(columns, names))
+    said = Cells(columns, own, sheet, *_signs(sheet), _plain(columns, names))
     readings = said.readings([cells for _, cells in body])
     runs = [
         run_of(index, row, cells, own, said, mistakes)
@@ -430,24 +423,18 @@ def _check_units(columns: Sequence[Column], sheet: Sheet, planes: Sequence[str],
         mistakes.add(("header", row), f'heading "{name}" has no unit. Write "{name} [{unit}]".')
 
 
-def _parts_thousands(sheet: Sheet) -> tuple[bool, bool]:
-    """Whether a point in "1.200" may part thousands: in the speeds, in the other numbers.
+def _signs(sheet: Sheet) -> tuple[tuple[bool, bool], bool]:
+    """Whether a point in "1.200" may part thousands, in the speeds and in the other numbers; and whether it is decimal.
 
     Where commas part the columns a point is the decimal sign.  Elsewhere a decimal comma anywhere leaves it open, and a
-    point that cannot part thousands ("8.6") settles it.  With neither, only a speed is asked about.
+    point that cannot part thousands ("8.6") settles it.  With neither, only a speed is asked about.  It is decimal
+    where more cells have such a point than have a comma.
     """
     if not sheet.comma:
-        return False, False
+        return (False, False), False
     cells = "\n".join("\n".join(row) for _, row in sheet.rows[1:])
-    commas = _COMMA.search(cells) is not None
-    points = _POINT.search(THOUSANDS.sub("", cells)) is not None
-    return commas or not points, commas
-
-
-def _has_points(sheet: Sheet) -> bool:
-    """Whether more cells have a point that cannot part thousands than have a comma."""
-    cells = "\n".join("\n".join(row) for _, row in sheet.rows[1:]) if sheet.comma else ""
-    return len(_POINT.findall(THOUSANDS.sub("", cells))) > len(_COMMA.findall(cells))
+    commas, points = len(_COMMA.findall(cells)), len(_POINT.findall(THOUSANDS.sub("", cells)))
+    return (commas > 0 or not points, commas > 0), points > commas
 
 
 def _column(heading: str, index: int) -> Column:

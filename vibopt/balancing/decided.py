@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Entry
 from vibopt.answer.plan import Weight
-from vibopt.balancing.planes import Plane, read_fitted, unit_of
+from vibopt.balancing.planes import Plane, read_fitted, text_of, unit_of
 from vibopt.balancing.rotor_tables import read_each
 from vibopt.document.mistakes import Mistakes, Path, dotted
-from vibopt.units import best_unit, to_unit
+from vibopt.units import to_unit
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -56,19 +56,6 @@ def _decided_table(table: Mapping[str, Any], plane: Plane, weights: Iterable[Wei
         kept["drill"] = {key: one for key, one in kept["drill"].items() if key != "deepest"}
     texts = [text_of(weight, plane) for weight in weights]
     return {**kept, plane.kind_word: texts[0] if len(texts) == 1 else texts}
-
-
-def text_of(weight: Weight, plane: Plane) -> str:
-    """A decided weight as it stands in a file, exact to the last digit."""
-    unit = plane.unit or best_unit(weight.mass, plane.dimension)
-    amount = f"{to_unit(weight.mass, unit, plane.dimension):.15g} {unit}"
-    at = f" at {to_unit(weight.radius or 1.0, plane.length_unit, 'length'):.15g} {plane.length_unit}"
-    where = (
-        f"in hole {weight.hole + 1}"
-        if weight.hole is not None
-        else f"@ {to_unit(weight.angle, 'deg', 'angle'):.15g} deg"
-    )
-    return f"{amount}{at if len(plane.radii) > 1 else ''} {where}"
 
 
 MINIMISED = "minimised"

@@ -14,7 +14,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import missing
-from vibopt.balancing.planes import MASS, Plane, hole_name
+from vibopt.balancing.planes import MASS, Plane, hole_name, text_of
 from vibopt.balancing.question import Options, felt
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
@@ -206,11 +206,5 @@ def put_back(job: RotorJob, identified: Identified, fitting: Fitting) -> tuple[F
 
 def plan_text(job: RotorJob, fitting: Fitting) -> tuple[tuple[int, str, bool], ...]:
     """The plan as the user would write it down, with all digits."""
-    lines = []
-    for index, answer in enumerate(fitting.planes):
-        plane = job.planes[index]
-        for weight in answer.weights:
-            at = f" at {weight.radius!r} m" if weight.radius is not None and plane.kind == MASS else ""
-            amount = f"{weight.mass!r} kg{at}" if plane.kind == MASS else f"{weight.mass!r} kg m"
-            lines.append((index, f"{amount} @ {weight.angle % tau!r} rad", plane.remove))
-    return tuple(lines)
+    pairs = enumerate(zip(job.planes, fitting.planes, strict=True))
+    return tuple((k, text_of(one, plane), plane.remove) for k, (plane, answer) in pairs for one in answer.weights)

@@ -25,6 +25,7 @@ from vibopt.balancing.rates import NOISE
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import AGREES
 from vibopt.balancing.rotor_question import limits_over, rows_of
+from vibopt.balancing.scaled import scaled
 from vibopt.balancing.solve_rotor import asked_of
 from vibopt.balancing.trust import conditioning
 from vibopt.balancing.verification import shown_with
@@ -170,18 +171,12 @@ class _Following:
     def __init__(self, question: Question, caps: FloatArray, limits: FloatArray) -> None:
         self.question, self.caps, self.limits = question, caps, limits
         self.n = len(caps)
-        self.size = float((question.importance * np.abs(question.y0)).max(initial=0.0)) or 1.0
         self.unit = float(np.abs(question.y0).max(initial=0.0)) or 1.0
-        self.columns = self.unit / np.maximum(np.abs(question.H).max(axis=0), 1e-300)
-        weights = question.importance / self.size
-        G, g = weights[:, None] * question.H * self.columns, weights * question.y0
-        self.divisor = 1.0
-        if question.goal == "rms":
-            self.divisor = float(np.sqrt(len(g)))
-            G, g = question.triangle[:, :-1] * (self.columns / self.size), question.triangle[:, -1] / self.size
-        self.held_rows = np.flatnonzero(np.isfinite(limits).any(axis=0))
-        M, k = question.H[self.held_rows] * self.columns / self.unit, question.y0[self.held_rows] / self.unit
-        self.discs = Discs(G, g, M, k, question.goal == "worst")
+        held = np.isfinite(limits).any(axis=0)
+        scene = scaled(replace(question, limits=np.where(held, self.unit, np.inf)))
+        self.columns, self.size, self.held_rows = scene.column, scene.goal_size, scene.limited
+        self.divisor = scene.divisor if question.goal == "rms" else 1.0
+        self.discs = Discs(scene.G, scene.g, scene.F, scene.f, question.goal == "worst")
         self.radii = self.discs.radii(limits[:, self.held_rows] / self.unit, caps / self.columns)
         self.x = np.zeros(caps.shape, dtype=complex)
         self.status = np.full(self.n, "", dtype=object)
@@ -198,7 +193,7 @@ class _Following:
                 at = self._impossible(at) if self.status[at] == "infeasible" else at + 1
                 continue
             at, known = self._stretch(known, at + 1)
-        return self.x * self.columns, self.status, self.goal
+        return np.asarray(self.x * self.columns, dtype=complex), self.status, self.goal
 
     def _from_neighbour(self, known: Held | None, at: int) -> Held | None:
         """The answer at one value with the bounds that its neighbour shows to hold it back."""

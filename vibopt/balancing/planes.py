@@ -13,7 +13,7 @@ from vibopt.balancing.conventions import Conventions, behind_number, read_angle
 from vibopt.balancing.fan import Fan
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
-from vibopt.units import read_quantity, show
+from vibopt.units import best_unit, read_quantity, show, to_unit
 from vibopt.units.dimensions import DIMENSIONS
 from vibopt.units.showing import show_angle
 
@@ -310,6 +310,19 @@ def _parts(text: object, plane: Plane) -> tuple[str, str, float, int | None]:
         amount, angle = _split_weight(text, example)
     front, _, radius = _at_radius(amount)
     return front, radius, angle, None if hole is None else int(hole[1]) - 1
+
+
+def text_of(weight: Weight, plane: Plane) -> str:
+    """A decided weight as it stands in a file, exact to the last digit."""
+    unit = plane.unit or best_unit(weight.mass, plane.dimension)
+    amount = f"{to_unit(weight.mass, unit, plane.dimension):.15g} {unit}"
+    at = f" at {to_unit(weight.radius or 1.0, plane.length_unit, 'length'):.15g} {plane.length_unit}"
+    where = (
+        f"in hole {weight.hole + 1}"
+        if weight.hole is not None
+        else f"@ {to_unit(weight.angle, 'deg', 'angle'):.15g} deg"
+    )
+    return f"{amount}{at if len(plane.radii) > 1 else ''} {where}"
 
 
 def unit_of(text: object, plane: Plane) -> str:

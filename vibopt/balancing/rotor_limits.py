@@ -36,14 +36,22 @@ def limits_at(job: RotorJob, posed: Posed, u: ComplexArray) -> dict[str, Checked
     return {limit.name: measured(job, posed, limit, u, greatest) for limit in job.every_limit}
 
 
-def rates_of(job: RotorJob, question: Question, solved: Solved) -> dict[str, float] | None:
+def bounds_of(job: RotorJob, posed: Posed) -> dict[str, Bounding]:
+    """What bounds the question, by the names of the file; limits on what is left do in every rotor of it."""
+    known, times = own_caps(job.planes), posed.question.n_readings // posed.n_rows if job.goal.robust == "worst" else 1
+    for one in job.residual_limits:
+        rows = np.array(rows_of(job, one.sensor, one.speed)) + posed.n_rows * np.arange(times)[:, None]
+        known[one.name] = Bounding(one.at_most, 1.0, rows.ravel().tolist())
+    for limit in job.correction_limits:
+        k = limit.plane
+        known[limit.name] = Bounding(limit.at_most) if k is None else cap_of(job.planes[k], k, limit.at_most)
+    return known
+
+
+def rates_of(job: RotorJob, posed: Posed, solved: Solved) -> dict[str, float] | None:
     """What the goal falls by per unit of each limit and cap, by their names in the file [SI]."""
-    known = own_caps(job.planes)
-    known |= {one.name: Bounding(one.at_most, 1.0, rows_of(job, one.sensor, one.speed)) for one in job.residual_limits}
-    for one in job.correction_limits:
-        k = one.plane
-        known[one.name] = Bounding(one.at_most) if k is None else cap_of(job.planes[k], k, one.at_most)
-    found = None if job.goal.robust or job.asks_shares else rates(question, solved, known)
+    question = posed.question
+    found = None if job.goal.robust or job.asks_shares else rates(question, solved, bounds_of(job, posed))
     if found is None or question.goal != "huber" or not solved.value > 0.0:
         return found
     steep = 2.0 * question.n_readings * question.amount(solved.value)  # of its square, beside that of the amplitude

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Container, Mapping
 from typing import TYPE_CHECKING, Any
 
 from vibopt.posed.posed import Posed, refused
@@ -11,9 +10,15 @@ from vibopt.posed.posed import Posed, refused
 if TYPE_CHECKING:
     from vibopt.balancing.engine.engine_job import EngineJob
     from vibopt.balancing.known.known_job import KnownJob
+    from vibopt.balancing.question import Question
+    from vibopt.balancing.rates import Bounding
     from vibopt.balancing.rotor_job import RotorJob
     from vibopt.posed.weights import Named
     from vibopt.scene.scene import Scene
+
+
+BALANCED = "complete balance"
+"""Name of what is asked of known masses where no limit says how good."""
 
 
 def posed(job: Any) -> Posed:
@@ -45,31 +50,32 @@ def _rotor(job: RotorJob) -> Posed:
 
 def named_rotor(job: RotorJob) -> Named:
     """The question of a measured rotor, with scatter where the goal is robust, in the words of its file."""
-    import numpy as np
-
-    from vibopt.balancing.rotor_question import rows_of
+    from vibopt.balancing.rates import own_caps
+    from vibopt.balancing.rotor_limits import bounds_of
     from vibopt.balancing.solve_rotor import asked_of
-    from vibopt.posed.weights import Named
 
     of, _, _, whole = asked_of(job)
-    job, question = of.job, whole.question
-    limits = []
-    for limit in job.residual_limits:
-        own = np.array(rows_of(job, limit.sensor, limit.speed))
-        times = question.n_readings // whole.n_rows if job.goal.robust == "worst" else 1
-        rows = np.concatenate([own + k * whole.n_rows for k in range(times)])
-        limits.append((f"limits.{limit.name}", rows, np.full(len(rows), limit.at_most)))
+    return _named(whole.question, _paths(of.job), bounds_of(of.job, whole), own_caps(of.job.planes))
+
+
+def _paths(job: RotorJob | KnownJob) -> tuple[str, ...]:
+    return tuple(f"planes.{plane.name}" for plane in job.planes)
+
+
+def _named(question: Question, planes: tuple[str, ...], known: Mapping[str, Bounding], own: Container[str]) -> Named:
+    """A question with the paths of what bounds it, names of limits but for its `own`; of several caps the tightest."""
+    import numpy as np
+
+    from vibopt.posed.weights import Named
+
+    paths = {name if name in own else f"limits.{name}": one for name, one in known.items()}
+    limits = [(path, np.array(one.rows), np.full(len(one.rows), one.bound)) for path, one in paths.items() if one.rows]
     caps = []
-    for index, plane in enumerate(job.planes):
-        own_limits = [limit for limit in job.correction_limits if limit.plane == index and limit.at_most <= plane.cap]
-        least = min(own_limits, key=lambda one: one.at_most, default=None)
-        caps.append(f"limits.{least.name}" if least is not None else f"planes.{plane.name}.{_cap_word(plane.kind)}")
-    total = next((f"limits.{limit.name}" for limit in job.correction_limits if limit.plane is None), "limits.total")
-    return Named.of(question, tuple(f"planes.{plane.name}" for plane in job.planes), limits, caps, total)
-
-
-def _cap_word(kind: str) -> str:
-    return "unbalance" if kind == "unbalance" else "weight"
+    for k, plane in enumerate(planes):
+        tightest = [(one.bound, path in own, path) for path, one in paths.items() if one.plane == k]
+        caps.append(min(tightest, default=(0.0, True, f"{plane}.weight"))[2])
+    total = next((path for path, one in paths.items() if not one.rows and one.plane is None), "limits.total")
+    return Named.of(question, planes, limits, caps, total)
 
 
 def _known(job: KnownJob) -> Posed:
@@ -82,25 +88,13 @@ def named_known(job: KnownJob) -> Named:
     """The question of known masses in the words of its file; complete balance where no limit says how good."""
     import numpy as np
 
-    from vibopt.balancing.known.correct import bounded_rows, complete, pose
-    from vibopt.posed.weights import Named
+    from vibopt.balancing.known.correct import bounds_of, complete, pose
+    from vibopt.balancing.rates import Bounding, own_caps
 
-    question = complete(job, pose(job).question)
-    limits, caps = [], [f"planes.{one.name}.weight" for one in job.planes]
-    total = "limits.total"
-    bare = pose(replace(job, limits={})).question
-    for name, table in job.limits.items():
-        own = pose(replace(job, limits={name: table})).question
-        bounded, size = bounded_rows(job, table)
-        if bounded:
-            limits.append((f"limits.{name}", np.array(bounded), np.full(len(bounded), table.bound / size)))
-        for plane in np.flatnonzero(own.caps < bare.caps).tolist():
-            caps[plane] = f"limits.{name}"
-        total = f"limits.{name}" if np.isfinite(own.total_cap) else total
-    if not limits and np.isfinite(question.limits).any():
-        rows = np.flatnonzero(np.isfinite(question.limits))
-        limits.append(("complete balance", rows, question.limits[rows]))
-    return Named.of(question, tuple(f"planes.{one.name}" for one in job.planes), limits, caps, total)
+    question, known, own = complete(job, pose(job).question), bounds_of(job), {*own_caps(job.planes), BALANCED}
+    if not any(one.rows for one in known.values()) and np.isfinite(question.limits).any():
+        known[BALANCED] = Bounding(0.0, rows=np.flatnonzero(np.isfinite(question.limits)).tolist())
+    return _named(question, _paths(job), known, own)
 
 
 def _engine(job: EngineJob) -> Posed:
@@ -115,18 +109,12 @@ def _engine(job: EngineJob) -> Posed:
 
 def named_engine(job: EngineJob) -> Named:
     """The shares and weights of an engine whose cranks are given; all orders together at every degree of a turn."""
-    import numpy as np
-
-    from vibopt.balancing.engine.choose_weights import chosen, pose
+    from vibopt.balancing.engine.choose_weights import bounds_of, chosen, pose
     from vibopt.balancing.engine.shaking import arms
-    from vibopt.posed.weights import Named
 
     question, own = pose(job, arms(job, tuple(crank or 0.0 for crank in job.cranks)))
-    limits = []
-    for number, name in enumerate(job.limits, start=1):
-        rows = np.flatnonzero(own == number)
-        limits.append((f"limits.{name}", rows, question.limits[rows]))
-    return Named.of(question, chosen(job), limits, [f"{path}.unbalance" for path in chosen(job)], "limits.total")
+    known = bounds_of(job, question, own)
+    return _named(question, chosen(job), known, known.keys() - job.limits.keys())
 
 
 def _scene(scene: Scene) -> Posed:

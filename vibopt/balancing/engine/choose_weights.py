@@ -87,8 +87,8 @@ def _choices(job: EngineJob, answer: Solved) -> ComplexArray:
     return answer.u if answer.u is not None else np.zeros(len(chosen(job)), dtype=complex)
 
 
-def _rates(job: EngineJob, question: Question, own: IntArray, solved: Solved) -> dict[str, float] | None:
-    """What the goal falls by per unit of each end and cap and of each limit, by their names in the file [SI]."""
+def bounds_of(job: EngineJob, question: Question, own: IntArray) -> dict[str, Bounding]:
+    """What bounds a question that `pose` made, by the names of the file: ends of shares, caps and limits."""
     known = {}
     for k, path in enumerate(chosen(job)):
         ends = question.ends[k] if question.ends else None
@@ -96,7 +96,7 @@ def _rates(job: EngineJob, question: Question, own: IntArray, solved: Solved) ->
         known[path if ends is not None else f"{path}.unbalance"] = Bounding(float(most), plane=k)
     for number, (name, limit) in enumerate(job.limits.items(), start=1):
         known[name] = Bounding(limit.bound, rows=np.flatnonzero(own == number).tolist())
-    return rates(question, solved, known)
+    return known
 
 
 def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
@@ -230,7 +230,7 @@ def _weigh_at(job: EngineJob, arms: Arms, turn: FloatArray, solver: Solver) -> S
     first = solver(question)
     if first.u is None:
         return first
-    first = replace(first, details={"rates": _rates(job, question, own, first)})
+    first = replace(first, details={"rates": rates(question, first, bounds_of(job, question, own))})
     return _shared_out(job, _lightest(job, question, own == 0, first, solver) if free_weights(job) else first)
 
 

@@ -272,8 +272,8 @@ def sharpened(part: ComplexArray, null: FloatArray, mass: FloatArray, w: Complex
     return found if mass @ np.abs(found) <= mass @ np.abs(near) * (1.0 + 1e-12) else near
 
 
-def _rates(job: KnownJob, question: Question, solved: Solved) -> dict[str, float] | None:
-    """What the goal falls by per unit of each limit and cap, by their names in the file [SI]."""
+def bounds_of(job: KnownJob) -> dict[str, Bounding]:
+    """What bounds the question of the job, by the names of the file."""
     known = own_caps(job.planes)
     for name, table in job.limits.items():
         rows, size = bounded_rows(job, table)
@@ -284,5 +284,10 @@ def _rates(job: KnownJob, question: Question, solved: Solved) -> dict[str, float
         elif table.response == "correction":
             k = next(i for i, plane in enumerate(job.planes) if plane.name == table.of)
             known[name] = cap_of(job.planes[k], k, table.bound)
-    aim, found = aim_of(job), rates(question, solved, known)
+    return known
+
+
+def _rates(job: KnownJob, question: Question, solved: Solved) -> dict[str, float] | None:
+    """What the goal falls by per unit of each limit and cap, by their names in the file [SI]."""
+    aim, found = aim_of(job), rates(question, solved, bounds_of(job))
     return found if aim is None or found is None else {name: rate * aim.scale for name, rate in found.items()}
