@@ -414,7 +414,7 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ],
         [
             "fan.toml line 10: planes.left has a drill, but adds weights. Write remove = true, or leave the drill out.",
-            'fan.toml line 10: planes.left.drill.density = "7850 kg" is no density. Write "7850 kg/m³".',
+            'fan.toml line 10: planes.left.drill.density = "7850 kg" is a mass, but a density is needed here. Write a density, for example "7850 kg/m³".',
         ],
     ),
     "infl": (

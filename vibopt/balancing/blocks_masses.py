@@ -10,6 +10,7 @@ from math import pi
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, nearest_block, rows_of, table
 from vibopt.answer.entry import Entry, Value, direction_of, in_one_unit
+from vibopt.balancing.blocks_rotor import nearest_blocks
 from vibopt.balancing.engine.engine_job import EngineJob, Weight
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.planes import Plane
@@ -36,10 +37,8 @@ def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
 
 
 def known_nearest(outcome: Answer[KnownJob]) -> list[Block]:
-    """The weights that miss the limits least, and how far each is missed."""
-    if outcome.nearest is None:
-        return []
-    return [Block("The nearest weights", TEXT, outcome.nearest.words), nearest_block(outcome)]
+    """The same of known masses."""
+    return nearest_blocks(outcome, "The nearest weights")
 
 
 def _planes(outcome: Answer[KnownJob], planes: list[Plane]) -> Block:

@@ -76,10 +76,10 @@ def _cost(plan: Answer[RotorJob]) -> Block:
     return Block("What the tolerances cost", heads=("", "without", "with"), rows=tuple(rows))
 
 
-def nearest_blocks(plan: Answer[Any]) -> list[Block]:
+def nearest_blocks(plan: Answer[Any], title: str = "The nearest plan") -> list[Block]:
     """The weights that miss the limits least, and how far each is missed."""
     near = plan.nearest
-    return [] if near is None else [Block("The nearest plan", TEXT, near.words), nearest_block(plan)]
+    return [] if near is None else [Block(title, TEXT, near.words), nearest_block(plan)]
 
 
 def _weights(fitting: Fitting, title: str) -> Block:

@@ -11,7 +11,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.continuous import solve_pieces
 from vibopt.balancing.convex_rounds import KEPT, Convex
 from vibopt.balancing.question import Sectors
-from vibopt.balancing.rounding import Boxes, goal_bounds, judge, mass_bounds, ratio_bounds, short_of
+from vibopt.balancing.rounding import Boxes, goal_bounds, judge, mass_bounds, short_of
 from vibopt.balancing.scaled import Scaled
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass
@@ -145,6 +145,7 @@ class Tree:
         stock: FloatArray,
     ) -> None:  # fmt: skip
         self.scene, self.rows, self.planes, self.v = scene, rows, planes, v
+        self.limits = replace(rows, G=rows.F, g=rows.f, goal="worst")  # the worst of the limits as the goal
         self.sectors = sectors or ((),) * len(planes)
         self.undecided, self.stock = np.inf, stock
         self.best_places = np.full(len(planes), -1)
@@ -241,7 +242,7 @@ class Tree:
             nodes.x[:, p] = boxes.clip(nodes.x[:, p], p)
         bound = nodes.bound.copy()
         if len(self.rows.f):
-            ratio = ratio_bounds(self.rows, boxes, nodes.x.copy(), nodes.limit_weights, self.rounds)
+            ratio = goal_bounds(self.limits, boxes, nodes.x.copy(), nodes.limit_weights, self.rounds)
             bound[ratio > 1.0 + KEPT] = np.inf
         if self.rows.goal == "correction":
             for factor in (0.5, 1.0):

@@ -294,10 +294,7 @@ def read_quality(
             table.bearings,
             'is not two bearings at two places. Write { A = "0 mm", B = "900 mm" }.',
         )
-    error = 0.0
-    if table.measurement_error:
-        at = (*path, "measurement_error")
-        error = read_value(at, table.measurement_error, mistakes, not_negative, "unbalance") or 0.0
+    error = 0.0 if table.measurement_error is None else table.measurement_error.value
     residual = _residuals((*path, "residual"), table.residual or {}, planes or bearings, conventions, mistakes)
     if len(mistakes.found) > before or weight is None or turning is None:
         return None

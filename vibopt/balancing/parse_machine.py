@@ -284,18 +284,7 @@ def _drill(path: Path, table: PlaneTable, mistakes: Mistakes) -> Drill | None:
     drill = read_table(DrillTable, table.drill, path, mistakes)
     if drill is None:
         return None
-    density = read_value((*path, "density"), drill.density, mistakes, _density)
-    return (
-        None if density is None else Drill(drill.diameter.value, density, drill.deepest.value if drill.deepest else inf)
-    )
-
-
-def _density(given: object) -> float:
-    """kg/m³ from "7850 kg/m³" or "7.85 g/cm³"."""
-    try:
-        return float(positive(given, "density")[0])
-    except QuantityError:
-        raise QuantityError('is no density. Write "7850 kg/m³".') from None
+    return Drill(drill.diameter.value, drill.density.value, drill.deepest.value if drill.deepest else inf)
 
 
 def _check_plane(path: Path, plane: Plane, mistakes: Mistakes) -> None:

@@ -137,10 +137,8 @@ def read_rotor(
     if conventions is not None and planes:
         planes = with_units(planes, [(name, given) for raw in raws for name, given in raw.weights.items()])
         if not raws and whole and not mistakes.found:
-            mistakes.add(
-                ("runs",),
-                "there is no initial run. Add [[runs]] with speed and readings as found, and without weights.",
-            )
+            way = "Add [[runs]] with speed and readings as found, and without weights."
+            mistakes.add(("runs",), f"there is no initial run. {way}")
         sensors = read_sensors(document, conventions, mistakes)
         measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
     merge(own, mistakes)

@@ -40,7 +40,7 @@ class DrillTable(Table):
     """
 
     diameter: Fact = number("length", choice=False, required=True)
-    density: Any = None
+    density: Fact = number("density", choice=False, required=True)
     deepest: Fact | None = number("length", choice=False)
 
 
@@ -261,7 +261,7 @@ class QualityTable(Table):
     centre_of_mass: Fact = number("length", choice=False, sign="any", required=True)
     bearings: Any
     planes: Any = None
-    measurement_error: Any = None
+    measurement_error: Fact | None = number("unbalance", choice=False, sign="not negative")
     residual: Any = None
     least_share: Fact | None = number("ratio", choice=False, sign="not negative")
     most_share: Fact | None = number("ratio", choice=False)

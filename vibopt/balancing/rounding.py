@@ -144,8 +144,9 @@ def sweep(rows: ComplexArray, t: ComplexArray, weights: FloatArray, boxes: Boxes
 
 
 def goal_bounds(
-    scene: Scaled, boxes: Boxes, x: ComplexArray, weights: FloatArray, rounds: int, slope: ComplexArray, constant: float
-) -> FloatArray:
+    scene: Scaled, boxes: Boxes, x: ComplexArray, weights: FloatArray, rounds: int, slope: ComplexArray | None = None,
+    constant: float = 0.0,
+) -> FloatArray:  # fmt: skip
     """Bounds of the goal, shape (n_boxes,); x and weights are improved in place.
 
     `slope` (n_planes,) and `constant` are Re v*(F x + f) - sum |v| of fixed multipliers of the limits.
@@ -159,25 +160,12 @@ def goal_bounds(
         here = (z.conj() * t).real.sum(axis=1) - conjugate
         own = z @ scene.G.conj()
         best = np.maximum(best, here + boxes.fall(own, x).sum(axis=1))
-        if constant:
+        if constant and slope is not None:
             limits = (x @ slope.conj()).real + constant
             best = np.maximum(best, here + limits + boxes.fall(own + slope, x).sum(axis=1))
         if scene.goal == "worst":
             weights *= np.abs(t)
             weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-300)
-    return best
-
-
-def ratio_bounds(scene: Scaled, boxes: Boxes, x: ComplexArray, weights: FloatArray, rounds: int) -> FloatArray:
-    """Bounds of the greatest |F x + f|, shape (n_boxes,): above one no correction in the box keeps the limits."""
-    best = np.zeros(len(x))
-    t = x @ scene.F.T + scene.f
-    for _ in range(rounds):
-        t = sweep(scene.F, t, weights, boxes, x)
-        z = _unit(weights * t)
-        best = np.maximum(best, (z.conj() * t).real.sum(axis=1) + boxes.fall(z @ scene.F.conj(), x).sum(axis=1))
-        weights *= np.abs(t)
-        weights /= np.maximum(weights.sum(axis=1, keepdims=True), 1e-300)
     return best
 
 

@@ -10,7 +10,7 @@ from typing import cast
 import numpy as np
 
 from vibopt.answer.plan import PlaneAnswer
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.conventions import WITH, Conventions
 from vibopt.balancing.fitting import NOTHING, fitted_planes
 from vibopt.balancing.known.known_job import KnownJob, KnownLimitTable
@@ -197,10 +197,10 @@ def _exact(job: KnownJob, question: Question) -> Correction | None:
         said = "static and couple unbalance" if n_rows == 2 else "static unbalance"
         claim = f"vector sums: the only correction that leaves no {said}"
         return Correction(u, "optimal", claim, "vector sum", dict.fromkeys([*own_caps(job.planes), *job.limits], 0.0))
-    lightest = _lightest(question, free, part, right[rank:].T)
+    lightest = _lightest(question, n_rows, free, right[rank:].T)
     if lightest is None:
         return None
-    u[free] = lightest
+    u = lightest
     claim = f"complete balance with the least mass of all {len(free)} planes together, a convex program"
     held = None if goal == "correction" else dict.fromkeys([*own_caps(job.planes), *job.limits], 0.0)
     return None if breaks(question, u) else Correction(u, "optimal", claim, "least mass", held)
@@ -224,52 +224,39 @@ def _no_balance(job: KnownJob, question: Question) -> Correction:
     return Correction(nothing, "unproven", claim, "program", None)
 
 
-def _lightest(question: Question, free: np.ndarray, part: ComplexArray, null: FloatArray) -> ComplexArray | None:
-    """Of all u = part + null w the one with the least mass: a question whose readings are the corrections."""
-    from vibopt.balancing.continuous import solve_continuous
-
+def _lightest(question: Question, n_rows: int, free: IntArray, null: FloatArray) -> ComplexArray | None:
+    """Of all weights that leave nothing in the first rows, u + null w in the `free` planes, the lightest."""
     if any(question.sectors[k] for k in free if question.sectors):
         return None
-    inner = Question(
-        y0=part,
-        H=null.astype(complex),
-        importance=question.densities[free],
-        limits=question.caps[free],
-        caps=np.full(null.shape[1], inf),
-        goal="sum",
-    )
-    solved = solve_continuous(inner)
+    limits = np.where(np.arange(question.n_readings) < n_rows, 0.0, inf)
+    solved = solve_question(replace(question, goal="correction", limits=limits))
     if solved.u is None or solved.status != "optimal":
         return None
-    found = sharpened(part, null, question.densities[free], np.asarray(solved.u))
-    if (np.abs(found) > question.caps[free]).any():
-        found = part + null @ solved.u
-    return found if (question.densities[free] * np.abs(found)).sum() <= question.total_cap * (1 + 1e-9) else None
+    found = solved.u.copy()
+    found[free] = sharpened(found[free], null, question.densities[free])
+    return solved.u if (np.abs(found) > question.caps).any() else found
 
 
-def sharpened(part: ComplexArray, null: FloatArray, mass: FloatArray, w: ComplexArray) -> ComplexArray:
-    """part + null w where sum(mass |part + null w|) is least, to the last digits: Newton's method from a near w.
+def sharpened(near: ComplexArray, null: FloatArray, mass: FloatArray) -> ComplexArray:
+    """near + null w where sum(mass |near + null w|) is least, to the last digits, by Newton's method.
 
     The sum is flat at its least value, so that a solver's gap of 1e-9 leaves a part in 1e5 of the weights open.
-    Where a weight vanishes the sum has a kink, and the near w is kept.
+    Where a weight vanishes the sum has a kink, and what is near is kept.
     """
     turned = np.block([[null, 0.0 * null], [0.0 * null, null]])
-    x = np.concatenate([w.real, w.imag])
+    u, n = near, len(near)
     for _ in range(20):
-        u = part + null @ (x[: null.shape[1]] + 1j * x[null.shape[1] :])
         size = np.abs(u)
         if size.min() < 1e-9 * size.max():
-            return part + null @ w
+            return near
         along = np.concatenate([u.real / size, u.imag / size])
         slope = turned.T @ (np.tile(mass, 2) * along)
         across = np.diag(1.0 - along**2)
-        n = len(size)
         across[:n, n:] = across[n:, :n] = np.diag(-along[:n] * along[n:])
         bend = turned.T @ (np.tile(mass / size, 2)[:, None] * across) @ turned
-        x = x - np.linalg.lstsq(bend, slope, rcond=None)[0]
-    found: ComplexArray = part + null @ (x[: null.shape[1]] + 1j * x[null.shape[1] :])
-    near = part + null @ w
-    return found if mass @ np.abs(found) <= mass @ np.abs(near) * (1.0 + 1e-12) else near
+        step = np.linalg.lstsq(bend, slope, rcond=None)[0].reshape(2, -1)
+        u = u - null @ (step[0] + 1j * step[1])
+    return u if mass @ np.abs(u) <= mass @ np.abs(near) * (1.0 + 1e-12) else near
 
 
 def bounds_of(job: KnownJob) -> dict[str, Bounding]:
