@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray, IntArray, Values
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray, Values
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -64,14 +64,14 @@ class Amplitude:
         return self.by_piece(np.asarray(speed, dtype=float), Piece.at)
 
     def by_piece(self, speed: FloatArray, function: Callable[[Piece, FloatArray], Values]) -> Values:
-        """A function of the piece that holds and of the speed, at each speed [rad/s]."""
+        """A function of the piece that holds and of speeds [rad/s] (n,), at each speed: a number, or a row of them."""
         if len(self.pieces) == 1:
             return function(self.pieces[0], speed)
         ends = np.array([piece.band.high for piece in self.pieces[:-1]])
         which = np.searchsorted(ends, speed, side="left")
         parts = [(which == index, piece) for index, piece in enumerate(self.pieces)]
-        found = [(chosen, function(piece, speed[chosen])) for chosen, piece in parts]
-        value = np.empty(speed.shape, dtype=found[0][1].dtype)
+        found: list[tuple[BoolArray, Values]] = [(chosen, function(piece, speed[chosen])) for chosen, piece in parts]
+        value = np.empty((*speed.shape, *found[0][1].shape[1:]), dtype=found[0][1].dtype)
         for chosen, part in found:
             value[chosen] = part
         return value

@@ -97,7 +97,8 @@ def test_bends_are_differences_of_slopes(
     model, form = posed.aim.model, posed.aim.form
     drive = form.drives[0]
     x = posed.low * (posed.high / posed.low) ** np.array(place[: len(posed.axes)])
-    found = curved(model, form.output, drive, x, speed, form.combine)
+    other = 0.9 * speed
+    found, beside = curved(model, form.output, drive, x, np.array([speed, other]), form.combine)
     assert found is not None
     here = slope_with_speed(form, model, drive, x, speed)
     assert found.slope == pytest.approx(here, rel=1e-6, abs=1e-6 * np.abs(here).max())
@@ -111,6 +112,10 @@ def test_bends_are_differences_of_slopes(
     mixed = np.abs(found.bend[-1]).max() + np.abs(here).max() ** 2
     assert found.bend[:-1, -1] == pytest.approx(np.array(rows)[:, -1], abs=1e-4 * mixed)
     assert found.bend == pytest.approx(found.bend.T)
+    assert beside is not None
+    assert beside.slope == pytest.approx(
+        slope_with_speed(form, model, drive, x, other), rel=1e-6, abs=1e-6 * np.abs(beside.slope).max()
+    )
 
 
 @settings(max_examples=25, deadline=None)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms.bends import curved
+from vibopt.forms.bends import Curved, curved
 from vibopt.forms.drive_response import DriveResponse, closed_form, modes_for, rigid_form
 from vibopt.forms.few import few_peaks
 from vibopt.forms.form import Local, by_differences, log_of
@@ -46,26 +46,28 @@ def of_drive(
 ) -> list[Local]:
     """Local extremes of the response to one excitation."""
     found = extremes_of(model, form, drive, x, least_wanted=least_wanted, within=within)
-    distinct: list[Extreme] = []
-    for one in found:
-        if all(abs(one.speed - other.speed) > 1e-7 * abs(one.speed) for other in distinct):
-            distinct.append(one)
-            if len(distinct) == _MOST:
-                break
-    return [_local(model, form, drive, x, one, least_wanted) for one in distinct]
+    return _locals(model, form, drive, x, _once(found, 1e-7)[:_MOST], least_wanted)
 
 
-def _local(model: Model, form: Modulus, drive: Drive, x: FloatArray, at: Extreme, least_wanted: bool) -> Local:
-    """One extreme with its slope, and its bend where it has one in closed form."""
-    log = log_of(at.value)
-    if 0.0 < at.value < np.inf and not form.rigid_link:
-        made = curved(model, form.output, drive, x, at.speed, form.combine)
-        if made is not None:
-            slope, bend = made.at_extreme(-1.0 if least_wanted else 1.0)
+def _locals(
+    model: Model, form: Modulus, drive: Drive, x: FloatArray, found: list[Extreme], least_wanted: bool
+) -> list[Local]:
+    """Extremes with their slopes, and the bends of those that have one in closed form."""
+    known: dict[float, Curved | None] = {}
+    if not form.rigid_link:
+        speeds = [one.speed for one in found if 0.0 < one.value < np.inf and one.speed > 0.0]
+        known = dict(zip(speeds, curved(model, form.output, drive, x, np.array(speeds), form.combine), strict=True))
+    made = []
+    for at in found:
+        one, bend = known.get(at.speed), None
+        if one is None:
+            slope = slope_at(model, form, drive, x, at)
+        else:
+            slope, bend = one.at_extreme(-1.0 if least_wanted else 1.0)
             if form.output.shared_by:
                 slope = slope - model.counts[form.output.shared_by].row(model.n_vars)
-            return Local(log, slope, (at.speed,), bend)
-    return Local(log, slope_at(model, form, drive, x, at), (at.speed,))
+        made.append(Local(log_of(at.value), slope, (at.speed,), bend))
+    return made
 
 
 def extremes_of(
@@ -215,10 +217,10 @@ def candidates_of(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
     return _once(extremes_of(model, form, drive, x, least_wanted=least_wanted, within=0.9))
 
 
-def _once(found: list[Extreme]) -> list[Extreme]:
+def _once(found: list[Extreme], apart: float = 1e-9) -> list[Extreme]:
     """Each speed once."""
     unique: list[Extreme] = []
     for one in found:
-        if not any(abs(one.speed - other.speed) <= 1e-9 * abs(one.speed) for other in unique):
+        if all(abs(one.speed - other.speed) > apart * abs(one.speed) for other in unique):
             unique.append(one)
     return unique

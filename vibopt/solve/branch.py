@@ -212,7 +212,8 @@ class Search:
         alive, goal = self._judge_boxes(low, high)
         low, high, goal = low[alive], high[alive], goal[alive]
         if len(low):
-            self._explore(low, high, goal)
+            for index in np.argsort(goal, kind="stable")[:3]:
+                self._offer(_middle(low[index], high[index]))
             kept = goal < self.best - self._room() if np.isfinite(self.best) else np.ones(len(goal), dtype=bool)
             low, high, goal = low[kept], high[kept], goal[kept]
             for _ in range(3 if len(low) <= 24 else 1):
@@ -250,11 +251,6 @@ class Search:
             if alive.any():
                 alive[alive] = may_hold(limit, bounds, low[alive], high[alive])
         return alive, goal
-
-    def _explore(self, low: FloatArray, high: FloatArray, goal: FloatArray) -> None:
-        """Measure the middle of the most promising boxes; learn speeds, keep a better design."""
-        for index in np.argsort(goal, kind="stable")[:3]:
-            self._offer(_middle(low[index], high[index]))
 
     def _offer(self, x: FloatArray) -> None:
         x = np.array(x, dtype=float)

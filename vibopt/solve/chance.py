@@ -77,12 +77,6 @@ class Sought:
     machine: dict[str, float] = field(default_factory=dict)
 
 
-def _chances(scene: Scene) -> dict[str, float]:
-    """The share of all machines that each limit with a probability asks for."""
-    asked = {name: limit.with_probability for name, limit in scene.limits.items()}
-    return {name: share for name, share in asked.items() if share is not None}
-
-
 def by_chance(
     scene: Scene,
     again: Callable[[Scene], Design],
@@ -90,14 +84,16 @@ def by_chance(
     progress: Progress | None,
 ) -> Design | Sought:
     """A design for limits with a probability, or an answer that is proven; `again` answers a scene without any."""
-    names = _chances(scene)
+    asked = {name: limit.with_probability for name, limit in scene.limits.items()}
+    names = {name: share for name, share in asked.items() if share is not None}
     said = ", ".join(names)
     loose = again(
         replace(scene, limits={name: response for name, response in scene.limits.items() if name not in names})
     )
     if loose.status == "infeasible":
         return replace(loose, job=scene, claim=f"already without {said}: {loose.claim}")
-    strict = again(_for_the_worst(scene))
+    each = {name: limit.model_copy(update={"with_probability": None}) for name, limit in scene.limits.items()}
+    strict = again(replace(scene, limits=each))
     if _as_good(strict, loose) and _within(scene) >= max(names.values()):
         words = f"{strict.claim}; it is as good without {said}, so no share of all machines allows a better one"
         return replace(strict, job=scene, claim=words)
@@ -151,11 +147,6 @@ def _judged(scene: Scene, x: FloatArray, both: Tolerances | None) -> Sought | No
     told = "; ".join(f"{key}: {one.words}" for key, one in odds.items())
     claim = f"every limit holds{others}; {told}; that nothing better exists is not proven"
     return Sought(Found("feasible", x, claim, DRAWN), both, (limits, measures), machine)
-
-
-def _for_the_worst(scene: Scene) -> Scene:
-    limits = {name: response.model_copy(update={"with_probability": None}) for name, response in scene.limits.items()}
-    return replace(scene, limits=limits)
 
 
 def _as_good(strict: Design, loose: Design) -> bool:

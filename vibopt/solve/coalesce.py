@@ -96,7 +96,9 @@ def polished(
 
 def _merged(asked: Question, y: FloatArray, low: FloatArray, high: FloatArray) -> Iterator[FloatArray]:
     """Designs within the ends near `y` at which poles meet."""
-    for free in _freedoms(y, low, high):
+    wide = high > low
+    inside = wide & (y > low + 1e-6) & (y < high - 1e-6)
+    for free in (inside,) if (inside == wide).all() else (inside, wide):  # at ends of ranges they may be left
         for clusters, level, scale in _guesses(asked, y):
             for margin in _MARGINS if asked.aim is not None else (0.0,):
                 there = _Meeting(asked, y, free, clusters, scale, margin).solve(level)
@@ -107,13 +109,6 @@ def _merged(asked: Question, y: FloatArray, low: FloatArray, high: FloatArray) -
                 if asked.aim is None or reached > asked.bound * (1.0 + 0.5 * margin):
                     yield there
                     break
-
-
-def _freedoms(y: FloatArray, low: FloatArray, high: FloatArray) -> list[BoolArray]:
-    """Which variables may move: those off their ends; and all that are variables at all."""
-    wide = high > low
-    inside = wide & (y > low + 1e-6) & (y < high - 1e-6)
-    return [one for one in ([inside] if (inside == wide).all() else [inside, wide]) if one.any()]
 
 
 def _guesses(asked: Question, y: FloatArray) -> Iterator[tuple[tuple[Cluster, ...], float, float]]:

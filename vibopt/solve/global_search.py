@@ -63,7 +63,9 @@ class BranchAndBound:
             proof = search.run(x)
         boxes = budget.spent
         if proof.status == "infeasible":
-            return self._none(boxes)
+            each = "every one of " * (boxes != 1)
+            claim = f"proven by branch and bound: {each}{counted(boxes, 'boxes')} breaks a limit"
+            return Found("infeasible", None, claim, self.name, details={"boxes": boxes})
         if proof.x is None:
             return Found("unproven", None, f"nothing found and nothing proven in {counted(boxes, 'boxes')}", self.name)
         if proof.value == -np.inf:
@@ -92,10 +94,6 @@ class BranchAndBound:
                     return sloped
         x = from_starts(program, x, judge) if self.alone else x
         return self._found(program, "feasible", x, boxes, _open_words(boxes, bound, judge.goal(x).value), bound)
-
-    def _none(self, boxes: int) -> Found:
-        claim = f"proven by branch and bound: {'every one of ' * (boxes != 1)}{counted(boxes, 'boxes')} breaks a limit"
-        return Found("infeasible", None, claim, self.name, details={"boxes": boxes})
 
     def _found(
         self,

@@ -7,7 +7,6 @@ exact peaks, the worst speeds are added, and what is left is done by Newton on t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field
 from itertools import combinations
 
 import numpy as np
@@ -38,7 +37,7 @@ _SCALED = {"stiffness", "damping"}
 _SAME = 1e-6
 _MOST_FREE = 30
 """Continuous variables."""
-_ROUNDING, _PLACES = 1e-9, 6
+_ROUNDING, _PLACES, _ROUNDS = 1e-9, 6, 3
 _IPOPT = 50.0
 """Work of one run of IPOPT, in exact measurements."""
 _MANY, _SCREENED, _BY_LIMITS = 128, 32, 10.0
@@ -50,7 +49,7 @@ Where like devices are exchanged one start per variable is enough: all orders of
 _MEASUREMENTS = 5000
 """Exact measurements of designs."""
 _HOPS, _HOP = 8, 0.8
-"""Designs beside the best that are followed, and how far (in logs) they are spread."""
+"""Designs beside the best that are followed in vain before no more are, and how far (in logs) they are spread."""
 _FAR, _LOST = 0.05, 0.5
 """Log violation beyond which a start is not followed: where a design is known and little is to be done; at all."""
 _DAMPING, _MUCH = (".damping", ".damping_ratio"), 0.25
@@ -78,11 +77,9 @@ class Nlp:
     count: int = 8
     most: int = _MEASUREMENTS
     given: tuple[FloatArray, ...] = ()
-    rounds: int = 3
     brief: bool = False
     name: str = "nlp"
     summary: str = "nonlinear programming (IPOPT on sampled speeds, Newton on the exact peaks), best of several starts"
-    counts: dict[str, float] = field(default_factory=dict)
 
     def refuses(self, program: Program) -> str | None:
         """Discrete variables and more than thirty continuous ones."""
@@ -100,6 +97,19 @@ class Nlp:
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Best of the local optima reached from all starts."""
         return _Run(program, self, progress).answer()
+
+
+def told(starts: int, agreed: int, outside: int, left: int) -> str:
+    """How often the best was found from so many starts, and whether some ended outside the limits or were left.
+
+    In words beyond a few, for such counts hang on rounding, which differs between processors.
+    """
+    found = f"{_AGREED} or more" if agreed >= _AGREED else agreed
+    count = counted(starts, "starts")
+    claim = f"best of {count}, {found} agreed" if agreed else f"better than what {count} led to"
+    for failed, how in ((outside, "ended outside the limits"), (left, "were left far behind")):
+        claim += f", {'most' if 2 * failed > starts else 'some'} {how}" if failed > 0 else ""
+    return claim
 
 
 def _first(good: list[Design]) -> Design:
@@ -132,54 +142,58 @@ class _Run:
         self.exact = Exact(self.program, self.low, self.high, self.budget)
         self.judge = Judge(self.program, TOLERANCE)
         self.samples = Samples(self.program).spread(9)
-        self.built = self.iterations = 0
+        self.built = self.iterations = self.starts = self.left = 0
+        self.ends: list[Design] = []
         self.bar = np.inf
         self.orders: list[float] = []
         self.likes = [] if self.method.brief else _likes(self.program)
 
     def answer(self) -> Found:
-        begun, good = self._straight()
+        good = self._straight() or self._searched(self._starts())
         if not good:
-            begun = self._starts()
-            good = self._searched(begun)
-        if not good:
-            return self._nothing(len(begun))
+            claim = f"no design found from {counted(self.starts, 'starts')}, which proves nothing"
+            return Found("unproven", None, claim, self.method.name, details=self._details(0))
         if self.program.is_best(min(good)[0]):
             x, claim = self._x(np.array(min(good)[1])), "the ranges alone permit no better goal"
-            return Found("feasible", x, claim, self.method.name, details=self._details(len(begun), 1))
+            return Found("feasible", x, claim, self.method.name, details=self._details(1))
         good += self._mirrored(good)
-        good += self._beside(good) + self._one_less(good)
+        good += self._beside(good)
+        good += self._one_less(good)
         good += self._mirrored(good)
         good += self._settled(good)
         goal, y = _first(good)
-        agreed, best = self._agree(good), f"best of {counted(len(begun), 'starts')}"
-        x, details = self._x(np.array(y)), self._details(len(begun), agreed)
+        agreed = self._agree(good)
+        x, details = self._x(np.array(y)), self._details(agreed)
         if goal == np.inf:
             claim = "the goal is infinite at every design that was looked at"
             return Found("feasible", x, claim, self.method.name, details=details)
-        # beyond a few the count hangs on rounding, which differs between processors
-        claim = f"{best}, {f'{_AGREED} or more' if agreed >= _AGREED else agreed} agreed"
+        claim = told(self.starts, agreed, self.outside, self.left)
         x, settled = improved_by_links(self.program, x, self.judge, self.budget)
         if self.judge.goal(x).value < goal - _SAME * abs(goal):
-            claim = f"{best}, made better one link at a time"
+            claim = f"best of {counted(self.starts, 'starts')}, made better one link at a time"
         if settled:
             claim += "; no other spring and damper of one link alone is better, which is proven"
         return Found("feasible", x, claim, self.method.name, details=details)
 
-    def _straight(self) -> tuple[list[FloatArray], list[Design]]:
+    @property
+    def outside(self) -> int:
+        """How many starts were followed to their end and are outside the limits there."""
+        return self.starts - self.left - len(self.ends)
+
+    def _straight(self) -> list[Design]:
         """Sharpened at once from the most promising of many designs, where many can be looked at for little."""
         if self.method.given or not screenable(self.program):
-            return [], []
-        begun, count = promising(self.program, _BATCHES * self.method.count), 0
+            return []
         least = max(int(self.exact.free.sum()) * (1 if self.likes else _PER_VARIABLE), _AGREED)
-        ends, better = list[Design](), list[Design]()
-        for count, y in enumerate(begun, start=1):
-            ends += self._good(self._sharpened([y], before=[np.array(known) for _, known in ends]))
-            better += self._mirrored([*ends, *better]) if ends and count >= least else []
-            enough = count >= least and self._agree(ends, better) >= _AGREED
-            if enough or self.budget.over or (ends and self.program.is_best(min(ends)[0])):
+        better = list[Design]()
+        for y in promising(self.program, _BATCHES * self.method.count):
+            self._sharpened([y])
+            last = self.starts >= least
+            better += self._mirrored([*self.ends, *better]) if self.ends and last else []
+            last = last and (not self.ends or self._agree(better) >= _AGREED)
+            if last or self.budget.over or (self.ends and self.program.is_best(min(self.ends)[0])):
                 break
-        return begun[:count], [*ends, *better]
+        return [*self.ends, *better]
 
     def _mirrored(self, good: list[Design]) -> list[Design]:
         """What the best leads to with the numbers of two like devices exchanged, as long as that is better.
@@ -200,7 +214,7 @@ class _Run:
             same = abs(self.judge.goal(self._x(y)).value - goal) <= _ROUNDING * abs(goal)
             if not np.isfinite(goal) or same:  # the like of it is the same machine
                 continue
-            ends = self._good([self._sharp(y, rescue=False, bar=np.inf)])  # far above it begins, below it may end
+            ends = self._good([self._sharp(y, bar=np.inf)])  # far above it begins, below it may end
             self.orders += [end for end, _ in ends]
             better = [one for one in ends if one[0] < goal - _SAME * abs(goal)]
             waiting = [*self.likes] if better else waiting
@@ -226,11 +240,13 @@ class _Run:
         if self.method.brief or self.method.given or not screenable(self.program) or len(self.exact.free) < 3:
             return []
         found: list[Design] = []
-        for step in _HOP * (halton(_HOPS, len(self.low)) - 0.5):
-            best = min([*good, *found])
-            if self.budget.over or self._agree([*good, *found]) >= _AGREED:
+        vain = 0
+        for step in _HOP * (halton(_BATCHES * _HOPS, len(self.low)) - 0.5):
+            goal, best = min([*good, *found])
+            if vain == _HOPS or self.budget.over or self._agree([*good, *found]) >= _AGREED:
                 break
-            found += self._good(self._sharpened([np.clip(np.array(best[1]) + step, self.low, self.high)]))
+            found += self._sharpened([np.clip(np.array(best) + step, self.low, self.high)])
+            vain = 0 if min([*good, *found])[0] < goal - _SAME * abs(goal) else vain + 1
         return found
 
     def _one_less(self, good: list[Design]) -> list[Design]:
@@ -249,12 +265,12 @@ class _Run:
             others = [i for i in range(len(x)) if i not in own]
             less = held(self.program, x, others)
             sure = self._agree([*good, *found]) >= _AGREED
-            best = refined(less, x[others]) if sure else Nlp(most=self.method.most // 4).solve(less).x
+            best = refined(less, x[others]) if sure else Nlp(most=self.method.most // 4 // len(weights)).solve(less).x
             if best is None:
                 continue
             x[others] = best
             y = np.clip(np.log(np.maximum(x, np.exp(self.low))), self.low, self.high)
-            found += self._good([y, *self._sharpened([y])])
+            found += self._good([y, self._sharp(y)])
         return found
 
     def _searched(self, begun: list[FloatArray]) -> list[Design]:
@@ -263,15 +279,18 @@ class _Run:
         if sampleable(self.program) and not any(self._missed(y) < _LOST for y in reached):
             reached = self._sampled(begun, elastic=True)
         reached = sorted(reached, key=self._missed)
-        good = (
-            self._good(self._sharpened(reached))
-            or self._good(self._sharpened(reached, rescue=True))
-            or self._good(reached)
-            or self._good(self._sharpened(self._likely(begun), rescue=True))
-        )
-        return good + self._more(good, begun) if good else good
+        self.starts = self.left = 0
+        good = self._sharpened(reached)
+        if not good:
+            self.starts = self.left = 0
+            good = self._sharpened(reached, rescue=True)
+        if not good:
+            good = self._good(reached)
+            self.ends += good
+        good = good or self._sharpened(self._likely(), rescue=True)
+        return good + self._more(good) if good else good
 
-    def _more(self, good: list[Design], begun: list[FloatArray]) -> list[Design]:
+    def _more(self, good: list[Design]) -> list[Design]:
         """What further starts lead to, where few of the first ones agree on the best."""
         found: list[Design] = []
         for batch in range(1, 1 if self.method.brief else _BATCHES):
@@ -284,20 +303,17 @@ class _Run:
             fresh = [
                 np.clip(y, self.low, self.high) for y in starts(self.program, (batch + 1) * count)[batch * count :]
             ]
-            begun += fresh
-            found += self._good(self._sharpened(sorted(self._sampled(fresh), key=self._missed)))
+            found += self._sharpened(sorted(self._sampled(fresh), key=self._missed))
         return found
 
-    def _good(self, points: list[FloatArray]) -> list[Design]:
+    def _good(self, points: Sequence[FloatArray | None]) -> list[Design]:
         """Goal and design of the points at which every limit holds."""
-        return [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if self._feasible(y)]
+        return [(self.judge.goal(self._x(y)).value, tuple(y)) for y in points if y is not None and self._feasible(y)]
 
-    def _likely(self, begun: list[FloatArray]) -> list[FloatArray]:
-        """Of many points spread over the box, those that miss the limits least; they count as starts."""
+    def _likely(self) -> list[FloatArray]:
+        """Of many points spread over the box, those that miss the limits least."""
         points = [np.clip(y, self.low, self.high) for y in starts(self.program, _MANY)]
-        chosen = sorted(points, key=self._missed)[: self.method.count]
-        begun += chosen
-        return chosen
+        return sorted(points, key=self._missed)[: self.method.count]
 
     def _starts(self) -> list[FloatArray]:
         spread = [*starts(self.program, self.method.count), *corners(self.low, self.high)]
@@ -324,7 +340,7 @@ class _Run:
         if self.program.aim is None:
             elastic = True
         here = list(begun)
-        for step in range(self.method.rounds):
+        for step in range(_ROUNDS):
             fresh = [not self.budget.over and self._learn(y) for y in here] if step else [True]
             if not any(fresh):
                 break
@@ -339,42 +355,40 @@ class _Run:
                     self.iterations += 1
                     worked(_IPOPT * self.program.cost)
                 if self.progress:
-                    self.progress("starts", (step + (i + 1) / len(here)) / self.method.rounds)
+                    self.progress("starts", (step + (i + 1) / len(here)) / _ROUNDS)
         return here
 
     def _learn(self, y: FloatArray) -> bool:
         """Add the speeds at which the design y is worst; whether it is worth solving again from it."""
         return self.samples.learn(np.exp(y), 3) and self._missed(y) > 1e-6
 
-    def _sharpened(
-        self, reached: list[FloatArray], *, rescue: bool = False, before: Sequence[FloatArray] = ()
-    ) -> list[FloatArray]:
-        """Every distinct design brought to its exact optimum, until one is as good as may be; `before` are known."""
-        done: list[tuple[FloatArray, FloatArray]] = []
-        found: list[FloatArray] = []
-        for y in reached:
-            known = next((end for begin, end in done if np.abs(begin - y).max() < _ALIKE), None)
-            if known is None and self.method.brief and self._beaten(y, [*before, *found]):
-                continue
-            if known is None:
-                if self.budget.over:
-                    break
-                known = self._sharp(y, rescue)
-                done.append((y, known))
-            found.append(known)
-            if self.program.is_best(self.judge.goal(self._x(known)).value) and self._feasible(known):
+    def _sharpened(self, begun: list[FloatArray], *, rescue: bool = False) -> list[Design]:
+        """What starts lead to within the limits, each followed to its exact optimum, until one is as good as may be."""
+        done: list[tuple[FloatArray, FloatArray | None]] = []
+        found: list[Design] = []
+        for y in begun:
+            way = next((one for one in done if np.abs(one[0] - y).max() < _ALIKE), None)
+            if way is None:
+                idle = self.budget.over or (self.method.brief and self._beaten(y, [*self.ends, *found]))
+                way = y, None if idle else self._sharp(y, rescue=rescue)
+                done.append(way)
+            self.starts, self.left = self.starts + 1, self.left + (way[1] is None)
+            good = self._good([way[1]])
+            found += good
+            if good and self.program.is_best(good[0][0]):
                 break
+        self.ends += found
         return found
 
-    def _agree(self, good: list[Design], others: Sequence[Design] = ()) -> int:
-        """How many agree on the best of all: they are as good, or as what it leads to in another order."""
-        best = min([*good, *others], default=(np.inf,))[0]
+    def _agree(self, others: Sequence[Design] = ()) -> int:
+        """How many starts agree on the best of all: they are as good, or as what it leads to in another order."""
+        best = min([*self.ends, *others], default=(np.inf,))[0]
         orders = self.orders if _among(best, self.orders) else [best]
-        return sum(_among(goal, orders) for goal, _ in good) if np.isfinite(best) else 0
+        return sum(_among(goal, orders) for goal, _ in self.ends) if np.isfinite(best) else 0
 
-    def _beaten(self, y: FloatArray, found: list[FloatArray]) -> bool:
+    def _beaten(self, y: FloatArray, found: list[Design]) -> bool:
         """Whether a design found is no worse than y, which holds at some speeds only, or y is far from holding."""
-        best = min((goal for goal, _ in self._good(found)), default=np.inf)
+        best = min((goal for goal, _ in found), default=np.inf)
         far = best < np.inf and self._missed(y) > _FAR
         return far or self.judge.goal(self._x(y)).value >= best - _SAME * abs(best)
 
@@ -382,11 +396,14 @@ class _Run:
         """Log violation, 0 where every limit holds or where no measurement is left."""
         return max(self.exact.at(y).missed, 0.0) if not self.budget.over else 0.0
 
-    def _sharp(self, y: FloatArray, rescue: bool, bar: float | None = None) -> FloatArray:
+    def _sharp(self, y: FloatArray, *, rescue: bool = False, bar: float | None = None) -> FloatArray | None:
+        """The exact optimum that y leads to; None where it falls behind the best known and is left."""
         sharpener = Sqp(self.exact, bar=self.bar if bar is None else bar)
         if rescue:
             y = sharpener.run(y, only_feasible=True).y
         point: Point = sharpener.run(y)
+        if sharpener.behind:
+            return None
         if point.missed > TOLERANCE and not rescue and not self.budget.over:
             held = sharpener.run(self._damped(y), only_feasible=True)
             point = sharpener.run(held.y, within=True) if held.missed <= TOLERANCE else point
@@ -408,14 +425,12 @@ class _Run:
     def _feasible(self, y: FloatArray) -> bool:
         return self.judge.feasible(self._x(y))
 
-    def _nothing(self, count: int) -> Found:
-        claim = f"no design found from {counted(count, 'starts')}, which proves nothing"
-        return Found("unproven", None, claim, self.method.name, details=self._details(count, 0))
-
-    def _details(self, count: int, agreed: int) -> dict[str, float]:
+    def _details(self, agreed: int) -> dict[str, float]:
         return {
-            "starts": count,
+            "starts": self.starts,
             "agreed": agreed,
+            "ended outside the limits": self.outside,
+            "left far behind": self.left,
             "programs built": self.built,
             "ipopt runs": self.iterations,
             "exact measurements": self.budget.spent,

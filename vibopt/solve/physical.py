@@ -86,7 +86,8 @@ def _clash(program: Program, pushed: tuple[Limit, Modulus], moved: tuple[Limit, 
         stroke = motion.bound / omega**move.output.power
         needed = np.nan_to_num((really - allowed) / (omega**2 * stroke), nan=0.0, posinf=0.0, neginf=0.0)
     worst = int(np.argmax(needed))
-    mass = _greatest_mass(program)
+    chosen = (program.model.kinds == INERTIA) & ~program.model.inerters
+    mass = float(program.model.extent(program.low, program.high)[1][chosen].sum())
     if not needed[worst] > mass * (1.0 + _MARGIN):
         return None
     return Impossible(
@@ -109,8 +110,3 @@ def _common(first: tuple[Band, ...], second: tuple[Band, ...]) -> FloatArray:
             if low <= high:
                 found.append(np.linspace(low, high, 33 if low < high else 1))
     return np.concatenate(found) if found else np.zeros(0)
-
-
-def _greatest_mass(program: Program) -> float:
-    chosen = (program.model.kinds == INERTIA) & ~program.model.inerters
-    return float(program.model.extent(program.low, program.high)[1][chosen].sum())

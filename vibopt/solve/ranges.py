@@ -119,12 +119,11 @@ def halton(count: int, dimensions: int) -> FloatArray:
     table = np.zeros((count, dimensions))
     for column in range(dimensions):
         base = _PRIMES[column % len(_PRIMES)]
-        for row in range(count):
-            index, part = row + 1, 1.0
-            while index:
-                part /= base
-                table[row, column] += part * (index % base)
-                index //= base
+        index, part = np.arange(1, count + 1), 1.0
+        while index.any():
+            part /= base
+            table[:, column] += part * (index % base)
+            index //= base
     return table
 
 

@@ -83,7 +83,7 @@ def tuned(program: Program) -> FloatArray:
         return np.zeros((0, len(program.axes)))
     about = np.geomspace(min(band.low for band in bands if band.high) or 1.0, max(band.high for band in bands), _ABOUT)
     heavy = [1.0] if all(device.mass for device in devices) else _HEAVY
-    lighter = [1.0] if len(heavy) == 1 else _LIGHTER
+    lighter = _LIGHTER if len(heavy) > 1 and any(device.depth for device in devices) else [1.0]
     patterns = product(about, _SPREADS, _DAMPED, heavy, lighter)
     base = np.log(np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high))
     return np.array([_tuned(program, devices, base, *pattern) for pattern in patterns])

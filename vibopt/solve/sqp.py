@@ -6,6 +6,7 @@ nothing to sample here and the answer is as sharp as the measurement.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import field, replace
 
 import numpy as np
@@ -33,7 +34,7 @@ _LIGHT = 4.0
 """Weight of what limits are missed by to begin with: steps may leave limits a little on their way, and go further."""
 _PRICED = 1e-6
 """Part of the greatest price below which a limit has none."""
-_LAGS, _AHEAD = 10, 10.0
+_LAGS, _AHEAD = 10, 4.0
 """Rounds, and times what was gained in them that would have to be gained to be as good as the best known."""
 _SOFT = 1e-9
 _FLAT = 1e-12
@@ -51,6 +52,8 @@ class Sqp:
         Goal of the best design known: what gains little and is far above it is not followed to its end.
     guess
         The last bend of the Lagrangian, where the pieces know theirs.
+    behind
+        Whether the last way was left because it would not come near the bar.
     """
 
     exact: Exact
@@ -58,6 +61,7 @@ class Sqp:
     hopeless: float = 1e-3
     bar: float = np.inf
     guess: FloatArray | None = field(default=None, init=False)
+    behind: bool = field(default=False, init=False)
 
     def run(self, start: FloatArray, *, only_feasible: bool = False, within: bool = False) -> Point:
         """The best design reached from `start` (y); with `only_feasible` the first within the limits.
@@ -67,25 +71,32 @@ class Sqp:
         if only_feasible and self.exact.program.aim is not None:
             exact = replace(self.exact, program=self.exact.program.aiming(None), known={})
             return Sqp(exact, self.rounds, self.hopeless).run(start, only_feasible=True)
-        here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
+        here, self.behind = self.exact.at(np.clip(start, self.exact.low, self.exact.high)), False
         for weight in (1e2,) if only_feasible else (1e3, 1e5) if within else (_LIGHT, 1e2, 1e5):
             here = self._descend(here, weight, -_WITHIN if only_feasible else -np.inf)
+            if self.behind:
+                return here
             if here.missed <= 1e-7 or (here.missed > self.hopeless and weight > _LIGHT):
                 break
         return here if only_feasible else self._finish(here)
 
     def beside(self, start: FloatArray) -> Point | None:
         """The optimum next to a start that is nearly one, by Newton alone; None where it does not lead there."""
-        here, last = self.exact.at(np.clip(start, self.exact.low, self.exact.high)), np.inf
+        here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
+        settled = (there for there, size in self._dashes(here, _BESIDE) if size <= _SQUARED)
+        found = next(settled, None)
+        return None if found is None or found.missed > 1e-9 else found
+
+    def _dashes(self, at: Point, reach: float) -> Iterator[tuple[Point, float]]:
+        """A few Newton steps as long as they shrink: where each leads, and its length."""
+        last = np.inf
         for _ in range(_DASHES):
-            there = self._newton(here, 0.0, _BESIDE)
-            size = np.inf if there is None else float(np.abs(there.y - here.y).max(initial=0.0))
+            there = self._newton(at, 0.0, reach)
+            size = np.inf if there is None else float(np.abs(there.y - at.y).max(initial=0.0))
             if there is None or size > 0.7 * last:
-                return None
-            here, last = there, size
-            if size <= _SQUARED:
-                return here if here.missed <= 1e-9 else None
-        return None
+                return
+            yield there, size
+            at, last = there, size
 
     def _descend(self, here: Point, weight: float, enough: float) -> Point:
         """Steps until nothing is gained, or the limits are missed by no more than `enough`."""
@@ -94,13 +105,11 @@ class Sqp:
         missed: list[float] = []
         merits: list[float] = []
         for _ in range(self.rounds):
-            missed.append(here.missed)
             merits.append(_merit(here, weight))
-            if len(merits) > _LAGS and _AHEAD * (merits[-1 - _LAGS] - merits[-1]) < merits[-1] - self.bar:
-                break
-            stuck = weight > _LIGHT and here.missed > self.hopeless and len(missed) > 8
-            stuck = stuck and missed[-8] - here.missed < 0.05 * here.missed
-            if stuck or here.missed <= enough or self.exact.budget.over:
+            missed.append(here.missed if weight > _LIGHT else merits[-1])
+            self.behind = len(merits) > _LAGS and _AHEAD * (merits[-1 - _LAGS] - merits[-1]) < merits[-1] - self.bar
+            stuck = here.missed > self.hopeless and len(missed) > 8 and missed[-8] - missed[-1] < 0.05 * here.missed
+            if self.behind or stuck or here.missed <= enough or self.exact.budget.over:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
             if moved:
@@ -132,15 +141,10 @@ class Sqp:
 
     def _dashed(self, here: Point, weight: float) -> Point:
         """The best of a few Newton steps as long as they shrink, each free to break limits a little on its way."""
-        best, at, last = here, here, np.inf
-        for _ in range(_DASHES):
-            there = self._newton(at, 0.0, _NEAR)
-            size = np.inf if there is None else float(np.abs(there.y - at.y).max(initial=0.0))
-            if there is None or size > 0.7 * last:
-                break
-            at, last = there, size
-            if _merit(at, weight) < _merit(best, weight):
-                best = at
+        best = here
+        for there, size in self._dashes(here, _NEAR):
+            if _merit(there, weight) < _merit(best, weight):
+                best = there
             if size < _SQUARED:
                 break
         return best
@@ -287,7 +291,10 @@ def _quadratic(
         for working in ([highest, len(right) - 1], [highest, len(right) - 1, *walls.tolist()]):
             found = found or least_of(quadratic, linear, table, right, working)
         quadratic[:n, :n] = bend
-    answer, prices = _by_cones(quadratic, linear, table, right) if found is None else found
+    if found is None:
+        cone_point = solve_cones(linear, table, right, [(LINEAR, len(right))], quadratic=quadratic)
+        found = cone_point.x, cone_point.z
+    answer, prices = found
     step, duals = answer[:n], prices[: len(pieces)] / size
     if not np.isfinite(step).all():
         return np.zeros(n), 0.0, np.zeros(len(pieces))
@@ -297,14 +304,6 @@ def _quadratic(
     missed = max(float(reached[count:].max(initial=0.0)), 0.0)
     promised = weight * (max(here.missed, 0.0) - missed) - top - 0.5 * float(step @ bend @ step)
     return step, promised, duals
-
-
-def _by_cones(
-    quadratic: FloatArray, linear: FloatArray, table: FloatArray, right: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Least 1/2 z quadratic z + linear z under table z <= right, and the prices of the rows."""
-    cone_point = solve_cones(linear, table, right, [(LINEAR, len(right))], quadratic=quadratic)
-    return cone_point.x, cone_point.z
 
 
 def _first_bend(here: Point) -> FloatArray:
