@@ -266,6 +266,24 @@ def test_a_table_is_straight_between_its_rows_and_may_be_a_file(tmp_path: Path) 
     assert len(model_of(read(tmp_path / "rotor.toml")).bearings[0].speeds) == 3
 
 
+def test_every_speed_at_which_an_orbit_keeps_its_bound_is_found() -> None:
+    document, place = borne(friswell(), 4e6, 0, 0, 9e6, 3e3, 0, 0, 2e3), {"response": "displacement", "of": "first"}
+    speeds = np.linspace(300.0, 4000.0, 21)
+    values = asked(document, **{f"m{n:g}": {**place, "at": f"{n} rpm"} for n in speeds})
+    document["excitations"]["imbalance"]["speed"] = {"from": "300 rpm", "to": "4000 rpm"}
+    document["limits"] = {"move": {**place, "at_most": "0.2 mm"}}
+    found = solve(from_dict({**document, "goal": {"find_all": "imbalance.speed"}})).found
+    good = [value <= 2e-4 for value in values.values()]
+    inside = [any(low.value <= n * RPM <= high.value for low, high in found) for n in speeds]
+    assert 0 < sum(good) < len(good)
+    assert inside == good
+    ends = [end.value for pair in found for end in pair if 301.0 * RPM < end.value < 3999.0 * RPM]
+    there = {f"m{i}": {**place, "at": f"{n!r} rad/s"} for i, n in enumerate(ends)}
+    del document["limits"]
+    document["excitations"]["imbalance"]["speed"] = "3000 rpm"
+    assert list(asked(document, **there).values()) == pytest.approx([2e-4] * len(ends), rel=1e-6)
+
+
 def test_bearings_that_whirl_least_are_chosen() -> None:
     document = borne(light(), 4e6, 0, 0, 9e6, 3e3, 0, 0, 2e3)
     document["excitations"]["imbalance"]["speed"] = "200..2500 rpm"

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form, Local, Worst, by_differences, log_of
+from vibopt.forms.form import Against, Form, Local, Worst, by_differences, log_of
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -39,18 +40,11 @@ class Added(Form):
         moving = [part.swings for part in self.parts if part.swings is not None]
         return moving[0] if len(moving) == 1 else None
 
-    def beside(self, model: Model, x: FloatArray) -> float:
-        return self._together(
-            [] if self.peaks else [part.value(model, x) for part in self.parts if part.swings is None]
-        )
-
-    def apart(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> tuple[Modulus, float, bool]:
-        part = next(part for part in self.parts if any(drive.name == name for drive in part.drives))
-        if not self.peaks:
-            return part.apart(model, x, name, least_wanted=least_wanted)
-        assert part.harmonic is not None
+    def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
+        part = next(part for part in self.parts if any(drive.name == name for drive in part.shaken))
         rest = self._together([other.value(model, x) for other in self.parts if other is not part])
-        return part.harmonic, rest, self.squares
+        alone = part.against(model, x, name, least_wanted=least_wanted)
+        return replace(alone, others=rest, squares=self.squares) if self.peaks else replace(alone, beside=rest)
 
     def value(self, model: Model, x: FloatArray) -> float:
         return self.worst(model, x).value

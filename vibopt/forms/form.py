@@ -13,7 +13,7 @@ from vibopt.mechanics.model import kept as model_keeps
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
-    from vibopt.arrays import FloatArray, IntArray
+    from vibopt.arrays import ComplexArray, FloatArray, IntArray
     from vibopt.forms.asking import ConvexRows, LogRows, OneVariable, Proof
     from vibopt.forms.bounds import FormBounds
     from vibopt.forms.damped import OfPoles
@@ -43,6 +43,32 @@ class Worst:
 
     value: float
     speeds: dict[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Against:
+    """A form against the speed of one excitation, the others at their worst; callable.
+
+    sizes
+        Of that excitation alone, at speeds of any shape [rad/s].
+    singular, breaks
+        Complex speeds at which it is singular, real ones where it is not smooth.
+    others, squares
+        What the other excitations add, and whether as the root of the sum of the squares.
+    beside
+        What stands beside all excitations and adds to them.
+    """
+
+    sizes: Callable[[FloatArray], FloatArray]
+    singular: ComplexArray
+    breaks: FloatArray
+    others: float
+    squares: bool
+    beside: float = 0.0
+
+    def __call__(self, speed: FloatArray) -> FloatArray:
+        value = self.sizes(speed)
+        return self.beside + (np.hypot(value, self.others) if self.squares else value + self.others)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,12 +139,8 @@ class Form:
         """What of it is a response over speeds, where one part is and all else stands beside it."""
         return self.harmonic
 
-    def beside(self, model: Model, x: FloatArray) -> float:
-        """What stands beside what `swings` and adds to it."""
-        return 0.0
-
-    def apart(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> tuple[Modulus, float, bool]:
-        """The response to one excitation over its speeds, what the others add, each the worst, and if by squares."""
+    def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
+        """The response against the speed of an excitation, by its name."""
         raise NotImplementedError(f"{type(self).__name__} is no response over speeds")
 
     @property
@@ -355,13 +377,21 @@ def by_differences(value: Callable[[FloatArray], float], x: FloatArray, step: fl
     return np.nan_to_num(slope, posinf=0.0, neginf=0.0)
 
 
-def second_differences(
-    near: Callable[[FloatArray], float], n: int, *, moves: bool
-) -> tuple[FloatArray, FloatArray | None]:
-    """Slope (n,) and bend (n, n) of a function of small turns of n logs, and of one more along which it is an extreme.
+def top_by_differences(
+    at: Callable[[FloatArray, float], float], x: FloatArray, value: float, speed: float, *, moves: bool
+) -> Local:
+    """A local extreme over speeds, with slope and bend by small turns of the logs of the design and of the speed.
 
-    That extreme moves with the others where it `moves`; None where some difference has no end.
+    Of a value `at` a design (n_vars,) and a speed [rad/s]; the speed of the extreme moves with the design where it
+    `moves`.  No bend where some difference has no end.
     """
+    n = len(x)
+    if not 0.0 < value < np.inf:
+        return Local(log_of(value) if np.isfinite(value) else np.inf, np.zeros(n), (speed,))
+
+    def near(turn: FloatArray) -> float:
+        return log_of(at(x * np.exp(turn[:n]), speed * float(np.exp(turn[n:].sum()))))
+
     steps = _TURN * np.eye(n + moves)
     here, ups, downs = near(np.zeros(n + moves)), [near(step) for step in steps], [near(-step) for step in steps]
     slope, bend = (np.array(ups) - downs) / (2.0 * _TURN), np.zeros(2 * steps.shape[:1])
@@ -372,7 +402,7 @@ def second_differences(
     if moves and bend[n, n]:
         bend -= np.outer(bend[:, n], bend[n]) / bend[n, n]
     whole = np.isfinite(bend[:n, :n]).all()
-    return np.nan_to_num(slope[:n]), bend[:n, :n] if whole else None
+    return Local(log_of(value), np.nan_to_num(slope[:n]), (speed,), bend[:n, :n] if whole else None)
 
 
 def bend_of_slopes(form: Form, model: Model, x: FloatArray) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.forms.form import WITHOUT_END, Form, Local, Worst, kept
+from vibopt.forms.form import WITHOUT_END, Against, Form, Local, Worst, kept
 from vibopt.forms.monomials import mounts
 from vibopt.forms.rational import TELLING, Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_lines
 from vibopt.records import dataclass
@@ -92,13 +92,14 @@ class Modulus(Form):
     def _total(self, values: list[float]) -> float:
         return hypot(*values) if self.combine == "rss" else sum(values)
 
-    def apart(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> tuple[Modulus, float, bool]:
-        from vibopt.forms.drive_response import drive_extreme
+    def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
+        from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
 
-        others = [drive for drive in self.drives if drive.name != name]
-        rest = [drive_extreme(model, self, drive, x, least_wanted).value for drive in others]
-        alone = replace(self, drives=tuple(drive for drive in self.drives if drive.name == name))
-        return alone, self._total(rest), self.combine == "rss"
+        (drive,), others = ([one for one in self.drives if (one.name == name) is own] for own in (True, False))
+        rest = [drive_extreme(model, self, other, x, least_wanted).value for other in others]
+        singular, breaks = singularities(model, self, drive, x)
+        response = DriveResponse(model, self, drive, x)
+        return Against(response, singular, breaks, self._total(rest), self.combine == "rss")
 
     def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
         line, bands = self.line, self.bands

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from math import hypot
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms.form import Form, Local, Worst, by_differences, log_of, second_differences
+from vibopt.forms.form import Against, Form, Local, Worst, by_differences, log_of, top_by_differences
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.orbits import spun
 from vibopt.mechanics.peaks import Extreme, least, peaks
@@ -62,19 +64,14 @@ class Orbit(Form):
         return [self._local(model, x, one) for one in kept]
 
     def _local(self, model: Model, x: FloatArray, top: Extreme) -> Local:
-        """Slope and bend of the log by differences, in the logs of the design and, inside a band, of the speed."""
-        drive, n, at = self.shaken[0], len(x), (top.speed,)
-        if not 0.0 < top.value < np.inf:
-            return Local(log_of(top.value) if np.isfinite(top.value) else np.inf, np.zeros(n), at)
+        drive = self.shaken[0]
         ends = [end for band in drive.bands for end in (band.low, band.high)]
         moves = min(abs(top.speed - end) for end in ends) > _BESIDE * top.speed
 
-        def near(turn: FloatArray) -> float:
-            speed = top.speed * float(np.exp(turn[n:].sum()))
-            return log_of(float(self.sizes(model, x * np.exp(turn[:n]), drive, np.array([speed]))[0]))
+        def at(y: FloatArray, speed: float) -> float:
+            return float(self.sizes(model, y, drive, np.array([speed]))[0])
 
-        slope, bend = second_differences(near, n, moves=moves)
-        return Local(log_of(top.value), slope, at, bend)
+        return top_by_differences(at, x, top.value, top.speed, moves=moves)
 
     def _slope(self, model: Model, x: FloatArray, speeds: tuple[float, ...]) -> FloatArray:
         """Where the speeds stay: moving one changes nothing to first order."""
@@ -114,15 +111,19 @@ class Orbit(Form):
         whole = np.array([self._total(one) for one in axes.T.tolist()]) if len(axes) > 1 else axes[0]
         return np.asarray(np.where(np.isnan(whole), np.inf, whole).reshape(np.shape(speeds)))
 
-    def _tops(self, model: Model, x: FloatArray, drive: Drive, least_wanted: bool) -> list[Extreme]:
-        """Local extremes over the bands, the worst first."""
+    def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
+        (drive,), others = ([one for one in self.shaken if (one.name == name) is own] for own in (True, False))
+        rest = [self._tops(model, x, other, least_wanted)[0].value for other in others]
         knots = np.unique(np.concatenate([bearing.speeds for bearing in model.bearings]))
         spins = np.concatenate([frozen(band, knots) for band in drive.bands])
         singular = spun(model, x).singular(spins) if len(spins) else np.zeros(0, dtype=complex)
+        response = partial(self.sizes, model, x, drive)
+        return Against(response, singular, knots, self._total(rest), self.combine == "rss")
 
-        def response(speeds: FloatArray) -> FloatArray:
-            return self.sizes(model, x, drive, speeds)
-
+    def _tops(self, model: Model, x: FloatArray, drive: Drive, least_wanted: bool) -> list[Extreme]:
+        """Local extremes over the bands, the worst first."""
+        alone = replace(self, shaken=(drive,)).against(model, x, drive.name, least_wanted=least_wanted)
+        response, singular, knots = alone.sizes, alone.singular, alone.breaks
         if least_wanted:
             return [least(response, drive.bands, singular, knots)]
         distinct: list[Extreme] = []

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
-from vibopt.forms.form import Form, Local, Worst, log_of, second_differences
+from vibopt.forms.form import Form, Local, Worst, top_by_differences
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
 
@@ -86,20 +87,10 @@ class Rubbing(Form):
         """Local extremes over the speeds; moving one changes nothing to first order, and an end stays."""
         tops = self.tops(model, x, least_wanted)
         near = max(within, _WITHIN)
-        return [self._local(model, x, *top) for top in tops if least_wanted or top[0] >= near * tops[0][0]]
-
-    def _local(self, model: Model, x: FloatArray, value: float, speed: float) -> Local:
-        """Slope and bend of the log by differences, in the logs of the design and, inside a band, of the speed."""
-        if not 0.0 < value < np.inf:
-            return Local(log_of(value) if np.isfinite(value) else np.inf, np.zeros(len(x)), (speed,))
-        moves = all(speed not in (band.low, band.high) for band in self.shaken[0].bands)
-        n = len(x)
-
-        def near(turn: FloatArray) -> float:
-            return log_of(self.at(model, x * np.exp(turn[:n]), speed * float(np.exp(turn[n:].sum()))))
-
-        slope, bend = second_differences(near, n, moves=moves)
-        return Local(log_of(value), slope, (speed,), bend)
+        kept = [top for top in tops if least_wanted or top[0] >= near * tops[0][0]]
+        ends = [end for band in self.shaken[0].bands for end in (band.low, band.high)]
+        at = partial(self.at, model)
+        return [top_by_differences(at, x, value, speed, moves=speed not in ends) for value, speed in kept]
 
     def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
         return [((speed,), value) for value, speed in self.tops(model, x, least_wanted)]

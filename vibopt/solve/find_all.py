@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.arrays import ComplexArray, FloatArray, joined
-from vibopt.forms.drive_response import DriveResponse, singularities
-from vibopt.mechanics.peaks import Response as Level
+from vibopt.arrays import joined
+from vibopt.forms.form import Against
 from vibopt.mechanics.peaks import crossings
 from vibopt.program.program import Limit, Program
 from vibopt.report.machine_notes import notes_of
@@ -86,27 +86,18 @@ def speeds_of(program: Program, drive_name: str, bands: tuple[Band, ...], own: s
 
 def _holds(limit: Limit, name: str, bands: tuple[Band, ...]) -> list[Interval]:
     """Speeds of an excitation at which one limit holds, the others at their worst."""
-    x, least = np.zeros(0), limit.least_wanted
-    form, others, squares = limit.form.apart(limit.model, x, name, least_wanted=least)
-    bound = limit.bound - limit.form.beside(limit.model, x)
-    if bound < 0.0:
-        return [(band.low, band.high) for band in bands] if least else []
-    (drive,), sign = form.drives, -1.0 if least else 1.0
-    response = DriveResponse(limit.model, form, drive, x)
-
-    def level(speed: FloatArray) -> FloatArray:
-        value = response(speed)
-        return np.hypot(value, others) if squares else value + others
-
-    singular, breaks = singularities(limit.model, form, drive, x)
-    return [one for band in bands for one in _pieces(level, band, singular, breaks, bound, sign)]
+    level = limit.form.against(limit.model, np.zeros(0), name, least_wanted=limit.least_wanted)
+    if limit.bound < level.beside:
+        return [(band.low, band.high) for band in bands] if limit.least_wanted else []
+    sign = -1.0 if limit.least_wanted else 1.0
+    return [one for band in bands for one in _pieces(level, band, limit.bound, sign)]
 
 
-def _pieces(
-    level: Level, band: Band, singular: ComplexArray, breaks: FloatArray, bound: float, sign: float
-) -> list[Interval]:
+def _pieces(level: Against, band: Band, bound: float, sign: float) -> list[Interval]:
     """Cut a band at every crossing, and keep the parts whose middle is good, and touching points."""
-    edges = [band.low, *crossings(level, band, singular, breaks, bound), band.high]
+    own = replace(level, beside=0.0)
+    cuts = crossings(own, band, level.singular, level.breaks, bound - level.beside)
+    edges = [band.low, *cuts, band.high]
     kept: list[Interval] = []
     for low, high in pairwise(edges):
         middle = level(np.array([0.5 * (low + high)]))[0]
