@@ -316,6 +316,15 @@ def test_nearly_all_active_limits_of_the_problems_have_a_price_with_a_range() ->
     assert len(have) >= 0.95 * len(active), sorted(set(active) - set(have))
 
 
+@pytest.mark.parametrize(
+    "file", ["rao_9_50", *(pytest.param(one, marks=pytest.mark.slow) for one in ("rao_9_49", "load_set_down"))]
+)
+def test_the_work_of_a_shock_is_no_more_than_it_takes_so_that_all_its_ranges_are_told(file: str) -> None:
+    found = prices(open_job(PROBLEMS / f"shock/{file}.toml"))
+    assert [row.why for row in found.rows if not row.ranged] == []
+    assert found.notes == ()
+
+
 def gap(top: float, force: float) -> vo.Scene:
     """A mount that may be soft or stiff, and no stiffness between."""
     text = one_mass(

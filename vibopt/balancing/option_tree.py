@@ -15,7 +15,7 @@ from vibopt.balancing.rounding import Boxes, goal_bounds, judge, mass_bounds, sh
 from vibopt.balancing.scaled import Scaled
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass
-from vibopt.work import Budget
+from vibopt.work import Budget, worked
 
 Places = IntArray
 
@@ -91,7 +91,7 @@ FINISHED = 1e-7  # gap to which the planes without a list are closed
 MOST_BOXES = 1_500_000  # kept open at a time
 WORK = 1e9  # rows times planes times sweeps of all boxes looked at
 FINISH = 1000  # boxes that take as long as one program for the planes without a list
-BOX = 0.02  # of nominal work [ms]
+BOX, ROUND = 0.02, 0.5  # of nominal work [ms], and of a round of boxes opened together
 
 
 @dataclass
@@ -196,6 +196,7 @@ class Tree:
 
     def _grow(self, picked: Open) -> Open | None:
         """Enumerate the small boxes, halve the others; bounds of the halves."""
+        worked(ROUND)
         picked = picked.take(np.flatnonzero(picked.bound < self.goal_to_beat))
         sizes = self._sizes(picked.cells)
         small = np.prod(sizes.astype(float), axis=1) <= (LEAF if not self.any_size else 1)

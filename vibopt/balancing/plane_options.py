@@ -17,6 +17,7 @@ from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Options, Question
 from vibopt.records import dataclass
 from vibopt.units.showing import show_angle
+from vibopt.work import worked
 
 MOST_OPTIONS = 200_000
 ALL_FORBIDDEN = (
@@ -24,6 +25,8 @@ ALL_FORBIDDEN = (
 )
 KEPT_AND_REMOVED = "has keep = true and remove = true. Leave one out: nothing is removed from a plane that is kept."
 _HAIR = 1e-9
+_WORK = 1.4e-3
+"""Of one filling, and of all that is made of it [nominal ms]."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +107,7 @@ def options_of(plane: Plane, conventions: Conventions, kinds: Sequence[float] = 
     single = np.array([sign * conventions.weight(m * r, plane.holes[h]) for h, m, r in offers], dtype=complex)
     mass = np.array([m for _, m, _ in offers])
     items = _fillings(np.array([h for h, _, _ in offers], dtype=np.int64), plane.most_weights)
+    worked(_WORK * len(items))
     padded_u, padded_mass = np.append(single, 0.0), np.append(mass, 0.0)
     u, masses = padded_u[items].sum(axis=1), padded_mass[items].sum(axis=1)
     same = np.isclose(mass[:, None], np.array(kinds, dtype=float)[None, :], rtol=1e-9, atol=0.0)

@@ -213,7 +213,7 @@ class PeakOverDurations(Form):
         return self.lasting(self.high).reach(model)
 
     def cost(self, model: Model) -> float:
-        return 200.0
+        return 8.0
 
 
 def _tops(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float]]:

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 _STEP = 1e-30
 _KEPT, _STATES = 16, 50_000
 """Rows of machines that are kept, and states of loads at once."""
+_ALONE, _JOINT, _RADIAN, _FOLLOWED = 0.06, 1e-3, 0.0125, 5.0
+"""Work of one machine, of a segment, of a radian that it turns beyond the first round, and of a load that varies for
+ever [nominal ms]."""
 _APART = 0.1
 """Part of its time by which another time must differ from that of a peak to say more."""
 
@@ -162,7 +165,11 @@ class PeakInTime(Form):
         return driven(model, self.output, list(self.loads.T))
 
     def cost(self, model: Model) -> float:
-        return 3.0 + 0.02 * len(self.segments)
+        last = self.segments[-1]
+        if last.endless and (last.rates @ last.start).any():
+            return _FOLLOWED
+        turns = sum(max(float(np.abs(segment.rates).max(initial=0.0)) - 2.0 * np.pi, 0.0) for segment in self.segments)
+        return _ALONE + _JOINT * len(self.segments) + _RADIAN * turns
 
     def never_more(self, model: Model, x: FloatArray) -> float:
         """What it is never above, under a load that ends; where nothing is damped it comes near."""

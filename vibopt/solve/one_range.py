@@ -172,7 +172,7 @@ class _Run:
     def __post_init__(self) -> None:
         self.judge = Judge(self.program)
         most = int(np.clip(_WORK / (_DEGREE * self.program.cost), self.fewest, _PIECES))
-        self.budget = Budget(most, "pieces", _DEGREE * self.program.cost)
+        self.budget = Budget(most, "pieces")  # its measurements are counted one by one
         axis = self.program.axes[0]
         low, high = float(axis.low), float(axis.high)
         self.bend = low if low > 0.0 else high * (1e-15 if axis.open_high else 1e-6)
