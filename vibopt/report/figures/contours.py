@@ -29,6 +29,9 @@ from vibopt.units import plain
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_ROOM = 4.0
+"""Least width and height of a line of equal goal that bears its number, in heights of letters."""
+
 
 def plane_figure(plane: Plane) -> Figure:
     """Forbidden parts hatched limit by limit, boundaries named, the chosen design marked."""
@@ -51,7 +54,7 @@ def plane_figure(plane: Plane) -> Figure:
         labels.append(label(axes, plane.best_words, *plane.best))
     legend(figure, axes, first=handles)
     figure.draw_without_rendering()
-    place(labels, np.concatenate([_near(axes, plane), np.repeat(axes.transData.transform(taken), 40, axis=0)]))
+    place(labels, np.concatenate([_near(axes, plane), axes.transData.transform(taken)]))
     return figure
 
 
@@ -90,7 +93,7 @@ def _light(colour: str) -> tuple[float, float, float]:
 
 
 def _goal(axes: Any, plane: Plane) -> FloatArray:
-    """Lines of equal goal, where the goal is not one of the axes; where their numbers stand, (n, 2)."""
+    """Lines of equal goal, where the goal is not one of the axes; points that no label should hide, (n, 2)."""
     nowhere = np.zeros((0, 2))
     if plane.goal is None:
         return nowhere
@@ -101,11 +104,25 @@ def _goal(axes: Any, plane: Plane) -> FloatArray:
     levels = _from_least(finite) if plane.levels else levels_of(finite)
     shape = {"colors": colour, "linewidths": width, "linestyles": style, "zorder": 2.5}
     lines = axes.contour(plane.x.values, plane.y.values, plane.goal, levels=levels, **shape)
-    names = axes.clabel(lines, fontsize=SIZE - (1.5 if plane.levels else 2.5), fmt=lambda value: plain(float(value), 3))
+    size = SIZE - (1.5 if plane.levels else 2.5)
+    names = axes.clabel(lines, _roomy(axes, lines), fontsize=size, fmt=lambda value: plain(float(value), 3))
     for name in names or () if plane.levels else ():
         name.set_bbox({"boxstyle": "round,pad=0.1", "fc": "white", "ec": "none", "alpha": 0.85})
     axes.plot([], [], color=colour, lw=width, linestyle=style, label=plane.goal_label)
-    return np.array([name.get_position() for name in names or ()]).reshape(-1, 2)
+    numbers = np.array([name.get_position() for name in names or ()]).reshape(-1, 2)
+    along = [line for level in lines.allsegs for line in level] if plane.levels else []
+    return np.concatenate([np.repeat(numbers, 40, axis=0), *along])
+
+
+def _roomy(axes: Any, lines: Any) -> list[float]:
+    """Levels whose lines are wide and high enough for a number: within smaller ones numbers lie over each other."""
+    least = _ROOM * SIZE * axes.figure.dpi / 72.0
+    spans = [[np.ptp(axes.transData.transform(one), axis=0) for one in level] for level in lines.allsegs]
+    return [
+        float(level)
+        for level, parts in zip(lines.levels, spans, strict=True)
+        if max((float(part.min()) for part in parts), default=0.0) > least
+    ]
 
 
 def levels_of(finite: FloatArray) -> FloatArray:
