@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from vibopt.study.remedies import remedies as remedies
     from vibopt.study.sweep import sweep as sweep
     from vibopt.study.tradeoff import tradeoff as tradeoff
+    from vibopt.study.tradeoff_surface import tradeoff_surface as tradeoff_surface
     from vibopt.study.variants import compare as compare
     from vibopt.study.whatif import whatif as whatif
     from vibopt.study.window import window as window
@@ -65,6 +66,7 @@ _HOMES = {
     "vibopt.study.remedies": ("remedies",),
     "vibopt.study.sweep": ("sweep",),
     "vibopt.study.tradeoff": ("tradeoff",),
+    "vibopt.study.tradeoff_surface": ("tradeoff_surface",),
     "vibopt.study.variants": ("compare",),
     "vibopt.study.whatif": ("whatif",),
     "vibopt.study.window": ("window",),

@@ -88,6 +88,18 @@ def test_both_ends_are_where_solve_says(press: Tradeoff) -> None:
     assert press.free
 
 
+def test_an_end_beyond_what_is_answered_together_is_found_one_by_one() -> None:
+    """Soft mounts that hardly damp: near the tightest bound the closed form has no answer, and it ended 1.4 % short."""
+    job = vo.with_changes(vo.read(PRESS), {"limits.floor_force.at_most": "0.07798 kN"})
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("vibopt.study.tradeoff.CLOSE", 1e-3)
+        found = vo.tradeoff(job, "limits.start_up", 3)
+    tightest = found.reached[0].value
+    for part, status in ((1.0 - 2e-3, "infeasible"), (1.0 + 2e-3, "optimal")):
+        changes = {"limits.start_up.at_most": f"{tightest * part!r} m"}
+        assert vo.solve(vo.with_changes(job, changes), explain=False).status == status
+
+
 def test_each_point_is_the_answer_at_its_bound_and_the_knee_is_farthest_from_the_chord(press: Tradeoff) -> None:
     job = vo.read(PRESS)
     for index in (0, len(press.points) // 2, -1):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import click
@@ -13,14 +14,16 @@ from vibopt.cli.sweep_command import MOST_ROWS, columns, value_at
 from vibopt.cli.sweep_table import FORMATS, table_text, targets
 from vibopt.files.writing import format_of, write_file
 
-MOST_LEAPS = 3
-"""Leaps of a curve that are named."""
-
 if TYPE_CHECKING:
     from vibopt.answer.console import Console
     from vibopt.answer.entry import Entry
+    from vibopt.jobs import Job
+    from vibopt.study.points import Point
     from vibopt.study.tradeoff import Tradeoff
+    from vibopt.study.tradeoff_surface import Surface
 
+STEPS, MOST_LEAPS = 50, 3
+"""Steps of a curve; leaps of it that are named."""
 MOST_COLUMNS = 4
 ROUNDING = 1e-9
 """Part of the greatest value of a column below which one is no more than the rounding of the search."""
@@ -31,11 +34,15 @@ ROUNDING = 1e-9
 @click.option(
     "--against",
     required=True,
+    multiple=True,
     metavar="LIMIT",
     shell_complete=completing.changes,
-    help='A limit, limits.start_up; a measure, measures.sag; or a response, "displacement of press over 0..3000 rpm".',
+    help='A limit, limits.start_up; a measure, measures.sag; or a response, "displacement of press over 0..3000 rpm". '
+    "Given twice, for each bound of the first the curve against the second.",
 )
-@click.option("--points", type=click.IntRange(min=3), default=50, show_default=True, help="Steps of equal length.")
+@click.option(
+    "--points", type=click.IntRange(min=3), help="Steps of equal length (50; against two of them 7 curves of 7 steps)."
+)
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB).")
 @click.option("--figure", metavar="FILE", help="Draw the curve (.svg, .png, .pdf).")
 @limited
@@ -46,8 +53,8 @@ ROUNDING = 1e-9
 @as_json
 def tradeoff(
     file: str,
-    against: str,
-    points: int,
+    against: tuple[str, ...],
+    points: int | None,
     csv_file: str | None,
     figure: str | None,
     changes: tuple[str, ...],
@@ -55,59 +62,48 @@ def tradeoff(
     force: bool,
     as_json: bool,
 ) -> int:
-    """Weigh the goal against a limit: the designs of which none is better in both, from end to end.
+    """Weigh the goal against a limit, or two: the designs of which none is better in all, from end to end.
 
     The bound is moved from where the goal has its own best value to the tightest at which a design exists; every
     point is an answer by itself, verified.
     """
     from vibopt.cli.progress import Bar
     from vibopt.study.tradeoff import tradeoff as weigh
+    from vibopt.study.tradeoff_surface import USUAL, tradeoff_surface
 
     job = read_job(file, with_scenario(file, scenario, changes))
     table, picture = targets(csv_file, figure, force=(force, force))
     with Bar() as bar:
-        result = weigh(job, against, points, progress=bar)
+        result = (
+            weigh(job, against[0], points or STEPS, progress=bar)
+            if len(against) == 1
+            else tradeoff_surface(job, against, points or USUAL, progress=bar)
+        )
     if table is not None:
         write_file(table, table_text(result).encode())
     if picture is not None:
         from vibopt.report.figures import saved, tradeoff_figure
-        from vibopt.study.sweep_series import front_of
+        from vibopt.study.sweep_series import front_of, fronts_of
+        from vibopt.study.tradeoff import Tradeoff
 
-        write_file(picture, saved(tradeoff_figure(front_of(result)), format_of(picture, FORMATS)))
+        curves = (front_of(result),) if isinstance(result, Tradeoff) else fronts_of(result)
+        write_file(picture, saved(tradeoff_figure(*curves), format_of(picture, FORMATS)))
     written = [str(path) for path in (table, picture) if path is not None]
-    told(result, _list, as_json=as_json, written=written)
+    told(result, _list if len(against) == 1 else _list_curves, as_json=as_json, written=written)
     return 0
 
 
 def _list(result: Tradeoff, console: Console) -> None:
-    from vibopt.answer.text import grid, paragraph
-    from vibopt.study.tradeoff import weighs
+    from vibopt.answer.text import paragraph
 
     console.print(result.job.title, style="bold")
     open_ones = sum(point.status == "feasible" for point in result.points)
     those = "none of them better in both" if open_ones else "none better in both"
     console.print(f"{result.goal} against {result.fact.path}: {len(result.points)} designs, {those}")
-    step = max(1, -(-len(result.points) // (MOST_ROWS // 3)))
     last = len(result.points) - 1
-    parts, paths = columns(result.job, result.points)
-    paths = paths[:MOST_COLUMNS]
-    sizes: dict[str, float] = {}
-    for one in result.points:
-        sizes |= {path: max(sizes.get(path, 0.0), abs(value.value)) for path, value in one.variables.items()}
-    rows = []
-    for index, (point, at) in enumerate(zip(result.points, result.reached, strict=True)):
-        mark = "knee" if index == result.knee else "tightest" if index == 0 else "goal's own best" if (
-            index == last and result.free) else ""  # fmt: skip
-        if index % step == 0 or mark:
-            chosen = {path: _shown(value, sizes[path]) for path, value in point.variables.items()}
-            values = [*(point.parts.get(path, "-") for path in parts), *(value_at(chosen, path) for path in paths)]
-            goal = point.goal.shown if point.goal is not None else "-"
-            proof = "not proven" if point.status == "feasible" else ""
-            rows.append((at.shown, goal, *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
-    heads = (result.name, result.goal, *(path.split(".", 1)[-1] for path in (*parts, *paths)), "Active limits", "")
-    console.print(grid(rows, heads))
-    if step > 1:
-        console.print(f"One in {step} of the points is shown; --csv FILE writes all of them.")
+    marks = {0: "tightest"} | ({last: "goal's own best"} if result.free else {})
+    marks |= {result.knee: "knee"} if result.knee is not None else {}
+    _rows(console, result.job, result.points, [(result.name, result.reached)], result.goal, marks)
     spacing = (
         f"Neighbours are no further apart than {50.0 * result.gap:.2g} % of the whole curve, in parts of both spans"
     )
@@ -119,6 +115,54 @@ def _list(result: Tradeoff, console: Console) -> None:
     if not result.free:
         further = f"it goes on where {result.name} is loosened further"
         paragraph(console, f"The goal has no best value of its own: {further}.")
+
+
+def _list_curves(result: Surface, console: Console) -> None:
+    from vibopt.answer.text import paragraph
+
+    console.print(result.job.title, style="bold")
+    first, second = result.names
+    count = f"{len(result.points)} designs on {len(result.curves)} curves, none better in all three"
+    console.print(f"{result.goal} against {result.facts[0].path} and {result.facts[1].path}: {count}")
+    reached = [(name, [pair[k] for pair in result.reached]) for k, name in enumerate(result.names)]
+    _rows(console, result.job, result.points, reached, result.goal, {})
+    spacing = f"no further apart than {50.0 * result.gap:.2g} % of that curve, in parts of both spans"
+    paragraph(console, f"At each bound of {first} the curve against {second}: neighbours on it are {spacing}.")
+
+
+def _rows(
+    console: Console,
+    job: Job,
+    points: Sequence[Point],
+    reached: Sequence[tuple[str, Sequence[Entry]]],
+    goal: str,
+    marks: Mapping[int, str],
+) -> None:
+    """A row for each point, or for one in several: what was reached, the goal, what was chosen, what holds it back."""
+    from vibopt.answer.text import grid
+    from vibopt.study.tradeoff import weighs
+
+    step = max(1, -(-len(points) // (MOST_ROWS // 3)))
+    parts, paths = columns(job, points)
+    paths = paths[:MOST_COLUMNS]
+    sizes: dict[str, float] = {}
+    for one in points:
+        sizes |= {path: max(sizes.get(path, 0.0), abs(value.value)) for path, value in one.variables.items()}
+    rows = []
+    for index, point in enumerate(points):
+        mark = marks.get(index, "")
+        if index % step == 0 or mark:
+            chosen = {path: _shown(value, sizes[path]) for path, value in point.variables.items()}
+            values = [*(point.parts.get(path, "-") for path in parts), *(value_at(chosen, path) for path in paths)]
+            best = point.goal.shown if point.goal is not None else "-"
+            proof = "not proven" if point.status == "feasible" else ""
+            at = [values_of[index].shown for _, values_of in reached]
+            rows.append((*at, best, *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
+    names = [name for name, _ in reached]
+    heads = (*names, goal, *(path.split(".", 1)[-1] for path in (*parts, *paths)), "Active limits", "")
+    console.print(grid(rows, heads))
+    if step > 1:
+        console.print(f"One in {step} of the points is shown; --csv FILE writes all of them.")
 
 
 def _leaps(result: Tradeoff) -> str:

@@ -193,7 +193,11 @@ class Map:
 
 @dataclass(frozen=True, slots=True)
 class Front:
-    """A trade-off: y against x, indices behind which nothing lies between, and (index, words) of what is marked."""
+    """A trade-off: y against x, indices behind which nothing lies between, and (index, words) of what is marked.
+
+    name
+        Of one curve among several.
+    """
 
     title: str
     x_label: str
@@ -202,3 +206,4 @@ class Front:
     y: FloatArray
     jumps: tuple[int, ...]
     marks: tuple[tuple[int, str], ...]
+    name: str = ""

@@ -135,7 +135,8 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
     batch = len(points.single) < len(points) // 2
     closed = batch or is_scene(job)
     fine = _fineness(many) if closed else ACTIVE
-    listed = _listed(job)
+    steps = is_rotor(job) and any(one.whole for one in varied)  # each value is a filling of its own, and a point
+    listed = frozenset() if steps else _listed(job)
     states = np.empty(len(many), dtype=object)
     states[:] = [(state_of(point, fine, listed), point) for point in many]
     grid = states.reshape([len(axis) for axis in axes])

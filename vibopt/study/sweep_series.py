@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from math import isfinite, nan
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,10 +23,14 @@ from vibopt.study.points import Point, in_unit
 from vibopt.study.seen import is_measured
 from vibopt.study.sweep import Sweep
 from vibopt.study.tradeoff import Tradeoff
+from vibopt.study.tradeoff_surface import Surface
 from vibopt.study.varied import DECIBEL
 from vibopt.units import best_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values.fact_at import FactAt
+
+if TYPE_CHECKING:
+    from vibopt.jobs import Job
 
 _LEVEL = 1e-6
 """Part of a number by which answers may differ that are drawn as one: as far as the coarsest proof goes."""
@@ -270,21 +275,36 @@ def _shaded(sweep: Sweep) -> Iterable[tuple[float, float, str]]:
 
 def front_of(tradeoff: Tradeoff) -> Front:
     """A trade-off in the user's units."""
-    fact, points = tradeoff.fact, list(tradeoff.points)
-    goal = [point.goal for point in points]
-    first = next(entry for entry in goal if entry is not None)
-    response = tradeoff.job.goal.response if is_scene(tradeoff.job) and tradeoff.job.goal is not None else None
-    name = spoken(response.response, place_of(response)) if response is not None else tradeoff.goal or "goal"
-    shown = _strip(name.replace("_", " "), goal, first.dimension, (response.unit if response else first.unit) or "")
-    x = _shown(np.array([entry.value for entry in tradeoff.reached]), fact)
+    points = tradeoff.points
     marks = [(0, f"tightest\n{tradeoff.reached[0].shown}")]
     if tradeoff.free:
         marks.append((len(points) - 1, "goal's own best"))
     if tradeoff.knee is not None:
         at, best = tradeoff.reached[tradeoff.knee], points[tradeoff.knee].goal
         marks.append((tradeoff.knee, f"knee\n{at.shown}, {best.shown if best is not None else ''}"))
-    unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
-    words = f"{tradeoff.name} [{unit}]" if unit else tradeoff.name
-    return Front(
-        tradeoff.job.title, words, shown.label.replace("\n", " "), x, shown.lines[0].y, tradeoff.jumps, tuple(marks)
+    drawn = _drawn(tradeoff.job, tradeoff.fact, tradeoff.goal, points, tradeoff.reached)
+    return replace(drawn, jumps=tradeoff.jumps, marks=tuple(marks))
+
+
+def fronts_of(surface: Surface) -> tuple[Front, ...]:
+    """The curves of a trade-off of three quantities, each named by the bound of the first, in the user's units."""
+    second = [pair[1] for pair in surface.reached]
+    drawn = _drawn(surface.job, surface.facts[1], surface.goal, surface.points, second)
+    return tuple(
+        replace(drawn, x=drawn.x[at], y=drawn.y[at], name=f"{surface.names[0]} {surface.points[at[0]].value.shown}")
+        for at in surface.curves.values()
     )
+
+
+def _drawn(job: Job, fact: FactAt, name: str, points: Sequence[Point], reached: Sequence[Entry]) -> Front:
+    """Points as one curve, nothing marked."""
+    goal = [point.goal for point in points]
+    first = next(entry for entry in goal if entry is not None)
+    response = job.goal.response if is_scene(job) and job.goal is not None else None
+    said = spoken(response.response, place_of(response)) if response is not None else name or "goal"
+    shown = _strip(said.replace("_", " "), goal, first.dimension, (response.unit if response else first.unit) or "")
+    unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
+    label = fact.path.split(".")[1]
+    x = _shown(np.array([entry.value for entry in reached]), fact)
+    words = f"{label} [{unit}]" if unit else label
+    return Front(job.title, words, shown.label.replace("\n", " "), x, shown.lines[0].y, (), ())

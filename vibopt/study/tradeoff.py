@@ -33,8 +33,10 @@ if TYPE_CHECKING:
 FEWEST, MOST = 3, 1000
 CLOSE = 1e-6
 """Part of a bound to which both ends are found."""
-_FAR = 1e6
+FAR = 1e6
 """Factor by which a bound is loosened to hold nothing back."""
+_WIDE = 1e3
+"""Factor by which a bound is wider than what is reached, so that digits are lost."""
 _SCAN, _TOGETHER = 64, 95
 """Bounds that are looked at together, where many answers cost little more than one."""
 _REACH = 60
@@ -134,13 +136,13 @@ def tradeoff(job: Job, against: str, points: int = 50, *, progress: Progress | N
         raise InputError(f"{job.name}: tradeoff needs a goal and something to choose. Write a [goal], or use sweep.")
     if not FEWEST <= points <= MOST:
         raise InputError(f"--points {points} is not between {FEWEST} and {MOST}.")
-    job, path = _bounded(job, against)
-    front = _Front(job, fact_at(job, path), progress)
+    job, path = bounded(job, against)
+    front = MovedBound(job, fact_at(job, path), progress)
     return front.curve(points)
 
 
-def _bounded(job: Job, against: str) -> tuple[Job, str]:
-    """The job with the bound that is moved, and its path."""
+def bounded(job: Job, against: str, called: str = "second_goal") -> tuple[Job, str]:
+    """The job with the bound that is moved, and its path; a response in words becomes a limit that is `called` so."""
     if against.startswith("limits."):
         return job, _side(job, against)
     words = against.removeprefix("most ")
@@ -151,13 +153,13 @@ def _bounded(job: Job, against: str) -> tuple[Job, str]:
     if table is None:
         known = [*(f"limits.{one}" for one in job.document.get("limits", {})), *(f"measures.{one}" for one in tables)]
         raise InputError(f"{job.name}: --against {against} is none of its limits or measures.{way_out(against, known)}")
-    name = name if words.startswith("measures.") else _IN_WORDS
+    name = name if words.startswith("measures.") else called
     document = {**job.document, "measures": {**tables, name: dict(table)}}
     try:
         measured = of_document(document, Mistakes(job.name, None))
     except InputError as error:
         words = f'--against "{against}": measure'
-        raise InputError([message.replace(f"measures.{_IN_WORDS}", words) for message in error.messages]) from None
+        raise InputError([message.replace(f"measures.{called}", words) for message in error.messages]) from None
     found = answer(measured, explain=False)
     row = found.measures.get(name)
     if row is None or not 0.0 < row.value.value < np.inf:
@@ -191,24 +193,21 @@ def _table(words: str) -> dict[str, str] | None:
     return {"response": parts[0].strip().replace(" ", "_"), **pairs} if re.fullmatch(r"[a-z_ ]+", parts[0]) else None
 
 
-_IN_WORDS = "second_goal"
-"""Name of the limit of a response in words."""
-
 Holds = Callable[[Point | None], bool]
 Gap = tuple[float, float, Holds]
 
 
-class _Front:
+class MovedBound:
     """Answers by the bound that gave them; the bound `b` counts so that less is tighter."""
 
-    def __init__(self, job: Job, fact: FactAt, progress: Progress | None) -> None:
+    def __init__(self, job: Job, fact: FactAt, progress: Progress | None = None) -> None:
         self.job, self.fact, self.progress = job, fact, progress
         self.least = fact.path.endswith(".at_least")
         self.sense = -1.0 if is_scene(job) and job.goal is not None and job.goal.sense == "maximise" else 1.0
         self.known: dict[float, Point | None] = {}
         self.steps: set[float] = set()
         """Bounds that designs which were found at looser ones reach: tighter by a hair the answer is another one."""
-        self.asked, self.impossible, self.fades = 0, 0.0, False
+        self.asked, self.impossible, self.fades, self.free, self.done = 0, 0.0, False, False, False
         ends = np.array([[fact.value], [1.5 * fact.value]])
         self.many = batch(job, (fact,), ends) is not None
         self.batch = is_scene(job) and self.many
@@ -233,11 +232,12 @@ class _Front:
         if self.progress is not None:
             self.progress("trade-off", min(0.99, self.asked / (self.asked + 50.0)))
 
-    def _answer(self, new: Sequence[float]) -> None:
+    def _answer(self, new: Sequence[float], *, sparing: bool = True) -> None:
         values = np.array([[self.value(b)] for b in new]).reshape(-1, 1)
         self.asked += len(new)
         try:
-            points = answered(self.job, (self.fact,), values, sparing=self.batch, sure=self.batch and bool(self.known))
+            sparing = sparing and self.batch
+            points = answered(self.job, (self.fact,), values, sparing=sparing, sure=sparing and bool(self.known))
             for b, point in zip(new, points, strict=True):
                 if point.status:
                     self._keep(b, point)
@@ -280,40 +280,63 @@ class _Front:
         name = self.fact.path.split(".")[1]
         side = self.fact.path.rpartition(".")[2]
         margin = point.margins.get(f"{name} ({side})", point.margins.get(name, 0.0))
-        return point.value.value * (1.0 + margin if self.least else 1.0 - margin)
+        return point.varied[self.fact.path].value * (1.0 + margin if self.least else 1.0 - margin)
 
     def loss(self, point: Point) -> float:
         """The quantity, to be small."""
         return -self.reached(point) if self.least else self.reached(point)
 
     def curve(self, count: int) -> Tradeoff:
-        tight, loose, free = self._ends()
-        done = self._between(tight, loose, count)
-        found = self._best()
+        found = self.front(count)
         if len(found) < 2:
             raise InputError(
                 f"{self.job.name}: {self.fact.path} and the goal are best in one and the same design: there is nothing "
                 "to weigh."
             )
-        found = self._thinned(found, count)
-        parts = self._parts(found)
-        gaps = np.abs(np.diff(parts, axis=0)).sum(axis=1)
-        jumps = [i for i, gap in enumerate(gaps) if done and gap > 2.0 / (count - 1) * (1.0 + _SAME)]
-        away = 1.0 - parts.sum(axis=1)
+        away = 1.0 - self._parts(found).sum(axis=1)
         knee = int(away.argmax()) if away.max() > _SAME else None
-        rest = [gap for i, gap in enumerate(gaps) if i not in jumps]
         entries = tuple(replace(point.value, value=self.reached(point)) for point in found)
         return Tradeoff(
-            self.job, self.fact, tuple(found), entries, goal_word(self.job), knee, float(max(rest, default=0.0)), free,
-            tuple(jumps), self.asked,
+            self.job, self.fact, tuple(found), entries, goal_word(self.job), knee, self.gap(found, count), self.free,
+            self._jumps(found, count), self.asked,
         )  # fmt: skip
 
-    def _ends(self) -> tuple[float, float, bool]:
+    def front(self, count: int) -> list[Point]:
+        """Designs of which none is better in both, from end to end; one where one is best in both."""
+        tight, loose, self.free = self.ends()
+        self.done = self._between(tight, loose, count)
+        self._sharpen()
+        found = self._best()
+        return self._thinned(found, count) if len(found) > 1 else found
+
+    def _sharpen(self) -> None:
+        """What designs reach that were found far inside of their bound is told anew at a near one: margins round it."""
+        far = {b: point for b, point in self.known.items() if point is not None and b > _WIDE * self.bound(point) > 0.0}
+        near = {b: self.bound(point) * (1.0 + CLOSE) for b, point in far.items()}
+        self.all(list(near.values()))
+        for b, at in near.items():
+            if self.known.get(at) is not None:
+                self.known[b] = None
+
+    def gap(self, found: Sequence[Point], count: int) -> float:
+        """Greatest distance of neighbours between which something lies: parts of both spans, added."""
+        jumps = self._jumps(found, count)
+        return max((float(gap) for i, gap in enumerate(self._gaps(found)) if i not in jumps), default=0.0)
+
+    def _gaps(self, found: Sequence[Point]) -> FloatArray:
+        return np.asarray(np.abs(np.diff(self._parts(found), axis=0)).sum(axis=1))
+
+    def _jumps(self, found: Sequence[Point], count: int) -> tuple[int, ...]:
+        """Points behind which nothing lies, by index."""
+        wide = 2.0 / (count - 1) * (1.0 + _SAME)
+        return tuple(i for i, gap in enumerate(self._gaps(found)) if self.done and gap > wide)
+
+    def ends(self) -> tuple[float, float, bool]:
         """The tightest bound with a design, the tightest with the goal's own best value, and whether there is one."""
         begin = 1.0 / self.fact.value if self.least else self.fact.value
-        scan = [float(b) for b in begin * np.geomspace(1.0 / _FAR, _FAR, _SCAN)] if self.batch else []
-        self.all([*scan, begin * _FAR])
-        open_end = self.known.get(begin * _FAR)
+        scan = [float(b) for b in begin * np.geomspace(1.0 / FAR, FAR, _SCAN)] if self.batch else []
+        self.all([*scan, begin * FAR])
+        open_end = self.known.get(begin * FAR)
         if all(one is None for one in self.known.values()):
             self.all([begin * 4.0**k for k in range(6)])
         good = sorted(b for b, one in self.known.items() if one is not None)
@@ -367,6 +390,8 @@ class _Front:
 
         def told(bounds: Sequence[float]) -> list[bool | None]:
             self.all(bounds)
+            if not any(b in self.known for b in bounds):  # beyond what is answered together: one by one
+                self._answer([bounds[len(bounds) // 2]], sparing=False)
             return [holds(self.known[b]) if b in self.known else None for b in bounds]
 
         return narrowed(told, loose, fails, inner)[0]
