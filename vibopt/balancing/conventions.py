@@ -16,9 +16,9 @@ from math import degrees, tau
 
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
-from vibopt.units import Detector, read_quantity, show
+from vibopt.units import Detector, read_quantity
 from vibopt.units.parsing import TO_PEAK
-from vibopt.units.showing import plain, show_angle
+from vibopt.units.showing import plain
 from vibopt.units.spelling import split_detector
 
 AMPLITUDES = ("length", "velocity", "acceleration")
@@ -173,12 +173,6 @@ def read_reading(text: object, conventions: Conventions, unit: str = "") -> tupl
     front, angle = split_angle(text, "8.6 mil pp @ 63 deg")
     amplitude = read_amplitude(front, conventions.detector, unit)
     return amplitude, conventions.reading(amplitude.value, angle or 0.0), angle is not None
-
-
-def show_reading(y: complex, unit: str, dimension: str, conventions: Conventions) -> str:
-    """An internal reading as the user writes it, "8.6 mil pp @ 63 deg"; `unit` has its detector word."""
-    amount = show(abs(y), unit, dimension)
-    return f"{amount} @ {show_angle(conventions.reading_angle(y))}" if conventions.readings else amount
 
 
 def behind_number(text: str) -> str:

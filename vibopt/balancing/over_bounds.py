@@ -20,7 +20,7 @@ from vibopt.balancing.active_set import FAR, Discs, Held, exchanged
 from vibopt.balancing.fitting import NOTHING
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
-from vibopt.balancing.question import Question, felt
+from vibopt.balancing.question import Question, felt, worst_part
 from vibopt.balancing.rates import NOISE
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import AGREES
@@ -264,10 +264,7 @@ class _Following:
     def _impossible(self, at: int) -> int:
         """How far the multipliers go that prove that nothing keeps the limits at `at`; the first value beyond."""
         limits = self.limits[at, self.held_rows]
-        importance = np.zeros(len(self.question.y0))
-        importance[self.held_rows] = 1.0 / limits
-        none = np.full(len(importance), np.inf)
-        least = solve_question(replace(self._asked(at), limits=none, importance=importance, goal="worst"))
+        least = solve_question(worst_part(self._asked(at), self.limits[at]))
         if least.u is None:
             return at + 1
         k, n_planes = self.discs.k * self.unit / limits, self.discs.n_planes

@@ -9,7 +9,7 @@ from math import inf, isclose, pi, tau
 from typing import Any
 
 from vibopt.answer.plan import Weight
-from vibopt.balancing.conventions import Conventions, behind_number, read_angle
+from vibopt.balancing.conventions import Conventions, behind_number, read_angle, split_angle
 from vibopt.balancing.fan import Fan
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
@@ -307,7 +307,10 @@ def _parts(text: object, plane: Plane) -> tuple[str, str, float, int | None]:
     if hole is not None:
         amount, angle = text[: hole.start()], _angle_of_hole(int(hole[1]), plane)
     else:
-        amount, angle = _split_weight(text, example)
+        amount, turned = split_angle(text, example)
+        if turned is None:
+            raise QuantityError(f'has no angle. Write "{example}".')
+        angle = turned
     front, _, radius = _at_radius(amount)
     return front, radius, angle, None if hole is None else int(hole[1]) - 1
 
@@ -332,15 +335,6 @@ def unit_of(text: object, plane: Plane) -> str:
     amount = _at_radius(_HOLE.sub("", text).partition("@")[0])[0]
     unit = behind_number(amount).strip()
     return unit if unit and _maybe(f"1 {unit}", plane.dimension) is not None else ""
-
-
-def _split_weight(text: str, example: str) -> tuple[str, float]:
-    if text.count("@") != 1:
-        raise QuantityError(
-            f'has no angle. Write "{example}".' if "@" not in text else f'has more than one "@". Write "{example}".'
-        )
-    front, _, behind = text.partition("@")
-    return front.strip(), read_angle(behind.strip(), whose=True)
 
 
 def _at_radius(text: str) -> tuple[str, str, str]:

@@ -331,15 +331,8 @@ def worst_part(question: Question, limits: FloatArray) -> Question:
     limits
         Per reading, above zero (n_readings,); infinite ones are left out.
     """
-    rows = np.flatnonzero(np.isfinite(limits))
-    return replace(
-        question,
-        y0=question.y0[rows] / limits[rows],
-        H=question.H[rows] / limits[rows, None],
-        importance=np.ones(len(rows)),
-        limits=np.full(len(rows), np.inf),
-        goal="worst",
-    )
+    parts = np.where(np.isfinite(limits), 1.0 / limits, 0.0)
+    return replace(question, importance=parts, limits=np.full(len(limits), np.inf), goal="worst")
 
 
 def first_greatest(values: FloatArray) -> int:

@@ -11,12 +11,13 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.conventions import Conventions, show_reading
+from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.grades import Quality
 from vibopt.balancing.planes import Corrected, Plane
 from vibopt.balancing.written import Written
 from vibopt.records import cached_property, dataclass
 from vibopt.units import Detector, show
+from vibopt.units.showing import show_angle
 
 AS_ASKED = 1e-9
 """Part of the greatest unbalance by which those of a pair may differ."""
@@ -46,7 +47,9 @@ class Sensor:
         return show(amplitude, self.shown_unit, self.dimension, digits=digits)
 
     def show_phasor(self, y: complex, conventions: Conventions) -> str:
-        return show_reading(y, self.shown_unit, self.dimension, conventions)
+        """An internal reading as the user writes it, "8.6 mil pp @ 63 deg"."""
+        amount = self.show(abs(y))
+        return f"{amount} @ {show_angle(conventions.reading_angle(y))}" if conventions.readings else amount
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,7 +16,7 @@ from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import allowance, solve_question
 from vibopt.balancing.plan_values import todo
 from vibopt.balancing.plane_options import Posed
-from vibopt.balancing.question import Question, Solved, first_greatest
+from vibopt.balancing.question import Question, Solved, first_greatest, worst_part
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import caps, row_limits, rows_of
@@ -203,12 +203,11 @@ def _least_common(job: RotorJob, posed: Posed, asked: BoolArray, budget: Budget)
     def at(factor: float) -> Solved | None:
         wide = _widened(job, {one.name: widened(factor, getattr(one, "soft", None) or 1.0) for one in limits})
         question = with_limits(wide, posed)
-        solved = _least(question, np.where(asked, 1.0 / np.where(asked, question.limits, 1.0), 0.0), budget)
+        solved = _within(worst_part(question, np.where(asked, question.limits, np.inf)), budget)
         return solved if solved.u is not None and solved.value <= 1.0 + _CLOSE else None
 
     if not any(isinstance(limit, CorrectionLimit) or limit.soft for limit in limits):
-        bound = posed.question.limits
-        return _least(posed.question, np.where(asked, 1.0 / np.where(asked, bound, 1.0), 0.0), budget)
+        return _within(worst_part(posed.question, np.where(asked, posed.question.limits, np.inf)), budget)
     found = narrowest(at, budget, lambda solved: _taken(job, posed, solved, limits))
     return found.found if found is not None and found.proven else None
 
