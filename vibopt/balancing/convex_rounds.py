@@ -296,7 +296,7 @@ def _patient(scene: Scaled) -> Convex:
 
 def _rounds(scene: Scaled, tolerance: float) -> Convex:
     """Solve, look at the rows left out, add the violated ones, until the gap is closed or nothing is left to add."""
-    goal_rows, limit_rows = _first_rows(scene)
+    goal_rows, limit_rows = first_rows(scene)
     best_x, best_value, best_bound, best_dual, impossible, count = None, np.inf, -np.inf, None, False, 0
     for count in range(1, ROUNDS + 1):  # noqa: B007 - read after the loop
         answer = solve_cone(scene, goal_rows, limit_rows, tolerance)
@@ -353,7 +353,7 @@ def _add(rows: Places, left: FloatArray, level: float, scene: Scaled) -> Places:
     return above[np.argsort(-left[above])[: 2 * scene.n_planes + 4]]
 
 
-def _first_rows(scene: Scaled) -> tuple[Places, Places]:
+def first_rows(scene: Scaled) -> tuple[Places, Places]:
     """Goal and limit rows shown first: all where few, else the worst after a few rounds of Lawson's weights."""
     every = np.arange(len(scene.g))
     goal_rows = every[:0] if scene.goal == "correction" else every

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import Free, allowed_arcs, free_planes, into_set
-from vibopt.balancing.convex_rounds import FEW, KEPT, Convex, likely_worst, solve_convex
+from vibopt.balancing.convex_rounds import KEPT, Convex, first_rows, solve_convex
 from vibopt.balancing.option_tree import Cells, Tree
 from vibopt.balancing.question import Options, Question, Solved, breaks, relative_gap, wider_words
 from vibopt.balancing.rounding import rounded
@@ -149,16 +149,8 @@ def _with_lists(scene: Scaled, free: Free) -> Scaled:
 def _tree(scene: Scaled, free: Free, relaxed: Convex) -> Tree:
     """The search with its cells and the rows that matter."""
     v = relaxed.dual.v if relaxed.dual is not None else np.zeros(len(scene.f), dtype=complex)
-    goal_rows, limit_rows = np.arange(len(scene.g)), np.arange(len(scene.f))
-    if scene.goal == "worst" and len(goal_rows) > FEW:
-        goal_rows = likely_worst(scene, scene.G, scene.g)
-    if scene.goal == "correction":
-        goal_rows = goal_rows[:0]
-    if len(limit_rows) > FEW:
-        limit_rows = np.union1d(
-            likely_worst(scene, scene.F, scene.f), np.flatnonzero(np.abs(v) > 1e-9 * np.abs(v).max())
-        )
-        v = np.where(np.isin(np.arange(len(v)), limit_rows), v, 0.0)
+    goal_rows, limit_rows = first_rows(scene)
+    limit_rows = np.union1d(limit_rows, np.flatnonzero(np.abs(v) > 1e-9 * np.abs(v).max(initial=0.0)))
     far = 30.0 * (1.0 + float(np.abs(relaxed.x).max(initial=0.0))) if relaxed.x is not None else 1e3
     rows = replace(
         scene, G=scene.G[goal_rows], g=scene.g[goal_rows], F=scene.F[limit_rows], f=scene.f[limit_rows],

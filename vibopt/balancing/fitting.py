@@ -15,7 +15,7 @@ from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import missing
 from vibopt.balancing.planes import MASS, Plane, hole_name, text_of
-from vibopt.balancing.question import Options, felt
+from vibopt.balancing.question import Options, felt, left_over
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
 from vibopt.balancing.verification import simulated
@@ -39,7 +39,7 @@ def fitting_of(
     """The correction u as weights, and what is left with it."""
     tiny = NOTHING * max(felt(identified.y0, identified.H), float(np.abs(u).max(initial=0.0)))
     planes = fitted_planes(job.planes, job.conventions, u, options, tiny)
-    left = _without_rounding(identified, u)
+    left = left_over(identified.y0, identified.H, u)
     return Fitting(planes, DeferredRows(len(left), lambda: _rows(job, identified, left, band)), left)
 
 
@@ -174,13 +174,6 @@ def _fitted(job: RotorJob, identified: Identified, row: int) -> str:
     if abs(fit - read) <= 1e-9 * abs(read) or not job.has_phase:
         return ""
     return job.sensors[job.readings[row][1]].show_phasor(fit, job.conventions)
-
-
-def _without_rounding(identified: Identified, u: ComplexArray) -> ComplexArray:
-    """What is left, zero where it is nothing but rounding."""
-    left = identified.residual(u)
-    scale = np.abs(identified.y0) + np.abs(identified.H) @ np.abs(u)
-    return np.where(np.abs(left) > 1e-13 * scale, left, 0.0)
 
 
 def greatest_readings(job: RotorJob) -> dict[str, float]:

@@ -20,7 +20,7 @@ from vibopt.balancing.active_set import FAR, Discs, Held, exchanged
 from vibopt.balancing.fitting import NOTHING
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
-from vibopt.balancing.question import Question, felt, worst_part
+from vibopt.balancing.question import Question, felt, left_over, worst_part
 from vibopt.balancing.rates import NOISE
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import AGREES
@@ -129,8 +129,7 @@ def _plans(job: RotorJob, identified: Identified, question: Question, bounds: Fl
     masses = np.abs(u) / radii
     angles = np.where(u != 0.0, job.conventions.weight_sense * np.angle(np.where(taken, -u, u)) % tau, 0.0)
     scale = np.abs(identified.y0) + np.abs(u) @ np.abs(identified.H).T
-    left = np.abs(identified.y0 + u @ identified.H.T)
-    left[left <= 1e-13 * scale] = 0.0
+    left = np.abs(left_over(identified.y0, identified.H, u))
     apart = np.abs(shown_with(job, masses * radii, angles, taken) - left) / np.maximum(scale, 1e-300)
     status[(status == "optimal") & ~(apart <= AGREES).all(axis=1)] = ""
     margins = {}

@@ -17,6 +17,7 @@ from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
 from vibopt.records import cached_property, dataclass
 
+_ROUNDING = 1e-13
 Goal = Literal["rms", "worst", "sum", "huber", "correction"]
 Sectors = tuple[tuple[float, float], ...]
 
@@ -333,6 +334,12 @@ def worst_part(question: Question, limits: FloatArray) -> Question:
     """
     parts = np.where(np.isfinite(limits), 1.0 / limits, 0.0)
     return replace(question, importance=parts, limits=np.full(len(limits), np.inf), goal="worst")
+
+
+def left_over(y0: ComplexArray, H: ComplexArray, u: ComplexArray) -> ComplexArray:
+    """What is left, y0 + H u (..., n_readings), after corrections u (..., n_planes); zero where it is but rounding."""
+    left, scale = y0 + u @ H.T, np.abs(y0) + np.abs(u) @ np.abs(H).T
+    return np.where(np.abs(left) > _ROUNDING * scale, left, 0.0)
 
 
 def first_greatest(values: FloatArray) -> int:

@@ -16,7 +16,7 @@ from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import allowance, solve_question
 from vibopt.balancing.plan_values import todo
 from vibopt.balancing.plane_options import Posed
-from vibopt.balancing.question import Question, Solved, first_greatest, worst_part
+from vibopt.balancing.question import Question, Solved, first_greatest, left_over, worst_part
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import caps, row_limits, rows_of
@@ -24,7 +24,7 @@ from vibopt.values.soft import softness, widened
 from vibopt.work import Budget
 
 Limit = ResidualLimit | CorrectionLimit
-_CLOSE, _ROUNDING = 1e-7, 1e-13
+_CLOSE = 1e-7
 AGREES = 1e-6
 """Part of the readings by which a simulated rotor may differ from what is said of a plan."""
 NONE: Mapping[str, float] = {}
@@ -75,10 +75,8 @@ def _residual(
     job: RotorJob, posed: Posed, limit: ResidualLimit, u: ComplexArray, greatest: Mapping[str, float]
 ) -> Checked:
     times = posed.question.n_readings // posed.n_rows if job.goal.robust == "worst" else 1
-    asked = posed.question
-    scale = np.abs(asked.y0) + np.abs(asked.H) @ np.abs(u)
-    left = np.abs(asked.residual(u))
-    left = np.where(left > _ROUNDING * scale, left, 0.0)[: times * posed.n_rows].reshape(times, -1).max(axis=0)
+    left = np.abs(left_over(posed.question.y0, posed.question.H, u))
+    left = left[: times * posed.n_rows].reshape(times, -1).max(axis=0)
     rows = rows_of(job, limit.sensor, limit.speed)
     worst = rows[first_greatest(left[rows])]
     dimension = job.sensors[job.readings[worst][1]].dimension
