@@ -1,9 +1,8 @@
 """The plan of which enough rotors keep limits `with_probability`; what share keeps them is integrated, not drawn.
 
-Rotors at an edge stand for all: errors of so many standard deviations, at each reading those that take it farthest, are
-further readings of the question (cutting planes; Kelley, J. SIAM 8, 1960), whatever a plane may be.  How many standard
-deviations are enough is bisected.  Where no number is, the plan whose farthest reading is least, and the greatest share
-from there: along the gradient where weights are free, by exchanging weights where they are listed.
+Each reading leaves room for its error: of how many standard deviations is bisected.  From there the gradient leads on
+where weights are free, to the greatest share and then to the best goal; where they are listed weights are exchanged, or
+all choices looked at if they are few.
 """
 
 from __future__ import annotations
@@ -15,9 +14,8 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
-from vibopt.balancing.chances import Left, Rotors, radius, root_of
+from vibopt.balancing.chances import Left, Rotors, radius
 from vibopt.balancing.continuous import free_planes
-from vibopt.balancing.influence import with_readings
 from vibopt.balancing.optimisers import Solver
 from vibopt.balancing.question import Question, Solved, breaks, relative_gap
 from vibopt.balancing.trust import covariances
@@ -27,15 +25,12 @@ from vibopt.work import late, worked
 
 _MORE = 0.0, 0.1, 0.3
 """Part of the rotors that may break a limit, which is not used where the rotors of the verdict happen to be worse."""
-_FARTHEST, _HALVINGS, _ROUNDS, _CLOSE = 2.0, 9, 8, 1e-4
-_LEVELS = 0.2, 0.5, 0.8, 1.1
-"""Sizes of errors, as parts of what one reading alone asks for, over which the farthest reading is made least."""
+_FARTHEST, _HALVINGS, _ROUNDS = 2.0, 9, 3
 _FEW, _BATCH, _NEAREST, _PASSES = 100_000, 512, 1024, 20
 """Readings on all choices that are looked at one by one, plans at once, options of a plane, and rounds over all."""
-_MOST_WORK, _WORK = 4_000.0, 1e-3
-"""Of all questions with further readings, and of the share of one reading [nominal ms]."""
-_STEPS, _ENDS, _BACK, _ROUNDING = 60, 1e-6, 0.8, 1e-9
-_DIRECTIONS = np.exp(2j * np.pi * np.arange(256) / 256)
+_MOST_WORK, _WORK = 4_000.0, 5e-3
+"""Of all questions with room, and of the share of one reading [nominal ms]."""
+_STEPS, _ENDS, _SPARE, _BACK, _ROUNDING = 60, 1e-8, 1e-6, 0.8, 1e-9
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(48)
 _TAIL, _FLAT = 8.3, 1e-9
 
@@ -85,26 +80,10 @@ def planned(rotors: Rotors, question: Question, first: Solved, solver: Solver) -
             claim = f"no plan is better by more than {percent(float(f'{gap:.2g}'))}"
             found = replace(first, u=best.at, chosen=best.chosen, value=value)
             return replace(found, status="feasible", claim=claim, gap=gap, prices=None)
+        if best.margin < 0.0:
+            break
     claim = f"no plan was found that enough of all machines bear ({', '.join(lefts)}), which proves nothing"
     return Solved(None, "unproven", claim, details=first.details, work=first.work)
-
-
-@dataclass(frozen=True)
-class _Cut:
-    """Readings (y0, H) of a rotor (n_rows, 1 + n_planes), and what one standard deviation changes of them.
-
-    size
-        Standard deviations at level one.
-    """
-
-    rows: ComplexArray
-    off: ComplexArray
-    bound: float
-    size: float
-
-    def at(self, level: float) -> ComplexArray:
-        """The readings as parts of the bound (n_rows, 1 + n_planes)."""
-        return np.asarray((self.rows + level * self.size * self.off) / self.bound)
 
 
 @dataclass(frozen=True)
@@ -124,7 +103,6 @@ class _Search:
     ) -> None:
         self.rotors, self.question, self.solver, self.lefts = rotors, question, solver, lefts
         self.needed = np.array([1.0 - (1.0 - more) * (1.0 - one.needed) for one in lefts])
-        self.cuts: list[_Cut] = []
         self.work = 0.0
         assert first.u is not None
         self.first = self._plan(first.u, first.chosen)
@@ -137,9 +115,6 @@ class _Search:
         if every is not None:
             return self._among(every, self.first)
         plan = self._bisected()
-        if plan.margin < 0.0:
-            levels = (self._off(level, plan, least=True) for level in _LEVELS)
-            plan = max((plan, *(one for one in levels if one is not None)), key=lambda one: one.margin)
         if self.question.is_discrete:
             return self._exchanged(plan)
         if plan.margin < 0.0:
@@ -171,78 +146,36 @@ class _Search:
         return np.stack(found, axis=-1)
 
     def _bisected(self) -> _Plan:
-        """The plan of the least errors that are enough; where none are, that of those that are just too few."""
+        """The best plan of the least room that is enough; where none is, that of which most rotors keep the limits."""
         low, high, near, good = 0.0, _FARTHEST, self.first, list[_Plan]()
         for _ in range(_HALVINGS):
             level = 0.5 * (low + high)
-            tried = self._off(level, good[-1] if good else near, least=False)
+            tried = self._with_room(level, good[-1] if good else near)
             if tried is not None and tried.margin < 0.0:
-                near, low = tried, level
+                near, low = max(near, tried, key=lambda plan: plan.margin), level
             else:
                 good, high = [*good, *([] if tried is None else [tried])], level
         return min(good, key=self._value) if good else near
 
-    def _off(self, level: float, near: _Plan, *, least: bool) -> _Plan | None:
-        """The best plan that keeps the limits on rotors so far off, or that of which the farthest reading is `least`.
+    def _with_room(self, level: float, near: _Plan) -> _Plan | None:
+        """The best plan whose readings leave room for errors of so many times what one reading alone asks for.
 
         None where there is none, or where the work is done.
         """
-        plan, most = near, 0.0 if least else 1.0
+        plan = near
         for _ in range(_ROUNDS):
-            seen = self._cut(level, plan.at, most * (1.0 + _CLOSE))
-            if not seen and plan is not near:
-                break
-            if self.work > _MOST_WORK or late("the search among machines drawn"):
+            limits = self.question.limits.copy()
+            for left in self.rotors.left(plan.at).values():
+                room = level * float(radius(left.wanted)) * left.spread
+                limits[left.rows] = np.minimum(limits[left.rows], left.bound - room)
+            if not (limits > 0.0).all() or self.work > _MOST_WORK or late("the search among machines drawn"):
                 return None
-            solved = self.solver(self._with_cuts(level, least=least))
+            solved = self.solver(replace(self.question, limits=limits))
             self.work += solved.work
             if solved.u is None:
                 return None
-            plan, most = self._plan(solved.u, solved.chosen), solved.value if least else 1.0
+            plan = self._plan(solved.u, solved.chosen)
         return plan
-
-    def _with_cuts(self, level: float, *, least: bool) -> Question:
-        if not self.cuts:
-            return self.question
-        question, rows = self.question, np.concatenate([cut.at(level) for cut in self.cuts])
-        if least:
-            question = replace(question, goal="worst", importance=np.zeros(question.n_readings))
-        limits = np.full(len(rows), np.inf if least else 1.0)
-        return question.with_rows(rows[:, 0], rows[:, 1:], np.full(len(rows), float(least)), limits)
-
-    def _cut(self, level: float, u: ComplexArray, most: float) -> bool:
-        """Add the readings that rotors so far off show beyond a part `most` of their bound; whether there are any."""
-        found = False
-        for left in self.lefts:
-            size = float(radius(left.wanted))
-            cut = _Cut(*self._farthest(left, u, level * size), left.bound, size)
-            beyond = np.abs(cut.at(level) @ np.append(1.0, u)) > most
-            if beyond.any():
-                self.cuts.append(replace(cut, rows=cut.rows[beyond], off=cut.off[beyond]))
-                found = True
-        return found
-
-    def _farthest(self, left: Left, u: ComplexArray, k: float) -> tuple[ComplexArray, ComplexArray]:
-        """Rows (y0, H) of a limit, and how errors change them that take them farthest after u; k standard deviations.
-
-        The errors have the length of one standard deviation.
-        """
-        identified, noise, at, errors = self.rotors.identified, self.rotors.noise, 0, []
-        z = identified.residual(u)
-        for learnt, along, across in zip(identified.learnt, noise.along, noise.across, strict=True):
-            turn = learnt.weights_of(u)[:, None] * learnt.turn
-            steps = np.concatenate([turn * along, 1j * turn * across]).T
-            apart = np.stack([steps.real, steps.imag], axis=1)
-            covariance = apart @ apart.swapaxes(1, 2)
-            edge = root_of(covariance) @ np.stack([_DIRECTIONS.real, _DIRECTIONS.imag])
-            own = z[at : at + len(steps)]
-            place = np.abs(own[:, None] + k * (edge[:, 0] + 1j * edge[:, 1])).argmax(axis=1)
-            to = np.take_along_axis(edge, place[:, None, None], axis=2)
-            unit = (apart.swapaxes(1, 2) @ (np.linalg.pinv(covariance, rcond=1e-12, hermitian=True) @ to))[..., 0].T
-            errors.append(learnt.turn * (along * unit[: len(along)] + 1j * across * unit[len(along) :]))
-            at += len(steps)
-        rows = np.column_stack([identified.y0, identified.H])
-        return rows[left.rows], (np.column_stack(with_readings(identified, errors)) - rows)[left.rows]
 
     def _every_choice(self) -> IntArray | None:
         """All choices from the lists (n_choices, n_planes); None where they are many, or not all that there is."""
@@ -315,7 +248,7 @@ class _Search:
                 np.abs(inner.residual(x)[others]) / inner.limits[others], np.abs(x) / inner.caps,
                 [float(np.abs(x) @ inner.densities) / inner.total_cap],
             ])  # fmt: skip
-            return np.concatenate([self.margins(free.spread @ x) - v[2 * n :].sum(), 1.0 - parts**2])
+            return np.concatenate([self.margins(free.spread @ x) - v[2 * n :].sum() - _SPARE, 1.0 - parts**2])
 
         def cost(v: FloatArray) -> float:
             return inner.value(planes(v)) / value if to_goal else -float(v[-1])

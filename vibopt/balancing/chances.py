@@ -133,12 +133,6 @@ def radius(share: FloatArray | float) -> FloatArray:
     return np.asarray(np.sqrt(-2.0 * np.log1p(-np.asarray(share))))
 
 
-def root_of(covariance: FloatArray) -> FloatArray:
-    """The symmetric root of covariances (n_rows, 2, 2), which moves smoothly with them."""
-    values, axes = np.linalg.eigh(covariance)
-    return np.asarray(axes * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ axes.swapaxes(1, 2))
-
-
 def farthest(z: complex, steps: ComplexArray) -> float:
     """Greatest amplitude of z and steps (n,), each taken -1 to 1 times: at a corner of the polygon that they span."""
     upward = np.where((steps.imag < 0.0) | ((steps.imag == 0.0) & (steps.real < 0.0)), -steps, steps)
@@ -157,7 +151,8 @@ class Rotors:
     def left(self, u: ComplexArray) -> dict[str, Left]:
         """Per limit with a probability what the correction u leaves."""
         z, found = self.identified.residual(u), {}
-        root = root_of(covariances(self.job, self.identified, self.noise, u))
+        values, axes = np.linalg.eigh(covariances(self.job, self.identified, self.noise, u))
+        root = axes * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ axes.transpose(0, 2, 1)  # moves smoothly with u
         for limit in self.job.residual_limits:
             if limit.share is not None:
                 rows = np.array(rows_of(self.job, limit.sensor, limit.speed))
