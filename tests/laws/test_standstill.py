@@ -170,3 +170,59 @@ def test_a_machine_in_space_rides_with_its_base_at_standstill(seed: int, said: s
             2.0 * plant.mass if name == "force" else 1.0
         )  # what goes as the speed has a little at the first
         assert form[name] == pytest.approx(value, rel=1e-9, abs=first), name
+
+
+def test_what_springs_hold_has_a_limit_at_standstill_though_it_is_nothing() -> None:
+    """An absorber that follows its disc: what rounding leaves of its twist is not taken for one without end."""
+    shafts = {
+        f"shaft{n}": {"between": ends, "torsional_stiffness": f"{k} N m/rad", "loss_factor": 0.05}
+        for n, ends, k in ((1, ["a", "ground"], 610), (2, ["b", "a"], 338), (3, ["c", "b"], 414))
+    }
+    same = {"varies": "constant"}
+    for inertia in np.linspace(0.03, 0.2, 12).tolist():
+        document = {
+            "title": "discs",
+            "bodies": {name: {"inertia": f"{one} kg m2"} for name, one in (("a", inertia), ("b", 0.06), ("c", 0.17))},
+            "links": shafts,
+            "absorbers": {"tmd": {"on": "a", "inertia": "0.09 kg m2", "tuning": 1.3, "damping_ratio": 0.1}},
+            "excitations": {"turn": {"kind": "moment", "on": "a", "amplitude": "20 N m", "speed": "3 Hz", **same}},
+            "measures": {"twist": {"response": "twist", "across": "tmd", "over": "0..18 Hz", "worst": "least"}},
+        }  # fmt: skip
+        design = answered(document)
+        assert design.status == "met", design.claim
+        assert design.measures["twist"].value.value < 1e-16
+
+
+def test_weight_and_a_base_that_is_accelerated_at_standstill_add_up_as_weights_do() -> None:
+    """As much more stress in the beam under two bodies as the acceleration is a part of that of gravity."""
+    document = {
+        "title": "two bodies on a beam",
+        "bases": {"floor": {}},
+        "bodies": {"lower": {"mass": "100 kg"}, "upper": {"mass": "50 kg"}},
+        "links": {
+            "beam": {
+                "between": ["lower", "floor"],
+                "beam": {"kind": "cantilever", "length": "1 m", "modulus": "207 GPa", "diameter": "60 mm"},
+            },
+            "pad": {"between": ["upper", "lower"], "stiffness": "300 kN/m", "damping": "100 N s/m"},
+        },
+        "excitations": {
+            "shaker": {
+                "kind": "base_motion",
+                "on": "floor",
+                "acceleration": "1 m/s2",
+                "speed": "20 Hz",
+                "varies": "constant",
+            }
+        },
+        "measures": {
+            "weight": {"response": "static_bending_stress", "of": "beam"},
+            "both": {"response": "combined_bending_stress", "of": "beam", "at": "0 Hz"},
+            "low": {"response": "combined_bending_stress", "of": "beam", "over": "0..0.001 Hz"},
+        },
+    }  # fmt: skip
+    design = answered(document)
+    assert design.status == "met", design.claim
+    weight, both, low = (one.value.value for one in design.measures.values())
+    assert both == pytest.approx(weight * (1.0 + 1.0 / 9.80665), rel=1e-9)
+    assert low == pytest.approx(both, rel=1e-6)

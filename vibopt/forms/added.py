@@ -40,6 +40,9 @@ class Added(Form):
         moving = [part.swings for part in self.parts if part.swings is not None]
         return moving[0] if len(moving) == 1 else None
 
+    def swinging(self, other: Modulus) -> Added:
+        return replace(self, parts=tuple(part if part.swings is None else other for part in self.parts))
+
     def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
         part = next(part for part in self.parts if any(drive.name == name for drive in part.shaken))
         rest = self._together([other.value(model, x) for other in self.parts if other is not part])

@@ -139,6 +139,10 @@ class Form:
         """What of it is a response over speeds, where one part is and all else stands beside it."""
         return self.harmonic
 
+    def swinging(self, other: Modulus) -> Form:
+        """Itself with another response over speeds in the place of `swings`."""
+        return other
+
     def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
         """The response against the speed of an excitation, by its name."""
         raise NotImplementedError(f"{type(self).__name__} is no response over speeds")

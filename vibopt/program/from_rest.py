@@ -76,10 +76,15 @@ def from_rest(model: Model, form: Modulus, x: FloatArray) -> Modulus:
         first = _FIRST * min(float(slowest) / order, *tops, np.inf)
         here, above = DriveResponse(model, form, drive, x)(first * np.array([1.0, 10.0]))
         begins = any(band.low == 0.0 for band in drive.bands)
-        endless += [drive.name] if begins and not here <= 2.0 * above else []
+        endless += [drive.name] if begins and not here <= 2.0 * above and _may_drift(model, form) else []
         bands = (Band(first, max(first, band.high)) if band.low == 0.0 else band for band in drive.bands)
         drives.append(replace(drive, bands=tuple(bands)))
     return replace(form, drives=tuple(drives), endless=tuple(endless))
+
+
+def _may_drift(model: Model, form: Modulus) -> bool:
+    """Whether something may move without end at standstill; of what springs hold only rounding may seem to."""
+    return fades(model, form) or bool(_nothing_done(_rows(model, damped=False)[:, : model.n_free]).shape[1])
 
 
 def _rows(model: Model, *, damped: bool) -> FloatArray:

@@ -137,12 +137,11 @@ def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = T
     full = response.seen_in(full)
     form = form_of(scene, full, response)
     model = full if not reduce or are_whole() or full.n_free == 1 else reduced(full, form)
-    if form.harmonic is None:
-        return model, form if model is full else form_of(scene, model, response)
-    smooth = graded(model, form.harmonic)
+    smooth = model if form.swings is None else graded(model, form.swings)
     form = form if smooth is full else form_of(scene, smooth, response)
-    assert form.harmonic is not None
-    return smooth, form if smooth is model else from_rest(smooth, form.harmonic, _some_design(scene, smooth))
+    if form.swings is None or smooth is model:
+        return smooth, form
+    return smooth, form.swinging(from_rest(smooth, form.swings, _some_design(scene, smooth)))
 
 
 def _some_design(scene: Scene, model: Model) -> FloatArray:

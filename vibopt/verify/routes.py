@@ -143,7 +143,8 @@ class Modelled:
             modes = natural_frequencies(self.full, self.p)
             value = float(modes[np.abs(modes - measured.value).argmin()])
         else:
-            value = form.worst(self.full, self.x, least_wanted=measured.least).value
+            model, form = on_needed(self.scene, self.full, response, reduce=False)
+            value = form.worst(model, self.x, least_wanted=measured.least).value
         if abs(value - measured.value) <= _SAME * abs(measured.value):
             return value, 0.0
         return value, form.room(self.full, self.x, value, measured.value, self._rounding)
