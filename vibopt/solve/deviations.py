@@ -12,7 +12,6 @@ from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.combine import FOUND, foremost
-from vibopt.program.program import Program
 from vibopt.program.worst_case import Hit, around, doubts_at, hit, measured_around, missed
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import Uncertain, uncertain
@@ -46,7 +45,8 @@ def limit_offs(scene: Scene, x: FloatArray, hits: Mapping[int, Hit]) -> Offs:
     corners = _corners(doubts)
     found: dict[str, list[Mapping[str, float]]] = {}
     for key, (name, side) in limit_rows(scene).items():
-        index = _worst_index(program, hits, name, side)
+        own = [i for i, limit in enumerate(program.limits) if limit.name == name and limit.user_side == side]
+        index = own[foremost([missed(program.limits[i], hits[i].value) for i in own], even=FOUND)]  # of several bands
         found[key] = [_named(doubts, hits[index].factors), *([] if hits[index].proven or hits[index].sure else corners)]
     rated = [(i, one) for i, one in enumerate(program.limits) if one.name not in scene.limits]  # brought by parts
     for index, limit in rated:
@@ -98,12 +98,6 @@ def analysed(design: Design, robust: Robust) -> Design:
     machine = goal_machine(design.scene, robust.hits) if design.goal is not None else {}
     both = side_by_side(design.scene, None, robust, differing(design.scene, machine))
     return replace(design, claim=f"{design.claim}; {words}", tolerances=both)
-
-
-def _worst_index(program: Program, hits: Mapping[int, Hit], name: str, side: str) -> int:
-    """Index of the limit of the program that a row speaks of; of several bands the worst one."""
-    own = [i for i, limit in enumerate(program.limits) if limit.name == name and limit.user_side == side]
-    return own[foremost([missed(program.limits[i], hits[i].value) for i in own], even=FOUND)]
 
 
 def _corners(doubts: tuple[Uncertain, ...]) -> list[dict[str, float]]:

@@ -474,12 +474,8 @@ def _violation(limit: Limit, missed: float, value: float) -> float:
     return sign * (value - limit.bound) / (abs(value) + (abs(limit.bound) or 1.0))
 
 
-def _matrix() -> FloatArray:
-    """Values at the nodes to coefficients of Chebyshev's polynomials."""
-    return np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _NODES - 1.0, _DEGREE)))
-
-
-_TO_CHEBYSHEV = _matrix()
+_TO_CHEBYSHEV = np.asarray(np.linalg.inv(np.polynomial.chebyshev.chebvander(2.0 * _NODES - 1.0, _DEGREE)))
+"""Values at the nodes to coefficients of Chebyshev's polynomials."""
 
 
 def _without_specks(parts: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -158,16 +158,11 @@ def _merit(parts: list[Limit | Aim], x: FloatArray) -> FloatArray:
     missed, goal = np.zeros(len(x)), np.full(len(x), -np.inf)
     with np.errstate(divide="ignore", invalid="ignore"):
         for part in parts:
-            log = np.log(_values(part, x))
+            few = part.form.glance(part.model, x) if is_cheap(part) else None  # no greater than the worst
+            log = np.log(part.form.values(part.model, x) if few is None else few)
             if isinstance(part, Aim):
                 goal = np.maximum(goal, part.sense * np.nan_to_num(log, nan=700.0, posinf=700.0, neginf=-700.0))
             elif part.side != "outside":
                 by = (1.0 if part.side == "at_most" else -1.0) * (log - np.log(max(part.bound, 1e-300)))
                 missed = np.maximum(missed, np.nan_to_num(by, nan=700.0, posinf=700.0, neginf=0.0))
     return _WEIGHT * missed + np.where(np.isneginf(goal), 0.0, goal)
-
-
-def _values(part: Limit | Aim, x: FloatArray) -> FloatArray:
-    """Values of a form at designs (n, n_vars), no greater than the worst; shape (n,)."""
-    few = part.form.glance(part.model, x) if is_cheap(part) else None
-    return part.form.values(part.model, x) if few is None else few

@@ -176,19 +176,15 @@ class Search:
         node = root
         for index in range(len(self.choices.factors)):
             for i in self.order:
-                if not self.boxed[i] or not node.size or not self._worth(i):
-                    continue
+                quick = not self.limits[i].form.drives or _nodes(self.limits[i]) <= _QUICK_NODES
+                if not self.boxed[i] or not node.size or not (quick or self.total > _MANY):
+                    continue  # to ask it of every row by itself saves less than it takes
                 low, high = self.choices.singles(node, index)
                 good = self._may_hold(i, low, high)
                 if not good.all():
                     self.tally.node(self.choices.kept(node, index, ~good), i, alike=True)
                     node = self.choices.kept(node, index, good)
         return [node] if node.size else []
-
-    def _worth(self, i: int) -> bool:
-        """Whether asking a limit of every row by itself saves more than it takes."""
-        quick = not self.limits[i].form.drives or _nodes(self.limits[i]) <= _QUICK_NODES
-        return quick or self.total > _MANY
 
     def _may_hold(self, i: int, low: FloatArray, high: FloatArray) -> BoolArray:
         parts = [
