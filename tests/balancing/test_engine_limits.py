@@ -235,3 +235,31 @@ def test_the_rate_of_a_limit_and_of_a_cap_is_what_solving_again_shows(cap: float
         gained = number_at(here, "goal") - number_at(solved(one), "goal")
         assert here.rates[name] * size * step == pytest.approx(gained, rel=1e-2, abs=1e-3)
     assert max(here.rates.values()) > 0.0
+
+
+@pytest.mark.parametrize(("bound", "status"), [(None, "optimal"), ("1 MN", "optimal"), ("1 N", "infeasible")])
+def test_a_goal_that_is_nothing_but_rounding_as_found_decides_nothing(bound: str | None, status: str) -> None:
+    """No couple is left by cylinders that lie symmetrically, and the limit hangs on weights that make none."""
+    document = engine(["0 deg", "90 deg", "90 deg", "0 deg"])
+    shaft = {"order": 2, "turns": "with rotation", "at": "20 mm", "unbalance": {"from": "0 g mm", "to": "3 kg mm"}}
+    document["balance_shafts"] = {"one": shaft}
+    document["counterweights"] = {"small": {"at": "0 mm", "unbalance": {"from": "0 g mm", "to": "10 g mm"}}}
+    document["goal"] = {"minimise": "secondary_couple"}
+    document["limits"] = {} if bound is None else {"force": {"response": "primary_force", "at_most": bound}}
+    answer = solved(document)
+    assert answer.status == status
+    assert status == "infeasible" or number_at(answer, "goal") <= 1e-6
+
+
+def test_tops_between_the_steps_of_the_turning_engine_refuse_nothing() -> None:
+    """The couple of shafts has tops that no look at 4096 angles meets, and one cylinder has no couple of its own."""
+    document = engine(
+        ["240 deg"], rod="174 mm", speed="3000 rpm", orders=8, counterweight_share={"from": 0.1, "to": 1.0}
+    )
+    shaft = {"order": 2, "at": "164 mm", "unbalance": {"from": "0 g mm", "to": "50 kg mm"}}
+    document["balance_shafts"] = {
+        "a": {**shaft, "at": "234 mm", "turns": "with rotation", "unbalance": {"from": "0 g mm", "to": "500 g mm"}},
+        "b": {**shaft, "turns": "against rotation"},
+    }
+    document["goal"] = {"minimise": "force"}
+    assert solved(document).status == "optimal"

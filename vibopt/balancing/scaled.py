@@ -167,8 +167,9 @@ def scaled(question: Question) -> Scaled:
     F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
     seen = (np.abs(F) / _tightness(as_found / limits)[:, None]).max(axis=0, initial=0.0)
     size = float((weights * np.abs(question.y0)).max(initial=0.0))
-    room = float((weights[:, None] * np.abs(question.H) / np.where(seen > 0.0, seen, np.inf)).max(initial=0.0))
-    size = (size if size > _ROUNDING * room else room) or 1.0  # what limits leave, where as found it is nothing
+    far = np.where(seen > 0.0, 1.0 / np.maximum(seen, 1e-300), np.where(np.isfinite(question.caps), question.caps, 0.0))
+    room = float((weights[:, None] * np.abs(question.H) * far).max(initial=0.0))
+    size = (size if size > _ROUNDING * room else room) or 1.0  # what weights may do, where as found it is nothing
     G, g = question.H * (weights / size)[:, None], question.y0 * (weights / size)
     if question.goal in ("worst", "sum"):  # rows of limits alone are no rows of these goals
         G, g = G[weights > 0.0], g[weights > 0.0]

@@ -168,6 +168,13 @@ def over_turn(found: ComplexArray, couple: bool, crank: FloatArray) -> ComplexAr
     return total
 
 
+def around(found: ComplexArray, couple: bool, samples: int) -> ComplexArray:
+    """The same at evenly spaced crank angles from zero on, (samples,)."""
+    turns, (with_, against) = _turns(found.shape[2], samples), found[int(couple)]
+    total: ComplexArray = turns @ with_ + turns.conj() @ against
+    return total
+
+
 def peak(found: ComplexArray, couple: bool) -> float:
     """Greatest size over a turn of all orders together."""
     if np.abs(found[int(couple)]).max() == 0.0:
@@ -181,8 +188,7 @@ def peaks(found: ComplexArray, couple: bool) -> tuple[FloatArray, FloatArray]:
     Of a grid, those within 1 % of the greatest, refined by ever smaller steps.
     """
     step = 2.0 * np.pi / _GRID
-    turns, (with_, against) = _turns(found.shape[2], _GRID), found[int(couple)]
-    sizes = np.abs(turns @ with_ + turns.conj() @ against)
+    sizes = np.abs(around(found, couple, _GRID))
     tops = (sizes >= np.roll(sizes, 1)) & (sizes >= np.roll(sizes, -1)) & (sizes >= _NEAR * sizes.max())
     best: FloatArray = np.asarray(step * np.flatnonzero(tops), dtype=np.float64)
     low = step
