@@ -67,7 +67,10 @@ class Against:
     beside: float = 0.0
 
     def __call__(self, speed: FloatArray) -> FloatArray:
-        value = self.sizes(speed)
+        return self.whole(self.sizes(speed))
+
+    def whole(self, value: FloatArray) -> FloatArray:
+        """A size with all that adds to it."""
         return self.beside + (np.hypot(value, self.others) if self.squares else value + self.others)
 
 

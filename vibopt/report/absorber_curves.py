@@ -67,17 +67,3 @@ def _highest(response: DriveResponse, drive: Drive, one: Extreme) -> bool:
     beside = one.speed * np.array([1.0 - _BESIDE, 1.0 + _BESIDE])
     inside = [speed for speed in beside if any(band.low <= speed <= band.high for band in drive.bands)]
     return not inside or bool((response(np.array(inside)) <= one.value * (1.0 + 1e-12)).all())
-
-
-def rest_of(model: Model, form: Modulus, drive: Drive, x: FloatArray) -> FloatArray:
-    """The worst of the responses to the other excitations, shape (n_others,)."""
-    others = [other for other in form.drives if other is not drive]
-    return np.array([drive_extreme(model, form, other, x, False).value for other in others])
-
-
-def together(form: Modulus, values: FloatArray, rest: FloatArray) -> FloatArray:
-    """The response to one excitation with that to the others added as the form says."""
-    if not len(rest):
-        return values
-    total: FloatArray = np.hypot(values, np.sqrt((rest**2).sum())) if form.combine == "rss" else values + rest.sum()
-    return total

@@ -12,12 +12,13 @@ from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Form, Modulus
-from vibopt.forms.drive_response import DriveResponse, drive_extreme
+from vibopt.forms.drive_response import drive_extreme
+from vibopt.forms.form import Against
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies, poles
 from vibopt.program.pose import form_of, pose
 from vibopt.records import dataclass
-from vibopt.report.absorber_curves import equal_peaks, form_without, model_without, rest_of, together
+from vibopt.report.absorber_curves import equal_peaks, form_without, model_without
 from vibopt.report.friction_views import friction_panels
 from vibopt.report.histories import histories
 from vibopt.report.limiting_views import limiting_panels
@@ -282,7 +283,7 @@ class _Drawing:
         combined = f"({entry.response.combine})" if entry.response.combine else ""
         label = (place_of(entry.response), combined) if labelled else ()
         said = " ".join(filter(None, (how, *label)))
-        return self._drawn(entry, unit, self.model, form, drive, self._samples(self.model, drive, speeds), said)
+        return self._drawn(entry, unit, self.model, form, self._samples(self.model, drive, speeds), said)
 
     def _off(self, entry: _Entry) -> Mapping[str, float]:
         """By how much numbers are off where an entry is worst; empty without tolerances."""
@@ -321,11 +322,11 @@ class _Drawing:
         if form is None or drive is None:
             return None
         worst = drive_extreme(self.without, form, drive, self.x, False)
-        value = float(together(form, np.array([worst.value]), rest_of(self.without, form, drive, self.x))[0])
+        value = float(self._against(self.without, form).whole(np.array(worst.value)))
         place = f" {place_of(entry.response)}" if pairs > 1 else ""
         words = f"without absorbers{place}: worst {self._words(entry, value, worst.speed)}"
         samples = self._samples(self.without, drive, speeds)
-        return replace(self._drawn(entry, unit, self.without, form, drive, samples, words), before=True)
+        return replace(self._drawn(entry, unit, self.without, form, samples, words), before=True)
 
     def _words(self, entry: _Entry, value: float, speed: float) -> str:
         """A value and its speed, each in the user's unit."""
@@ -355,12 +356,12 @@ class _Drawing:
         assert form is not None
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 
-    def _drawn(
-        self, entry: _Entry, unit: str, model: Model, form: Modulus, drive: Drive, speeds: FloatArray, label: str
-    ) -> Curve:
+    def _against(self, model: Model, form: Modulus) -> Against:
+        return form.against(model, self.x, self.excitation, least_wanted=False)
+
+    def _drawn(self, entry: _Entry, unit: str, model: Model, form: Modulus, speeds: FloatArray, label: str) -> Curve:
         """A response of some model at given speeds, the other excitations at their worst."""
-        values = DriveResponse(model, form, drive, self.x)(speeds)
-        values = together(form, values, rest_of(model, form, drive, self.x)) + self._beside(entry)
+        values = self._against(model, form)(speeds) + self._beside(entry)
         known = np.ones(speeds.shape, dtype=bool)
         if not entry.response.normalised:
             bands = self.scene.excitations[self.excitation].known_bands
@@ -372,10 +373,9 @@ class _Drawing:
         if not self.scene.absorbers or entry.response.complement:
             return []
         form, drive = self._form(entry)
-        rest = rest_of(self.model, form, drive, self.x)
-        marks = []
+        against, marks = self._against(self.model, form), []
         for peak in equal_peaks(self.model, form, drive, self.x):
-            value = float(together(form, np.array([peak.value]), rest)[0])
+            value = float(against.whole(np.array(peak.value)))
             height = float(_in_unit(np.array([value]), unit, entry.response.dimension)[0])
             marks.append(Mark(entry.name, self._words(entry, value, peak.speed), self._to_x(peak.speed), height))
         return marks
@@ -429,7 +429,7 @@ class _Drawing:
         form, drive = here._form(entry)
         least_wanted = self.scene.goal is not None and self.scene.goal.sense != MINIMISE
         worst = drive_extreme(here.model, form, drive, self.x, least_wanted)
-        value = float(together(form, np.array([worst.value]), rest_of(here.model, form, drive, self.x))[0])
+        value = float(self._against(here.model, form).whole(np.array(worst.value)))
         height = float(_in_unit(np.array([value]), unit, entry.response.dimension)[0])
         words = f"goal {self._words(entry, value, worst.speed)}"
         return Mark("goal", words, self._to_x(worst.speed), height) if not entry.response.complement else None
