@@ -179,7 +179,7 @@ def extreme(asked: Question, rows: Rows) -> tuple[FloatArray, FloatArray]:
         q = ((a * k + b) * k + g).max(axis=0)
     else:
         reach = np.full(count, asked.high[0])
-        k, q = _outermost_damping(rows.upper if sense > 0.0 else rows.lower, must, span, sense)
+        k, q = _outermost_damping(rows, must, span, sense)
     c = np.sqrt(np.maximum(q, asked.low[1] ** 2)) + 0.0 * k  # nan where k is
     most = np.inf if _damping_open(asked) else asked.high[1]
     return np.array([k, np.minimum(c, most)]), np.array([reach, np.full(count, most)])
@@ -229,18 +229,34 @@ def _outermost(rows: FloatArray, span: tuple[float, float, float], sense: float)
 
 
 def _outermost_damping(
-    side: FloatArray, must: FloatArray, span: tuple[float, float, float], sense: float
+    rows: Rows, must: FloatArray, span: tuple[float, float, float], sense: float
 ) -> tuple[FloatArray, FloatArray]:
-    """k and the greatest (least) q = c^2, by enumeration of every k at which it can be; nan where no point is good."""
+    """k and the greatest (least) q = c^2, by enumeration of every k at which it can be; nan where no point is good.
+
+    `must` are the sums of an upper and a lower row and the walls: a k is good where none is positive, which is told from
+    the greatest upper and the greatest lower row there.
+    """
     low, high, _ = span
+    side = rows.upper if sense > 0.0 else rows.lower
     i, j = np.triu_indices(side.shape[1], 1)
     cuts = [*_roots(*must), *_roots(*(side[:, i] - side[:, j])), -side[1] / (2.0 * side[0])]
     ends = np.broadcast_to(np.array([[low], [high]]), (2, side.shape[2]))
     k = np.concatenate([*cuts, ends])
     k = np.where((k >= low) & (k <= high), k, low)
-    room = 4.0 * _TOUCH * ((np.abs(must[0])[:, None] * k + np.abs(must[1])[:, None]) * k + np.abs(must[2])[:, None])
-    good = ((must[0][:, None] * k + must[1][:, None]) * k + must[2][:, None] <= room).all(axis=0)
-    value = ((side[0][:, None] * k + side[1][:, None]) * k + side[2][:, None]).max(axis=0)
+    k = np.unique(k)[:, None] if k.shape[1] == 1 else k
+    (above, room), (below, more), (wall, most) = (_greatest(some, k) for some in (rows.upper, rows.lower, rows.walls))
+    good = (above + below <= room + more) & (wall <= most)
+    value = above if sense > 0.0 else below
     at, columns = np.where(good, value, np.inf).argmin(axis=0), np.arange(side.shape[2])
     best = np.where(good[at, columns], k[at, columns], np.nan)
     return best, -sense * value[at, columns]
+
+
+def _greatest(rows: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The greatest of some rows (3, n, count) at each k (n_k, count), -inf of none, and what of it is rounding."""
+    if not rows.shape[1]:
+        return np.full(k.shape, -np.inf), np.zeros(k.shape)
+    values = (rows[0][:, None] * k + rows[1][:, None]) * k + rows[2][:, None]
+    at = values.argmax(axis=0)
+    a, b, g = np.abs(rows[:, at, np.arange(k.shape[1])])
+    return np.take_along_axis(values, at[None], axis=0)[0], 4.0 * _TOUCH * ((a * k + b) * k + g)
