@@ -226,3 +226,22 @@ def test_a_sweep_finds_every_other_filling_of_holes() -> None:
     assert [one.at for one in other] == pytest.approx(leaps, rel=1e-5)
     assert change_words(other[-1]) == "left 11 g @ 321.9 deg -> 10 g @ 315 deg, right 3 g @ 60 deg -> 5 g @ 90 deg"
     assert change_words(other[-1], briefly=True) == "other weights in left and right"
+
+
+def test_a_trade_off_of_weights_in_holes_has_the_least_left_of_each_sum() -> None:
+    """Of plans with the same sum the one that leaves least: every filling by itself."""
+    plane = 'radius = "150 mm"\nholes = 8\nshelf = ["4 g", "8 g"]\nmost_weights = 2'
+    rest = '[limits.left]\nresponse = "residual"\nat_most = "3 mil pp"\n[goal]\nminimise = "correction"\n'
+    found = vo.tradeoff(from_text(MEASURED.replace('radius = "150 mm"', plane) + rest), "limits.left", 6)
+    runs = np.array([[8.6, 63, 6.5, 206], [5.9, 123, 4.5, 228], [6.2, 36, 10.4, 162]])
+    first, left, right = runs[:, ::2] * np.exp(1j * np.radians(runs[:, 1::2]))
+    per = (left - first) / (10.0 * np.exp(1.5j * np.pi)), (right - first) / (12.0 * np.exp(1j * np.pi))
+    single = [(size, size * np.exp(0.25j * np.pi * hole), hole) for size in (4.0, 8.0) for hole in range(8)]
+    pairs = [(a[0] + b[0], a[1] + b[1]) for a in single for b in single if a[2] < b[2]]
+    sums, vectors = np.array([(0.0, 0.0), *(one[:2] for one in single), *pairs]).T
+    moved = [np.abs(f + a * vectors[:, None] + b * vectors[None, :]) for f, a, b in zip(first, *per, strict=True)]
+    worst, total = np.maximum(*moved), sums.real[:, None] + sums.real[None, :]
+    least = {grams: float(worst[total == grams].min()) for grams in np.unique(total)}
+    for point, at in zip(found.points, found.reached, strict=True):
+        assert point.goal is not None
+        assert at.value / 25.4e-6 * 2.0 == pytest.approx(least[round(1e3 * point.goal.value, 9)], rel=1e-6)

@@ -233,8 +233,8 @@ def _outermost_damping(
 ) -> tuple[FloatArray, FloatArray]:
     """k and the greatest (least) q = c^2, by enumeration of every k at which it can be; nan where no point is good.
 
-    `must` are the sums of an upper and a lower row and the walls: a k is good where none is positive, which is told from
-    the greatest upper and the greatest lower row there.
+    `must` are the sums of an upper and a lower row, and the walls.  None is positive where the greatest upper and the
+    greatest lower row add to nothing more than rounding.
     """
     low, high, _ = span
     side = rows.upper if sense > 0.0 else rows.lower

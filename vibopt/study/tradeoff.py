@@ -21,6 +21,7 @@ from vibopt.errors import InputError, way_out
 from vibopt.jobs import answer, fact_at, is_open, is_scene, of_document
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
+from vibopt.study.holding import in_steps
 from vibopt.study.many import FEWEST_TOGETHER, answered, batch
 from vibopt.study.points import Heads, Point
 from vibopt.study.seen import goal_word
@@ -213,6 +214,8 @@ class MovedBound:
         self.batch = is_scene(job) and self.many
         robust = bool(getattr(job.goal, "robust", "")) if is_rotor(job) else False
         self.tells = not (self.batch or robust)
+        chosen = job.variables if is_scene(job) else ()
+        self._listed = all(one.values is not None for one in chosen) if chosen else is_rotor(job) and in_steps(job)
         if not fact.value > 0.0:
             raise InputError(f"{job.name}: {fact.path} is {fact.now(1.0)}: a bound that is moved is more than zero.")
 
@@ -306,8 +309,20 @@ class MovedBound:
         tight, loose, self.free = self.ends()
         self.done = self._between(tight, loose, count)
         self._sharpen()
+        self._untie()
         found = self._best()
         return self._thinned(found, count) if len(found) > 1 else found
+
+    def _untie(self) -> None:
+        """Of choices from lists each is asked for the tightest bound at which another is as good: ties hide it."""
+        for point in self._best() if self.tells and self._listed else ():
+            holds, good = self._as_good(self.cost(point)), self.bound(point)
+            fails = max((b for b, one in self.known.items() if b < good and not holds(one)), default=good)
+            if fails < good:
+                self._tightest((fails, good, holds))
+
+    def _as_good(self, cost: float) -> Holds:
+        return lambda point: point is not None and self.cost(point) <= cost + _SAME * abs(cost)
 
     def _sharpen(self) -> None:
         """What designs reach that were found far inside of their bound is told anew at a near one: margins round it."""
@@ -348,9 +363,7 @@ class MovedBound:
         free = open_end is not None and open_end.goal is not None
         own = self.cost(open_end) if open_end is not None else 0.0
 
-        def best(point: Point | None) -> bool:
-            return point is not None and self.cost(point) <= own + _SAME * abs(own)
-
+        best = self._as_good(own)
         if free and not self.batch and open_end is not None:
             high = self.bound(open_end) * (1.0 + 1e-12)  # the tightest bound, if no other design is as good
             high = high if 0.0 < high < np.inf else begin
