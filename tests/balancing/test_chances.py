@@ -21,6 +21,7 @@ from vibopt.balancing.rotor_job import RotorJob
 from vibopt.cli.main import main
 from vibopt.errors import InputError
 from vibopt.program.drawn import clopper_pearson, sure_share
+from vibopt.work import metered
 
 SCATTER = 'scatter = { amplitude = "0.2 mil" }\n'
 """Alike in every direction: what is left at a sensor then follows the law of Rice."""
@@ -172,6 +173,17 @@ def test_holes_and_a_plan_for_the_rare_one_in_a_million_keep_their_share() -> No
     rare = solve_text(fan(2.0, "99.9999 %"))
     assert rare.tolerances.odds["rest"].within == pytest.approx(0.9999)
     assert share_of(rare, rare.limits["rest"].limit.value) >= 0.999999
+
+
+def test_a_list_beside_a_free_weight_is_searched_to_the_end() -> None:
+    """Programs of the free plane count as the work that they are; at eight times as much a search ended early."""
+    shelf = 'radius = "150 mm"\nholes = 24\nshelf = ["7 g", "3 g"]\nmost_weights = 2\n'
+    text = fan(0.95, "90 %").replace('radius = "150 mm"\n', shelf, 1)
+    with metered() as meter:
+        answer = solve_text(text)
+    assert answer.status == "feasible"
+    assert share_of(answer, answer.limits["rest"].limit.value) >= 0.9
+    assert meter.done < 1000.0
 
 
 def test_errors_of_different_sizes_along_and_across_are_drawn_as_they_are() -> None:

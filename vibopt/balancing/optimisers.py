@@ -37,7 +37,7 @@ def solve_question(question: Question, most: float | None = None) -> Solved:
             from vibopt.balancing.discrete import solve_discrete
             from vibopt.balancing.option_tree import BOX
 
-            solved = solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes", BOX))
+            solved = solve_discrete(question, None if most is None else Budget(int(most / BOX), "boxes"))
         else:
             from vibopt.balancing.continuous import PROGRAM, solve_continuous
 

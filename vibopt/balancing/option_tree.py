@@ -176,7 +176,7 @@ class Tree:
     def budget(self) -> Budget:
         """Boxes that a question of this size may look at."""
         each = self.rounds * max(len(self.planes), 1) * max(len(self.rows.g) + len(self.rows.f), 1)
-        return Budget(int(np.clip(WORK / each, 20_000, 5_000_000)), "boxes", BOX)
+        return Budget(int(np.clip(WORK / each, 20_000, 5_000_000)), "boxes")
 
     def search(self, x: ComplexArray, budget: Budget) -> float:
         """Look at every box that may hold something better; the bound proven when done or when the budget is spent."""
@@ -186,9 +186,10 @@ class Tree:
         frontier = Frontier(budget)
         frontier.add(*self._bounded(Open(np.array([-np.inf]), root, x[None, :].copy(), *weights)).columns)
         while frontier and not frontier.over and len(frontier) <= MOST_BOXES:
-            before = self.work
+            before, seen = self.work, self.boxes + self.leaves // LEAF
             grown = self._grow(Open(*frontier.take(BATCH)))
             budget.spend(self.work - before)
+            worked(ROUND + BOX * (self.boxes + self.leaves // LEAF - seen))  # programs count themselves
             if grown is not None:
                 frontier.add(*grown.columns)
             frontier.keep(self.goal_to_beat)
@@ -196,7 +197,6 @@ class Tree:
 
     def _grow(self, picked: Open) -> Open | None:
         """Enumerate the small boxes, halve the others; bounds of the halves."""
-        worked(ROUND)
         picked = picked.take(np.flatnonzero(picked.bound < self.goal_to_beat))
         sizes = self._sizes(picked.cells)
         small = np.prod(sizes.astype(float), axis=1) <= (LEAF if not self.any_size else 1)
