@@ -167,3 +167,15 @@ def test_the_load_of_a_bought_mount_is_compared_with_the_model(tmp_path: Path, m
         "the two routes to an answer do not agree: mount: rated load (static_load of mount) is 588.399 N in the model, "
         "300 N on the machine as built"
     )
+
+
+def test_an_isolation_of_next_to_nothing_is_known_to_rounding_of_what_comes_through() -> None:
+    """Just above the root of two times the natural frequency, where all but 1e-11 of the force comes through."""
+    asked = {"limits": {"isolated": {"response": "isolation", "into": "ground", "at_least": "1e-9 %"}}}
+    document = pump(**asked, goal={"maximise": "stiffness", "of": "mount"})
+    document["links"]["mount"] = {"between": ["pump", "ground"], "stiffness": {"from": "1 kN/m", "to": "100 MN/m"}}
+    document["bodies"]["pump"]["mass"] = "100 kg"
+    document["excitations"]["rotor"]["speed"] = "600 rpm"
+    design = solve(from_dict(document))
+    assert design.status == "optimal", design.claim
+    assert design.goal[1].value == pytest.approx(50.0 * (20.0 * 3.141592653589793) ** 2, rel=1e-9)

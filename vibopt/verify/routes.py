@@ -128,7 +128,7 @@ class Modelled:
     def _at(self, response: Response, measured: Measured) -> tuple[float, float]:
         if response.complement:
             value, room = self._of_form(response, replace(measured, value=1.0 - measured.value))
-            return 1.0 - value, room
+            return 1.0 - value, max(room, self._rounding * abs(value))
         return self._of_form(response, measured)
 
     def _of_form(self, response: Response, measured: Measured) -> tuple[float, float]:
