@@ -599,3 +599,35 @@ def test_a_pdf_has_the_largest_letters_with_which_it_is_one_page(
     assert size(printed(answered("mounts/generator_set"), "browser", "sheet.pdf")) == largest
     monkeypatch.setattr(page, "pages_of", lambda content: 2)
     assert size(printed(answered("mounts/generator_set"), "browser", "sheet.pdf")) == SIZES[-1]
+
+
+@pytest.mark.parametrize("heavy", ["", 'density = "7850 kg/m3"'])
+def test_a_body_at_a_beam_weighs_what_the_file_says_and_a_heavy_beam_is_not_called_light(heavy: str) -> None:
+    design = solve(
+        from_text(
+            """
+            [bodies.disc]
+            mass = "28 kg"
+            [links.shaft]
+            between = ["disc", "ground"]
+            damping_ratio = 0.02
+            beam = { kind = "simply_supported", length = "500 mm", diameter = "30 mm", modulus = "206 GPa" }
+            [excitations.rest]
+            kind = "unbalance"
+            on = "disc"
+            unbalance = "3000 g mm"
+            speed = "1800..2200 rpm"
+            [limits.whirl]
+            response = "displacement"
+            of = "disc"
+            at_most = "1 mm"
+        """.replace('"206 GPa"', f'"206 GPa", {heavy}' if heavy else '"206 GPa"')
+        )
+    )
+    page = text(design)
+    mass = 7850.0 * np.pi / 4.0 * 0.03**2 * 0.5
+    said = f", and {show(5.0 / 8.0 * mass, 'kg', 'mass')} of beams that move with it" if heavy else ""
+    assert f"28 kg{said}; moves along one line" in page
+    assert ("weigh nothing themselves" in page) == (not heavy)
+    damping = 2.0 * np.sqrt(28.0 / (28.0 + 17.0 / 35.0 * mass)) if heavy else 2.0
+    assert f"{damping:.3g} %" in page

@@ -14,7 +14,10 @@ import vibopt as vo
 from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
+from vibopt.scene.read import from_text
 from vibopt.solve.branch import Judge
+from vibopt.solve.conflict import asked, conflicts
+from vibopt.solve.ranges import closed
 from vibopt.solve.tangents import Tangents
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
@@ -190,3 +193,37 @@ def test_no_sample_beats_what_tangents_prove(seed: int, tmp_path: Path) -> None:
         assert judge.feasible(found.x)
         assert judge.goal(found.x).value == pytest.approx(found.bound, rel=1.1e-6)
     assert all(judge.goal(one).value >= found.bound for one in feasible)
+
+
+def test_limits_of_a_blow_that_clash_are_no_more_than_tangents_prove() -> None:
+    """A jump and the block's velocity clash already, and so do the jump and the force into the ground."""
+    text = """
+        [bodies]
+        press = { mass = "3 t" }
+        block = { mass = "12 t" }
+        [links.mount]
+        between = ["press", "block"]
+        stiffness = { from = "0.5 MN/m", to = "50 MN/m" }
+        damping = { from = "1 kN s/m", to = "1 MN s/m" }
+        [links.soil]
+        between = ["block", "ground"]
+        stiffness = "300 MN/m"
+        damping = "800 kN s/m"
+        [excitations.blow]
+        kind = "pulse"
+        on = "press"
+        shape = "half sine"
+        amplitude = "400 kN"
+        duration = "12 ms"
+        [limits]
+        ground = { response = "peak_force", into = "ground", at_most = "60 kN" }
+        jump = { response = "peak_displacement", of = "press", at_most = "8 mm" }
+        block = { response = "peak_velocity", of = "block", at_most = "8 mm/s" }
+        [goal]
+        minimise = "peak_displacement"
+        of = "press"
+    """
+    clashes = conflicts(closed(pose(from_text(text))), asked)
+    assert {tuple(name for name, _ in one) for one in clashes.sets} == {("jump", "block"), ("ground", "jump")}
+    assert clashes.complete
+    assert not clashes.doubtful

@@ -170,11 +170,17 @@ def test_what_is_left_out_is_said_and_a_job_with_a_design_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     text = pressed(floor=8e3, run_up=8e-3)
-    found = vo.remedies(from_text(text, "press.toml"), most=0.0)
-    assert not found.helpful
-    assert found.first == "No limit, range or fact, changed alone, was found to give a design."
-    assert found.notes[0].startswith("Not looked at because of the work: limits.floor.at_most, ")
-    assert found.notes[0].endswith(". `vibopt whatif FILE --thorough` looks at all.")
+    job = from_text(text, "press.toml")
+    found = vo.remedies(job, most=0.0)
+    assert found.found.conflict is not None
+    known = found.found.conflict.by_size  # solved beside the answer
+    assert known
+    assert [row.path for row in found.helpful] == [f"limits.{name}.at_most" for name, *_ in known]
+    without = remedies(job, found=answer(job, explain=False), most=0.0)
+    assert not without.helpful
+    assert without.first == "Whether a limit, range or fact, changed alone, gives a design was not looked at."
+    assert without.notes[0].startswith("Not looked at because of the work: limits.floor.at_most, ")
+    assert without.notes[0].endswith(". `vibopt whatif FILE --thorough` looks at all.")
     error = refused(remedies, open_job(PROBLEMS / "isolation" / "rao_9_34.toml"))
     words = "rao_9_34.toml: is optimal, so there is nothing to mend. See vibopt whatif FILE."
     assert error.messages == (words,)

@@ -54,11 +54,14 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     if exact is not None:
         return exact
     from vibopt.solve.global_search import provable
-    from vibopt.solve.nlp import blind
+    from vibopt.solve.nlp import blind, sampleable
     from vibopt.solve.one_range import OneRange
+    from vibopt.solve.tangents import Tangents
 
     if blind(program) or (program.aim is None and not provable(program) and OneRange().refuses(program) is None):
         return _seen_in_part(program, near)
+    if program.aim is None and not sampleable(program) and Tangents().refuses(program) is None:
+        return Tangents(near=near)  # boxes bound a peak in time, but hardly
     return _seen_whole(program, near) or _begun(_of_starts_alone(program), near)
 
 

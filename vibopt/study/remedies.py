@@ -107,7 +107,11 @@ class Remedies(Tabular):
     def first(self) -> str:
         """The least change that helps, as a sentence."""
         if not self.helpful:
-            return "No limit, range or fact, changed alone, was found to give a design."
+            left = [row.why == _LEFT for row in self.rows]
+            if left and all(left):
+                return "Whether a limit, range or fact, changed alone, gives a design was not looked at."
+            sought = "of those that were looked at, " * any(left)
+            return f"No limit, range or fact, {sought}changed alone, was found to give a design."
         remedy = self.helpful[0]
         assert remedy.then is not None
         weighed = ", by the weights of soft limits" if remedy.change > min(row.change for row in self.helpful) else ""
@@ -223,7 +227,7 @@ class _Search:
     """Remedies one after the other, from one allowance of work [nominal ms]."""
 
     def __init__(self, job: Job, answer: Answer[Any], most: float) -> None:
-        self.job, self.most, self.spent = job, most, 0.0
+        self.job, self.found, self.most, self.spent = job, answer, most, 0.0
         self.each = max(answer.work if is_scene(job) else 0.0, LEAST_WORK)
         self.extent = length_of(job)
         near = answer.nearest
@@ -240,7 +244,7 @@ class _Search:
         try:
             best = min((one for way in self._ways(fact, sort) if (one := _along(road, axis, way))), default=None)
         except SpentError:
-            return Remedy(fact.path, sort, now, why=_LEFT)
+            return self._known(fact, now) or Remedy(fact.path, sort, now, why=_LEFT)
         finally:
             self.spent += road.work
         if best is None:
@@ -251,9 +255,21 @@ class _Search:
             return Remedy(fact.path, sort, now, why="what helps could not be told in the digits of its unit")
         then = replace(shown_value(fact, value), digits=_SHOWN)
         part = far if axis.extent else abs(value / fact.value - 1.0)
-        soft = self.soft.get(fact.path.split(".")[1], 1.0) if sort == LIMITS else 1.0
+        soft = self._soft(fact) if sort == LIMITS else 1.0
         goal = answer.goal[1] if answer.goal is not None else None
         return Remedy(fact.path, sort, now, then, part, part / soft, goal)
+
+    def _known(self, fact: FactAt, now: Entry) -> Remedy | None:
+        """The loosening of a limit that stands beside the answer, and was solved there; None where there is none."""
+        name, known = fact.path.split(".")[1:2], self.found.conflict
+        for limit, _, then in known.loosenings if known is not None and fact.path.startswith("limits.") else ():
+            if [limit] == name and (then.value - fact.value) * _LOOSER.get(fact.path.rpartition(".")[2], 0) > 0.0:
+                part = abs(then.value / fact.value - 1.0) if fact.value else math.inf
+                return Remedy(fact.path, LIMITS, now, then, part, part / self._soft(fact))
+        return None
+
+    def _soft(self, fact: FactAt) -> float:
+        return self.soft.get(fact.path.split(".")[1], 1.0)
 
     def _ways(self, fact: FactAt, sort: str) -> tuple[int, ...]:
         way = _LOOSER.get(fact.path.rpartition(".")[2], 0) if sort in (LIMITS, CAPS) else 0

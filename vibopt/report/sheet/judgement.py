@@ -198,8 +198,11 @@ def _motion(design: Design) -> Iterator[str]:
     run_up = ": running up through a resonance quickly gives less" if swept else ""
     how = f" and steady{run_up}" if steady else ""
     yield f"Bodies are rigid, springs and dampers are linear, motions are small{how}."
-    if any(link.beam is not None for link in scene.links.values()):
-        yield "Beams and shafts are bent as under a static load, and weigh nothing themselves."
+    beams = [link.beam for link in scene.links.values() if link.beam is not None]
+    if beams:
+        some = "those without density or mass " * any(beam.heavy for beam in beams)
+        light = "" if all(beam.heavy for beam in beams) else f", and {some}weigh nothing themselves"
+        yield f"Beams and shafts are bent as under a static load{light}."
     if in_time:
         let_go = any(
             excitation.once is not None and any(excitation.once.start) for excitation in scene.excitations.values()

@@ -47,7 +47,10 @@ def _on_a_line(scene: Scene, machine: Machine, name: str, around: bool) -> str:
         geared = f", geared to {body.geared_to}" if body.geared_to is not None else ""
         ratio = f", {plain(body.speed_ratio.value)} times as fast" if body.speed_ratio is not None else ""
         return f"inertia {show(machine.masses[name], '', 'inertia')}; turns about its axis{geared}{ratio}"
-    return f"{_mass(scene, name, machine.weights.get(name, machine.masses[name]))}; moves along one line"
+    beams = machine.carried.get(name, 0.0)  # the body weighs what the file says of it
+    mass = machine.own(name) if beams else machine.weights.get(name, machine.masses[name])
+    more = f", and {_mass(scene, name, beams)} of beams that move with it" if beams else ""
+    return f"{_mass(scene, name, mass)}{more}; moves along one line"
 
 
 def _structure(table: StructureTable) -> str:

@@ -192,7 +192,7 @@ def _mode_rows(scene: Scene, machine: Machine) -> list[dict[str, str]]:
             {
                 "number": str(i + 1),
                 "frequency": show(shape.frequency, "Hz", "angular_rate"),
-                "damping": show(shape.damping, "%", "ratio", digits=2) if shape.damping is not None else undamped,
+                "damping": show(shape.damping, "%", "ratio", digits=3) if shape.damping is not None else undamped,
                 "words": words if shape.frequency > 0.0 else f"{words}: free, nothing holds it",
             }
         )
