@@ -18,6 +18,7 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.sweep_response import Modal, RunUp, Stretches, faddeeva_at_most
 from vibopt.mechanics.transient import Reading
 from vibopt.program.pose import pose
+from vibopt.program.worst_case import around, hit, measured_around
 from vibopt.report.curves import panels
 from vibopt.signals import Sweep
 
@@ -250,7 +251,7 @@ FAN: dict[str, Any] = {
 }  # fmt: skip
 
 
-def fan(**run_up: str) -> dict[str, Any]:
+def fan(**run_up: Any) -> dict[str, Any]:
     return {**FAN, "excitations": {"blade": {**FAN["excitations"]["blade"], "run_up": run_up}}}
 
 
@@ -403,6 +404,43 @@ def test_a_rate_is_chosen_beside_a_damper_and_has_its_slope() -> None:
             assert limit.form.slope(limit.model, np.array(x)) == pytest.approx(differences, abs=2e-6)
             held = limit.form.held(np.array(x), [0])
             assert held.value(limit.model, np.array(x)) == pytest.approx(limit.form.value(limit.model, np.array(x)))
+
+
+def doubtful(mass: Any, damping: Any, rate: Any, **more: Any) -> dict[str, Any]:
+    springs = {"between": ["fan", "ground"], "stiffness": "800 kN/m", "damping": damping}
+    peak = {"peak": FAN["measures"]["displacement"]}
+    given = {"bodies": {"fan": {"mass": mass}}, "links": {"springs": springs}, "measures": peak}
+    return {**fan(acceleration=rate), **given, **more}
+
+
+@pytest.mark.parametrize("damping", ["1 kN s/m", {"from": "600 N s/m", "to": "6 kN s/m"}], ids=["rate", "both"])
+@pytest.mark.parametrize("rates", [{"one_of": ["20 rpm/s", "150 rpm/s"]}, {"from": "20 rpm/s", "to": "150 rpm/s"}])
+def test_the_worst_machine_within_tolerances_has_the_rate_that_is_chosen(rates: dict[str, Any], damping: Any) -> None:
+    """Beside finished machines of given mass, damper and rate, over all of the tolerance."""
+    limit = {"rattle": {**FAN["measures"]["displacement"], "at_most": "8 mm"}}
+    goal = {"minimise": "peak_acceleration", "of": "fan"}
+    scene = vo.from_dict(doubtful({"value": "200 kg", "tolerance": "5 %"}, damping, rates, limits=limit, goal=goal))
+    x = np.array([1000.0, 12.0][-len(scene.variables) :])
+    masses = np.linspace(190.0, 210.0, 5).tolist()
+    found = [told(doubtful(f"{mass!r} kg", "1 kN s/m", "12 rad/s^2"))["peak"] for mass in masses]
+    program, measure = measured_around(scene, x, "peak")
+    for part in (*around(scene, x).limits, measure):
+        worst = hit(part, program.axes)
+        assert worst.value == pytest.approx(max(found), rel=1e-9)
+        values = [part.form.value(part.model, np.array([mass / 200.0])) for mass in masses]
+        assert values == pytest.approx(found, rel=1e-9)
+
+
+def test_a_rate_is_chosen_for_the_worst_machine() -> None:
+    """The middle one of three passes for the machine as said, and not for one that is lighter."""
+    limits = {"rattle": {**FAN["measures"]["displacement"], "at_most": "11.9 mm"}}
+    goal = {"maximise": "peak_acceleration", "of": "fan"}
+    rates = {"one_of": ["20 rpm/s", "60 rpm/s", "150 rpm/s"]}
+    for mass, chosen in (("200 kg", "60 rpm/s"), ({"value": "200 kg", "tolerance": "5 %"}, "150 rpm/s")):
+        answer = vo.solve(vo.from_dict(doubtful(mass, "1 kN s/m", rates, limits=limits, goal=goal)), explain=False)
+        assert [one.value.shown for one in answer.variables.values()] == [chosen], answer.claim
+    lightest = told(doubtful("190 kg", "1 kN s/m", "150 rpm/s"))["peak"]
+    assert answer.limits["rattle"].value.value == pytest.approx(lightest, rel=1e-9)
 
 
 def shaken(**changes: Any) -> dict[str, Any]:

@@ -188,11 +188,11 @@ def at_rate(excitation: Excitation, size: float | None) -> Excitation:
 
 def course_of(excitation: Excitation, places: Mapping[str, int], name: str) -> Sweep | Sweeps | Motor:
     """Its force against the speed, and how that changes, or what changes it; places of the variables by path."""
-    motor, chosen = motor_of(excitation), places.get(RATE.format(name))
+    motor = motor_of(excitation)
     if motor is not None:
         return motor
-    if chosen is not None:
-        return Sweeps(lambda size: _sweep(at_rate(excitation, size)), chosen)
+    if isinstance(_ramp(excitation).acceleration, Choice):
+        return Sweeps(lambda size: _sweep(at_rate(excitation, size)), places[RATE.format(name)])
     return _sweep(excitation)
 
 

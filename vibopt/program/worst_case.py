@@ -17,6 +17,7 @@ from vibopt.program.pose import asked_of, on_needed
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.records import dataclass
 from vibopt.scene.assemble import model_of
+from vibopt.scene.drives import at_rates
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import Uncertain, uncertain_at
@@ -54,7 +55,7 @@ class Hit:
 
 def around(scene: Scene, x: FloatArray) -> Program:
     """The limits and the goal of a machine at a design x (n_vars,), in the factors of its uncertain numbers."""
-    nominal = replace(scene, off={})
+    nominal = replace(at_rates(scene, x), off={})
     asked = asked_of(nominal, model_of(nominal, np.asarray(x, dtype=float)))
     axes = tuple(Axis(uncertain.path, *uncertain.ends) for uncertain in doubts_at(scene, x))
     return replace(asked, axes=axes)
@@ -71,7 +72,7 @@ def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Ai
     sense = -1.0 if (response.worst_side == "at_least") != response.complement else 1.0
     pieces = []
     for each in members(scene, response):
-        model, form = on_needed(replace(scene, off={}), program.model, each)
+        model, form = on_needed(replace(at_rates(scene, x), off={}), program.model, each)
         pieces.append(Aim(name, model, form, sense, response.complement))
     return program, replace(pieces[0], others=tuple(pieces[1:]))
 

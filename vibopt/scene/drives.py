@@ -73,6 +73,15 @@ def signals_for(
     return loads, together([one.segments() for one in once])
 
 
+def at_rates(scene: Scene, x: FloatArray) -> Scene:
+    """The scene of which every run-up has the rate that a design x (n_vars,) chooses; its variables stay."""
+    from vibopt.excitations.run_up import RATE, at_rate
+
+    chosen = {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
+    fixed = {name: at_rate(each, chosen.get(RATE.format(name))) for name, each in scene.excitations.items()}
+    return replace(scene, excitations=fixed)
+
+
 def signals_lasting(scene: Scene, response: TransientResponse, duration: float) -> tuple[Segment, ...]:
     """The signals that the response counts, where a pulse that may have any duration has this one [s]."""
     from vibopt.excitations.segments import together
