@@ -327,3 +327,25 @@ def test_a_scenario_is_tried_whichever_way_the_job_is_read(text: str, words: str
     file.write_text(whole, encoding="utf-8")
     for read, given in ((vo.read, file), (vo.from_text, whole), (vo.from_dict, tomllib.loads(whole))):
         assert words in str(refused(read, given))
+
+
+def test_a_saved_design_leaves_out_what_scenarios_change_of_a_range_and_is_read_again(run: Run, press: Path) -> None:
+    ranged = '\n[scenarios.soft]\n"links.mount.stiffness.to" = "3 MN/m"\n"bodies.press.mass" = "270 kg"\n'
+    stiff = '[scenarios.stiff]\n"links.mount.stiffness.to" = "2 MN/m"\n'
+    press.write_text(press.read_text(encoding="utf-8") + ranged + stiff, encoding="utf-8")
+    saved = press.parent / "saved.toml"
+    assert run("solve", str(press), "--save", str(saved)).code == 0
+    words = saved.read_text(encoding="utf-8")
+    said = "links.mount.stiffness.to of soft, links.mount.stiffness.to of stiff"
+    assert f"# Left out of the scenarios, for it has no place in a design or changes nothing: {said}.\n" in words
+    assert scenarios_of(open_job(saved)) == {
+        "overload": {"excitations.press.amplitude": "33 kN"},
+        "light": {"bodies.press.mass": "270 kg", "limits.start_up.at_most": "22 mm"},
+        "soft": {"bodies.press.mass": "270 kg"},
+    }
+
+
+def test_half_a_path_is_told_in_full(run: Run, press: Path) -> None:
+    done = run("sweep", str(press), "--vary", "start_up=18 mm..22 mm")
+    assert done.code == 2
+    assert 'there is no fact called start_up. Did you mean "limits.start_up.at_most"?' in done.err

@@ -387,3 +387,22 @@ def test_the_number_of_mounts_that_stand_beside_a_choice_ends_at_a_whole_one(sti
     assert [state.good for state in states] == [True, False]
     last, words = up.ends.shown, str(list(range_rows(found)))  # the last number of mounts has a design itself
     assert (f"to {last} (no design at" if up.until == up.ends else f"beyond {last} no design at") in words
+
+
+def test_a_limit_whose_steps_buy_nothing_but_that_holds_back_farther_on_is_named() -> None:
+    found = prices(open_job(PROBLEMS / "isolation/rao_9_34.toml"))
+    row = found.find("limits.start_up.at_most")
+    flat = replace(row, ways=tuple(replace(way, change=0.0) for way in row.ways))
+    facts_alone = tuple(one for one in found.rows if one.sort == "fact" and one.gain > 0.0)
+    ends = row.ways[-1].ends
+    assert facts_alone
+    assert ends is not None
+    said = replace(found, rows=(*facts_alone, flat)).first
+    given = f"{row.now.shown}..{ends.shown}"
+    assert said.startswith(
+        f"The steps looked at of limits buy nothing, but start_up holds it back up to {ends.shown} "
+        f'(vibopt sweep FILE --vary limits.start_up.at_most="{given}"); of the facts '
+    )
+    low, high = fact_at(found.job, "limits.start_up.at_most").ends(given)
+    assert low.value < high.value
+    assert replace(found, rows=facts_alone).first.startswith("No limit holds it back; of the facts ")

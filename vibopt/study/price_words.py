@@ -100,9 +100,28 @@ def first_words(prices: Prices) -> str:
     if limits:
         text = f"Argue about {_step(prices, limits[0])}"
     if facts:
-        lead = "Of the facts" if limits else "No limit holds it back; of the facts"
+        lead = "Of the facts" if limits else f"{_without_gain(prices)}; of the facts"
         text += f"{'. ' if limits else ''}{lead} {_step(prices, facts[0])}"
     return f"{text}."
+
+
+def _without_gain(prices: Prices) -> str:
+    """That a step of no limit buys anything, and which limit does farther on, where that is known."""
+    holding = [
+        (row, way.ends)
+        for row in prices.rows
+        for way in row.ways
+        if row.sort != FACTS and way.ends is not None and way.beyond == GAIN
+        if (way.ends.value - row.now.value) * (way.value.value - row.now.value) > 0.0
+    ]
+    if not holding:
+        return "No limit holds it back"
+    said = ", ".join(f"{row.name} holds it back up to {ends.shown}" for row, ends in holding)
+    row, ends = holding[0]
+    return (
+        f"The steps looked at of limits buy nothing, but {said} (vibopt sweep FILE --vary "
+        f'{row.path}="{row.now.shown}..{ends.shown}")'
+    )
 
 
 def _step(prices: Prices, one: Ranked) -> str:

@@ -13,7 +13,7 @@ from vibopt.document.toml_reading import FileText
 from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
 from vibopt.files.marks import with_check
-from vibopt.jobs import is_open, is_scene
+from vibopt.jobs import is_open, is_scene, scenarios_of, with_changes
 from vibopt.study.seen import chosen, kept
 
 if TYPE_CHECKING:
@@ -50,8 +50,33 @@ def saved_text(
         broken = ", ".join(name for name, limit in answer.limits.items() if not limit.met) or "what may be chosen"
         raise InputError(f"{job.name}: the rounded design breaks {broken}. {target.name} is not written; round finer.")
     whole = fixed if fixed is not None else kept(job, answer)
-    document = moved({key: one for key, one in whole.document.items() if key != "expected"}, target)
-    return with_check(f"{_comments(job, answer, changes)}\n\n{document_toml(document)}")
+    document, left = _with_places(whole)
+    comments = _comments(job, answer, changes) + (f"\n# {left}" if left else "")
+    return with_check(f"{comments}\n\n{document_toml(moved(document, target))}")
+
+
+def _with_places(whole: Job) -> tuple[dict[str, Any], str]:
+    """The document with those changes of scenarios that still have a place, and in words which ones have none."""
+    stay: dict[str, Any] = {}
+    left = []
+    for name, asked in scenarios_of(whole).items():
+        kept = (
+            asked if _has_place(whole, asked) else {p: one for p, one in asked.items() if _has_place(whole, {p: one})}
+        )
+        if kept and _has_place(whole, kept):
+            stay[name] = whole.document["scenarios"][name] if kept is asked else kept
+        left += [f"{path} of {name}" for path in asked if name not in stay or path not in kept]
+    rest = {key: one for key, one in whole.document.items() if key not in ("expected", "scenarios")}
+    words = f"Left out of the scenarios, for it has no place in a design or changes nothing: {', '.join(left)}."
+    return rest | ({"scenarios": stay} if stay else {}), words if left else ""
+
+
+def _has_place(job: Job, asked: Mapping[str, Any]) -> bool:
+    """Whether a scenario has a place in a job, and changes something there."""
+    try:
+        return with_changes(job, asked).document != job.document
+    except InputError:
+        return False
 
 
 def moved(document: Mapping[str, Any], target: FilePath) -> dict[str, Any]:

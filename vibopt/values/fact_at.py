@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import replace
 
-from vibopt.errors import InputError, way_out
+from vibopt.errors import InputError, counted, way_out
 from vibopt.records import dataclass
 from vibopt.units import Detector, Quantity, read_quantity, read_range, to_unit
 from vibopt.units.parsing import TO_PEAK
@@ -76,5 +76,7 @@ def fact_among(known: Iterable[FactAt], path: str) -> FactAt:
         return found[path]
     parts = [fact_at.path for fact_at in found.values() if fact_at.place == path]
     if parts:
-        raise InputError(f"{path} holds {len(parts)} numbers. Name one: {' or '.join(parts)}.")
-    raise InputError(f"there is no fact called {path}.{way_out(path, list(found))}")
+        one = "one" if len(parts) > 1 else "it"
+        raise InputError(f"{path} holds {counted(len(parts), 'numbers')}. Name {one}: {' or '.join(parts)}.")
+    near = [one for one in found if path in one.split(".")][:1]  # a step of a path alone
+    raise InputError(f"there is no fact called {path}.{way_out((near or [path])[0], list(found))}")
