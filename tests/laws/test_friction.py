@@ -637,3 +637,25 @@ def test_a_turn_that_is_endless_beside_the_vibration_ends_in_words() -> None:
     }))  # fmt: skip
     assert answer.status == "check_failed"
     assert "0.005 m in the model, and nothing was found on the machine as built" in answer.claim
+
+
+def test_find_all_of_a_friction_force_is_refused_with_the_way_to_its_window() -> None:
+    document = changed(load={"speed": "300 rpm"}, friction_force={"from": "10 N", "to": "500 N"})
+    document["limits"] = {"moved": {"response": "displacement", "of": "press", "at_most": "2 mm"}}
+    document["goal"] = {"find_all": "links.mount.friction_force"}
+    with pytest.raises(vo.InputError) as error:
+        vo.from_dict(document)
+    assert (
+        "goal.find_all finds all values at which a linear machine keeps its limits, but links.mount.friction_force "
+        "rubs. Write a goal with minimise or maximise instead: vibopt window FILE then tells what is permitted."
+    ) in str(error.value)
+
+
+def test_equivalent_damping_is_of_the_machine_as_said_where_there_are_tolerances() -> None:
+    document = changed(load={"speed": "300 rpm"})
+    document["measures"] = {"d": {"response": "displacement", "of": "press"}}
+    as_said = vo.solve(vo.from_dict(document)).measures["d"].value.shown
+    document["links"]["mount"] = {**document["links"]["mount"], "tolerance": "5 %"}
+    [note] = [one for one in vo.solve(vo.from_dict(document)).notes if "equivalent viscous" in one]
+    own = as_said.removesuffix(" pk")
+    assert note.startswith(f"measures.d: of the machine as said, without tolerances, which has {own}, equivalent")

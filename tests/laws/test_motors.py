@@ -330,6 +330,15 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"torque": [["900 rpm", "10 N m"], ["0 rpm", "9 N m"]], "inertia": "2 kg m2"},
         "has speeds that do not rise from row to row. Sort the rows by speed.",
     ),
+    "two rows of one speed": (
+        {"torque": [["0 rpm", "10 N m"], ["900 rpm", "9 N m"], ["900 rpm", "8 N m"]], "inertia": "2 kg m2"},
+        "has two rows of one speed. Keep one row of each speed.",
+    ),
+    "a torque with a tolerance": (
+        {"torque": {"value": "15 N m", "tolerance": "10 %"}, "inertia": "2 kg m2"},
+        'has a tolerance, and none is counted here. Write torque = "15 N m", and solve again with the least and the '
+        'greatest: --set excitations.NAME.run_up.torque="13.5 N m".',
+    ),
     "rows that end too soon": (
         {"torque": [["0 rpm", "10 N m"], ["900 rpm", "9 N m"]], "inertia": "2 kg m2"},
         "excitations.blades.run_up goes from 0 rpm to 1500 rpm, and its torque is not known at all of these speeds. "

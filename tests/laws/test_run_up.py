@@ -20,6 +20,7 @@ from vibopt.mechanics.transient import Reading
 from vibopt.program.pose import pose
 from vibopt.program.worst_case import around, hit, measured_around
 from vibopt.report.curves import panels
+from vibopt.report.machine_notes import ringing_notes
 from vibopt.signals import Sweep
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12)
@@ -565,3 +566,20 @@ def test_the_figure_has_the_envelope_and_the_steady_curve_over_the_speed() -> No
     assert envelope.y.max() == pytest.approx(mark.y, rel=1e-9)
     assert envelope.x[envelope.y.argmax()] == pytest.approx(mark.x, rel=1e-9)
     assert steady.y.max() == pytest.approx(10.0125, rel=1e-4)
+
+
+def test_a_shaft_that_its_bearings_damp_is_not_told_to_ring_on() -> None:
+    """Their damping along each plane stands in no matrix of one plane."""
+    bearing = {"k_yy": "22 MN/m", "k_zz": "9 MN/m", "c_yy": "672 N s/m", "c_zz": "506 N s/m"}
+    disc = {"name": "fan", "at": "0.2 m", "mass": "11 kg", "diametral": "0.1 kg m2", "polar": "0.15 kg m2"}
+    shaft = {
+        "modulus": "207 GPa", "density": "7850 kg/m3", "sections": [{"length": "0.5 m", "diameter": "38 mm"}],
+        "stations": {"A": "0.05 m", "B": "0.4 m"}, "discs": [disc],
+    }  # fmt: skip
+    scene = vo.from_dict({
+        "title": "shaft", "rotors": {"shaft": shaft},
+        "bearings": {f"at_{one}": {"between": [one, "ground"], **bearing} for one in "AB"},
+        "excitations": {"blade": {**FAN["excitations"]["blade"], "on": "fan", "unbalance": "1 g m"}},
+        "measures": {"d": {"response": "peak_displacement", "of": "fan"}},
+    })  # fmt: skip
+    assert ringing_notes(scene, {}) == []

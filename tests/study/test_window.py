@@ -245,3 +245,27 @@ CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain sa
 )  # fmt: skip
 def test_what_has_no_window_is_said(file: str, changes: dict[str, object], words: str) -> None:
     assert str(refused(lambda: vo.window(vo.with_changes(vo.read(ROOT / file), changes)))) == words
+
+
+PULSED = """
+title = "pulse of any duration"
+bodies.press.mass = "50 kg"
+links.mount = { between = ["press","ground"], stiffness = { from = "20 kN/m", to = "400 kN/m" }, damping = "600 N s/m" }
+excitations.hit = { kind = "pulse", on = "press", shape = "triangle", amplitude = "2 kN", duration_up_to = "60 ms" }
+limits.moved = { response = "peak_displacement", of = "press", at_most = "15 mm" }
+goal = { minimise = "stiffness", of = "mount" }
+"""
+
+
+def test_what_a_search_over_durations_found_is_not_called_proven(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "pulse.toml"
+    file.write_text(PULSED)
+    assert main(["window", str(file)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    doubts = "the greatest over every duration is found by a search and not proven."
+    assert f"Box: every limit was followed all over it; {doubts} Permitted: with exact ends, {doubts}" in said
+    found = vo.window(vo.from_text(PULSED))
+    assert not found.proven
+    assert not found.spans[0].proven

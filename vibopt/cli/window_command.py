@@ -58,10 +58,11 @@ def _list(result: Window, console: Console) -> None:
     else:
         console.print("\nNo box was found: the permitted designs are too thin.")
     sound = all(span.proven for span in result.spans)
+    proof = result.doubts or ("proven" if sound else "as far as was found; more may be permitted")
     if alone:
-        what = f"Permitted: with exact ends, {'proven' if sound else 'as far as was found; more may be permitted'}."
+        what = f"Permitted: with exact ends, {proof}."
     else:
-        proof = "no value outside is permitted, proven" if sound else "as far as was found; more may be permitted"
+        proof = "no value outside is permitted, proven" if sound else proof
         lead, _, rest = result.said.partition(". ")
         what = f"{ends}: over all values of the others, {lead}; {proof}. {rest}."
     paragraph(console, what, 0)

@@ -108,6 +108,8 @@ def _varies_table(given: object) -> Amplitude:
 
 def straight_between(speeds: list[float], values: list[float]) -> Amplitude:
     """Values at speeds [rad/s] that must rise from row to row, and straight lines between them."""
+    if len(set(speeds)) < len(speeds):
+        raise complaint("has two rows of one speed. Keep one row of each speed.")
     if any(b <= a for a, b in pairwise(speeds)):
         raise complaint("has speeds that do not rise from row to row. Sort the rows by speed.")
     pieces = []

@@ -22,6 +22,11 @@ _WHOLE = 'chooses the duration. What may be chosen is the rate: acceleration = {
 
 def _torque(given: object, key: str) -> Amplitude:
     if not isinstance(given, list):
+        if isinstance(given, Mapping) and "tolerance" in given:
+            raise complaint(
+                f'has a tolerance, and none is counted here. Write {key} = "15 N m", and solve again with the least '
+                f'and the greatest: --set excitations.NAME.run_up.{key}="13.5 N m".'
+            )
         try:
             return Amplitude((Piece(Band(0.0, math.inf), read_quantity(given, "moment").value),))
         except QuantityError as error:

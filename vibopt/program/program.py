@@ -192,6 +192,12 @@ class Program:
         return [*self.limits, *(self.aim.pieces if self.aim is not None else ())]
 
     @property
+    def doubts(self) -> str:
+        """What of its values is found by a search and not proven, in words; "" where nothing is."""
+        searched = sorted({part.form.searched for part in self.parts} - {""})
+        return f"{', '.join(searched)} and not proven" if searched else ""
+
+    @property
     def cost(self) -> float:
         """Work of measuring all of it at one design [nominal ms]."""
         return sum(part.cost for part in self.parts)

@@ -22,6 +22,7 @@ from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import bands_for
 from vibopt.scene.scene import Design, Scene
+from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, show, to_unit
 from vibopt.values.speeds import ROTATION
 
@@ -55,6 +56,7 @@ def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """What equivalent viscous damping would say, where friction bounds a resonance, and where the start decides."""
     model, x, notes = model_of(scene), np.array([chosen[variable.path] for variable in scene.variables]), list[str]()
     endless: set[float] = set()
+    nominal = bool(uncertain(scene))
     for asked in _asked(scene, model, {}):
         worst = asked.form.worst(model, x)
         [(name, speed)] = worst.speeds.items()
@@ -62,7 +64,9 @@ def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         if not isfinite(worst.value):
             endless.add(speed)
             continue
-        notes.append(f"{asked.where}: {_beside(asked, worst.value, asked.form.at(model, x, speed, rough=True))}")
+        notes.append(
+            f"{asked.where}: {_beside(asked, worst.value, asked.form.at(model, x, speed, rough=True), nominal=nominal)}"
+        )
         if asked.form.left_to_the_start(model, x, speed):
             notes.append(
                 f"{asked.where}: at {show(speed, unit, ROTATION)} the natural frequency is a whole multiple of that of "
@@ -78,17 +82,18 @@ def friction_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     return notes
 
 
-def _beside(asked: _Asked, value: float, other: float) -> str:
-    """The equivalent viscous value, and how far it is off."""
+def _beside(asked: _Asked, value: float, other: float, *, nominal: bool) -> str:
+    """The equivalent viscous value, and how far it is off; `nominal` of a machine that has tolerances beside."""
     if asked.response.complement:
         value, other = 1.0 - value, 1.0 - other
     kind = asked.response.dimension
-    said = show(other, best_unit(other, kind) if kind != "ratio" else "", kind)
+    said, own = (show(one, best_unit(one, kind) if kind != "ratio" else "", kind) for one in (other, value))
     part = (other - value) / abs(value) if value else 0.0
     size = 100.0 * abs(part)
     much = f"{size:.0f}" if size > 10.0 else f"{size:.2g}"
     much += f" % too {'much' if part > 0.0 else 'little'}"
-    return f"equivalent viscous damping would say {said}, {'which is right' if abs(part) < _SAME else much}."
+    of = f"of the machine as said, without tolerances, which has {own}, " if nominal else ""
+    return f"{of}equivalent viscous damping would say {said}, {'which is right' if abs(part) < _SAME else much}."
 
 
 def friction_panels(design: Design, model: Model) -> list[Panel]:

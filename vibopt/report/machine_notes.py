@@ -9,6 +9,7 @@ import numpy as np
 
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.orbiting import OrbitingMachine
 from vibopt.responses import RandomResponse, TransientResponse
 from vibopt.scene.check_bearings import bearings
 from vibopt.scene.drives import durations_of, names_for
@@ -236,10 +237,12 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         return []
     machine = machine_of(scene, chosen)
     damping = machine.matrices()[1]
+    planes = machine.bearings.values() if isinstance(machine, OrbitingMachine) else ()  # which these know nothing of
+    damped = bool(damping.any()) or any(bool(bearing.damping.any()) for bearing in planes)
     lasts = any(two.once is not None and two.once.endless and not two.once.holds for two in scene.excitations.values())
-    if (len(damping) < 2 and not lasts) or (damping.any() and not (lasts and _slow(machine))):
+    if (len(damping) < 2 and not lasts) or (damped and not (lasts and _slow(machine))):
         return []
-    if damping.any():
+    if damped:
         return [
             "Some mode is hardly damped: what begins suddenly is followed over 400 000 periods of the slowest mode, "
             "and no further."

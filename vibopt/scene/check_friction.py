@@ -61,10 +61,13 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
         )
     _shaken(scene, where, path, mistakes)
     if scene.find_all is not None:
+        way = "Limit the response over ranges of speeds, and look at their margins."
+        if scene.finds == "values":
+            way = "Write a goal with minimise or maximise instead: vibopt window FILE then tells what is permitted."
         mistakes.add(
             ("goal", "find_all"),
-            f"goal.find_all finds every speed at which a linear machine crosses a limit, but {where} rubs. Limit the "
-            "response over ranges of speeds, and look at their margins.",
+            f"goal.find_all finds all {scene.finds} at which a linear machine keeps its limits, but {where} rubs. "
+            + way,
         )
 
 

@@ -124,12 +124,11 @@ def _one_variable(program: Program, found: Found, progress: Progress | None) -> 
 def _not_proven(program: Program, found: Found) -> Found:
     """The answer without the word where a limit or the goal might be greater than was seen."""
     seen = [part for part in program.parts if part.form.searched]
-    doubts = f"{', '.join(sorted({one.form.searched for one in seen}))} and not proven"
     if found.status == "optimal" and seen:  # tangents bound it from below whatever the search has missed
         better = program.aim is not None and found.method == "tangents"
-        return replace(found, status="optimal" if better else "feasible", claim=f"{found.claim}; {doubts}")
+        return replace(found, status="optimal" if better else "feasible", claim=f"{found.claim}; {program.doubts}")
     if found.status == "infeasible" and any(isinstance(one, Limit) and one.side == "at_least" for one in seen):
-        return replace(found, status="unproven", claim=f"no design was found; {doubts}")
+        return replace(found, status="unproven", claim=f"no design was found; {program.doubts}")
     return found
 
 

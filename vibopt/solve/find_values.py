@@ -115,8 +115,7 @@ def _claim(program: Program, found: Permitted, path: str, leaps: bool, model: st
     if room and not found.intervals and permitted(widened(program)).intervals:
         return NONE_WITH.format(part=room), False
     claim += ", or just inside of one where a limit leaps" if leaps else ""
-    searched = sorted({limit.form.searched for limit in program.limits} - {""})
-    return (f"{claim}; {', '.join(searched)} and not proven", False) if searched else (claim, True)
+    return (f"{claim}; {program.doubts}", False) if program.doubts else (claim, True)
 
 
 def _margins(rows: Rows, name: str) -> list[float]:

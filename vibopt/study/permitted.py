@@ -34,6 +34,8 @@ class Window(Tabular):
         How the box was tested.
     around
         Half of the largest box around the answer itself.
+    doubts
+        What of the limits is found by a search and not proven, in words.
     between
         What is known of values between the least and the greatest of several variables.
     """
@@ -45,6 +47,7 @@ class Window(Tabular):
     proven: bool
     claim: str
     around: float
+    doubts: str = ""
     between: str = BETWEEN
 
     def box(self, path: str) -> tuple[Entry, Entry]:

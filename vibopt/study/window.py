@@ -87,10 +87,13 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
         mean = [np.exp(np.mean(np.log(begin), axis=0))] if begin and np.min(begin) > 0.0 else []
         centre, part = box.largest(np.array(mean).reshape(-1, len(spans)), progress)
         part, proven, claim = _tested(scene, centre, part)
+    if program.doubts:
+        spans = tuple(replace(span, proven=False) for span in spans)
+        proven, claim = False, f"{claim}; {program.doubts}"
     _confirmed(scene, program, [centre, centre * (1.0 - part), centre * (1.0 + part)])
     own = _own(scene)
     around = 0.0 if own is None else box.half(own)
-    return Window(job, spans, shown_values(scene, centre), part, proven, claim, around)
+    return Window(job, spans, shown_values(scene, centre), part, proven, claim, around, doubts=program.doubts)
 
 
 def _confirmed(scene: Scene, program: Program, designs: Sequence[FloatArray]) -> None:
