@@ -20,7 +20,10 @@ from vibopt.solve.closed_rows import Rows, ends_of_damping, extreme, harmonic_ro
 from vibopt.solve.method import Found, Progress
 
 OPEN, OPTIMAL, INFEASIBLE = 0, 1, 2
-_DONE = 1e-11
+_DONE, _STILL = 1e-11, 5e-10
+"""Part of its bound by which a limit may be missed; the same where another round would not move the design."""
+_SHARP, _AHEAD = 0.5, 8
+"""Part of its bound by which a limit is missed at a sharp resonance; how many steps of it are looked ahead."""
 _ROUNDS = 40
 _COARSE = (33, 513)
 _FEWER = 4
@@ -30,6 +33,8 @@ _BEGIN, _EACH = np.linspace(0.0, 1.0, 129)[:, None], 8
 """Parts of each range of speeds at which a limit is looked at first, where nothing better is known; of many every 8th.
 """
 
+Memory = dict[int, FloatArray]
+"""Worst speeds of the last round, squared frequencies (count,), by the index of their limit."""
 Speeds = list[tuple[int, FloatArray]]
 """Squared frequencies at which limits are looked at first: (index of the limit, one per question)."""
 
@@ -101,6 +106,8 @@ def _within(kind: RowKind, numbers: Numbers, index: int, omega: FloatArray) -> F
 def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Answers:
     """Answer some questions, beginning at the speeds `first`."""
     status, left, rounds = np.zeros(count, dtype=int), np.arange(count), 0
+    before: Memory = {}
+    last = np.full((len(asked.low), count), np.nan)
     x, reach = np.full((2, len(asked.low), count), np.nan)
     with np.errstate(all="ignore"):
         rows = Rows.of(asked, _first_rows(asked, numbers, count, first))
@@ -111,8 +118,8 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
             if every(none):
                 status[left] = INFEASIBLE
                 break
-            missed, fresh = _learn(asked, numbers, best)
-            done = ~none & (missed <= _DONE)
+            missed, fresh = _learn(asked, numbers, best, before)
+            done = ~none & (missed <= np.where((best == last).all(axis=0), _STILL, _DONE))
             status[left[none]], status[left[done]] = INFEASIBLE, OPTIMAL
             x[:, left[done]], reach[:, left[done]] = best[:, done], ends[:, done]
             rest = ~(none | done)
@@ -121,6 +128,8 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
             rows = rows.plus(Rows.of(asked, np.concatenate(fresh, axis=1))) if fresh else rows
             if not every(rest):
                 left, numbers, rows = left[rest], take(numbers, rest), rows.some(rest)
+                before = {index: w[rest] for index, w in before.items()}
+            last = best[:, rest]
     return Answers(status, x, reach, rounds)
 
 
@@ -138,10 +147,12 @@ def _first_rows(asked: Question, numbers: Numbers, count: int, first: Speeds) ->
     return np.concatenate(rows, axis=1)
 
 
-def _learn(asked: Question, numbers: Numbers, x: FloatArray) -> tuple[FloatArray, list[FloatArray]]:
-    """Greatest miss of each question, and a row per limit that some question misses, (4, 1, count).
+def _learn(asked: Question, numbers: Numbers, x: FloatArray, before: Memory) -> tuple[FloatArray, list[FloatArray]]:
+    """Greatest miss of each question, and rows per limit that some question misses, (4, n, count).
 
-    A limit without a range of speeds is a row of its own, which x meets already.
+    A limit without a range of speeds is a row of its own, which x meets already.  A sharp resonance that is missed by
+    far moves on by its own width at each round: rows of the next ones are asked for at once.  `before` has the worst
+    speeds of the last round, and gets those of this one.
     """
     greatest, rows = np.full(x.shape[1], -np.inf), []
     for index, kind in enumerate(asked.rows):
@@ -150,6 +161,11 @@ def _learn(asked: Question, numbers: Numbers, x: FloatArray) -> tuple[FloatArray
             greatest = np.maximum(greatest, missed)
             if some(missed > _DONE):
                 rows.append(harmonic_row(asked, numbers, index, w[None]))
+            if index in before and some(sharp := missed > _SHARP):
+                step = np.where(sharp, np.clip(w / before[index], 0.5, 2.0), 1.0)
+                ahead = [_within(kind, numbers, index, np.sqrt(w * step**n)) ** 2 for n in range(1, _AHEAD + 1)]
+                rows.append(harmonic_row(asked, numbers, index, np.array(ahead)))
+            before[index] = w
     return greatest, rows
 
 

@@ -143,7 +143,9 @@ class Modelled:
             modes = natural_frequencies(self.full, self.p)
             value = float(modes[np.abs(modes - measured.value).argmin()])
         else:
-            model, form = on_needed(self.scene, self.full, response, reduce=False)
+            model = self.full  # seen in the response's whirl already
+            if form.swings is not None:
+                model, form = on_needed(self.scene, model, response, reduce=False)
             value = form.worst(model, self.x, least_wanted=measured.least).value
         if abs(value - measured.value) <= _SAME * abs(measured.value):
             return value, 0.0
