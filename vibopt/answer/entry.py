@@ -236,7 +236,8 @@ class Checked:
     unsteady
         Why a whirl grows and there is no steady motion to measure, as a sentence; "" where there is.
     open
-        Whether it cannot be told if the limit holds: too few machines were drawn. It then does not count as met.
+        Whether it cannot be told if the limit holds: too few machines were drawn, or nothing was found. It then does
+        not count as met.
     """
 
     name: str

@@ -10,17 +10,22 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.errors import InputError
 from vibopt.forms.form import Form, Local, Worst, top_by_differences
+from vibopt.mechanics.slipping import radians_at
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
+from vibopt.units import show
+from vibopt.values.speeds import ROTATION
 
 if TYPE_CHECKING:
     from vibopt.mechanics.dry_friction import Rub
     from vibopt.mechanics.model import Model
 
 _KEPT = 4096
-_SLOW, _QUASI = 0.03, 2e-3
-"""Frequency over the natural one up to which a range is looked at by its limit at rest; below which a speed is."""
+_SLOW, _RADIANS, LEAST = 0.03, 6000.0, 1e-8
+"""Frequency over the natural one up to which a range is looked at by its limit at rest; radians of free vibration that
+are followed in half a cycle, and frequency over the natural one below which rounding hides it."""
 _EVEN, _NEAR = 12, (0.34, 0.6, 0.75, 0.86, 0.93, 0.97, 0.99, 1.0, 1.01, 1.03, 1.07, 1.15, 1.3, 1.5)
 """Speeds looked at in a range, and more of them as parts of the natural frequency."""
 _WITHIN = 0.8
@@ -189,13 +194,15 @@ class Rubbing(Form):
         amplitude, count = self._amplitude(speeds), self.per(model, x, speeds)
         found = np.where(self.normalised, 1.0, amplitude)
         moves = (amplitude > 0.0) & (amplitude < np.inf)
-        slow = moves & (r < _QUASI)  # so slow that springs follow; certified nowhere but at rest
-        with np.errstate(divide="ignore", invalid="ignore"):
-            quick = np.maximum(1.0 - friction, 0.0) * np.array([r**0, 2.0 * r**0, np.where(r > 0.0, 2.0 / r, 0.0)])
-        pulled = np.abs(parts[0] * quick[0] + phasor) + (np.abs(parts[1:]) * quick[1:]).sum(axis=0)
-        found = np.where(slow, pulled / count, found)
-        quick_enough = moves & ~slow
+        still = moves & (r == 0.0)
+        pulled = np.abs(parts[0] * np.maximum(1.0 - friction, 0.0) + phasor)
+        found = np.where(still, pulled / count, found)
+        quick_enough = moves & ~still
         slips = quick_enough & (friction < 1.0)
+        poles = Slipping(np.where(slips, r, 1.0), ratio, friction).poles
+        rings = np.max([radians_at(pole) for pole in poles], axis=0) > _RADIANS
+        for k in np.flatnonzero(slips & (rings | (r < LEAST))).tolist():
+            raise InputError(self.too_slow(float(speeds[k]), float(speeds[k] / r[k]), _RADIANS * rings[k]))
         sizes = np.full(speeds.shape, np.nan)
         sizes[slips] = Slipping(r[slips], ratio[slips], friction[slips]).greatest(parts[:, slips], phasor[slips])
         left = np.flatnonzero(quick_enough & np.isnan(sizes)).tolist()
@@ -209,6 +216,18 @@ class Rubbing(Form):
         for k in left:
             sizes[k] = rubs[k].greatest(parts[:, k], complex(phasor[k]))
         return np.where(quick_enough, sizes / count, found)
+
+    def too_slow(self, speed: float, natural: float, radians: float) -> str:
+        """Why a speed is not answered, and what to write; both [rad/s], the natural one as a speed.
+
+        `radians` are those that are followed, of what vibrates on and on; 0 where only rounding hides it.
+        """
+        least = 1.01 * natural * (np.pi / radians if radians else LEAST)
+        return (
+            f"excitations.{self.shaken[0].name} at {show(speed, 'rpm', ROTATION)}: what rubs vibrates by itself "
+            f'{natural / speed:.2g} times in a turn of it, more than is followed. Write speed = "0 rpm", where springs '
+            f"and friction carry all, {show(least, 'rpm', ROTATION)} or more{', or more damping' if radians else ''}."
+        )
 
     def _amplitude(self, speed: FloatArray) -> FloatArray:
         """Of the force [N] or the base [m]."""

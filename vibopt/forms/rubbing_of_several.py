@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
+from vibopt.errors import InputError
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.forms.peak_rubbing import in_stretches
-from vibopt.forms.rubbing import TIMES, Rubbing, friction_of, grip_of
+from vibopt.forms.rubbing import LEAST, TIMES, Rubbing, friction_of, grip_of
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.sliding import basis
+from vibopt.mechanics.slipping import radians_at
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
@@ -23,6 +25,9 @@ if TYPE_CHECKING:
 
 _KEPT, _HOPE = 640, 0.6
 """Motions that are kept; part by which the rough look may be off."""
+_SLOW, _RADIANS = 2e-3, 1e4
+"""Frequency over the greatest natural one from which on none is too slow; radians of free vibration that are followed
+in half a cycle."""
 _PARTS = np.linspace(0.0, 1.0, 9)
 _BASIS = basis(_PARTS)
 """Parts of a panel at which a cycle is drawn, and Chebyshev's polynomials at them."""
@@ -151,6 +156,7 @@ class RubbingOfSeveral(Rubbing):
                 known.pop(next(iter(known)))
             harmonic, (turned, _) = self._harmonic(model, x, np.array([speed])), in_stretches(model)
             [omega] = harmonic.omega
+            self._check(model, x, speed, rows := matrices(turned, model.values(x)))
             begun = np.array([harmonic.moved[0].real, -omega * harmonic.moved[0].imag]).T
             half = Segment(
                 np.pi / omega,
@@ -160,9 +166,24 @@ class RubbingOfSeveral(Rubbing):
                 np.zeros(1),
             )
             loads = np.concatenate([forces[0], -(omega**2) * bases[0]])[:, None]
-            rows = matrices(turned, model.values(x))
             known[key] = Returning(*rows, model.n_free, loads, (half,), begun, harmonic.friction)
         return known[key]
+
+    def _check(self, model: Model, x: FloatArray, speed: float, rows: tuple[FloatArray, ...]) -> None:
+        """Refuse a speed [rad/s] beside which it vibrates too often by itself, slipping or held."""
+        order, naturals = self.shaken[0].lines[0].order, self.naturals(model, x)
+        if order * speed > _SLOW * naturals[-1]:
+            return
+        radians = 0.0
+        for part in (slice(model.n_free), slice(1, model.n_free)):
+            mass, damping, stiff = (one[part, part] for one in rows)
+            unit, zero = np.eye(len(mass)), 0.0 * mass
+            rates = np.linalg.eigvals(
+                np.block([[zero, unit], [-np.linalg.solve(mass, stiff), -np.linalg.solve(mass, damping)]])
+            )
+            radians = max(radians, float(radians_at(rates, order * speed).max(initial=0.0)))
+        if radians > _RADIANS or order * speed < LEAST * naturals[0]:
+            raise InputError(self.too_slow(speed, float(naturals[-1]) / order, _RADIANS if radians > _RADIANS else 0.0))
 
     def _read(self, model: Model, x: FloatArray) -> Reading:
         turned, whole = in_stretches(model)

@@ -38,7 +38,7 @@ _FIRST, _SWUNG, _SLOW, _STOPPED = 4.0, 100.0, 1e-9, 1e-11
 """Periods of the slowest motion in the first look at what rings, each further one twice as long, and those over
 which slips and holds are followed that never end; part of the fastest rate from which on it is one, and of the greatest
 speed of a base at which it stands still."""
-_FINE, _LONGER = 2001, 10
+_FINE, _LONGER = 2001, 40
 """Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded."""
 TOO_OFTEN = (
     "What rubs moves to and fro more often than is followed. Write a shorter load, less stiffness or damping, or more "

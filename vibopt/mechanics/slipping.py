@@ -20,8 +20,8 @@ _FINE = np.linspace(-1.0, 1.0, 33)
 _VALUES = chebyshev.chebvander(_FINE, 14).T
 _SLOPES = chebyshev.chebder(np.eye(15)).T
 _BENDS = chebyshev.chebder(np.eye(15), 2).T
-PANEL = 1.2
-"""Radians of the fastest motion on a panel."""
+PANEL, _SLOWEST = 1.2, 2e-3
+"""Radians of the fastest motion on a panel; frequency over the natural one below which equal panels are too many."""
 _GONE, _APART, _NEXT = 42.0, 1e-2, 0.05
 """Exponent behind which a motion has faded; rates that are next to alike, as tangents and as exponentials."""
 _INSIDE, _SAFE, _NEAR, _STEPS = (np.arange(12.0) + 0.5) / 12.0, 0.02, 2e-3, 3
@@ -79,11 +79,13 @@ class Slipping:
     def greatest(self, parts: FloatArray, phasor: ComplexArray) -> FloatArray:
         """Greatest size of parts . (z, z', z'') + Re(phasor e^(i theta)) in a cycle, (n,), parts (3, n).
 
-        Not a number where a motion does not slip all the time, or is next to stopping.
+        Not a number where a motion does not slip all the time, is next to stopping, or is slow.
         """
         found = np.full(self.r.shape, np.nan)
-        closed = np.isfinite(self.tops[1])
-        panels = 1 << np.ceil(np.log2(pi * np.maximum(1.0, 1.0 / self.r) / PANEL + 1.0)).astype(int)
+        closed = np.isfinite(self.tops[1]) & (self.r > _SLOWEST)
+        panels = 1 << np.ceil(np.log2(pi * np.maximum(1.0, 1.0 / np.maximum(self.r, _SLOWEST)) / PANEL + 1.0)).astype(
+            int
+        )
         for count in np.unique(panels[closed & (self.ratio < 1.0)]):
             some = closed & (self.ratio < 1.0) & (panels == count)
             found[some] = self.of(some)._on(np.linspace(0.0, pi, count + 1), parts[:, some], phasor[some])
@@ -179,9 +181,15 @@ def _divided(
     return np.where(close, near, apart / np.where(gap == 0.0, 1.0, gap))
 
 
+def radians_at(rates: ComplexArray, omega: float = 1.0) -> FloatArray:
+    """Radians of free motions with such rates, as far as they have not faded, in half a cycle at omega, (n,)."""
+    with np.errstate(divide="ignore"):
+        return np.asarray(np.minimum(pi / omega, _GONE / np.abs(rates.real)) * np.abs(rates))
+
+
 def edges(poles: tuple[complex, complex], length: float) -> FloatArray:
     """Ends of panels on which every part of a motion is smooth, from 0 to a length [rad]."""
-    if poles[0].imag:
+    if poles[0].imag and -poles[0].real * length <= _GONE:
         count = int(length * max(1.0, abs(poles[0])) / PANEL) + 1
         return np.asarray(np.arange(count + 1) * (length / count))
     found = [np.linspace(0.0, length, int(length / PANEL) + 2)]

@@ -196,7 +196,10 @@ class Built:
         what = f"{row.name} ({row.response} {row.place}".rstrip() + ")"
         at = self._where(measured.response, measured.speeds)
         if own is None:
-            there = "and nothing was found" if math.isnan(measured.value) else other
+            lost = math.isnan(measured.value)
+            if lost:
+                row = replace(row, value=replace(row.value, text="not known"), margin=-inf, open=True)
+            there = "and nothing was found" if lost else other
             words = f"{what} is {one} in the model, {there} on the machine as built"
             return replace(row, doubt=f"{words}, at {at}" if at else words)
         there = self._where(measured.response, own.speeds)

@@ -7,6 +7,7 @@ cycles from rest until one ends where the next begins.  No closed form is asked,
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import cos
 from typing import Any
 
@@ -24,8 +25,12 @@ from vibopt.verify.rubbing_states import RubbingStates
 
 _FIRST, _MOST = 6, 600
 """Half cycles from rest before roots are looked for, and at most."""
-_SLOWEST = 1e5
-"""Times as fast as the force that a vibration may be of itself: a turn takes ten steps for each of its radians."""
+_LONGEST, _LEAST = 3e4, 1e-8
+"""Radians of the fastest vibration that are followed between two events, ten steps each; part of the slowest one that
+the force is at least."""
+_FADED, _SLOW, _ROUNDING = 37.0, 30.0, 1e-3
+"""Exponent behind which a vibration is gone; times as fast as the force from which on it begins where springs are in
+balance; part of its speed, of the same size, that rounding hides."""
 _STILL, _HELD = 1e-13, 400
 """Part of the greatest below which nothing moves; instants at least among which the end of a hold is looked for."""
 _SAMPLES, _DENSE, _NEAR, _BETWEEN, _CLOSER = 120, 6.0, 0.98, 33, 3
@@ -41,12 +46,20 @@ _Law = tuple[FloatArray, FloatArray]
 
 @dataclass(frozen=True, slots=True)
 class _Stretch:
-    """Part of a half cycle: its ends [s], place and speed of the body against time (2, n), the sense of its slip."""
+    """Part of a half cycle: its ends [s], states against time (2 n, m), the sense of its slip, when it has settled."""
 
     begin: float
     end: float
     moved: Callable[[FloatArray], FloatArray]
     side: float
+    settled: float = float("inf")
+
+    def instants(self, least: int, rate: float) -> FloatArray:
+        """Times [s] all along it: at least so many before it has settled, and so many of each second, and behind."""
+        lively = min(self.end, self.settled)
+        many = max(least, int(rate * (lively - self.begin)))
+        behind = np.linspace(lively, self.end, least if lively < self.end else 1)
+        return np.union1d(np.linspace(self.begin, lively, many), behind)
 
 
 @dataclass(frozen=True)
@@ -89,6 +102,11 @@ class Rubbed:
         return np.asarray(np.sqrt(np.unique(squares[squares > _STILL * squares.max()])))
 
     @cached_property
+    def _fastest(self) -> float:
+        """Of the load and all vibration [rad/s]."""
+        return max(self.omega, float(self.naturals[-1]))
+
+    @cached_property
     def _own(self) -> IntArray:
         """Numbers of the states of bodies."""
         bodies = np.arange(len(self.machine.masses))
@@ -105,9 +123,7 @@ class Rubbed:
     @cached_property
     def _bound(self) -> ComplexArray:
         """States (2 n,) of a motion that never slips."""
-        system, loads = self.states.holding
-        turn = 1j * self.omega * np.eye(len(system))
-        return np.asarray(np.linalg.solve(turn - system, loads[:, 0] * self._signal))
+        return self._wave(self.states.holding)
 
     @cached_property
     def push(self) -> float:
@@ -120,7 +136,7 @@ class Rubbed:
         """Of a place and of a rate, that are likely."""
         slipped = self.push * (self.states.given @ self.states.apart) / max(self.omega, float(self.naturals[0])) ** 2
         bound = np.abs(self._bound[: len(self.states.places)]).max()
-        return float(slipped + bound) * np.array([1.0, self.omega])
+        return float(slipped + bound) * np.array([1.0, max(self.omega, _ROUNDING * float(self.naturals[-1]))])
 
     @property
     def _scale(self) -> FloatArray:
@@ -153,26 +169,71 @@ class Rubbed:
         watch: Any = left
         watch.terminal, watch.direction = True, -1.0
         given = side * self.joint.friction * self.states.given
-        run = self._run(self.states.matrices, np.concatenate([0.0 * given, given]), (time, end), now, watch)
-        return _Stretch(time, float(run.t[-1]), run.sol, side)
+        run, moved, settled = self._moved(side, np.concatenate([0.0 * given, given]), (time, end), now, watch)
+        if settled >= end or (run is not None and run.status == 1):
+            return _Stretch(time, float(run.t[-1]), run.sol, side)
+        apart = self.states.apart @ self._wave(self.states.matrices)[: len(self.states.places)]
+        turn = np.angle(1j * side * apart) + self.omega * settled
+        stop = settled + (0.5 * np.pi - turn) % (2.0 * np.pi) / self.omega  # where its cosine falls through zero
+        return _Stretch(time, min(float(stop), end), moved, side, settled)
 
     def _holds(self, time: float, end: float, now: FloatArray) -> _Stretch:
         """Up to where friction can carry no more, or the end."""
         from scipy.optimize import brentq
 
-        run = self._run(self.states.holding, 0.0 * now, (time, end), now, None)
+        _, moved, settled = self._moved(0.0, 0.0 * now, (time, end), now, None)
+        whole = _Stretch(time, end, moved, 0.0, settled)
 
         def beyond(at: Any) -> Any:
             some = np.atleast_1d(at)
-            return np.abs(self.states.carries(run.sol(some), self._signals(some))) - self.joint.friction
+            return np.abs(self.states.carries(moved(some), self._signals(some))) - self.joint.friction
 
-        at = np.linspace(time, end, _HELD + int(_DENSE * float(self.naturals[-1]) * (end - time)))
+        at = whole.instants(_HELD, _DENSE * float(self.naturals[-1]))
         over = beyond(at) > 0.0
         rising = np.flatnonzero(over[1:] & ~over[:-1])
         if not len(rising):
-            return _Stretch(time, end, run.sol, 0.0)
+            return whole
         low, high = at[rising[0]], at[rising[0] + 1]
-        return _Stretch(time, float(brentq(lambda one: beyond(one)[0], low, high, xtol=1e-15 * end)), run.sol, 0.0)
+        return replace(whole, end=float(brentq(lambda one: beyond(one)[0], low, high, xtol=1e-15 * end)))
+
+    def _settles(self, side: float) -> float:
+        """Seconds in which what swings by itself has faded, in a slip or a hold; endless where it never has."""
+        from scipy.linalg import null_space
+
+        law, bodies = self.states.matrices if side else self.states.holding, len(self.machine.masses)
+        own = law[0][np.ix_(self._own, self._own)]
+        if not side:  # beside the slip, which is held
+            free = np.kron(np.eye(2), null_space(self.states.apart[None, :bodies]))
+            own = free.T @ own @ free
+        slowest = np.linalg.eigvals(own).real.max(initial=-np.inf)
+        return float(_FADED / -slowest) if slowest < 0.0 else float("inf")
+
+    def _wave(self, law: _Law) -> ComplexArray:
+        """States (2 n,) that follow the load for ever, against e^(i omega t)."""
+        system, loads = law
+        return np.asarray(np.linalg.solve(1j * self.omega * np.eye(len(system)) - system, loads[:, 0] * self._signal))
+
+    def _moved(
+        self, side: float, rubbed: FloatArray, span: tuple[float, float], now: FloatArray, watch: Any
+    ) -> tuple[Any, Callable[[FloatArray], FloatArray], float]:
+        """A run while anything swings by itself; states against time, behind it by the wave; when that is [s]."""
+        law, settled = self.states.matrices if side else self.states.holding, span[0] + self._settles(side)
+        run = None if settled == span[0] else self._run(law, rubbed, (span[0], min(settled, span[1])), now, watch)
+        if run is not None and (settled >= span[1] or run.status == 1):
+            return run, run.sol, settled
+        wave = self._wave(law)[:, None]
+
+        def waves(at: FloatArray) -> FloatArray:
+            return np.asarray((wave * np.exp(1j * self.omega * at)).real)
+
+        stays = (now if run is None else run.y[:, -1])[:, None] - waves(np.array([settled]))
+        stays[len(stays) // 2 :] = 0.0
+
+        def moved(at: FloatArray) -> FloatArray:
+            behind = stays + waves(at)
+            return behind if run is None else np.where(at < settled, run.sol(np.minimum(at, settled)), behind)
+
+        return run, moved, settled
 
     def _run(self, law: _Law, rubbed: FloatArray, span: tuple[float, float], now: FloatArray, watch: Any) -> Any:
         """States against time by a Runge-Kutta method, up to an event."""
@@ -187,7 +248,7 @@ class Rubbed:
         return solve_ivp(
             rates, span, now, method="DOP853", rtol=max(self.part, 3e-14), dense_output=True, events=watch,
             atol=0.01 * self.part * np.repeat(self._sizes, len(self.states.places)),
-            max_step=0.5 / max(omega, float(self.naturals[-1])),
+            max_step=0.5 / self._fastest,
         )  # fmt: skip
 
     def _sense(self, time: float, state: FloatArray, *, released: bool = False) -> float:
@@ -213,9 +274,12 @@ class Rubbed:
 
         if self.push <= self.joint.friction:  # with what it rubs on, to the last digit
             return self.held()
-        if self.naturals[-1] > _SLOWEST * self.omega:
+        lasts = min(max(self._settles(1.0), self._settles(0.0)), np.pi / self.omega)
+        if self.naturals[-1] * lasts > _LONGEST or self.omega < _LEAST * self.naturals[0]:
             return None
         scale, state = self._scale, np.resize(self.begin, len(self._scale))
+        if not any(self.begin) and self.naturals[0] > _SLOW * self.omega:
+            state = self._still
 
         def after(start: FloatArray) -> FloatArray:
             last = self.half(start)[-1]
@@ -234,6 +298,18 @@ class Rubbed:
                 found: Any = root(missing, state / scale, tol=10.0 * self.part)
                 state = found.x * scale if np.isfinite(found.x).all() and np.abs(found.fun).max() < left else state
         return self.half(state) if left <= 1e3 * self.part else None
+
+    @property
+    def _still(self) -> FloatArray:
+        """Places and rates of the bodies where springs would carry what friction leaves of the load at its greatest."""
+        (system, loads), count = self.states.matrices, len(self._own) // 2
+        place = np.zeros(len(self.states.places))
+        if self.base:
+            place[self.states.places.index(self.acts)] = self.base
+        rows = self._own[count:]
+        push = system[rows, : len(place)] @ place + loads[rows, 0] * self.force
+        rubbed = self._sense(0.0, np.append(place, 0.0 * place)) * self.joint.friction * self.states.given[:count]
+        return np.append(np.linalg.solve(system[np.ix_(rows, self._own[:count])], rubbed - push), np.zeros(count))
 
     def greatest(self, response: HarmonicResponse) -> float:
         """Greatest size of a response in a cycle; nan where no steady motion was found."""
@@ -282,14 +358,13 @@ class Rubbed:
         def value(times: FloatArray) -> FloatArray:
             return np.abs(response.trace(self.machine, self.course(stretch, times))) * np.ones(len(times))
 
-        count = max(_SAMPLES, int(_DENSE * float(self.naturals[-1]) * (stretch.end - stretch.begin)))
-        times = np.linspace(stretch.begin, stretch.end, count)
+        times = stretch.instants(_SAMPLES, _DENSE * float(self.naturals[-1]))
         values = value(times)
         best = float(values.max())
         beside = np.concatenate([[-np.inf], values, [-np.inf]])
         tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]) & (values >= _NEAR * best))
         for i in tops.tolist():
-            low, high = times[max(i - 1, 0)], times[min(i + 1, count - 1)]
+            low, high = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
             for _ in range(_CLOSER):
                 some = np.linspace(low, high, _BETWEEN)
                 sizes = value(some)
