@@ -190,6 +190,7 @@ def way_out(name: str, known: Iterable[str]) -> str:
     names = list(known)
     meant = _MEANT.get(re.sub(r"[\s-]+", "_", name.strip().lower()), ())
     near = [one for one in meant if one in names and (one != "at" or "over" not in names)][:1]  # there a speed
+    near = near or [one for one in names if name in one.split(".")][:1]  # a step of a path alone
     if not near:
         from difflib import get_close_matches
 

@@ -111,7 +111,7 @@ def _with_scenarios(job: J, mistakes: Mistakes) -> J:
             for message in error.messages:
                 mistakes.add(path, f"scenarios.{name}: {message.removeprefix(f'{job.name}: ')}")
             continue
-        if made.document == job.document or _is_same(job, made, changes):
+        if is_same(job, made, changes):
             mistakes.add(path, f"scenarios.{name} changes nothing: the file says all of it already. Leave it out.")
     mistakes.raise_any()
     names = ", ".join(scenarios_of(job))
@@ -120,8 +120,10 @@ def _with_scenarios(job: J, mistakes: Mistakes) -> J:
     return cast(J, replace(whole, notes=(*whole.notes, note))) if hasattr(job, "notes") else job
 
 
-def _is_same(job: Job, made: Job, changes: Mapping[str, Any]) -> bool:
-    """Whether changes of numbers alone say the same ones in other units: "0.3 t" for "300 kg"."""
+def is_same(job: Job, made: Job, changes: Mapping[str, Any]) -> bool:
+    """Whether changes change nothing, or of numbers alone say the same ones in other units: "0.3 t" for "300 kg"."""
+    if made.document == job.document:
+        return True
     before, after = ({fact.path: fact for fact in facts(of)} for of in (job, made))
     numbers = {*before, *(fact_at.place for fact_at in before.values())}
     return changes.keys() <= numbers and before.keys() == after.keys() and all(

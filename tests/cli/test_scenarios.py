@@ -345,7 +345,37 @@ def test_a_saved_design_leaves_out_what_scenarios_change_of_a_range_and_is_read_
     }
 
 
-def test_half_a_path_is_told_in_full(run: Run, press: Path) -> None:
-    done = run("sweep", str(press), "--vary", "start_up=18 mm..22 mm")
+def test_limits_that_parts_cannot_move_are_named(run: Run, press: Path) -> None:
+    outside = '\n[limits.resonance]\nresponse = "natural_frequency"\noutside = "200..300 Hz"\n'
+    press.write_text(press.read_text(encoding="utf-8") + outside, encoding="utf-8")
+    words = "Not moved: resonance. Only at_most and at_least that are above zero and no level in dB are moved by parts."
+    assert words in " ".join(run("compare", str(press), "--limits", "-20 %").out.split())
+    assert stepped(open_job(press), ("-20 %",)).to_json()["notes"] == [words]
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ("start_up=1 mm..2 mm", 'there is no fact called start_up. Did you mean "limits.start_up.at_most"?'),
+        (
+            "limits.start_up.at_most=-20..20 %",
+            '--vary limits.start_up.at_most="-20..20 %": each part needs its %. Write "-20 %..+20 %".',
+        ),
+    ],
+)
+def test_what_is_varied_by_half_a_path_or_half_a_part_is_told_in_full(
+    run: Run, press: Path, vary: str, words: str
+) -> None:
+    done = run("sweep", str(press), "--vary", vary)
     assert done.code == 2
-    assert 'there is no fact called start_up. Did you mean "limits.start_up.at_most"?' in done.err
+    assert words in done.err
+    whole = "limits.start_up.at_most=" + (words.partition('Write "')[2].removesuffix('".') or "18 mm..22 mm")
+    assert run("sweep", str(press), "--vary", whole, "--points", "2").code == 0
+
+
+def test_a_normal_tolerance_in_a_unit_is_told_as_such(tmp_path: Path) -> None:
+    file = tmp_path / "pump.toml"
+    file.write_text(PUMP.format(mass='{ value = "300 kg", tolerance = { normal = "10 kg" } }'), encoding="utf-8")
+    (said,) = refused(open_job, file).messages
+    words = 'has a normal tolerance of "10 kg", which is no ratio. Write { normal = "2 %" } for a standard deviation, '
+    assert words in said

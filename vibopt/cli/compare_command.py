@@ -112,6 +112,8 @@ def _tell_steps(result: Stepped, console: Console) -> None:
             said.append(f"{bound}: {goal.shown}{by or ' (the same)'}" if goal is not None else f"{bound}: {status}")
         rows.append((path.removeprefix("limits."), *said))
     console.print(grid(rows, ("Limit", *result.steps)))
+    for note in result.notes:
+        console.print(note)
 
 
 def _read(files: tuple[str, ...], changes: tuple[str, ...]) -> dict[str, Job]:

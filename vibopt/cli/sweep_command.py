@@ -236,8 +236,8 @@ def _list(result: Sweep, console: Console) -> None:
         console.print(f"One in {step} of {len(result.points)} points is shown; --csv FILE writes all of them.")
     if result.drawn:
         console.print(
-            f"Where the answer changes between these values is not looked for: {' and '.join(result.drawn)} asks for a "
-            "probability, which machines that are drawn tell."
+            f"Where the answer changes between these values is not looked for: {' and '.join(result.drawn)} "
+            f"{'asks' if len(result.drawn) == 1 else 'ask'} for a probability, which machines that are drawn tell."
         )
     if len(result.paths) == 1 and result.boundaries:
         _list_boundaries(result.boundaries, console)

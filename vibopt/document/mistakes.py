@@ -203,7 +203,8 @@ def _added(kind: type[BaseModel] | list[str], key: str, mistakes: Mistakes) -> s
         said = re.search(rf"^    {key}: (.*(?:\n {{8}}.*)*)", owner.__doc__ or "", re.M)
         shown = re.search(rf"`({key} = [^`]+)`", said[1]) if said else None
         if shown:
-            names = mistakes.places.get(key)
+            example = re.search(r'"(\w+)"', shown[1])  # an example's body or link stands for one of the file
+            names = mistakes.places.get(key) or (mistakes.places.get(example[1]) if example else None)
             text = f'{key} = "{names[0]}"' if names else " ".join(shown[1].split())
             return f"Add it: {text}."
     return 'Add the name of what is asked: of = "NAME".' if key == "of" else "Add it."

@@ -71,7 +71,9 @@ def from_text(text: str, *, name: str = "scene") -> Scene:
 def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Locator | None = None) -> Scene:
     """The scene of a document already parsed; the keys are those of the file."""
     links = [one for family in ("links", "absorbers") for one in _names(document.get(family))]
-    mistakes = Mistakes(name, locator, places=dict.fromkeys(("across", "through"), links))
+    bodies = _names(document.get("bodies"))
+    known = dict.fromkeys(("across", "through", "mount"), links) | {"press": bodies}  # as examples of words name them
+    mistakes = Mistakes(name, locator, places=known)
     parts = _Parts(document, mistakes)
     scene = parts.scene(name, locator)
     _check(scene, mistakes, parts.broken)

@@ -6,14 +6,14 @@ job is answered again.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Price, Way
 from vibopt.answer.tabular import Tabular
-from vibopt.errors import InputError, UnknownName
+from vibopt.errors import InputError, UnknownName, counted
 from vibopt.jobs import answer, asks_shares, facts, is_scene, noun_of
 from vibopt.records import cached_property, dataclass
 from vibopt.report.machine_words import THOROUGH
@@ -224,8 +224,8 @@ def prices(
         notes.append(NOT_ASKED)
     if read:
         notes.append(
-            f"{read} numbers that were measured have no price: they are data of {noun_of(job)}. What another reading "
-            "would do: vibopt sweep FILE --vary PATH=RANGE."
+            f"{counted(len(read), 'numbers')} of {tables_of(read)} have no price: they are data of {noun_of(job)}. "
+            f"What another would do: vibopt sweep FILE --vary {read[0]}=RANGE."
         )
     return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
 
@@ -263,17 +263,17 @@ def _refusal(job: Job, found: Answer[Any], measure: str) -> str:
 
 def asked_of(
     found: Answer[Any], only: Collection[str] | None = None, *, ends: bool = False
-) -> tuple[list[tuple[FactAt, str]], int]:
-    """Numbers in the order in which they are looked at, and how many are left out as measured data, of all or `only`.
+) -> tuple[list[tuple[FactAt, str]], list[str]]:
+    """Numbers in the order in which they are looked at, and paths of those left out as measured data, of all or `only`.
 
     With `ends` also the ends of all ranges of a machine, not only those on which a chosen value rests.  UnknownName
     where one of `only` is none of them.
     """
     job = _job(found)
-    known, read = [], 0
+    known, read = [], list[str]()
     for fact in facts(job):
         if fact.path.split(".")[0] in _READ:
-            read += 1
+            read.append(fact.path)
             continue
         if not is_scene(job) and fact.path.rpartition(".")[2] in _OF_THE_GOAL:
             continue
@@ -287,7 +287,12 @@ def asked_of(
         return known, read
     if unknown := sorted(set(only) - {one.path for one, _ in known}):
         raise UnknownName.among("number", unknown[0], [one.path for one, _ in known])
-    return [(one, sort) for one, sort in known if one.path in only], 0
+    return [(one, sort) for one, sort in known if one.path in only], []
+
+
+def tables_of(paths: Sequence[str]) -> str:
+    """The tables in which numbers stand, as words."""
+    return " and ".join(dict.fromkeys(path.split(".")[0] for path in paths))
 
 
 def _is_of(path: str, active: Collection[str], found: Answer[Any]) -> bool:

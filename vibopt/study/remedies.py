@@ -23,7 +23,7 @@ from vibopt.solve.method import Progress
 from vibopt.study.holding import LEAST_WORK, Road, SpentError
 from vibopt.study.one_way import NO_STEP, Axis, axis_of
 from vibopt.study.price_words import CAPS, LIMITS
-from vibopt.study.prices import ALLOWANCE, asked_of, length_of
+from vibopt.study.prices import ALLOWANCE, asked_of, length_of, tables_of
 from vibopt.study.seen import GOOD, shown_value
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
@@ -216,7 +216,7 @@ def remedies(
         said = ", ".join(f"{name} {soft:g}" for name, soft in search.soft.items())
         notes.append(f"Ranked by the change divided by the weight of a soft limit (soft: {said}).")
     if read:
-        notes.append(f"{read} numbers that were measured were left as they are: they are data of {noun_of(job)}.")
+        notes.append(f"The numbers of {tables_of(read)} were left as they are: they are data of {noun_of(job)}.")
     return Remedies(job, found, ordered, tuple(notes))
 
 

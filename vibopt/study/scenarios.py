@@ -161,6 +161,8 @@ class Stepped(Tabular):
         Status and goal of the job as it is.
     rows
         Per bound its path and, for each step, the bound, the status and the goal.
+    left
+        Names of limits without a bound that a part could move.
     """
 
     job: Job
@@ -168,6 +170,13 @@ class Stepped(Tabular):
     steps: tuple[str, ...]
     now: tuple[str, Entry | None]
     rows: tuple[tuple[str, tuple[tuple[str, str, Entry | None], ...]], ...]
+    left: tuple[str, ...] = ()
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Which limits were not moved."""
+        way = "Only at_most and at_least that are above zero and no level in dB are moved by parts."
+        return (f"Not moved: {', '.join(self.left)}. {way}",) if self.left else ()
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each bound and step; the change of the goal as a part of what it is."""
@@ -187,11 +196,12 @@ class Stepped(Tabular):
 
     def heading(self) -> tuple[str, ...]:
         """Title and what is moved."""
-        return self.job.title, f"{self.goal} with one limit at a time moved by {', '.join(self.steps)}"
+        return self.job.title, f"{self.goal} with one limit at a time moved by {', '.join(self.steps)}", *self.notes
 
     def to_json(self) -> dict[str, Any]:
         """The goal now, and the rows of the table."""
-        return {"goal": self.goal, "now": {"status": self.now[0], "goal": self.now[1]}, "rows": self.table()}
+        now = {"status": self.now[0], "goal": self.now[1]}
+        return {"goal": self.goal, "now": now, "rows": self.table(), "notes": list(self.notes)}
 
 
 def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = None) -> Stepped:
@@ -222,7 +232,9 @@ def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = Non
     cells = [(text, *one) for text, one in zip(texts, seen[1:], strict=True)]
     width = len(steps)
     rows = tuple((bound.path, tuple(cells[i * width : (i + 1) * width])) for i, bound in enumerate(bounds))
-    return Stepped(job, goal_word(job), steps, seen[0], rows)
+    moved = {bound.path.split(".")[1] for bound in bounds}
+    left = tuple(name for name in job.document["limits"] if name not in moved)
+    return Stepped(job, goal_word(job), steps, seen[0], rows, left)
 
 
 def part_of(step: str) -> float:

@@ -214,6 +214,12 @@ def _listed(fact: FactAt, parts: Sequence[str]) -> tuple[Quantity, ...]:
 def _absolute(fact: FactAt, text: str) -> str:
     """A range or list of parts of a number, "-20 %..+20 %", as that of the number."""
     parts = [re.fullmatch(_PART, one) for one in _parts_of(text)]
+    if len(parts) > 1 and fact.dimension not in ("ratio", "level") and parts[-1] is not None and None in parts:
+        each = [one.strip().removesuffix("%").strip() for one in _parts_of(text)]
+        if all(re.fullmatch(_PART, f"{one} %") for one in each):
+            said = [one if one[0] in "+-−" or not float(one) else f"+{one}" for one in each]
+            way = ("..".join if is_range(text) else ", ".join)(f"{one} %" for one in said)
+            raise InputError(f'--vary {fact.path}="{text}": each part needs its %. Write "{way}".')
     if len(parts) < 2 or fact.dimension in ("ratio", "level") or None in parts:
         return text
     percents = [float(part[1].replace(" ", "").replace("−", "-")) for part in parts if part is not None]

@@ -128,7 +128,12 @@ def _scatter(given: Mapping[str, object]) -> Scatter:
         if not any(data):
             raise QuantityError(f"has a tolerance from data that is never off. {_KINDS}")
         return Scatter(DATA, 0.0, data)
-    size = _part(said)
+    try:
+        size = _part(said)
+    except QuantityError:
+        if not isinstance(said, str):
+            raise
+        raise QuantityError(f'has a {kind} tolerance of "{said}", which is no ratio. {_KINDS}') from None
     if size <= 0.0:
         raise QuantityError(f"has a {kind} tolerance that is not greater than zero. {_KINDS}")
     if kind == UNIFORM and not size < 1.0:
