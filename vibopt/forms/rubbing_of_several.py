@@ -140,6 +140,8 @@ class RubbingOfSeveral(Rubbing):
             some = (rough[left] >= (1.0 - _HOPE) * rough.max()) | (left == 0) | (left == len(speeds) - 1)
             found[left[~some]] = -np.inf
             left = left[some]
+        if len(left):
+            self._check(model, x, float(speeds[left].min()))
         for k in left.tolist():
             found[k] = self.returning(model, x, float(speeds[k])).greatest(read) / count[k]
         return found
@@ -156,7 +158,6 @@ class RubbingOfSeveral(Rubbing):
                 known.pop(next(iter(known)))
             harmonic, (turned, _) = self._harmonic(model, x, np.array([speed])), in_stretches(model)
             [omega] = harmonic.omega
-            self._check(model, x, speed, rows := matrices(turned, model.values(x)))
             begun = np.array([harmonic.moved[0].real, -omega * harmonic.moved[0].imag]).T
             half = Segment(
                 np.pi / omega,
@@ -166,15 +167,16 @@ class RubbingOfSeveral(Rubbing):
                 np.zeros(1),
             )
             loads = np.concatenate([forces[0], -(omega**2) * bases[0]])[:, None]
+            rows = matrices(turned, model.values(x))
             known[key] = Returning(*rows, model.n_free, loads, (half,), begun, harmonic.friction)
         return known[key]
 
-    def _check(self, model: Model, x: FloatArray, speed: float, rows: tuple[FloatArray, ...]) -> None:
+    def _check(self, model: Model, x: FloatArray, speed: float) -> None:
         """Refuse a speed [rad/s] beside which it vibrates too often by itself, slipping or held."""
         order, naturals = self.shaken[0].lines[0].order, self.naturals(model, x)
         if order * speed > _SLOW * naturals[-1]:
             return
-        radians = 0.0
+        radians, rows = 0.0, matrices(in_stretches(model)[0], model.values(x))
         for part in (slice(model.n_free), slice(1, model.n_free)):
             mass, damping, stiff = (one[part, part] for one in rows)
             unit, zero = np.eye(len(mass)), 0.0 * mass

@@ -20,6 +20,8 @@ def closing(
     size: Callable[[FloatArray], float],
     state: FloatArray,
     turns: int,
+    *,
+    warm: int = _WARM,
 ) -> Iterator[_Pieces | None]:
     """Half a cycle where it closes, and before none after each step; plain half cycles never move it away.
 
@@ -29,6 +31,8 @@ def closing(
         From a state (n,) at the beginning of half a cycle its pieces, the state at its end and the derivative (n, n).
     size
         Of a state or a difference of two, which plain half cycles never make greater.
+    warm
+        Plain half cycles before Newton's method.
     """
     known, left = half(state), np.inf
     for turn in range(turns):
@@ -37,7 +41,7 @@ def closing(
         if left <= _CLOSED * size(state) + _ROUND:
             yield known[0]
         yield None
-        if turn >= _WARM:
+        if turn >= warm:
             step: FloatArray = np.linalg.lstsq(np.eye(len(state)) + known[2], miss, rcond=None)[0].astype(float)
             step *= min(1.0, _FAR * (1.0 + size(state)) / (size(step) + 1e-300))
             tried = [(state - step, half(state - step))]

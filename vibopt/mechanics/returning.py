@@ -13,7 +13,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.closing import closing
-from vibopt.mechanics.panels import exponential, peaks_of
+from vibopt.mechanics.panels import peaks_of
 from vibopt.mechanics.sliding import TOO_OFTEN, Piece, Sliding
 from vibopt.mechanics.transient import Reading
 from vibopt.records import cached_property, dataclass
@@ -59,7 +59,7 @@ class Returning(Sliding):
         start = self._struck_by(self.begun)
         begun, scale = self._own @ start[self._free], self._size(start) or 1.0
         road = closing(
-            lambda own: self._half(own, scale), lambda own: float(np.linalg.norm(own)), begun / scale, _TURNS
+            lambda own: self._half(own, scale), lambda own: float(np.linalg.norm(own)), begun / scale, _TURNS, warm=0
         )
         found = next((pieces for pieces in road if pieces is not None), None)
         if found is None or self._size(found[0].start) > _ENDLESS * self._size(self._still):
@@ -102,16 +102,11 @@ class Returning(Sliding):
         slope = np.eye(len(state))[:, free]
         if not pieces[0].side:
             slope[1] = 0.0
-        length = 0.0
         for piece, following in pairwise((*pieces, None)):
             assert piece is not None
-            length += piece.length
-            if following is not None and following.side == piece.side:
-                continue
-            rates = law.slips if piece.side else law.held
-            slope, length = exponential(rates * length) @ slope, 0.0
-            if following is not None and piece.side:
-                before = rates @ piece.states.sum(axis=1)
+            slope = piece.ahead @ slope
+            if following is not None and piece.side and following.side != piece.side:
+                before = law.slips @ piece.states.sum(axis=1)
                 after = (law.slips if following.side else law.held) @ following.start
                 slope = slope + np.outer(after - before, slope[1]) / before[1]
         end = pieces[-1].states.sum(axis=1)[free]

@@ -38,8 +38,9 @@ _FIRST, _SWUNG, _SLOW, _STOPPED = 4.0, 100.0, 1e-9, 1e-11
 """Periods of the slowest motion in the first look at what rings, each further one twice as long, and those over
 which slips and holds are followed that never end; part of the fastest rate from which on it is one, and of the greatest
 speed of a base at which it stands still."""
-_FINE, _LONGER = 2001, 40
-"""Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded."""
+_FINE, _LONGER, _STEPS = 2001, 40, 60
+"""Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded; steps to a
+root."""
 TOO_OFTEN = (
     "What rubs moves to and fro more often than is followed. Write a shorter load, less stiffness or damping, or more "
     "mass or friction."
@@ -76,6 +77,15 @@ class Law:
         return np.concatenate([np.linalg.eigvals(self.slips), np.linalg.eigvals(self.held)])
 
     @cached_property
+    def _lively(self) -> FloatArray:
+        return np.abs(self.rates)
+
+    @cached_property
+    def _fades(self) -> float:
+        """The fastest fading of any motion [1/s]."""
+        return float(-self.rates.real.min())
+
+    @cached_property
     def period(self) -> float:
         """Of the slowest motion while it slips [s]."""
         sizes = np.abs(self.rates[: len(self.slips)])
@@ -94,9 +104,11 @@ class Law:
 
     def width(self, age: float) -> float:
         """Of a panel so long behind the last event [s]."""
-        lively = np.abs(self.rates)
-        most = lively[-self.rates.real * age < _FADED].max()
+        lively = self._lively
         first = _PANEL / lively.max()
+        if age * self._fades < _FADED:
+            return float(first)
+        most = lively[-self.rates.real * age < _FADED].max()
         longer = np.floor(np.log2(max(lively.max() / max(most, 1e-300), 1.0)))
         return float(first * 2.0 ** min(longer, _LONGER))
 
@@ -113,6 +125,9 @@ class Piece:
     """Part of a motion: its beginning and length [s], the sense of slip, 0 of a hold, and states (n, 17) as series.
 
     Of the last one, which is held for good and goes on for ever, the states with which it begins, (n, 1).
+
+    width
+        Of the panel of which it is the beginning [s].
     """
 
     begin: float
@@ -120,11 +135,20 @@ class Piece:
     side: int
     law: Law
     states: FloatArray
+    width: float = 0.0
+
+    @property
+    def ahead(self) -> FloatArray:
+        """From states at its beginning to those at its end (n, n)."""
+        nodes = self.law.ahead(self.side, self.width)
+        if self.length == self.width:
+            return np.asarray(nodes[-1])
+        return np.asarray(np.tensordot(COEFFICIENTS @ basis(self.length / self.width), nodes, 1))
 
     @property
     def start(self) -> FloatArray:
         """States at its beginning (n,)."""
-        return np.asarray(self.states @ basis(0.0)[: self.states.shape[1]])
+        return np.asarray(self.states @ _FIRST_NODE[: self.states.shape[1]])
 
 
 @dataclass(frozen=True)
@@ -309,7 +333,7 @@ class Sliding:
             ended = whole if part is None else part
             if ended < 1.0:
                 states = states @ basis(ended * NODES) @ COEFFICIENTS
-            yield Piece(time + gone, ended * width, side, law, states)
+            yield Piece(time + gone, ended * width, side, law, states, width)
             gone, age, state = gone + ended * width, age + ended * width, states.sum(axis=1)
             if part is None:
                 fresh = False
@@ -337,6 +361,9 @@ class Sliding:
         seen = values[1:] / NODES[1:] ** (2 if begins else 0)
         if seen.min() > _SAFE * seen.max():
             return None
+        turned = int((seen <= 0.0).argmax())
+        if turned > 1 and seen[: turned - 1].min() > _SAFE * seen.max():
+            return _crossing(speed, whole * float(NODES[turned]), whole * float(NODES[turned + 1]))
         roots = _roots(speed, _BEGUN if begins else 0.0, whole)
         if begins:
             early = speed @ basis(0.5 * np.append(roots, whole))
@@ -351,6 +378,15 @@ class Sliding:
         carried = law.carries @ states
         values = carried @ (basis(whole * NODES) if whole < 1.0 else _NODAL)
         if np.abs(values).max() < (1.0 - _SAFE) * self.friction:
+            return None
+        sizes = np.abs(values)
+        beyond = sizes > self.friction
+        first = int(beyond.argmax())
+        if first > 1 and sizes[: first - 1].max() < (1.0 - _SAFE) * self.friction:
+            part = np.copysign(1.0, values[first]) * carried
+            part[0] -= self.friction
+            return _crossing(part, whole * float(NODES[first - 1]), whole * float(NODES[first]))
+        if whole == 1.0 and not beyond.any() and peaks_of(carried[None], np.array([self.friction]))[0] <= self.friction:
             return None
         found = []
         for sense in (1.0, -1.0):
@@ -439,10 +475,28 @@ def _rung(
 
 def basis(part: FloatArray | float) -> FloatArray:
     """Chebyshev's polynomials at parts of a panel, (17, n)."""
-    return np.asarray(np.cos(np.multiply.outer(np.arange(len(NODES)), np.arccos(np.clip(2.0 * part - 1.0, -1.0, 1.0)))))
+    return np.asarray(
+        np.cos(np.multiply.outer(_ORDERS, np.arccos(np.minimum(np.maximum(2.0 * part - 1.0, -1.0), 1.0))))
+    )
 
 
+_ORDERS = np.arange(float(len(NODES)))
 _NODAL = basis(NODES)
+_FIRST_NODE = _NODAL[:, 0]
+
+
+def _crossing(series: FloatArray, low: float, high: float) -> float:
+    """The root of a series between places where its signs differ: Newton's steps, halves where they leave."""
+    both, at = np.array([series, 2.0 * (SLOPES @ series)]), 0.5 * (low + high)
+    rises = float(series @ basis(high)) > 0.0
+    for _ in range(_STEPS):
+        value, rate = (both @ basis(at)).tolist()
+        low, high = (low, at) if (value > 0.0) == rises else (at, high)
+        step = at - value / rate if rate else low
+        last, at = at, step if low <= step <= high else 0.5 * (low + high)
+        if abs(at - last) <= _ROUND:
+            break
+    return at
 
 
 def _roots(series: FloatArray, begin: float, end: float) -> FloatArray:
