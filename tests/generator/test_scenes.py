@@ -19,7 +19,7 @@ from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.responses import KINDS as RESPONSES
 
 QUICK, ALL, BLOCK = 108, 1000, 10
-LONG = (52, 53, 105, 106, 107)
+LONG = (52, 53, 61, 105, 106, 107)
 """Scenes that take many seconds each, left to the slow suite."""
 RARE = (123, 158)
 """Further scenes of what the first ones do not draw: a record, speeds by excitation."""

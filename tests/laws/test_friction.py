@@ -390,8 +390,14 @@ def test_the_figure_has_both_curves_and_the_holds() -> None:
     assert np.nanmax(over.curves[0].y) == pytest.approx(against.marks[0].y, rel=1e-9)
 
 
-@pytest.mark.parametrize("begins", ["suddenly", None])
-@pytest.mark.parametrize("share", [0.0, 0.375, 0.9])
+@pytest.mark.parametrize(
+    ("share", "begins"),
+    [
+        *((share, None) for share in (0.0, 0.375, 0.9)),
+        (0.375, "suddenly"),
+        *(pytest.param(share, "suddenly", marks=pytest.mark.slow) for share in (0.0, 0.9)),
+    ],
+)
 def test_frictions_between_the_same_two_ends_add(share: float, begins: str | None) -> None:
     """As one link with the sum, on whichever of them it stands and in whichever order the ends are named."""
     sort = "peak_" if begins else ""
