@@ -197,6 +197,7 @@ def test_what_a_run_up_of_a_rotor_is_known_to_is_said_where_edges_are_judged() -
     assert form.known_to == 1e-6
 
 
+@pytest.mark.slow
 def test_what_is_greatest_behind_the_end_of_a_quick_run_up_is_followed() -> None:
     """Both routes: while the spin rises less is reached than a load at rest would move it by."""
     scene = rotor(

@@ -9,7 +9,6 @@ import numpy as np
 
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.orbiting import OrbitingMachine
 from vibopt.responses import RandomResponse, TransientResponse
 from vibopt.scene.check_bearings import bearings
 from vibopt.scene.drives import durations_of, names_for
@@ -237,7 +236,7 @@ def ringing_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         return []
     machine = machine_of(scene, chosen)
     damping = machine.matrices()[1]
-    planes = machine.bearings.values() if isinstance(machine, OrbitingMachine) else ()  # which these know nothing of
+    planes = getattr(machine, "bearings", {}).values()  # that differ in both planes: the matrices know nothing of them
     damped = bool(damping.any()) or any(bool(bearing.damping.any()) for bearing in planes)
     lasts = any(two.once is not None and two.once.endless and not two.once.holds for two in scene.excitations.values())
     if (len(damping) < 2 and not lasts) or (damped and not (lasts and _slow(machine))):

@@ -34,10 +34,10 @@ class Window(Tabular):
         How the box was tested.
     around
         Half of the largest box around the answer itself.
-    doubts
-        What of the limits is found by a search and not proven, in words.
     between
         What is known of values between the least and the greatest of several variables.
+    doubts
+        What of the limits is found by a search and not proven, in words.
     """
 
     job: Job
@@ -47,8 +47,8 @@ class Window(Tabular):
     proven: bool
     claim: str
     around: float
-    doubts: str = ""
     between: str = BETWEEN
+    doubts: str = ""
 
     def box(self, path: str) -> tuple[Entry, Entry]:
         """How far one variable goes in the box; an angle alone as far as its weight goes across."""
