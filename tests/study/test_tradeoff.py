@@ -18,7 +18,7 @@ from vibopt.document.mistakes import Mistakes
 from vibopt.jobs import from_text, of_document
 from vibopt.report.figures import tradeoff_figure
 from vibopt.study.sweep_series import front_of
-from vibopt.study.tradeoff import Tradeoff
+from vibopt.study.tradeoff import Tradeoff, bounded
 
 ROOT = Path(__file__).parents[2] / "problems"
 PRESS = ROOT / "isolation" / "rao_9_34.toml"
@@ -259,3 +259,12 @@ def test_a_response_in_words_is_named_as_it_was_given() -> None:
         'rao_9_34.toml: --against "displacement of nobody": measure.of = "nobody" names no body of this scene. '
         "Known: press."
     )
+
+
+def test_bounds_that_a_limit_has_from_its_parts_are_named() -> None:
+    """The load of mounts between one and six kN is their rating's: the limit names no bound itself."""
+    job = vo.read(PRESS.parents[1] / "mounts" / "generator_set.toml")
+    sides = "limits.load.at_most or limits.load.at_least"
+    words = f"generator_set.toml: --against limits.load has two sides. Name one: {sides}."
+    assert str(refused(vo.tradeoff, job, "limits.load")) == words
+    assert bounded(job, "limits.load.at_least") == (job, "limits.load.at_least")

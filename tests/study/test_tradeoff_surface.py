@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,8 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from vibopt.answer.console import Console
+from vibopt.cli import tradeoff_command
 from vibopt.report.figures import tradeoff_figure
 from vibopt.study.sweep_series import fronts_of
 from vibopt.study.tradeoff_surface import Surface
@@ -76,6 +79,31 @@ def test_curves_are_told_as_rows_and_drawn_with_their_names(surface: Surface) ->
     assert fronts[0].name == "floor_force 1.099 kN pk"
     assert (fronts[0].x_label, fronts[0].y_label) == ("start_up [mm pk]", "stiffness of mount [MN/m]")
     tradeoff_figure(*fronts)
+
+
+@pytest.mark.parametrize("count", [0, 1, 2])
+def test_designs_that_are_not_proven_are_told(surface: Surface, count: int) -> None:
+    """Of the whole surface, of one, and of two: what is not proven best may be bettered."""
+    points = tuple(replace(one, status="feasible" if k < count else "optimal") for k, one in enumerate(surface.points))
+    console = Console(200)
+    tradeoff_command._list_curves(replace(surface, points=points), console)
+    told = (
+        f"{len(points)} designs on {len(surface.curves)} curves, none {'of them ' if count else ''}better in all three"
+    )
+    assert told in console.text.splitlines()[1]
+    some = {0: "", 1: "1 design is not proven best", 2: "2 of the designs are not proven best"}[count]
+    text = " ".join(console.text.split())
+    assert text.endswith(f"{some}: others may be better in all three there.") == bool(count)
+    assert "but where nothing lies between, or only designs that another curve betters." in text
+
+
+def test_a_bound_loosened_far_hides_no_digits_of_what_is_reached() -> None:
+    """A step v of velocity gives v / w of way and v w of acceleration: their product is v^2, w from both ends."""
+    job = vo.read(PRESS.parents[1] / "shock" / "rao_9_49.toml")
+    found = vo.tradeoff_surface(job, ("limits.rattle", "limits.shock"), 3)
+    got = np.array([[one.value for one in pair] for pair in found.reached])
+    np.testing.assert_allclose(got.prod(axis=1), 0.01**2, rtol=1e-9)
+    np.testing.assert_allclose(got[[0, -1], 1], 0.01 * np.sqrt([1e5, 0.1]), rtol=2e-6)
 
 
 def test_two_responses_in_words_are_weighed() -> None:

@@ -12,6 +12,7 @@ from vibopt.cli.options import Once, anew, as_json, changes, file, force, limite
 from vibopt.cli.output import told
 from vibopt.cli.sweep_command import MOST_ROWS, columns, value_at
 from vibopt.cli.sweep_table import FORMATS, table_text, targets
+from vibopt.errors import counted
 from vibopt.files.writing import format_of, write_file
 
 if TYPE_CHECKING:
@@ -96,10 +97,7 @@ def tradeoff(
 def _list(result: Tradeoff, console: Console) -> None:
     from vibopt.answer.text import paragraph
 
-    console.print(result.job.title, style="bold")
-    open_ones = sum(point.status == "feasible" for point in result.points)
-    those = "none of them better in both" if open_ones else "none better in both"
-    console.print(f"{result.goal} against {result.fact.path}: {len(result.points)} designs, {those}")
+    open_ones = _headed(result, console, result.fact.path, "", "both")
     last = len(result.points) - 1
     marks = {0: "tightest"} | ({last: "goal's own best"} if result.free else {})
     marks |= {result.knee: "knee"} if result.knee is not None else {}
@@ -108,10 +106,8 @@ def _list(result: Tradeoff, console: Console) -> None:
         f"Neighbours are no further apart than {50.0 * result.gap:.2g} % of the whole curve, in parts of both spans"
     )
     paragraph(console, f"{spacing}{_leaps(result)}. {_knee(result)}")
-    if open_ones:
-        count = "1 design is" if open_ones == 1 else f"{open_ones} of the designs are"
-        better = f"others may be better in both there{', and the knee may be elsewhere' if result.knee else ''}"
-        paragraph(console, f"{count} not proven best: {better}.")
+    knee = ", and the knee may be elsewhere" if result.knee is not None else ""
+    _say_open(open_ones, console, f"others may be better in both there{knee}")
     if not result.free:
         further = f"it goes on where {result.name} is loosened further"
         paragraph(console, f"The goal has no best value of its own: {further}.")
@@ -120,14 +116,33 @@ def _list(result: Tradeoff, console: Console) -> None:
 def _list_curves(result: Surface, console: Console) -> None:
     from vibopt.answer.text import paragraph
 
-    console.print(result.job.title, style="bold")
+    paths = f"{result.facts[0].path} and {result.facts[1].path}"
+    open_ones = _headed(result, console, paths, f" on {counted(len(result.curves), 'curves')}", "all three")
     first, second = result.names
-    count = f"{len(result.points)} designs on {len(result.curves)} curves, none better in all three"
-    console.print(f"{result.goal} against {result.facts[0].path} and {result.facts[1].path}: {count}")
     reached = [(name, [pair[k] for pair in result.reached]) for k, name in enumerate(result.names)]
     _rows(console, result.job, result.points, reached, result.goal, {})
     spacing = f"no further apart than {50.0 * result.gap:.2g} % of that curve, in parts of both spans"
-    paragraph(console, f"At each bound of {first} the curve against {second}: neighbours on it are {spacing}.")
+    left = "but where nothing lies between, or only designs that another curve betters"
+    paragraph(console, f"At each bound of {first} the curve against {second}: neighbours on it are {spacing}, {left}.")
+    _say_open(open_ones, console, "others may be better in all three there")
+
+
+def _headed(result: Tradeoff | Surface, console: Console, against: str, curves: str, every: str) -> int:
+    """Title and how many designs there are; how many of them are not proven best."""
+    console.print(result.job.title, style="bold")
+    open_ones = sum(point.status == "feasible" for point in result.points)
+    those = f"none {'of them ' if open_ones else ''}better in {every}"
+    console.print(f"{result.goal} against {against}: {counted(len(result.points), 'designs')}{curves}, {those}")
+    return open_ones
+
+
+def _say_open(count: int, console: Console, better: str) -> None:
+    from vibopt.answer.text import paragraph
+
+    if count:
+        paragraph(
+            console, f"{'1 design is' if count == 1 else f'{count} of the designs are'} not proven best: {better}."
+        )
 
 
 def _rows(

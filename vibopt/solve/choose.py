@@ -179,11 +179,15 @@ def _near(method: Nlp, near: Sequence[float] | None) -> Nlp:
 
 
 def _of_starts(program: Program, near: Sequence[float] | None) -> Nlp:
-    """Few starts of the most promising designs where each takes long and leads along a flat valley."""
+    """Few starts of the most promising designs where each takes long and leads along a flat valley.
+
+    Those are no fewer beside a design that is `near`: of several valleys another may be the best.
+    """
     from vibopt.solve.nlp import Nlp
 
-    few = any(part.form.screened for part in program.parts)
-    return _near(Nlp(count=2, most=_VALLEY) if few else Nlp(), near)
+    if not any(part.form.screened for part in program.parts):
+        return _near(Nlp(), near)
+    return replace(_near(Nlp(), near), count=_FEW, most=_VALLEY, brief=False)
 
 
 def _of_parts(program: Program, name: str | Method | None) -> Method:

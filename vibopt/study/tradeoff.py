@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -16,9 +16,8 @@ from vibopt.arrays import FloatArray
 from vibopt.balancing import is_rotor
 from vibopt.bracketing import narrowed
 from vibopt.document.mistakes import Mistakes
-from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError, way_out
-from vibopt.jobs import answer, fact_at, is_open, is_scene, of_document
+from vibopt.jobs import answer, fact_at, facts, is_open, is_scene, of_document
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.study.holding import in_steps
@@ -42,7 +41,7 @@ _SCAN, _TOGETHER = 64, 95
 """Bounds that are looked at together, where many answers cost little more than one."""
 _REACH = 60
 """Halvings of a bound after which it is said to have no least value."""
-_SAME = 1e-9
+_SAME, _ROUNDED = 1e-9, 4.0 * np.finfo(float).eps
 _ROUNDS = 40
 _WORDS = re.compile(r"\s+(of|into|through|across|over|at|due_to)\s+")
 RATIO = 100.0
@@ -172,19 +171,17 @@ def bounded(job: Job, against: str, called: str = "second_goal") -> tuple[Job, s
 
 
 def _side(job: Job, against: str) -> str:
-    table = inside(job.document, against)
-    if isinstance(table, Mapping):
-        sides = [f"{against}.{key}" for key in ("at_most", "at_least") if key in table]
-        if len(sides) == 1:
-            return sides[0]
-        if sides:
-            raise InputError(f"{job.name}: --against {against} has two sides. Name one: {' or '.join(sides)}.")
-    if table is None or isinstance(table, Mapping):
-        known = [f"limits.{one}" for one in job.document.get("limits", {})]
+    ends = tuple(f"{against}{end}" for end in ("", ".at_most", ".at_least"))
+    bounds = [fact.path for fact in facts(job) if re.fullmatch(r"limits\..+\.at_(most|least)", fact.path)]
+    sides = [path for path in bounds if path in ends]
+    if len(sides) > 1:
+        raise InputError(f"{job.name}: --against {against} has two sides. Name one: {' or '.join(sides)}.")
+    if not sides:
+        known = dict.fromkeys(path.rpartition(".")[0] for path in bounds)
         raise InputError(
             f"{job.name}: --against {against} is no limit with at_most or at_least.{way_out(against, known)}"
         )
-    return against
+    return sides[0]
 
 
 def _table(words: str) -> dict[str, str] | None:
@@ -270,9 +267,11 @@ class MovedBound:
         return True
 
     def bound(self, point: Point) -> float:
-        """What a design reaches, as a bound that it just keeps."""
+        """What a design reaches, as a bound that it just keeps, whatever margins round away of it."""
         reached = self.reached(point)
-        return (1.0 / reached if reached > 0.0 else np.inf) if self.least else reached
+        if self.least:
+            return 1.0 / reached if reached > 0.0 else np.inf
+        return reached + _ROUNDED * point.varied[self.fact.path].value
 
     def cost(self, point: Point) -> float:
         """The goal, to be small."""
