@@ -325,12 +325,17 @@ class MovedBound:
 
     def _sharpen(self) -> None:
         """What designs reach that were found far inside of their bound is told anew at a near one: margins round it."""
-        far = {b: point for b, point in self.known.items() if point is not None and b > _WIDE * self.bound(point) > 0.0}
+        far = {b: point for b, point in self.known.items() if point is not None and self._far(point)}
         near = {b: self.bound(point) * (1.0 + CLOSE) for b, point in far.items()}
-        self.all(list(near.values()))
+        if new := [b for b in dict.fromkeys(near.values()) if b not in self.known]:
+            self._answer(new)
         for b, at in near.items():
-            if self.known.get(at) is not None:
-                self.known[b] = None
+            self.known[b] = self.known.get(at) or self.known[b]
+
+    def _far(self, point: Point) -> bool:
+        """Whether a design was found far inside of its bound."""
+        bound = point.varied[self.fact.path].value
+        return (1.0 / bound if self.least else bound) > _WIDE * self.bound(point) > 0.0
 
     def gap(self, found: Sequence[Point], count: int) -> float:
         """Greatest distance of neighbours between which something lies: parts of both spans, added."""
