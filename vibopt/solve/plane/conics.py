@@ -16,7 +16,7 @@ from vibopt.records import dataclass
 
 SLACK = 1e-12
 _SMALL = 1e-14
-_AT_ONCE = 3
+_AT_ONCE, _BEGUN = 3, 3
 _HOLDS = 1e-4
 """Part of its size by which a row that is nearly broken may still hold."""
 
@@ -35,12 +35,13 @@ class Conics:
     low: FloatArray
     high: FloatArray
 
-    def corners(self) -> FloatArray:
+    def corners(self, near: FloatArray | None = None) -> FloatArray:
         """Corner points of the set that the rows leave, shape (m, 2); none where it is empty.
 
-        Rows are taken in where they cut off what the others leave, so that few of many are ever paired.
+        Rows are taken in where they cut off what the others leave, so that few of many are ever paired; first those
+        that hold a point `near` (2,) back.
         """
-        found: FloatArray = self._outermost(0.0) * self._unit()
+        found: FloatArray = self._outermost(0.0, near) * self._unit()
         return found
 
     def left_empty(self, near: FloatArray) -> bool:
@@ -79,7 +80,7 @@ class Conics:
         found: FloatArray = self._outermost(way) * self._unit()
         return found
 
-    def _outermost(self, way: float) -> FloatArray:
+    def _outermost(self, way: float, near: FloatArray | None = None) -> FloatArray:
         """Corner points, scaled, with the greatest `way` k; rows that cut off all of them are taken in."""
         unit = self._unit()
         scaled = self.rows * np.array([unit[0] ** 2, unit[1] ** 2, unit[0], unit[1], 1.0])
@@ -87,6 +88,8 @@ class Conics:
         scaled = scaled[size > 0.0] / size[size > 0.0, None]
         low, high = self.low / unit, self.high / unit
         chosen: list[int] = []
+        if near is not None:
+            chosen = np.argsort(-(scaled @ monomials(near[None] / unit))[:, 0], kind="stable")[:_BEGUN].tolist()
         while True:
             points = _corners_of(scaled[chosen], low, high)
             if not len(points):
@@ -162,7 +165,7 @@ def _turning(rows: FloatArray) -> FloatArray:
     """Where a boundary has a vertical tangent: 2 b c + q = 0, shape (m, 2)."""
     curved = rows[np.abs(rows[:, 1]) > _SMALL]
     c = -curved[:, 3] / (2.0 * curved[:, 1])
-    roots = _quadratic(curved[:, 0], curved[:, 2], curved[:, 4] - curved[:, 1] * c * c)
+    roots = _quadratic(np.stack([curved[:, 0], curved[:, 2], curved[:, 4] - curved[:, 1] * c * c], axis=-1))
     return np.stack([roots, np.repeat(c[:, None], 2, axis=1)], axis=-1).reshape(-1, 2)
 
 
@@ -174,30 +177,26 @@ def _meetings(a: FloatArray, b: FloatArray) -> FloatArray:
     k4 = _quartic(_times(over) - np.concatenate([np.zeros((len(a), 2)), cross[:, None] * under], axis=1))
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         level = -(over[:, :1] * k4**2 + over[:, 1:2] * k4 + over[:, 2:]) / cross[:, None]
-    found = [_as_points(k4, level, a, b)]
-    for k in (_quadratic(*over.T), _quadratic(*under.T)):
-        for row in (a, b):
-            for c in _heights(row, k):
-                found.append(_as_points(k, c, a, b))
-    points, left, right = (np.concatenate([one[i] for one in found]) for i in range(3))
-    return np.concatenate([points, _newton(points, left, right)])
+    k = _quadratic(np.array([over, under]).transpose(1, 0, 2)).reshape(len(a), 4)
+    c = _heights(np.array([a, b]), k)
+    return _both_ways(np.concatenate([k4, np.tile(k, 4)], axis=1), np.concatenate([level, *c], axis=1), a, b)
 
 
-def _as_points(k: FloatArray, c: FloatArray, a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Finite points (m, 2) of k and c (n, j), each with its two rows (m, 5)."""
-    count = k.shape[1]
-    points = np.stack([k, c], axis=-1).reshape(-1, 2)
-    good = np.isfinite(points).all(axis=1) & (np.abs(points) < 1e12).all(axis=1)
-    return points[good], np.repeat(a, count, axis=0)[good], np.repeat(b, count, axis=0)[good]
+def _both_ways(k: FloatArray, c: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
+    """Points of k and c (n, j), and the same moved onto both rows (n, 5); those that are finite, (m, 2)."""
+    points = np.stack([k, c], axis=-1)
+    pair, place = np.nonzero((np.abs(points) < 1e12).all(axis=-1))
+    points = points[pair, place]
+    return np.concatenate([points, _newton(points, a[pair], b[pair])])
 
 
-def _heights(row: FloatArray, k: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Both c at which a boundary passes k (n, j)."""
+def _heights(rows: FloatArray, k: FloatArray) -> FloatArray:
+    """Both c at which boundaries (2, n, 5) pass k (n, j), (4, n, j)."""
     k = np.where(np.abs(k) < 1e12, k, np.nan)
-    rest = row[:, :1] * k**2 + row[:, 2:3] * k + row[:, 4:]
-    square, slope = np.broadcast_to(row[:, 1:2], k.shape), np.broadcast_to(row[:, 3:4], k.shape)
-    both = _quadratic(square.ravel(), slope.ravel(), rest.ravel())
-    return both[:, 0].reshape(k.shape), both[:, 1].reshape(k.shape)
+    square, level, along, up, rest = (one[..., None] for one in np.moveaxis(rows, -1, 0))
+    left = square * k**2 + along * k + rest
+    both = _quadratic(np.stack(np.broadcast_arrays(level, up, left), axis=-1))
+    return np.moveaxis(both, -1, 0).reshape(4, *k.shape)
 
 
 def _newton(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
@@ -210,8 +209,8 @@ def _newton(points: FloatArray, a: FloatArray, b: FloatArray) -> FloatArray:
         two_k, two_c = 2.0 * b[:, 0] * k + b[:, 2], 2.0 * b[:, 1] * c + b[:, 3]
         det = one_k * two_c - one_c * two_k
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            k = k - np.nan_to_num((one * two_c - two * one_c) / det, nan=0.0, posinf=0.0, neginf=0.0)
-            c = c - np.nan_to_num((two * one_k - one * two_k) / det, nan=0.0, posinf=0.0, neginf=0.0)
+            steps = np.array([one * two_c - two * one_c, two * one_k - one * two_k]) / det
+        k, c = np.array([k, c]) - np.where(np.isfinite(steps), steps, 0.0)
     moved = np.stack([k, c], axis=-1)
     kept: FloatArray = moved[np.isfinite(moved).all(axis=1)]
     return kept
@@ -237,8 +236,9 @@ def _quartic(rows: FloatArray) -> FloatArray:
     return roots
 
 
-def _quadratic(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
-    """Roots of quadratics, real parts where they are complex, shape (n, 2); nan or inf where there is none."""
+def _quadratic(rows: FloatArray) -> FloatArray:
+    """Roots of quadratics (..., 3), descending, real parts where they are complex, (..., 2); nan or inf for none."""
+    a, b, c = np.moveaxis(rows, -1, 0)
     square = b * b - 4.0 * a * c
     root = np.sqrt(np.maximum(square, 0.0))
     large = -0.5 * (b + np.copysign(root, b))

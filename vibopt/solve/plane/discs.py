@@ -330,7 +330,7 @@ class _Run:
         conics = self._rows(interval, self.speeds, self.gap if better is None else better, room=room)
         if conics is None:
             return None
-        corners = conics.corners()
+        corners = conics.corners(None if self.best is None else np.array(self.plane.point(self.best)))
         self._conics = conics
         return corners
 

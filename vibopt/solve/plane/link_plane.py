@@ -114,14 +114,11 @@ class LinkPlane:
         group = self._link_group(made.groups)
         if group is None or group < 0:
             return False
-        x = self._reference()
+        x = self._reference()[None]
         gone = np.array(x)
-        gone[self.other] = 0.0
-        for side in (made.top, made.bottom):
-            here, there = self._affine(side, made, group, gone)[0], self._affine(side, made, group, x)[0]
-            if np.abs(here).max() > 1e-10 * np.abs(there).max():
-                return False
-        return True
+        gone[0, self.other] = 0.0
+        here, there = (np.abs(self._affine(made, group, one)[0]).max(axis=(1, 2)) for one in (gone, x))
+        return bool((here <= 1e-10 * there).all())
 
     def design(self, k: float, c: float, v: float) -> FloatArray:
         """The variables at a point of the plane, within their ranges, shape (n_vars,)."""
@@ -287,7 +284,7 @@ class LinkPlane:
         if interval[0] == interval[1]:
             degree = 0
         y = np.linspace(interval[0] ** (1.0 / root), interval[1] ** (1.0 / root), degree + 1)
-        values = np.array([self._row_at(limit, made, group, v) for v in y**root])
+        values = self._rows_at(limit, made, group, y**root)
         if degree == 0:
             return np.asarray(values[0])
         coefficients: FloatArray = np.tensordot(to_bernstein(degree), values, axes=1)
@@ -336,16 +333,15 @@ class LinkPlane:
         program = self.program
         return np.sqrt(np.maximum(program.low, 1e-6 * program.high) * program.high)
 
-    def _row_at(self, limit: Limit, made: Sampled, group: int, v: float) -> FloatArray:
-        """Rows (n_speeds, 5) at one v."""
-        x = np.ones(len(self.program.axes))
+    def _rows_at(self, limit: Limit, made: Sampled, group: int, v: FloatArray) -> FloatArray:
+        """Rows (n, n_speeds, 5) at each of some v (n,)."""
+        x = np.ones((len(v), len(self.program.axes)))
         if self.other >= 0:
-            x[self.other] = v
-        n0, n1 = self._affine(made.top, made, group, x)
-        d0, d1 = self._affine(made.bottom, made, group, x)
+            x[:, self.other] = v
+        (n0, d0), (n1, d1) = self._affine(made, group, x)
         fk, fc = self._factors(made, group)
         if self.mass_term is not None and limit.form.drives:
-            mass = _value(self.mass_term, x)
+            mass = np.array([[_value(self.mass_term, one)] for one in x])
             n0, d0 = n0 / mass, d0 / mass
         if self._shared(limit):
             count = limit.model.counts[self._shared(limit)].scale
@@ -374,8 +370,8 @@ class LinkPlane:
         made = self._sampled(limit, speeds)
         group = self._link_group(made.groups)
         assert group is not None
-        x = np.ones(len(self.program.axes))
-        return *self._affine(made.top, made, group, x), *self._affine(made.bottom, made, group, x)
+        (n0, d0), (n1, d1) = self._affine(made, group, np.ones((1, len(self.program.axes))))
+        return n0[0], n1[0], d0[0], d1[0]
 
     def _factors(self, made: Sampled, group: int) -> tuple[ComplexArray, ComplexArray]:
         """What k and c are multiplied by in kappa, each (n_speeds,)."""
@@ -394,27 +390,27 @@ class LinkPlane:
                 c_factor = made.factors[:, t]
         return k_factor, c_factor
 
-    def _affine(
-        self, coefficients: ComplexArray, made: Sampled, group: int, x: FloatArray
-    ) -> tuple[ComplexArray, ComplexArray]:
-        """a + b kappa from multi-affine coefficients, the other groups at their values; each (n_speeds,)."""
+    def _affine(self, made: Sampled, group: int, x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+        """a and b of N and D as a + b kappa at designs x (n, n_vars), other groups as there; (2, n, n_speeds) each."""
         groups = made.groups
-        count = len(groups.members)
-        table = coefficients.reshape(made.count, *([2] * count))
+        table: ComplexArray = np.array([made.top, made.bottom]).reshape(2, 1, made.count, *([2] * len(groups.members)))
         if group >= 0:
-            table = np.moveaxis(table, group + 1, -1)
+            table = np.moveaxis(table, group + 3, -1)
         values = groups.model.values(x, static=made.static)
+
+        def kappa(members: list[int]) -> ComplexArray:
+            return np.asarray(values[:, members] @ made.factors[:, members].T)
+
         for g, members in enumerate(groups.members):
-            if g == group:
-                continue
-            kappa = (values[list(members)] * made.factors[:, list(members)]).sum(axis=1) / made.scale[:, g]
-            shape = (-1, *([1] * (table.ndim - 2)))
-            table = table[:, 0] + table[:, 1] * kappa.reshape(shape)
+            if g != group:
+                moved = kappa(list(members)) / made.scale[:, g]
+                table = table[:, :, :, 0] + table[:, :, :, 1] * moved.reshape(*moved.shape, *([1] * (table.ndim - 4)))
         if group < 0:
-            return table, np.zeros_like(table)
-        slope = table[:, 1] / made.scale[:, group]
-        beside = self._beside(groups, group)
-        return table[:, 0] + slope * (values[beside] * made.factors[:, beside]).sum(axis=1), slope
+            table = table + np.zeros((len(x), 1))
+            return table, 0.0 * table
+        slope = table[..., 1] / made.scale[:, group]
+        slope = slope + np.zeros((len(x), 1))
+        return table[..., 0] + slope * kappa(self._beside(groups, group)), slope
 
 
 def _value(term: Term, x: FloatArray) -> float:
