@@ -107,6 +107,29 @@ def test_no_response_on_a_box_is_below_its_row(on: tuple[int, int], heavy: bool,
     assert np.quantile(np.array([true(one) for one in middle]) - near.value, 0.9) < 1e-3
 
 
+@pytest.mark.parametrize("half", [0.0, 1e-9, 0.5])
+def test_boxes_about_an_undamped_absorber_at_resonance_claim_nothing(half: float) -> None:
+    """What is zero there has a row of minus infinity, and no warning of numpy reaches the user."""
+    document: dict[str, Any] = {
+        "title": "t",
+        "bodies": {"bridge": {"mass": "15 t"}},
+        "links": {"girder": {"between": ["bridge", "ground"], "stiffness": "2 MN/m"}},
+        "absorbers": {"a": {"on": "bridge", "mass": "10 kg", "stiffness": {"from": "500 N/m", "to": "5 kN/m"}}},
+        "excitations": {
+            "e": {"kind": "force", "on": "bridge", "amplitude": "600 N", "speed": "11 rad/s", "varies": "constant"}
+        },
+        "goal": {"minimise": "displacement", "of": "bridge"},
+    }
+    aim = pose(from_dict(document)).aim
+    assert aim is not None
+    form = aim.form.harmonic
+    assert form is not None
+    assert form.line is not None
+    tuned = np.array([[10.0 * 11.0**2]])
+    line = sampled(aim.model, form.output, form.line, np.array([11.0]), tuned[0])
+    assert (response_rows(line, tuned, np.array([[half]])).value == -np.inf).all()
+
+
 @few
 @given(places, st.integers(0, 999))
 def test_nothing_beats_the_bound(on: tuple[int, int], seed: int) -> None:
