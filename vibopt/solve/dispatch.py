@@ -55,9 +55,8 @@ def best_of(
     found = sure or _hopeless(finite, chosen, method, near) or chosen.solve(finite, progress)
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
-        from vibopt.solve.global_search import BranchAndBound
-
-        found, exact = BranchAndBound().solve(finite, progress), False
+        found = _unsettled(finite, found, progress)
+        exact = bool(found.details.get("settled"))
     if found.method == "discs" and found.status in OPEN and method is None:
         from vibopt.solve.global_search import beside_slices
 
@@ -106,6 +105,16 @@ def _hopeless(
     from vibopt.solve.relaxed import hopeless
 
     return hopeless(program)
+
+
+def _unsettled(program: Program, found: Found, progress: Progress | None) -> Found:
+    """The answer where worst speeds do not settle: each cuts next to nothing off a range that limits all but leave."""
+    from vibopt.solve.global_search import BranchAndBound
+    from vibopt.solve.one_range import OneRange
+
+    if OneRange().refuses(program) is None:
+        return _one_variable(program, found, progress)
+    return BranchAndBound().solve(program, progress)
 
 
 def _one_variable(program: Program, found: Found, progress: Progress | None) -> Found:
