@@ -344,5 +344,9 @@ def test_figures_of_stability_and_fidelity_are_drawn() -> None:
     figure = stability_figure(["thin set"], ["vibopt", "grid"], found)
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert texts == ["2", "1", "1", "not asked"]
-    rows = [Bars("hall", 5, 1, 20.0, math.nan, 0.0)]
-    assert saved(fidelity_figure(rows), "svg").startswith(b"<?xml")
+    hall = Bars("hall", 5, 1, 20.0, math.nan, 0.0)
+    passage = Bars("passage", 0, 0, 300.0, math.nan, 0.4, kinds=("passage", "steady"))
+    for rows in ([hall, passage], [passage]):
+        figure = fidelity_figure(rows)
+        assert [text.get_text() for text in figure.axes[0].texts] == ["5 → 1", "passage → steady"][-len(rows) :]
+        assert saved(figure, "svg").startswith(b"<?xml")

@@ -101,3 +101,20 @@ def test_the_truth_of_friction_without_stops_is_den_hartogs(one: Slip) -> None:
     turned = np.sin(np.pi / one.r) / (one.r * (1.0 + np.cos(np.pi / one.r)))
     expected = np.sqrt(1.0 / (1.0 - one.r**2) ** 2 - (one.friction * turned) ** 2)
     assert friction_cases.truth(one) == pytest.approx(expected, rel=1e-4 if one.r < 1.0 else 1e-3)
+
+
+def test_what_a_steady_speed_and_a_damper_miss_is_told_beside_the_models_that_need_less() -> None:
+    """The rows of the chart of fidelity, against the truths and the closed form of the steady peak."""
+    steady = 0.5 / 0.05 / np.sqrt(1.0 - 0.05**2)
+    for name, make in run_up_cases.fidelity(quick=True):
+        (row,) = make()
+        swept, _ = run_up_cases.truth(Passage(1, 0.05, 0.3, 2.5, float(name.split()[2])))
+        assert (row.kinds, row.case) == (("passage", "steady"), name)
+        assert row.value_error == pytest.approx(steady / swept - 1.0, rel=1e-6)
+    slips = [Slip(r, 0.02, 0.6) for r in (0.6, 0.98, 1.5)]
+    for (name, make), slip in zip(friction_cases.fidelity(quick=True), slips, strict=True):
+        (row,) = make()
+        viscous = friction_cases.by_equivalent_viscous(slip).answer
+        assert name == f"friction of 0.6 F at {slip.r:g} of ω₀"
+        assert row.kinds == ("friction", "damper")
+        assert row.value_error == pytest.approx(abs(viscous / friction_cases.truth(slip) - 1.0), rel=1e-6)

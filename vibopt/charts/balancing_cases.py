@@ -15,14 +15,40 @@ from vibopt.balancing.question import Question, Solved
 from vibopt.charts.balancing_questions import Asked, asked, families, normal, plain, stock, worst
 from vibopt.charts.balancing_rivals import GIVEN_CLARABEL, METHODS, judged_question
 from vibopt.charts.cutting_planes import least_worst
-from vibopt.charts.fidelity import Fidelity, seconds
+from vibopt.charts.fidelity import Fidelity, of_kinds, seconds
 from vibopt.charts.trial import Table
+from vibopt.jobs import answer, from_text
 from vibopt.solve.rivals.hsbalance import installed
 
 ALIKE, BINDS = 1e-10, 1e-5
 """Share of a plane's effect that the others must leave for it to count, and of the goal within which a row binds."""
 _SENSORS = 4
 Rows = NDArray[np.intp]
+
+_V_TWIN = """title = "V twin"
+
+[engine]
+stroke = "72 mm"
+rod = "130 mm"
+speed = "7000 rpm"
+reciprocating = "0.4 kg"
+counterweight_share = 0.5
+{}
+
+[[cylinders]]
+throw = "pin"
+crank = "0 deg"
+bank = "-45 deg"
+at = "0 mm"
+
+[[cylinders]]
+throw = "pin"
+bank = "45 deg"
+at = "0 mm"
+
+[measures.force]
+response = "force"
+"""
 
 
 def speed(*, quick: bool) -> Table:
@@ -52,14 +78,16 @@ def table_of(cases: Sequence[Asked], runs: int, less: Sequence[str] = SLOWER) ->
 
 
 def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
-    """Rotors with planes that act alike, and with sensors and speeds that do not bind."""
+    """Rotors with planes that act alike, and with sensors and speeds that do not bind; cranks by few orders."""
     runs = 3 if quick else 15
     solve_continuous(worst(8, 2))
     planes, sensors, speeds = (((4, 2),), (24,), (12,)) if quick else (((4, 2), (8, 3)), (8, 24), (3, 12, 96))
     rows: list[tuple[str, Callable[[], Sequence[Fidelity]]]] = []
     rows += [(f"rotor, {counts[0]} planes", partial(_planes, *counts, runs)) for counts in planes]
     rows += [(f"rotor, {n} sensors", partial(_sensors, n, runs)) for n in sensors]
-    return rows + [(f"rotor, {n} speeds", partial(_speeds, n, runs)) for n in speeds]
+    rows += [(f"rotor, {n} speeds", partial(_speeds, n, runs)) for n in speeds]
+    cranks = {"textbook": 'kinematics = "truncated"', **{f"{n} orders": f"orders = {n}" for n in (2, 4, 6)}}
+    return rows + [(f"V twin, {words}", partial(_crank, words, said, runs)) for words, said in cranks.items()]
 
 
 def independent(H: ComplexArray) -> Rows:
@@ -83,6 +111,16 @@ def binding(question: Question, solved: Solved) -> Rows:
         return np.arange(question.n_readings)
     size = question.importance * np.abs(question.residual(solved.u))
     return np.flatnonzero(size >= solved.value * (1.0 - BINDS))
+
+
+def _crank(words: str, said: str, runs: int) -> list[Fidelity]:
+    """The shaking force of a V twin through a turn of its crank, and by the orders of a series."""
+
+    def greatest(kinematics: str) -> float:
+        return float(answer(from_text(_V_TWIN.format(kinematics), name="job")).measures["force"].value.value)
+
+    whole, simple = partial(greatest, "orders = 20"), partial(greatest, said)
+    return of_kinds(f"V twin, {words}", ("turn", "series"), whole, simple, runs)
 
 
 def _planes(declared: int, rank: int, runs: int) -> list[Fidelity]:

@@ -18,6 +18,8 @@ from vibopt.report.figures.paper import BLUE, COLOURS, FAINT, GRID, INK, RED, SI
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_LEFT = 0.7
+"""Where the bars of models begin."""
 LOOKS = {
     RIGHT: ("#cfe6d6", "", "o"), SAYS_SO: ("#c9cfd6", "---", "v"), UNPROVEN: ("#8d97a3", "////", "^"),
     SILENT: (RED, "", "X"), REFUSES: ("white", "", "s"),
@@ -38,6 +40,12 @@ class Bars:
     solving: float
     error: float
     noise: float = math.nan
+    kinds: tuple[str, str] | None = None
+
+    @property
+    def said(self) -> str:
+        """What stands beside the bars: the counts, or the kinds of model."""
+        return " → ".join(self.kinds or (str(self.declared), str(self.used)))
 
 
 def headed(figure: Figure, words: str) -> None:
@@ -124,19 +132,20 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
     axes: Any = figure.subplots(1, 3, sharey=True, width_ratios=(1.2, 1.0, 1.0))
     at = np.arange(len(rows))
     dress(axes[0], "Model", "freedoms, planes, sensors, speeds", "")
-    axes[0].barh(at, [row.declared for row in rows], 0.7, fc="white", ec=INK, lw=0.8, label="declared")
-    axes[0].barh(at, [row.used for row in rows], 0.4, fc=BLUE, ec=BLUE, label="used")
+    counted = [number for number, row in enumerate(rows) if row.kinds is None]
+    axes[0].barh(counted, [rows[i].declared for i in counted], 0.7, fc="white", ec=INK, lw=0.8, label="declared")
+    axes[0].barh(counted, [rows[i].used for i in counted], 0.4, fc=BLUE, ec=BLUE, label="used")
     for y, row in zip(at, rows, strict=True):
         axes[0].annotate(
-            f"{row.declared} → {row.used}",
-            (row.declared, y),
+            row.said,
+            (row.declared or _LEFT, y),
             xytext=(3, 0),
             textcoords="offset points",
             va="center",
             fontsize=SIZE - 2,
         )
     axes[0].set_xscale("log")
-    axes[0].set_xlim(0.7, 12.0 * max((row.declared for row in rows), default=1))  # room for the words
+    axes[0].set_xlim(_LEFT, 12.0 * max((rows[i].declared for i in counted), default=1))  # room for the words
     axes[0].set_yticks(at, [row.title for row in rows], fontsize=SIZE - 1)
     axes[0].invert_yaxis()
     dress(axes[1], "Time saved", "time on the full over the reduced model", "")
@@ -236,8 +245,9 @@ def _plain_numbers(panel: Any, values: list[float]) -> None:
     good = [value for value in values if math.isfinite(value) and value > 0]
     low, high = min([0.5, *good]), max([2.0, *good])
     panel.set_xlim(low / 1.6, high * 1.6)
-    ticks = [t for t in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if low / 1.6 <= t <= high * 1.6]
+    every = [part * 10.0**power for power in range(-1, 6) for part in (1, 2, 5)]
+    ticks = [tick for tick in every if low / 1.6 <= tick <= high * 1.6]
     if len(ticks) > 5:
-        ticks = [t for t in ticks if str(t).strip("0.") == "1"]
+        ticks = [tick for tick in ticks if f"{tick:g}".strip("0.") == "1"]
     panel.set_xticks(ticks, [f"{t:g}" for t in ticks])
     panel.minorticks_off()

@@ -244,7 +244,7 @@ def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
     heads = ("Scene", "Declared", "Used", "Measuring", "Solving", "Noise", "Error of values", "Error of goal")
     listed = [
         (
-            row.case, str(row.declared), str(row.used), _ratio(row.measuring_full / row.measuring),
+            row.case, *(row.kinds or (str(row.declared), str(row.used))), _ratio(row.measuring_full / row.measuring),
             _ratio(row.solving_full / row.solving), _ratio(row.noise), _part(row.value_error), _part(row.goal_error),
         )
         for row in rows
@@ -341,6 +341,7 @@ def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
                 row.solving_full / row.solving,
                 row.value_error,
                 row.noise,
+                row.kinds,
             )
             for row in rows
         ],

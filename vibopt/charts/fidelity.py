@@ -47,6 +47,8 @@ class Fidelity:
         Why less was asked than the chart promises; "" where all was.
     noise
         Greatest factor between the times of two runs of the same model; nan where there were none.
+    kinds
+        The whole model and the simpler one in a word each, where they differ in kind and not in freedoms.
     """
 
     case: str
@@ -61,6 +63,16 @@ class Fidelity:
     goal_error: float
     cut: str = ""
     noise: float = math.nan
+    kinds: tuple[str, str] | None = None
+
+
+def of_kinds(
+    case: str, kinds: tuple[str, str], whole: Callable[[], float], simple: Callable[[], float], runs: int
+) -> list[Fidelity]:
+    """A number by a whole model and by a simpler one, both timed; nothing is chosen."""
+    (lasted, true), (short, value) = seconds(whole, runs), seconds(simple, runs)
+    error = abs(value / true - 1.0)
+    return [Fidelity(case, 0, 0, "", short, lasted, math.nan, math.nan, error, math.nan, kinds=kinds)]
 
 
 def on_both_models(scenes: Sequence[Scene], *, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:

@@ -7,13 +7,15 @@ r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
+from itertools import product
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.charts.fidelity import Fidelity, of_kinds
 from vibopt.charts.trial import DEFAULT, Case, Said, Table, greatest_in, judged_number
 from vibopt.charts.verdicts import FEASIBLE
 from vibopt.records import dataclass
@@ -206,6 +208,22 @@ def hard(*, quick: bool) -> Table:
     ]  # fmt: skip
     cases = [(_case(slip, family), slip) for family, slip in rows]
     return Table(cases, HARD_METHODS, judged_number, 1, cases[-1:])
+
+
+def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
+    """Slip for slip, and with the damper that takes as much in a cycle."""
+    runs = 1 if quick else 5
+    rows: list[tuple[str, Callable[[], Sequence[Fidelity]]]] = []
+    for r, friction in ((0.6, 0.6), (0.98, 0.6), (1.5, 0.6)) if quick else product((0.3, 0.6, 0.98, 1.5), (0.2, 0.6)):
+        slip = Slip(r, 0.02, friction)
+        name = f"friction of {friction:g} F at {r:g} of ω₀"
+        whole, linear = (partial(_greatest, by, slip) for by in (by_vibopt, by_equivalent_viscous))
+        rows.append((name, partial(of_kinds, name, ("friction", "damper"), whole, linear, runs)))
+    return rows
+
+
+def _greatest(by: Callable[[Slip], Said], slip: Slip) -> float:
+    return float(by(slip).answer)
 
 
 def _case(slip: Slip, family: str) -> Case:

@@ -7,13 +7,14 @@ in the frame that turns with the force.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.charts.fidelity import Fidelity, of_kinds
 from vibopt.charts.machines import free_chain
 from vibopt.charts.trial import DEFAULT, Case, Said, Table, greatest_in, judged_number
 from vibopt.charts.verdicts import FEASIBLE, REFUSES
@@ -93,13 +94,20 @@ class Passage:
     @property
     def text(self) -> str:
         """The problem file."""
+        swept = f'"{self.low!r} rad/s", to = "{self.high!r} rad/s", acceleration = "{self.rate!r} rad/s2"'
+        return self._asked(f"run_up = {{ from = {swept} }}\n", "peak_displacement")
+
+    @property
+    def steady_text(self) -> str:
+        """The same with every speed held for as long as it takes."""
+        return self._asked("", "displacement")
+
+    def _asked(self, run_up: str, response: str) -> str:
         low, high = sorted((self.low, self.high))
         return (
             f'title = "Run-up of a chain"\n\n{free_chain(self.bodies, "ground", 1.0, 2.0 * self.ratio)}\n\n'
             f'[excitations.force]\nkind = "force"\non = "m0"\namplitude = "1 N"\nspeed = "{low!r}..{high!r} rad/s"\n'
-            f'run_up = {{ from = "{self.low!r} rad/s", to = "{self.high!r} rad/s", '
-            f'acceleration = "{self.rate!r} rad/s2" }}\n\n'
-            f'[measures.greatest]\nresponse = "peak_displacement"\nof = "m{self.bodies - 1}"\n'
+            f'{run_up}\n[measures.greatest]\nresponse = "{response}"\nof = "m{self.bodies - 1}"\n'
         )
 
 
@@ -243,6 +251,22 @@ def hard(*, quick: bool) -> Table:
         cases.append((_case(said, family, passage), passage))
     left = ("a passage at 1e-05 rad/s²",) if quick else ()
     return Table(cases, HARD_METHODS, judged_number, 1, cases[-1:], left=left)
+
+
+def fidelity(*, quick: bool) -> list[tuple[str, Callable[[], Sequence[Fidelity]]]]:
+    """A passage followed, and every speed of it held as long as it takes."""
+    runs = 1 if quick else 5
+    rows: list[tuple[str, Callable[[], Sequence[Fidelity]]]] = []
+    for rate in (1e-3, 1e-2, 0.1) if quick else (1e-4, 1e-3, 1e-2, 0.1, 1.0):
+        passage = Passage(1, 0.05, 0.3, 2.5, rate)
+        whole, steady = (partial(_greatest, text) for text in (passage.text, passage.steady_text))
+        name = f"passage at {rate:g} of ω₀²"
+        rows.append((name, partial(of_kinds, name, ("passage", "steady"), whole, steady, runs)))
+    return rows
+
+
+def _greatest(text: str) -> float:
+    return float(greatest_in(from_text(text, name="job")).answer)
 
 
 def _case(name: str, family: str, passage: Passage) -> Case:

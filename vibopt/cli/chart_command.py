@@ -102,7 +102,7 @@ def stability(family: str | None, quick: bool, **how: Any) -> int:
 @_family
 @_options
 def fidelity(files: tuple[str, ...], family: str | None, quick: bool, **how: Any) -> int:
-    """Freedoms, planes, sensors and speeds declared and needed; error of the smaller model, and time saved.
+    """Freedoms, planes, sensors and speeds declared and needed; error of smaller or simpler models, and time saved.
 
     Exit code 5 if less was asked than the chart promises.
     """
