@@ -359,6 +359,12 @@ REFUSED = {
         "t line 19: measures.m looks at 1000 rpm, but the tables of bearings, bearings.f among them, say "
         "something of 0 rpm to 600 rpm alone. Write more rows, or look at these speeds.",
     ),
+    "a table and a speed that is wrong": (
+        (HEAD + SHAFT + REST.replace(FILM, BOTH + (ROWS % "1000 rpm").replace("/m\" }]", "/m\", k_zz = \"1 MN/m\" }]")))
+        .replace('speed = "1000 rpm"\n[', 'speed = "-3 mm"\n['),
+        't line 18: excitations.u.speed = "-3 mm" is a length, but a speed of rotation or a frequency is needed here. '
+        'Write a speed of rotation or a frequency, for example "3000 rpm".',
+    ),
     "no table": (
         HEAD + SHAFT + REST.replace(FILM, BOTH + "table = 3\n"),
         "t line 9: bearings.f.table = 3 is neither a list of rows nor the name of a CSV file. Write table = [{ speed = "

@@ -122,6 +122,10 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"stations": {"left": "end of section 4", "right": "end of section 2"}},
         "scene: rotors.shaft has left at the end of section 4, and 3 sections. Count them from 1.",
     ),
+    "no such section behind a place": (
+        {"stations": {"left": "50 mm", "right": "end of section 4"}},
+        "scene: rotors.shaft has right at the end of section 4, and 3 sections. Count them from 1.",
+    ),
     "behind what is not fixed": (
         {"stations": {"left": "100 mm", "right": "500 mm"}},
         "scene: rotors.shaft has right at 0.5 m, behind the begin of section 2, whose length is not fixed. Say where "

@@ -20,8 +20,10 @@ from vibopt.mechanics.whirls_as_built import as_fast, in_planes, whirls
 from vibopt.report.machine_views import blocks, own_json
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict, from_text
+from vibopt.signals import Band
 from vibopt.solve import solve
 from vibopt.verify.as_built import machine_of
+from vibopt.verify.sharpness import sharpest
 
 OIL = (12.81e6, 16.39e6, -25.06e6, 8.815e6, 232.9e3, -81.92e3, -81.92e3, 294.9e3)
 PRINTED = {
@@ -479,3 +481,16 @@ def test_what_creeps_is_as_fast_as_no_spin_and_ends_the_search() -> None:
     creeping: Any = Creeping()
     ends = (_Look.at(creeping, spin, 1) for spin in (0.0, 2.0))
     assert _crossings(creeping, *ends) == []
+
+
+def test_no_peak_is_made_of_rounding_at_standstill() -> None:
+    """What creeps has a speed of rounding, and there what is next to nothing goes up and down by it."""
+    poles = np.array([200.0 + 1.0j, 1e-8 + 3e3j, 2e-8 + 3e3j, -3e-8 + 3e3j])
+
+    def size(speeds: Any) -> Any:
+        rounded = np.where(np.abs(speeds - 1e-8) < 1e-15, 1e-12, 0.0)
+        return speeds**2 / np.abs(200.0**2 + 2j * speeds - speeds**2) + rounded
+
+    factor, speed = sharpest(size, (Band(0.0, 360.0),), poles, (0.0, math.inf))
+    assert speed == pytest.approx(200.0, rel=1e-3)
+    assert factor == pytest.approx(100.0, rel=1e-3)

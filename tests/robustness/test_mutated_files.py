@@ -71,7 +71,8 @@ def _solved(seeds: range, folder: Path) -> None:
         accepted = _checked(file)
         code, said = _run("solve", file, "--no-prices")
         assert code == CODES[said["status"]], said
-        assert (code == 2) == (accepted == 2), said.get("messages")
+        followed = "than is followed" not in "".join(said.get("messages", []))  # how long, only an answer finds out
+        assert (code == 2) == (accepted == 2 or not followed), said.get("messages")
 
 
 @pytest.mark.parametrize("first", range(0, SOLVED, 20))

@@ -209,6 +209,28 @@ def test_an_absorber_alone_needs_no_search(ratio: float, goal: str) -> None:
     assert Judge(program).goal(afar).value >= Judge(program).goal(found.x).value * (1.0 - 1e-12)
 
 
+@pytest.mark.parametrize("mass", ["0 kg", "1e-9 kg"])
+def test_a_link_to_what_weighs_nothing_is_proven(mass: str) -> None:
+    """It has no second peak that could be as high as the first."""
+    document = scene()
+    document["bodies"] = {"machine": {"mass": "100 kg"}, "foot": {"mass": mass}}
+    document["links"]["base"]["between"] = ["machine", "foot"]
+    document["links"]["tuner"]["between"] = ["foot", "ground"]
+    document["links"]["tuner"]["damping"]["to"] = "5 kN s/m"
+    _, found = best_of(document)
+    assert found.status == "optimal"
+    speeds = np.linspace(1.0, 100.0, 4000)
+
+    def size(k: float, c: float) -> float:
+        held = 1.0 / (1.0 / 1e5 + 1.0 / (k + 1j * speeds * c))
+        return float((1e3 / np.abs(held - 100.0 * speeds**2)).max())
+
+    best = found.details["goal"]
+    assert size(*found.x) == pytest.approx(best, rel=1e-6)
+    every = [size(k, c) for k in np.geomspace(1e3, 2e4, 40) for c in np.geomspace(1.0, 5e3, 60)]
+    assert min(every) >= best * (1.0 - 2e-6)
+
+
 def test_the_least_mass_under_a_limit_is_proven() -> None:
     document = scene(
         bodies={"machine": {"mass": "100 kg"}, "small": {"mass": {"from": "0.5 kg", "to": "20 kg"}}},

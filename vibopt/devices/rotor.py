@@ -129,7 +129,8 @@ class RotorTable(Device):
                 f"of {_WIDEST:g}, rounding decides how the shaft bends. Write diameters nearer to each other."
             )
         discs = [disc.name for disc in self.discs]
-        for name, spot in self._spots.items():
+        by_section = sorted(self._spots.items(), key=lambda one: not isinstance(one[1], EndOf))
+        for name, spot in by_section:  # those first: nodes stand there, too
             at: tuple[str | int, ...] = ("discs", discs.index(name), "at") if name in discs else ("stations", name)
             if isinstance(spot, EndOf):
                 if not 1 <= spot.section <= (last := len(self.sections)):

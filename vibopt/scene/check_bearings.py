@@ -154,6 +154,8 @@ def _beyond_table(scene: Scene, path: Path, response: HarmonicResponse, mistakes
     if table_ends(scene) is None or not set(names_for(scene, response)) <= set(scene.excitations):
         return False
     bands = [band for one in names_for(scene, response) for band in bands_for(scene, response, one)]
+    if not bands:
+        return False  # a speed that is wrong, or none: told elsewhere
     asked = Band(min(band.low for band in bands), max(band.high for band in bands))
     return beyond_tables(scene, path, asked, mistakes)
 

@@ -15,8 +15,8 @@ from vibopt.program.worst_case import Hit, hit, missed
 from vibopt.work import Budget
 
 TOLERANCE = 1e-9
-_BATCHES, _QUICK_BATCHES = 1600, 400
-"""Batches of boxes for one proof, and where many are asked for."""
+_BATCHES, _QUICK_BATCHES, _OF_NOTHING = 1600, 400, 20
+"""Batches of boxes for one proof, where many are asked for, and for a level of zero, which no bound reaches."""
 _COST = 5.0
 _TIMES = 6
 
@@ -108,7 +108,7 @@ def raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bo
         proofs = [Vicinity(piece, axes, level, least) for piece in _pieces(part) if _single(piece)]
         if len(proofs) < len(_pieces(part)):
             return one, False
-        lost = next((proof for proof in proofs if not proof.proven(_batches(_QUICK_BATCHES))), None)
+        lost = next((proof for proof in proofs if not proof.proven(_batches(_QUICK_BATCHES, level))), None)
         if lost is None:
             return one, True
         if lost.witness is None:
@@ -120,8 +120,8 @@ def raised(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bo
     return one, False
 
 
-def _batches(most: int) -> Budget:
-    return Budget(most, "batches of machines", _COST)
+def _batches(most: int, level: float = 1.0) -> Budget:
+    return Budget(most if level else _OF_NOTHING, "batches of machines", _COST)
 
 
 def _single(part: Limit | Aim) -> bool:
@@ -142,9 +142,9 @@ def _covered(part: Limit | Aim, axes: tuple[Axis, ...], level: float, least: boo
     """Whether a level is kept on the whole box; several excitations each by themselves, the level shared out."""
     form = part.form.harmonic
     if form is None or len(form.drives) == 1:
-        if Vicinity(part, axes, level, least).proven(_batches(_BATCHES)):
+        if Vicinity(part, axes, level, least).proven(_batches(_BATCHES, level)):
             return True
-        return Cover(part, axes, level, least).proven(_batches(_BATCHES))
+        return Cover(part, axes, level, least).proven(_batches(_BATCHES, level))
     if least:
         return False
     alone = [replace(part, form=replace(form, drives=(drive,))) for drive in form.drives]

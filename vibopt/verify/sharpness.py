@@ -12,8 +12,8 @@ from vibopt.signals import Band
 _EVEN, _WIDE, _SURE, _EDGE = 300, np.linspace(-3.0, 3.0, 49), 1e6, 1e-6
 _FLANK, _MOST = np.unique(np.concatenate([np.geomspace(1e-7, 1.0, 125), np.linspace(1e-3, 1.0, 240)])), 0.5
 """Even speeds of a band; widths of a pole beside it; factor that stands for no damping at all; part of
-a speed within which a peak beside an end of a band is at that end; parts of a speed that are looked at on
-either side, and the greatest that counts."""
+a speed within which a peak beside an end of a band is at that end, or a pole at standstill; parts of a speed that are
+looked at on either side, and the greatest that counts."""
 
 
 def sharpest(
@@ -22,7 +22,7 @@ def sharpest(
     """Greatest factor of all peaks inside bands and its speed [rad/s]; 0 at the beginning of the first of none."""
     found = [(0.0, bands[0].low)]
     for band in bands:
-        near = [pole for pole in poles if band.low < pole.real < band.high]
+        near = [pole for pole in poles if max(band.low, _EDGE * abs(pole)) < pole.real < band.high]
         inside = band.low * (1.0 + _EDGE), band.high * (1.0 - _EDGE)
         around = [one.real + max(abs(one.imag), 1e-9 * abs(one)) * _WIDE for one in near]
         speeds = np.unique(np.concatenate([np.linspace(band.low, band.high, _EVEN), inside, *around]))

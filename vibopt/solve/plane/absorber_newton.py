@@ -81,6 +81,8 @@ def _undamped(plane: LinkPlane, aim: Aim) -> FloatArray | None:
     of_link = model.exponents[:, [plane.spring, plane.damper]].any(axis=1)
     b = model.vectors[of_link, :2][0]
     mass, _, stiffness, _ = free_matrices(model, np.where(of_link, 0.0, model.values(x)))
+    if np.linalg.eigvalsh(mass)[0] <= 0.0:
+        return None  # what has no mass has no second peak
     values, vectors = np.linalg.eigh(stiffness)
     loose, locked = vectors[:, 0], np.array([b[1], -b[0]])
     held = float(locked @ stiffness @ locked)
