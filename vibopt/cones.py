@@ -86,16 +86,30 @@ def _settings(tolerance: float, small: bool) -> Any:
 def compressed(dense: FloatArray) -> SimpleNamespace:
     """A matrix compressed by columns."""
     columns, rows = np.nonzero(dense.T)
-    starts = np.concatenate([[0], np.cumsum(np.bincount(columns, minlength=dense.shape[1]))])
-    return by_columns(dense.T[columns, rows], rows, starts, (dense.shape[0], dense.shape[1]))
+    return _by_places(rows, columns, dense[rows, columns], (dense.shape[0], dense.shape[1]))
+
+
+def _by_places(rows: IntArray, columns: IntArray, data: FloatArray, shape: tuple[int, int]) -> SimpleNamespace:
+    """A matrix of its entries, which go down one column after the other."""
+    starts = np.zeros(shape[1] + 1, dtype=np.int64)
+    np.cumsum(np.bincount(columns, minlength=shape[1]), out=starts[1:])
+    return by_columns(data, rows, starts, shape)
 
 
 def by_columns(data: FloatArray, rows: Any, starts: Any, shape: tuple[int, int]) -> SimpleNamespace:
     """What the solver reads of a matrix of scipy's that is compressed by columns."""
     return SimpleNamespace(
-        data=data, indices=rows.astype(np.int64), indptr=starts.astype(np.int64), shape=shape,
+        data=data, indices=rows.astype(np.int64, copy=False), indptr=starts.astype(np.int64, copy=False), shape=shape,
         has_canonical_format=True, has_sorted_indices=True,
     )  # fmt: skip
+
+
+def over_parts(M: ComplexArray) -> FloatArray:
+    """Real, then imaginary parts of M x over those of x: M (n_rows, n), (2, n_rows, 2 n)."""
+    rows, n = np.empty((2, len(M), 2 * M.shape[1])), M.shape[1]
+    rows[0, :, :n] = rows[1, :, n:] = M.real
+    rows[0, :, n:], rows[1, :, :n] = -M.imag, M.imag
+    return rows
 
 
 Slots = IntArray
@@ -106,11 +120,11 @@ Entries = tuple[Any, Any, Any]
 class Cones:
     """A program put together cone by cone: b - A (x, helpers) lies in them, A dense over x and sparse over helpers.
 
-    Moduli are those of affine complex rows over the real x (n,); of a complex x over its real, then imaginary parts.
+    Moduli are those of affine rows over a complex x (n_planes,), of which n = 2 n_planes parts are the variables.
     """
 
-    def __init__(self, n: int) -> None:
-        self.n = n
+    def __init__(self, n_planes: int) -> None:
+        self.n = 2 * n_planes
         self.dense: list[FloatArray] = []
         self.b: list[FloatArray] = []
         self.entries: list[Entries] = []
@@ -121,7 +135,7 @@ class Cones:
     def helpers(self, many: int, cost: float | FloatArray = 0.0, square: float = 0.0) -> Slots:
         """So many more helpers h, each with the cost cost h + square h² / 2."""
         slots = len(self.cost) + np.arange(many)
-        self.cost = np.concatenate([self.cost, np.broadcast_to(cost, many)])
+        self.cost = np.concatenate([self.cost, np.full(many, cost)])
         self.square = np.concatenate([self.square, np.full(many, square)])
         return slots
 
@@ -130,13 +144,13 @@ class Cones:
     ) -> int:
         """|slope x + constant| <= bound + helpers of `slots`, one cone a row; the place of the first row."""
         count, start = len(constant), self.n_rows
-        dense = np.zeros((count, 3, self.n))
-        dense[:, 1], dense[:, 2] = -slope.real, -slope.imag
-        b = np.stack([np.broadcast_to(bound, count), constant.real, constant.imag], axis=1)
+        dense, b = np.zeros((count, 3, self.n)), np.empty((count, 3))
+        dense[:, 1:] = -over_parts(slope).swapaxes(0, 1)
+        b[:, 0], b[:, 1], b[:, 2] = bound, constant.real, constant.imag
         self._put(dense.reshape(-1, self.n), b.reshape(-1))
         heads = start + 3 * np.arange(count)
         for slot in slots:
-            self.entries.append((heads, np.broadcast_to(slot, count), np.full(count, -1.0)))
+            self.entries.append((heads, np.full(count, slot), np.full(count, -1.0)))
         self.kinds += [(CONE, 3)] * count
         return start
 
@@ -165,7 +179,7 @@ class Cones:
         """Norm of the whole vector slope x + constant <= one helper, one cone; the place of its first row."""
         start, one = self.n_rows, np.zeros(1)
         self._put(
-            np.concatenate([np.zeros((1, self.n)), -slope.real, -slope.imag]),
+            np.concatenate([np.zeros((1, self.n)), *-over_parts(slope)]),
             np.concatenate([one, constant.real, constant.imag]),
         )
         self.entries.append((np.array([start]), slot, np.array([-1.0])))
@@ -212,10 +226,8 @@ class Cones:
         if along is not None:
             base, turn = along
             dense, b, n = dense @ turn, b - dense @ base, turn.shape[1]
-        diagonal = np.concatenate([np.zeros(n), self.square])
-        places = np.flatnonzero(diagonal)
-        starts = np.concatenate([[0], np.cumsum(diagonal != 0)])
-        P = by_columns(diagonal[places], places, starts, (n + more, n + more))
+        bent = n + np.flatnonzero(self.square)
+        P = _by_places(bent, bent, self.square[bent - n], (n + more, n + more))
         q = np.concatenate([np.zeros(n) if cost is None else cost, self.cost])
         cone_point = solve_cones(q, self._table(dense), b, self.kinds, quadratic=P, tolerance=tolerance)
         if along is None:
@@ -226,15 +238,12 @@ class Cones:
 
     def _table(self, dense: FloatArray) -> SimpleNamespace:
         """A, compressed by columns."""
-        columns, used, many = dense.T, dense.T != 0, len(self.cost)
-        rows, slots, values = (
-            np.concatenate([entry[k] for entry in self.entries]) if self.entries else np.empty(0, int) for k in range(3)
-        )
-        order = np.lexsort((rows, slots))
-        counts = np.concatenate([used.sum(axis=1), np.bincount(slots, minlength=many)])
-        return by_columns(
-            np.concatenate([columns[used], values[order]]),
-            np.concatenate([np.nonzero(used)[1], rows[order]]),
-            np.concatenate([[0], np.cumsum(counts)]),
-            (self.n_rows, len(columns) + many),
-        )
+        columns, rows = np.nonzero(dense.T)
+        parts = [(rows, columns, dense[rows, columns])]
+        if self.entries:
+            own, slots, values = map(np.concatenate, zip(*self.entries, strict=True))
+            order = np.lexsort((own, slots))
+            parts.append((own[order], dense.shape[1] + slots[order], values[order]))
+        shape = (self.n_rows, dense.shape[1] + len(self.cost))
+        rows, columns, data = map(np.concatenate, zip(*parts, strict=True))
+        return _by_places(rows, columns, data, shape)

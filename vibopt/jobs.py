@@ -364,7 +364,7 @@ def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:
     """A balancing job never mixes with bodies and links."""
     from vibopt.devices import FAMILIES
 
-    mixed = [key for key in document if key in (*FAMILIES, "excitations")]
+    mixed = [key for key in document if key in FAMILIES or key == "excitations"]
     if mixed:
         listed = ", ".join(f"[{key}]" for key in mixed)
         mistakes.add((mixed[0],), f"a balancing job does not mix with {listed}. Put each into a file of its own.")

@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 import time
 from collections.abc import Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from math import ceil
 from typing import TypeVar
@@ -148,7 +148,7 @@ def within(variable: ContextVar[T], value: T) -> Iterator[None]:
 
 def each_answer_within(seconds: float | None) -> AbstractContextManager[None]:
     """End the searches of every answer inside after `seconds` of it; None changes nothing."""
-    return within(_EACH, _EACH.get() if seconds is None else seconds)
+    return nullcontext() if seconds is None else within(_EACH, seconds)
 
 
 def seconds_of_each_answer() -> float | None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import fields, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from math import tau
 from typing import Any
 
@@ -23,7 +23,7 @@ from vibopt.balancing.plane_options import Posed, decided_of
 from vibopt.balancing.question import Question, Solved
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import impasse, limits_at, rates_of
-from vibopt.balancing.rotor_question import caps, pose
+from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise, conditioning
 from vibopt.units import show
 from vibopt.units.showing import show_angle
@@ -46,7 +46,7 @@ def begun(job: RotorJob, *, identified: Identified | None = None, **more: Any) -
     if identified is not None and job.has_phase:
         rotor = identified
         values = DeferredMapping(values, 2 * int(np.count_nonzero(rotor.H)), lambda: coefficients(job, rotor))
-    own = {field.name: more.pop(field.name) for field in fields(Plan) if field.name in more}
+    own = {name: more.pop(name) for name in Plan.__match_args__ if name in more}
     plan = Plan(conventions=job.conventions.sentences(bool(job.runs)), **own)
     return Answer(job=job, values=values, notes=notes, plan=plan, **more)
 
@@ -140,12 +140,12 @@ def nothing(
 
 def plan_of(
     job: RotorJob, identified: Identified, posed: Posed, solved: Solved, fitting: Fitting, noise: Noise | None,
-    notes: tuple[str, ...],
+    notes: tuple[str, ...], idle: Sequence[int] = (),
 ) -> Answer[RotorJob]:  # fmt: skip
     """The plan of one answer with its limits and prices, or why its weights are not to be fitted."""
     u = solved.u
     assert u is not None
-    nominal_only = not job.goal.robust and np.array_equal(posed.question.caps, caps(job))
+    nominal_only = not (job.goal.robust or idle)
     plain = posed if nominal_only else pose(replace(job, goal=replace(job.goal, robust="")), identified)
     nominal = plain.question
     goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))

@@ -130,9 +130,11 @@ def cancelling(
     themselves: such answers are as the user asked, and are shown with the warning only.
     """
     alike = list(conditioning.alike)
+    if not alike:
+        return ""
     bounded = question.is_discrete or question.goal == "correction" or bool(job.goal.robust)
     capped = bool(np.isfinite(question.caps[alike]).any()) or bool(np.isfinite(question.total_cap))
-    if not alike or bounded or capped:
+    if bounded or capped:
         return ""
     left = _may_be_left(job, identified, noise, u)
     now, then = (float(np.linalg.norm(job.importance * one)) for one in (np.abs(identified.y0), left))

@@ -47,13 +47,14 @@ def check_runs(
     if not has_phase:
         _check_without_phase(measured, planes, mistakes)
         return
-    trials: list[list[Run]] = [[] for _ in measured.speeds]
-    for run in measured.runs:
+    trials: list[list[int]] = [[] for _ in measured.speeds]
+    for place, run in enumerate(measured.runs):
         if not run.is_initial:
-            trials[run.speed].append(run)
-    told: set[bytes] = set()
+            trials[run.speed].append(place)
+    W: ComplexArray = np.array([run.weights for run in measured.runs])
+    told: set[tuple[bytes, frozenset[int]]] = set()
     for speed, own in enumerate(trials):
-        _check_speed(speed, measured, own, planes, influence, told, mistakes)
+        _check_speed(speed, measured, own, W[own], planes, influence, told, mistakes)
 
 
 def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
@@ -95,23 +96,23 @@ def _check_verification(measured: Measured, mistakes: Mistakes) -> None:
 
 
 def _check_speed(
-    speed: int, measured: Measured, trials: Sequence[Run], planes: Sequence[Plane], influence: Influence,
-    told: set[bytes], mistakes: Mistakes,
+    speed: int, measured: Measured, places: Sequence[int], W: ComplexArray, planes: Sequence[Plane],
+    influence: Influence, told: set[tuple[bytes, frozenset[int]]], mistakes: Mistakes,
 ) -> None:  # fmt: skip
-    """Whether the runs with weights at a speed tell every plane apart; `told` are sets of weights that do."""
+    """Whether the runs with weights W (n_trials, n_planes) at a speed tell every plane; `told` are sets that do."""
     if influence:
         _check_coefficients(speed, measured, planes, influence, mistakes)
-    W: ComplexArray = np.array([run.weights for run in trials]).reshape(len(trials), len(planes))
-    given = {plane for at, _, plane in influence if at == speed}
+    given = frozenset(plane for at, _, plane in influence if at == speed)
+    key = W.tobytes(), given
+    if key in told:
+        return
     weighed = (W != 0.0).any(axis=0).tolist()
     unknown = [index for index, plane in enumerate(planes) if index not in given and (not plane.keep or weighed[index])]
-    key = W.tobytes() + bytes(unknown)
-    if not unknown or key in told:
-        return
     idle = [planes[index].name for index in unknown if not weighed[index]]
-    if len(trials) >= len(unknown) and not idle and _tells_apart(W[:, unknown]):
+    if not unknown or (len(W) >= len(unknown) and not idle and _tells_apart(W[:, unknown])):
         told.add(key)
         return
+    trials = [measured.runs[place] for place in places]
     at = show(measured.speeds[speed], measured.speed_units[speed], "angular_rate")
     if len(trials) < len(unknown):
         mistakes.add(("runs",), _too_few(planes, unknown, trials, at))
@@ -153,7 +154,9 @@ def _check_coefficients(
 
 
 def _tells_apart(W: ComplexArray) -> bool:
-    """Whether trial weights (n_trials, n_planes) are different enough."""
+    """Whether trial weights (n_trials, n_planes), some in each plane, are different enough."""
+    if np.count_nonzero(W) == len(W) == np.count_nonzero(W.any(axis=1)):  # one in each run
+        return True
     singular = np.linalg.svd(W / np.maximum(np.abs(W).max(axis=0), 1e-300), compute_uv=False)
     return bool(singular[-1] > SINGULAR * singular[0])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -149,7 +150,7 @@ class Free:
 def free_planes(question: Question) -> Free:
     """Merge pairs, drop planes with a cap of zero and planes that no reading sees."""
     plain = not question.pairs and not any(question.sectors) and not question.is_discrete
-    if plain and np.all(question.caps > 0) and np.all(np.any(question.H != 0, axis=0)):
+    if plain and (question.caps > 0).all() and question.H.any(axis=0).all():
         return Free(np.eye(question.n_planes, dtype=complex), question)
     whole = _spread(question)
     densities = np.abs(whole).T @ question.densities
@@ -260,6 +261,7 @@ def _nearest_option(options: ComplexArray, wanted: ComplexArray) -> IntArray:
 
 
 RANK = 1e-13
+_SURE = 1e6
 NOTHING = 1e-13  # residual that counts as nothing, as a share of the goal as found
 
 
@@ -298,10 +300,12 @@ def closed_form(question: Question) -> Solved | None:
     """
     if question.goal == "correction":
         return _nothing_needed(question)
-    if question.pairs or not np.all(question.caps > 0):
+    if question.pairs or not (question.caps > 0).all():
         return None
     if question.goal != "rms" and question.n_readings > question.n_planes and np.isfinite(question.caps).any():
         return None  # more readings than planes and caps: something will be left
+    if question.goal == "rms" and _held_by_caps(question):
+        return None
     u, rank = least_squares(question.triangle)
     held = question.sectors or question.ends or np.isfinite(question.total_cap)
     bare = not held and np.all(np.isinf(question.limits))
@@ -315,6 +319,16 @@ def closed_form(question: Question) -> Solved | None:
     if rank < n:
         claim += f"; the readings tell only {rank} of {n} planes apart, so of all such corrections this is the smallest"
     return Solved(u, "optimal", claim, value, value, 0.0, details={"rank": rank})
+
+
+def _held_by_caps(question: Question) -> bool:
+    """Whether least squares that are well determined ask for more than the caps allow."""
+    with suppress(np.linalg.LinAlgError):
+        inverse = np.linalg.inv(question.square)
+        u = inverse @ (question.H.conj().T @ (question.importance**2 * question.y0))
+        sure = float(np.abs(inverse).max() * np.abs(question.square).max()) < _SURE
+        return sure and bool((np.abs(u) > question.caps * (1.0 + 1.0 / _SURE)).any())
+    return False
 
 
 def _nothing_needed(question: Question) -> Solved | None:
@@ -348,7 +362,7 @@ def solve_continuous(question: Question, budget: Budget | None = None) -> Solved
     if plain is not None:
         return plain
     free = free_planes(question)
-    scene = scaled(free.question)
+    scene = scaled(free.question, merge=not free.question.has_caps_alone)
     return _solved(question, free, scene, solve_pieces(scene, free.question.sectors, budget))
 
 

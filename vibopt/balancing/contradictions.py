@@ -109,7 +109,8 @@ def beside(of: Heard, u: ComplexArray) -> tuple[Remedy, ...]:
 
 def judged(of: Heard, plan: Answer[RotorJob]) -> Answer[RotorJob]:
     """The plan with what its runs say against each other; unproven where nobody can tell which is wrong."""
-    plan = replace(plan, notes=(*_notes(of), *plan.notes))
+    if notes := _notes(of):
+        plan = replace(plan, notes=(*notes, *plan.notes))
     if of.told:
         return _kept_by_bands(of, plan) if plan.plan.fittings else plan
     if not plan.plan.fittings and plan.status != "infeasible":
@@ -167,17 +168,16 @@ def _notes(of: Heard) -> tuple[str, ...]:
     found: list[str] = []
     for agreement in of.found:
         found += [_left_out(of, agreement.speed, run) for run in agreement.out]
-        at = of.job.show_speed(agreement.speed)
         if agreement.possible and agreement.told:
             found.append(
-                f"The runs at {at} do not agree as well as they should: by chance one job in "
-                f"{1.0 / agreement.chance:.0f} would look so. The bands hold what each alone could have spoilt: "
+                f"The runs at {of.job.show_speed(agreement.speed)} do not agree as well as they should: by chance one "
+                f"job in {1.0 / agreement.chance:.0f} would look so. The bands hold what each alone could have spoilt: "
                 f"{_either(of.whole, agreement.possible)}."
             )
         if agreement.unchecked:
             found.append(
-                f"No other run checks {_named(of.whole, agreement.unchecked)} at {at}: were it wrong, nothing here "
-                "would show it."
+                f"No other run checks {_named(of.whole, agreement.unchecked)} at "
+                f"{of.job.show_speed(agreement.speed)}: were it wrong, nothing here would show it."
             )
         found += _one_spare(of, agreement.speed)
     return tuple(found)
@@ -199,8 +199,10 @@ def _left_out(of: Heard, speed: int, run: int) -> str:
 def _one_spare(of: Heard, speed: int) -> list[str]:
     """With one spare run and no scatter given only the disagreement itself can be told, not whose it is."""
     learnt, job = of.identified.learnt[speed], of.job
+    if job.scatter is not None or learnt.spare != 1:
+        return []
     worst = float(np.abs(learnt.misfit).max(initial=0.0))
-    if job.scatter is not None or learnt.spare != 1 or worst < _SEEN * float(np.abs(learnt.readings).max()):
+    if worst < _SEEN * float(np.abs(learnt.readings).max()):
         return []
     run, place = np.unravel_index(int(np.argmax(np.abs(learnt.misfit))), learnt.misfit.shape)
     sensor = job.sensors[int(place)]

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.balancing.interior import least_within
 from vibopt.balancing.question import held_by, together
 from vibopt.balancing.scaled import EXACT, Dual, Scaled, into_wedge, weak_duality
-from vibopt.cones import Cones
+from vibopt.cones import Cones, over_parts
 from vibopt.records import dataclass
 from vibopt.work import worked
 
@@ -29,12 +30,12 @@ class ConeAnswer:
 
 def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: float = 1e-11) -> ConeAnswer:
     """Solve with only these goal rows ("worst") and limit rows; all other goals take every goal row."""
-    exact, cones, heads, n = scene.exact, Cones(2 * scene.n_planes), 0, scene.n_planes
+    exact, cones, heads, n = scene.exact, Cones(scene.n_planes), 0, scene.n_planes
     if len(scene.goal_sums):
-        heads = _added(cones, _over_parts(scene.G[goal_rows]), scene.g[goal_rows], scene.goal_sums[goal_rows])
+        heads = _added(cones, scene.G[goal_rows], scene.g[goal_rows], scene.goal_sums[goal_rows])
     elif scene.goal != "correction":
         rows = round(scene.divisor**2)
-        heads = cones.least(scene.goal, _over_parts(scene.G[goal_rows]), scene.g[goal_rows], scene.huber, rows)
+        heads = cones.least(scene.goal, scene.G[goal_rows], scene.g[goal_rows], scene.huber, rows)
     shown = limit_rows if exact is None else np.setdiff1d(limit_rows, exact.rows)
     inside = min(INSIDE * tolerance, 2e-9)
     firsts = [(some, _limits(scene, cones, some, inside)) for some in _apart(scene, shown) if len(some)]
@@ -44,7 +45,7 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     along = None
     if exact is not None:  # x = base + free y in real and imaginary parts
         base, N = exact.base, exact.free
-        along = np.concatenate([base.real, base.imag]), np.block([[N.real, -N.imag], [N.imag, N.real]])
+        along = np.concatenate([base.real, base.imag]), np.concatenate(over_parts(N))
     cone_point = cones.solve(tolerance=tolerance, along=along)
     z = np.zeros(len(scene.g), dtype=complex)
     z[goal_rows] = _multipliers(cone_point.z, heads, len(goal_rows), whole=scene.goal == "rms")
@@ -57,6 +58,24 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
     return ConeAnswer(cone_point.x[:n] + 1j * cone_point.x[n : 2 * n], z, v, cone_point.status)
 
 
+def _by_squares(scene: Scaled, goal_rows: Rows, limit_rows: Rows) -> ConeAnswer | None:
+    """The same without a cone program; None where more than discs is asked about, or where that does not settle."""
+    if not scene.is_discs or len(goal_rows) + len(limit_rows) < MANY or len(goal_rows) <= scene.n_planes:
+        return None
+    G, g, worst = scene.G[goal_rows], scene.g[goal_rows], scene.goal == "worst"
+    try:
+        found = least_within(G, g, scene.F[limit_rows], scene.f[limit_rows], scene.caps, worst=worst)
+    except np.linalg.LinAlgError:
+        return None
+    if found is None:
+        return None
+    left = np.abs(G @ found[0] + g)
+    size = float(left.max()) if worst else float(np.linalg.norm(left)) * scene.divisor
+    z, v = np.zeros(len(scene.g), dtype=complex), np.zeros(len(scene.f), dtype=complex)
+    z[goal_rows], v[limit_rows] = found[1] / size, found[2] / size
+    return ConeAnswer(found[0], z, v, "Solved")
+
+
 def _apart(scene: Scaled, rows: Rows) -> tuple[Rows, Rows]:
     """Limit rows that are held by themselves, and those that are added up."""
     many = scene.shared[rows]
@@ -67,7 +86,7 @@ def _limits(scene: Scaled, cones: Cones, rows: Rows, inside: float) -> int:
     """Limit rows, drawn in by a part `inside`; the place of the first."""
     tight = scene.tightness[rows]
     bounds = np.maximum(1.0 / tight - inside, 0.5 / tight)
-    slope, constant = _over_parts(scene.F[rows] / tight[:, None]), scene.f[rows] / tight
+    slope, constant = scene.F[rows] / tight[:, None], scene.f[rows] / tight
     if not scene.shared[rows].any():
         return cones.moduli(slope, constant, bounds)
     return _added(cones, slope, constant, scene.sums[rows], bounds)
@@ -90,11 +109,6 @@ def _added(
     return start
 
 
-def _over_parts(M: ComplexArray) -> ComplexArray:
-    """Rows over x as rows over its real, then imaginary parts."""
-    return np.concatenate([M, 1j * M], axis=1)
-
-
 def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> ComplexArray:
     """Complex multipliers (the solver's with its sign turned) of `count` rows whose cones start at row `first`."""
     if whole:
@@ -107,12 +121,12 @@ def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> Compl
 def _amounts(scene: Scaled, cones: Cones, inside: float) -> None:
     """Caps, total and mass, drawn in by a part `inside`; where mass is counted each plane has its size as a helper."""
     caps, total = scene.caps * (1.0 - inside), scene.total * (1.0 - inside)
-    planes = np.flatnonzero(np.isfinite(scene.caps))
-    unit, nothing = _over_parts(np.eye(scene.n_planes, dtype=complex)), np.zeros(scene.n_planes, dtype=complex)
-    whole = np.array([plane for plane in range(scene.n_planes) if plane not in scene.fans], dtype=int)
+    planes = np.flatnonzero(scene.caps < np.inf)
+    unit, nothing = np.eye(scene.n_planes, dtype=complex), np.zeros(scene.n_planes, dtype=complex)
+    whole = [plane for plane in range(scene.n_planes) if plane not in scene.fans]
     if scene.goal != "correction" and not np.isfinite(scene.total):
-        held = np.intersect1d(planes, whole)
-        if len(held):
+        held = [plane for plane in whole if caps[plane] < np.inf]
+        if held:
             cones.moduli(unit[held], nothing[held], caps[held])
         for plane, fan in scene.fans.items():
             if np.isfinite(caps[plane]):
@@ -159,7 +173,8 @@ Places = IntArray
 
 KEPT = 1e-9  # a limit is kept when it is exceeded by no more than this share
 MANY_PLANES = 20
-FEW = 30  # up to so many rows all of them are shown at once
+FEW, FEW_DISCS = 30, 100  # up to so many rows all of them are shown at once
+MANY = 16  # rows from which on each of them makes a cone program slower than steps in whole arrays
 ROUNDS = 40
 TOLERANCES = (1e-10, 1e-11, 1e-8)
 CLOSE = 1e-8
@@ -213,9 +228,7 @@ def solve_convex(scene: Scaled) -> Convex:
 
 def _least_squares(scene: Scaled) -> Convex | None:
     """Least squares within discs; None where it is another question, or not proven."""
-    plain = scene.goal == "rms" and not len(scene.f) and not np.isfinite(scene.total)
-    plain = plain and not any(scene.wedges) and not scene.fans
-    if not plain or len(scene.g) <= scene.n_planes:
+    if scene.goal != "rms" or len(scene.f) or not scene.is_discs or len(scene.g) <= scene.n_planes:
         return None
     try:
         with np.errstate(all="ignore"):
@@ -299,9 +312,11 @@ def _rounds(scene: Scaled, tolerance: float) -> Convex:
     goal_rows, limit_rows = first_rows(scene)
     best_x, best_value, best_bound, best_dual, impossible, count = None, np.inf, -np.inf, None, False, 0
     for count in range(1, ROUNDS + 1):  # noqa: B007 - read after the loop
-        answer = solve_cone(scene, goal_rows, limit_rows, tolerance)
-        x = answer.x if np.all(np.isfinite(answer.x)) else np.zeros(scene.n_planes, dtype=complex)
-        x = _onto_limits(scene, pull_in(scene, x))
+        answer = _by_squares(scene, goal_rows, limit_rows) if tolerance == TOLERANCES[0] else None
+        answer = answer or solve_cone(scene, goal_rows, limit_rows, tolerance)
+        x = answer.x if np.isfinite(answer.x).all() else np.zeros(scene.n_planes, dtype=complex)
+        x = pull_in(scene, x)
+        x = _onto_limits(scene, x) if len(scene.f) else x
         limits_left = scene.held(x)
         kept = limits_left.max(initial=0.0) <= 1.0 + KEPT and (scene.exact is None or _inside(scene, x))
         value = scene.value(x) if kept else np.inf
@@ -355,12 +370,12 @@ def _add(rows: Places, left: FloatArray, level: float, scene: Scaled) -> Places:
 
 def first_rows(scene: Scaled) -> tuple[Places, Places]:
     """Goal and limit rows shown first: all where few, else the worst after a few rounds of Lawson's weights."""
-    every = np.arange(len(scene.g))
+    every, few = np.arange(len(scene.g)), FEW_DISCS if scene.is_discs else FEW
     goal_rows = every[:0] if scene.goal == "correction" else every
     limit_rows = np.arange(len(scene.f))
-    if scene.goal == "worst" and len(every) > FEW and not len(scene.goal_sums):
+    if scene.goal == "worst" and len(every) > few and not len(scene.goal_sums):
         goal_rows = likely_worst(scene, scene.G, scene.g)
-    if len(limit_rows) > FEW:
+    if len(limit_rows) > few:
         limit_rows = np.union1d(likely_worst(scene, scene.F, scene.f), np.flatnonzero(scene.shared))
     return goal_rows, limit_rows
 

@@ -8,7 +8,8 @@ with c(u) the errors of all of them are carried together, their correlation incl
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
+from contextlib import suppress
 
 import numpy as np
 
@@ -107,8 +108,8 @@ class Identified:
 
 def identify(job: RotorJob) -> Identified:
     """y0 and H from the runs of a job with phase."""
-    inverses: Inverses = {}
-    learnt = tuple(_learn(job, speed, inverses) for speed in range(len(job.speeds)))
+    tried: Tried = {}
+    learnt = tuple(_learn(job, speed, tried) for speed in range(len(job.speeds)))
     return Identified(*_stacked(learnt, [one.theta for one in learnt]), learnt)
 
 
@@ -124,36 +125,42 @@ def _stacked(learnt: Sequence[Learnt], thetas: Sequence[ComplexArray]) -> tuple[
     return np.concatenate([theta[0] for theta in thetas]), np.concatenate(every)
 
 
-Inverses = dict[tuple[bytes, int, float], ComplexArray]
-"""Pseudo-inverses; at most speeds the same weights are tried, so that few of them are worked out."""
+Tried = dict[tuple[bytes, int, frozenset[int]], tuple[tuple[int, ...], ComplexArray, ComplexArray]]
+"""Planes learnt, X and X⁺ by the weights of the runs; at most speeds the same are tried, so that few are worked out."""
 
 
-def _inverse(X: ComplexArray, same: float, known: Inverses) -> ComplexArray:
-    """X⁺ with its columns at one size; singular values below `same` of the greatest are none."""
-    key = (X.tobytes(), X.shape[1], same)
-    if key not in known:
-        size = np.abs(X).max(axis=0)
-        known[key] = np.linalg.pinv(X / size, rcond=same) / size[:, None]
-    return known[key]
+def _told(W: ComplexArray, ready: Set[int]) -> tuple[tuple[int, ...], ComplexArray, ComplexArray]:
+    """Planes learnt from weights W (n_runs, n_planes), X, and X⁺ by columns at one size."""
+    weighed = np.flatnonzero(W.any(axis=0)).tolist()
+    planes = tuple(index for index in weighed if index not in ready) or tuple(weighed)
+    X = np.ones((len(W), 1 + len(planes)), dtype=complex)
+    X[:, 1:] = W[:, planes]
+    size = np.abs(X).max(axis=0)
+    return planes, X, _inverse(X / size, SAME if ready & {*planes} else EXACT) / size[:, None]
 
 
-def _learn(job: RotorJob, speed: int, inverses: Inverses) -> Learnt:
-    runs = job.runs_at(speed)
-    n_sensors, n_planes = len(job.sensors), len(job.planes)
-    known = np.zeros((n_sensors, n_planes), dtype=complex)
+def _inverse(X: ComplexArray, same: float) -> ComplexArray:
+    """X⁺; singular values below `same` of the greatest are none."""
+    if len(X) == X.shape[1]:  # hardly ever singular: then this is the same, and sooner
+        with suppress(np.linalg.LinAlgError):
+            found = np.asarray(np.linalg.inv(X), dtype=complex)
+            if same * np.abs(found).max() * X.size < 1.0:
+                return found
+    return np.asarray(np.linalg.pinv(X, rcond=same), dtype=complex)
+
+
+def _learn(job: RotorJob, speed: int, tried: Tried) -> Learnt:
+    places = list(job.places[speed])
+    known = np.zeros((len(job.sensors), len(job.planes)), dtype=complex)
     ready = set()
     for (at, sensor, plane), value in job.influence.items():
         if at == speed:
             known[sensor, plane] = value
             ready.add(plane)
-    W = np.array([run.weights for run in runs])
-    weighed = np.flatnonzero(W.any(axis=0)).tolist()
-    planes = tuple(index for index in weighed if index not in ready) or tuple(weighed)
-    same = SAME if ready.intersection(planes) else EXACT
-    readings = np.array([run.readings for run in runs]) - job.runout
-    readings = readings - W @ known.T if ready else readings
-    X = np.concatenate([np.ones((len(runs), 1)), W[:, list(planes)]], axis=1)
-    return Learnt(runs, planes, X, _inverse(X, same, inverses), known, readings)
+    W, readings = job.weights[places], job.measured[places]
+    key = W.tobytes(), len(W), frozenset(ready)
+    tried[key] = tried.get(key) or _told(W, ready)
+    return Learnt(job.runs_at(speed), *tried[key], known, readings - W @ known.T if ready else readings)
 
 
 def _spread(learnt: Learnt, theta: ComplexArray) -> ComplexArray:

@@ -29,7 +29,7 @@ SAME_SPEED = 0.01
 """Runs whose speeds differ by no more than this part belong together."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Raw:
     """A run before its values are read: its name, speed and words, its path, and where its mistakes go."""
 
@@ -161,7 +161,9 @@ def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
     if not all(type(raw.readings) is dict and raw.readings.keys() == set(names) for raw in raws):
         return raws
     found = phasors(names, [[raw.readings[name] for name in names] for raw in raws])
-    return raws if found is None else [replace(raw, readings=own) for raw, own in zip(raws, found, strict=True)]
+    for raw, own in zip(raws, found or (), strict=found is not None):
+        raw.readings = own
+    return raws
 
 
 def _check_names(raws: Sequence[Raw], speeds: Sequence[float]) -> None:

@@ -173,18 +173,15 @@ class Plane:
         size = max([size, *(weight.mass for weight in there)])
         greatest = inf if self.drill is None else self.drill.most * room
         rules = {
-            "the cap": self.filled(there) <= self.cap * room,
-            "the drill": all(weight.mass <= greatest for weight in there),
-            "the sectors": all(weight.mass * self.inside(weight.angle) <= tol * size for weight in there),
+            "the cap": self.filled(there) > self.cap * room,
+            "the drill": any(weight.mass > greatest for weight in there),
+            "the sectors": self.forbidden and any(w.mass * self.inside(w.angle) > tol * size for w in there),
+            "the radius": self.is_open and any(not _among(w.radius, self.radii) for w in there if w.radius is not None),
+            "the holes": self.is_open and not self._seated([weight.hole for weight in there]),
+            "the shelf": self.is_open and self.shelf and not all(_among(w.mass, self.shelf) for w in there),
+            "keep": self.keep and there,
         }
-        if self.is_open:
-            rules |= {
-                "the radius": all(weight.radius is None or _among(weight.radius, self.radii) for weight in there),
-                "the holes": self._seated([weight.hole for weight in there]),
-                "the shelf": not self.shelf or all(_among(weight.mass, self.shelf) for weight in there),
-            }
-        rules["keep"] = not (self.keep and there)
-        return next((rule for rule, kept in rules.items() if not kept), "")
+        return next((rule for rule, broken in rules.items() if broken), "")
 
     def made(self, weights: Sequence[Weight], conventions: Conventions) -> complex:
         """Internal unbalance that weights add, as they are told [kg m]."""

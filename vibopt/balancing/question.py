@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import field, replace
+from math import isfinite
 from typing import Any, Literal
 
 import numpy as np
@@ -144,6 +145,12 @@ class Question:
         return any(option is not None for option in self.options)
 
     @property
+    def has_caps_alone(self) -> bool:
+        """Whether nothing but caps holds its answer back."""
+        more = any(self.sectors) or self.fans or self.ends or np.isfinite(self.limits).any()
+        return not more and not np.isfinite(self.total_cap)
+
+    @property
     def is_search(self) -> bool:
         """Whether the answer takes a search, of which nobody knows before how long it is."""
         return self.is_discrete or bool(self.fans)
@@ -160,6 +167,12 @@ class Question:
         for plane, ends in enumerate(self.ends):
             base[plane] = 0.0 if ends is None else ends[0]
         return base
+
+    @cached_property
+    def square(self) -> ComplexArray:
+        """(importance H)* importance H, shape (n_planes, n_planes)."""
+        rows = self.importance[:, None] * self.H
+        return np.asarray(rows.conj().T @ rows)
 
     @cached_property
     def triangle(self) -> ComplexArray:
@@ -256,6 +269,8 @@ def greatest(t: FloatArray, sums: IntArray) -> FloatArray:
 
 def held_by(t: FloatArray, sums: IntArray) -> float:
     """What multipliers of sizes t (n_rows,) take of limits of one: of amplitudes that are added up the greatest."""
+    if not len(sums):
+        return float(t.sum())
     return float((greatest(t, sums) / together(np.ones(len(t)), sums)).sum())
 
 
@@ -349,9 +364,9 @@ def first_greatest(values: FloatArray) -> int:
 
 def felt(y0: ComplexArray, H: ComplexArray) -> float:
     """An unbalance that the readings could not miss [kg m]; zero where none is known."""
-    with np.errstate(divide="ignore", invalid="ignore"):
-        size = float(np.abs(y0).max(initial=0.0) / np.abs(H).max(initial=0.0))
-    return size if np.isfinite(size) else 0.0
+    most = float(np.abs(H).max(initial=0.0))
+    size = float(np.abs(y0).max(initial=0.0)) / most if most else 0.0
+    return size if isfinite(size) else 0.0
 
 
 def relative_gap(value: float, bound: float, size: float) -> float:

@@ -234,7 +234,7 @@ class RotorJob(Corrected):
     @cached_property
     def importance(self) -> FloatArray:
         """Per row."""
-        return np.tile(np.array([sensor.importance for sensor in self.sensors]), len(self.speeds))
+        return np.array([sensor.importance for sensor in self.sensors] * len(self.speeds))
 
     def beyond(self, decided: Corrected) -> list[str]:
         """The same, and pairs whose two unbalances are not what is asked."""
@@ -260,6 +260,16 @@ class RotorJob(Corrected):
                 found[run.speed].append(index)
         return tuple(map(tuple, found))
 
+    @cached_property
+    def weights(self) -> ComplexArray:
+        """Everything fitted in each run (n_runs, n_planes) [kg m]."""
+        return np.array([run.weights for run in self.runs])
+
+    @cached_property
+    def measured(self) -> ComplexArray:
+        """Readings of each run, runout subtracted (n_runs, n_sensors) [SI peak]."""
+        return np.array([run.readings for run in self.runs]) - self.runout
+
     def runs_at(self, speed: int) -> tuple[Run, ...]:
         """The runs at a speed that are not left out."""
         return tuple(self.runs[k] for k in self.places[speed])
@@ -271,9 +281,8 @@ class RotorJob(Corrected):
         A run that is left out counts only where there is no other.
         """
         found = []
-        for speed in range(len(self.speeds)):
-            kept = [run for run in self.runs_at(speed) if run.is_initial]
-            read = kept or [run for run in self.runs if run.speed == speed and run.is_initial]
-            mean = read[0].readings if len(read) == 1 else np.mean([run.readings for run in read], axis=0)
-            found.append(mean - self.runout)
+        for speed, places in enumerate(self.places):
+            kept = [place for place in places if self.runs[place].is_initial]
+            own = kept or [k for k, run in enumerate(self.runs) if run.speed == speed and run.is_initial]
+            found.append(self.measured[own[0]] if len(own) == 1 else self.measured[own].mean(axis=0))
         return np.concatenate(found)

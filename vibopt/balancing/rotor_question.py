@@ -33,7 +33,8 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
     )
     question = asked.question.without(idle) if len(idle) else asked.question
-    return replace(asked, question=_robust(job, identified, noise, question))
+    question = _robust(job, identified, noise, question)
+    return asked if question is asked.question else replace(asked, question=question)
 
 
 def _robust(job: RotorJob, identified: Identified, noise: Noise | None, question: Question) -> Question:

@@ -66,12 +66,19 @@ class Scaled:
     def n_planes(self) -> int:
         return int(self.G.shape[1])
 
-    @property
+    @cached_property
+    def is_discs(self) -> bool:
+        """Whether least squares or the worst residual are asked for within discs alone, none of which is tight."""
+        other = self.fans or any(self.wedges) or len(self.sums) or len(self.goal_sums) or np.isfinite(self.total)
+        return not other and self.goal in ("rms", "worst") and not (self.tightness > 1.0).any()
+
+    @cached_property
     def reach(self) -> FloatArray:
         """Greatest |x| that cap and total leave to each plane, shape (n_planes,)."""
+        if not np.isfinite(self.total):
+            return self.caps
         with np.errstate(divide="ignore"):
-            alone = self.total / self.mass if np.isfinite(self.total) else np.full(self.n_planes, np.inf)
-        return np.minimum(self.caps, alone)
+            return np.minimum(self.caps, self.total / self.mass)
 
     @cached_property
     def tightness(self) -> FloatArray:
@@ -149,10 +156,11 @@ class Exact:
     inverse: ComplexArray
 
 
-def scaled(question: Question) -> Scaled:
+def scaled(question: Question, *, merge: bool = True) -> Scaled:
     """Divide a question (without pairs) by its sizes; limits of zero become 1e-12 of the readings.
 
-    Shares are counted from their lower ends: numbers that are not negative, of which nothing is weighed.
+    Shares are counted from their lower ends: numbers that are not negative, of which nothing is weighed.  Without
+    `merge` rows of least squares stay as they are, which is sooner where they are looked at a few times.
     """
     shares = {plane: ends[1] - ends[0] for plane, ends in enumerate(question.ends) if ends is not None}
     if shares:
@@ -165,17 +173,20 @@ def scaled(question: Question) -> Scaled:
         question.limits[limited], 1e-12 * (as_found or float(np.abs(question.H).max(initial=0.0))) or 1e-300
     )
     F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
-    seen = (np.abs(F) / _tightness(as_found / limits)[:, None]).max(axis=0, initial=0.0)
+    seen = np.zeros(question.n_planes)
+    if len(limited):
+        seen = (np.abs(F) / _tightness(as_found / limits)[:, None]).max(axis=0)
     size = float((weights * np.abs(question.y0)).max(initial=0.0))
     far = np.where(seen > 0.0, 1.0 / np.maximum(seen, 1e-300), np.where(np.isfinite(question.caps), question.caps, 0.0))
-    room = float((weights[:, None] * np.abs(question.H) * far).max(initial=0.0))
+    pulls = weights[:, None] * np.abs(question.H)
+    room = float((pulls * far).max(initial=0.0))
     size = (size if size > _ROUNDING * room else room) or 1.0  # what weights may do, where as found it is nothing
     G, g = question.H * (weights / size)[:, None], question.y0 * (weights / size)
-    if question.goal in ("worst", "sum"):  # rows of limits alone are no rows of these goals
+    if question.goal in ("worst", "sum") and not weights.all():  # rows of limits alone are no rows of these goals
         G, g = G[weights > 0.0], g[weights > 0.0]
-    most = np.maximum(np.abs(G).max(axis=0, initial=0.0), seen)
+    most = np.maximum(pulls.max(axis=0, initial=0.0) / size, seen)
     column = 1.0 / np.where(most > 0, most, 1.0)
-    if question.goal == "rms" and len(g) > question.n_planes + 1:
+    if merge and question.goal == "rms" and len(g) > question.n_planes + 1:
         rows, constants = question.triangle[:, :-1] * (column / size), question.triangle[:, -1] / size
     else:
         rows, constants = G * column, g
@@ -233,18 +244,22 @@ def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) 
     z, v = _stationary(scene, z, v)
     shrink = _shrink(scene, z)
     z, v = z * shrink, v * shrink
-    constant = float((z.conj() @ scene.g).real + (v.conj() @ scene.f).real) - held_by(np.abs(v), scene.sums)
+    constant, pull = float((z.conj() @ scene.g).real), scene.G.conj().T @ z
+    if len(v):
+        constant += float((v.conj() @ scene.f).real) - held_by(np.abs(v), scene.sums)
+        pull = pull + scene.F.conj().T @ v
     if scene.goal == "huber":
         constant -= 0.25 * float((np.abs(z) ** 2).sum())
-    gains = gain(scene, scene.G.conj().T @ z + scene.F.conj().T @ v)
+    gains = gain(scene, pull)
     if scene.goal == "correction":
         gains = np.maximum(gains - scene.mass, 0.0)
-    ends = np.isfinite(scene.reach)
+    ends = scene.reach < np.inf
     # twice what the total leaves: the total binds, not the cap that follows from it
-    caps = np.where(np.isfinite(scene.caps), scene.caps, np.where(ends, 2.0 * scene.reach, FAR * (1.0 + reach)))
-    lost, slope = _won(scene, scene.G.conj().T @ z + scene.F.conj().T @ v, gains, caps)
+    capped = scene.caps < np.inf
+    caps = np.where(capped, scene.caps, np.where(ends, 2.0 * scene.reach, FAR * (1.0 + reach)))
+    lost, slope = _won(scene, pull, gains, caps)
     prices = np.maximum(gains - slope * scene.mass, 0.0)
-    return Dual(constant - lost, z, v, np.where(np.isfinite(scene.caps), prices, 0.0), slope)
+    return Dual(constant - lost, z, v, np.where(capped, prices, 0.0), slope)
 
 
 def gain(scene: Scaled, slope: ComplexArray) -> FloatArray:
@@ -314,7 +329,7 @@ def knapsack(gains: FloatArray, caps: FloatArray, mass: FloatArray, total: float
 
 def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """The nearest multipliers along whose slope planes without a cap gain nothing (only rows in use are moved)."""
-    open_planes = np.flatnonzero(~np.isfinite(scene.reach))
+    open_planes = np.flatnonzero(scene.reach == np.inf)
     if not len(open_planes) or scene.goal == "correction":
         return z, v
     used = np.concatenate([np.abs(z), np.abs(v)])

@@ -61,11 +61,12 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
         return judged(of, _unless_felt(of, idle, none, solver))
     options, bands = posed.question.chosen_only(solved.chosen).options, held_bands(of, solved.u)
     fitting = fitting_of(job, identified, solved.u, options, bands)
-    plan = plan_of(job, identified, posed, solved, fitting, noise, _noise_notes(job, noise))
-    plan = replace(plan, notes=(*plan.notes, *idle_words(job, idle)))
+    notes = (*_noise_notes(job, noise), *idle_words(job, idle))
+    plan = plan_of(job, identified, posed, solved, fitting, noise, notes, idle)
     if rotors is not None and plan.plan.fittings:
         plan = rotors.with_odds(plan, posed.question, first)
-    plan = judged(of, plan.with_plan(beside=beside(of, solved.u)))
+    others = beside(of, solved.u)
+    plan = judged(of, plan.with_plan(beside=others) if others else plan)
     return _certified(plan, identified) if plan.plan.fittings else plan
 
 

@@ -195,13 +195,16 @@ class Conditioning:
 
 def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
     """Condition number over the `free` planes, and which of them are to be confused."""
-    A = question.triangle[:, list(free)]
-    size = np.linalg.norm(A, axis=0)
-    most = float(size.max(initial=0.0))
-    felt = np.flatnonzero(size > 1e-12 * most).tolist()
+    square = question.square[list(free)][:, list(free)]
+    size = np.sqrt(square.diagonal().real)
+    felt = np.flatnonzero(size > 1e-12 * size.max(initial=0.0)).tolist()
     if len(felt) < 2:
         return Conditioning(1.0)
-    level = A[:, felt] / size[felt]
+    squares = np.linalg.eigvalsh(square[felt][:, felt] / (size[felt, None] * size[felt]))
+    if squares[-1] < NEAR**2 * squares[0]:  # so small a number loses no digits by its square
+        return Conditioning(float(np.sqrt(squares[-1] / squares[0])))
+    A = question.triangle[:, [free[column] for column in felt]]
+    level = A / np.sqrt((A.real**2 + A.imag**2).sum(axis=0))
     values = np.linalg.svd(level, compute_uv=False)
     values = np.append(values, np.zeros(len(felt) - len(values)))
     number = float(values[0] / values[-1]) if values[-1] > 1e-16 * values[0] else float("inf")

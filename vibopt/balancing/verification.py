@@ -11,7 +11,9 @@ from __future__ import annotations
 import cmath
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
+from itertools import chain
 from math import pi
 from typing import Any
 
@@ -35,6 +37,7 @@ _BATCH = 256
 MOST_CELLS = 2_000_000
 """Samples of signals that are in memory at once."""
 _TURN = 2.0 * pi * np.arange(SAMPLES) / SAMPLES
+_COSINE, _SINE = 2.0 / SAMPLES * np.cos(_TURN), 2.0 / SAMPLES * np.sin(_TURN)
 PlanText = tuple[tuple[int, str, bool], ...]
 """What is fitted: plane index, text such as "12.3 g @ 200 deg", whether it is taken away."""
 _NUMBER = r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*"
@@ -175,10 +178,8 @@ def _cosines(
 
 def _numbers(rows: Sequence[Sequence[str]]) -> FloatArray:
     """Rows of numbers as they stand in the file; zero where there is none."""
-    try:
-        return np.array(rows, dtype=float).reshape(len(rows), -1)
-    except ValueError:
-        return np.array([[float(text or "0") for text in row] for row in rows])
+    texts = [*chain.from_iterable(rows)]
+    return np.array([*map(float, texts if all(texts) else [text or "0" for text in texts])]).reshape(len(rows), -1)
 
 
 def _reading_unit(sensor: Sensor, unit: str) -> float:
@@ -206,6 +207,9 @@ def _mixture(ready: Sequence[int], states: ComplexArray, targets: ComplexArray) 
     wanted = np.concatenate([np.ones((1, len(targets))), targets[:, learnt].T])
     size = np.abs(rows).max(axis=1)[:, None]
     same = APART if set(ready) & set(learnt) else None
+    if same is None and len(rows) == len(states):  # as many runs as unknowns: no share is free
+        with suppress(np.linalg.LinAlgError):
+            return np.asarray(np.linalg.solve(rows / size, wanted / size).T)
     shares: ComplexArray = np.linalg.lstsq(rows / size, wanted / size, rcond=same)[0].T
     return shares
 
@@ -231,7 +235,7 @@ def _signal(
             signals[..., column, :] -= size * np.cos(shifted - peak)
     for plane in ready:
         signals -= _unit_signals(job, speed, plane, states[:, plane], shifted)
-    mixed = np.einsum("nr,nvrst->nvst", np.abs(shares), signals)
+    mixed = (np.abs(shares)[:, None, :, None, None] * signals).sum(axis=2)
     for plane in ready:
         mixed += _unit_signals(job, speed, plane, targets[:, plane], _TURN)[:, None]
     return np.asarray(mixed)
@@ -248,7 +252,7 @@ def _unit_signals(job: RotorJob, speed: int, plane: int, weights: ComplexArray, 
 
 def _amplitude(signal: FloatArray) -> FloatArray:
     """First harmonic of one turn (..., SAMPLES)."""
-    return np.asarray(2.0 / SAMPLES * np.hypot(signal @ np.cos(_TURN), signal @ np.sin(_TURN)))
+    return np.asarray(np.hypot(signal @ _COSINE, signal @ _SINE))
 
 
 def runs_without_phase(job: RotorJob, y0: ComplexArray, H: ComplexArray) -> FloatArray:

@@ -70,7 +70,7 @@ def numbers(texts: list[str], shape: tuple[int, ...]) -> FloatArray | None:
     if "".join(texts).translate(_NO_SIGNS):
         return None
     try:
-        found = np.array(texts, dtype=float)
+        found = np.array([*map(float, texts)])
     except ValueError:
         return None
     return found.reshape(shape) if np.isfinite(found).all() else None

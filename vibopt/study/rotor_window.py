@@ -61,13 +61,13 @@ class _Plans:
         imaginary parts, or of the weight in the plane `near`.
         """
         n, m = self.n, len(self.y0)
-        cones, eye = Cones(2 * n), np.eye(n, dtype=complex)
+        cones = Cones(n)
         inside = cost is not None or near is not None
         sizes = cones.helpers(n, np.arange(n) == near if near is not None else 0.0)
         left = cones.helpers(m)
         cones.helpers(1, 0.0 if inside else 1.0)
-        cones.moduli(np.concatenate([eye, 1j * eye], axis=1), np.zeros(n, dtype=complex), 0.0, (sizes,))
-        cones.moduli(np.concatenate([self.H, 1j * self.H], axis=1), self.y0, 0.0, (left,))
+        cones.moduli(np.eye(n, dtype=complex), np.zeros(n, dtype=complex), 0.0, (sizes,))
+        cones.moduli(self.H, self.y0, 0.0, (left,))
         capped = np.flatnonzero(np.isfinite(self.caps))
         caps = np.concatenate([np.eye(n)[capped] / self.caps[capped, None], self.masses[None]])
         weights = np.concatenate([part * np.abs(self.H), (1.0 + part) * caps])
