@@ -70,6 +70,7 @@ HOMES = {
     "casadi": ("vibopt.program.casadi_nlp", "vibopt.posed"),
     "cvxpy": ("vibopt.posed", "vibopt.solve.rivals"),
     "hsbalance": ("vibopt.solve.rivals",),
+    "distributed": ("vibopt.study.cluster",),
     "matplotlib": (
         "vibopt.report.figures",
         "vibopt.charts.chart_figures",

@@ -12,7 +12,7 @@ import pytest
 
 from vibopt.jobs import answer, open_job
 from vibopt.study.archive import kept_answer
-from vibopt.study.workers import Lost, each
+from vibopt.study.workers import Lost, Processes, each
 
 PROBLEMS = Path(__file__).parents[1] / "problems"
 SAMPLE = (
@@ -70,7 +70,7 @@ def solved_there_and_back(names: Sequence[str]) -> list[str]:
 @pytest.fixture(scope="module")
 def fresh() -> dict[str, str | Lost]:
     """Each file in a process of its own, two at a time."""
-    return dict(zip(SAMPLE, each(solved, SAMPLE, 2), strict=True))
+    return dict(zip(SAMPLE, each(solved, SAMPLE, Processes(2)), strict=True))
 
 
 def differing(fresh: dict[str, str | Lost], others: Sequence[str | Lost]) -> list[str]:
@@ -82,15 +82,15 @@ def test_every_answer_of_the_sample_is_there(fresh: dict[str, str | Lost]) -> No
 
 
 def test_one_worker_gives_the_answers_of_two(fresh: dict[str, str | Lost]) -> None:
-    assert differing(fresh, each(solved, SAMPLE, 1)) == []
+    assert differing(fresh, each(solved, SAMPLE, Processes(1))) == []
 
 
 def test_no_clock_decides_an_answer(fresh: dict[str, str | Lost]) -> None:
-    assert differing(fresh, each(solved_in_haste, SAMPLE, 2)) == []
+    assert differing(fresh, each(solved_in_haste, SAMPLE, Processes(2))) == []
 
 
 def test_what_was_solved_before_changes_no_answer(fresh: dict[str, str | Lost]) -> None:
-    (found,) = each(solved_there_and_back, [SAMPLE], 1)
+    (found,) = each(solved_there_and_back, [SAMPLE], Processes(1))
     assert not isinstance(found, Lost)
     assert differing(fresh, found[: len(SAMPLE)]) == []
     assert differing(fresh, found[len(SAMPLE) :]) == []

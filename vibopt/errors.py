@@ -163,6 +163,10 @@ class RoutesDiffer(VibOptError):  # noqa: N818 - a finding rather than an error
     exit_code = 6
 
 
+class PoolError(VibOptError):
+    """Those who did the work are gone, and some of it with them; what was ready before is good."""
+
+
 class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than an error
     """Raised by `Design.require_proof()`: the answer may be good, but nothing proves it."""
 

@@ -7,7 +7,7 @@ from functools import partial
 
 import pytest
 
-from vibopt.study.workers import THREADS, Lost, each
+from vibopt.study.workers import THREADS, Lost, Processes, each
 
 
 def slow_first(item: int) -> int:
@@ -29,7 +29,7 @@ def threads(_: int) -> list[str | None]:
 @pytest.mark.parametrize("workers", [1, 2, 5])
 def test_results_come_in_the_order_of_the_items_with_any_number_of_processes(workers: int) -> None:
     counted: list[int] = []
-    assert each(slow_first, range(4), workers, counted.append) == [0, 1, 4, 9]
+    assert each(slow_first, range(4), Processes(workers), counted.append) == [0, 1, 4, 9]
     assert counted == [1, 2, 3, 4]
 
 
@@ -42,7 +42,7 @@ def test_results_come_in_the_order_of_the_items_with_any_number_of_processes(wor
 )
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_process_that_dies_costs_its_own_item_alone(workers: int, how: str, why: str) -> None:
-    assert each(partial(perhaps_dies, how=how), range(5), workers) == [0, 1, Lost(why), 3, 4]
+    assert each(partial(perhaps_dies, how=how), range(5), Processes(workers)) == [0, 1, Lost(why), 3, 4]
 
 
 def test_each_process_has_one_thread_of_linear_algebra_and_this_one_keeps_its_own(
@@ -50,5 +50,5 @@ def test_each_process_has_one_thread_of_linear_algebra_and_this_one_keeps_its_ow
 ) -> None:
     monkeypatch.setenv(THREADS[0], "8")
     monkeypatch.delenv(THREADS[1], raising=False)
-    assert each(threads, [0], 1) == [["1"] * len(THREADS)]
+    assert each(threads, [0], Processes(1)) == [["1"] * len(THREADS)]
     assert (os.environ[THREADS[0]], THREADS[1] in os.environ) == ("8", False)

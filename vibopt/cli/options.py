@@ -89,6 +89,11 @@ workers = click.option(
     metavar="N",
     help="Processes at a time; the answers do not depend on it.",
 )
+cluster = click.option(
+    "--cluster",
+    metavar="ADDRESS",
+    help="Have the workers of a scheduler of Dask answer, tcp://HOST:8786; the answers do not depend on it.",
+)
 force = click.option("--force", is_flag=True, help="Write over a file that vibopt did not write.")
 fresh = click.option("--fresh", is_flag=True, help="Solve again, whatever the last answer to the same content was.")
 anew = click.option("--fresh", is_flag=True, expose_value=False, help="Solve again: this command always does.")

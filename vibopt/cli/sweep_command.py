@@ -18,6 +18,7 @@ from vibopt.cli.options import (
     as_json,
     changes,
     changes_of,
+    cluster,
     file,
     force,
     keep_design,
@@ -29,7 +30,7 @@ from vibopt.cli.options import (
 )
 from vibopt.cli.output import note_kept, told
 from vibopt.cli.sweep_table import FORMATS, GrowingTable, csv_text, journal_of, targets
-from vibopt.errors import InputError
+from vibopt.errors import InputError, PoolError
 from vibopt.files.reading import shown_name
 from vibopt.files.writing import format_of, is_stream, write_file
 
@@ -71,6 +72,7 @@ _TURNED = (".mass", ".unbalance")
 @click.option("--figure", metavar="FILE", help="Draw the points of one or two facts (.svg, .png, .pdf).")
 @click.option("--yes", is_flag=True, help="Answer more than 100000 points.")
 @workers
+@cluster
 @keep_design
 @limited
 @anew
@@ -88,6 +90,7 @@ def sweep(
     figure: str | None,
     yes: bool,
     workers: int,
+    cluster: str | None,
     keep_design: bool,
     changes: tuple[str, ...],
     scenario: str | None,
@@ -97,7 +100,8 @@ def sweep(
     """Vary one, two or three facts, and answer at every point.
 
     Where designs begin or end, and where other limits become active, is found between the points.  A sweep that
-    is stopped, or killed, keeps its points in the --csv file, and goes on with --resume.  Exit code 5 unless every
+    is stopped, or killed, or that loses its cluster, keeps its points in the --csv file, and goes on with --resume.
+    Exit code 5 unless every
     point has a proven or checked answer.
     """
     from vibopt.jobs import is_scene
@@ -109,6 +113,8 @@ def sweep(
             raise InputError(f"{path} is given by --vary and by --set. Leave out the --set.")
     if resume and csv_file is None:
         raise InputError("--resume goes on with the points beside a --csv FILE. Name it.")
+    if cluster is not None and workers > 1:
+        raise InputError("--workers and --cluster are both given. Leave one out.")
     changes = with_scenario(file, scenario, changes)
     job = read_job(file, changes)
     # the points beside a table, of this very sweep, say whose table it is, however its last line was cut
@@ -116,7 +122,7 @@ def sweep(
     if picture is not None and (sample or len(ranges) > 2):
         why = "a sample has no neighbours" if sample else "three facts have no page"
         raise InputError(f"--figure: {why}. Leave it out, and write the points with --csv FILE.")
-    how = {"keep_design": keep_design, "sample": sample or "", "workers": workers}
+    how = {"keep_design": keep_design, "sample": sample or "", "workers": workers, "cluster": cluster}
     edges = as_json or picture is not None or len(ranges) == 1
     journal = None if table is None or is_stream(table) else _journal(file, job, changes, table, (ranges, points, how))
     if resume and journal is None:
@@ -189,14 +195,22 @@ def _run(
                 bar("boundaries", 0.0)
                 _ = sweep.boundaries
             return sweep
-    except KeyboardInterrupt:
-        if growing is not None and growing.points:
-            count = how_many(ranges, points, how["sample"])
-            kept = f"{shown_name(growing.target)} holds {len(growing.points)} of {count} points"
-            note_kept(f"{kept}." if growing.journal is None else f"{kept}; the same command with --resume goes on.")
-        elif growing is None:
-            note_kept("No point was kept: with --csv FILE each is written as it comes.")
+    except (KeyboardInterrupt, PoolError) as error:
+        left = _left(growing, how_many(ranges, points, how["sample"]))
+        note_kept(left)
+        if isinstance(error, PoolError):
+            raise PoolError(f"{error} {left}") from None
         raise
+
+
+def _left(growing: GrowingTable | None, count: int) -> str:
+    """What a sweep that was stopped has left."""
+    if growing is None:
+        return "No point was kept: with --csv FILE each is written as it comes."
+    if not growing.points:
+        return "Nothing was written."
+    kept = f"{shown_name(growing.target)} holds {len(growing.points)} of {count} points"
+    return f"{kept}." if growing.journal is None else f"{kept}; the same command with --resume goes on."
 
 
 def ranges_of(given: Sequence[str]) -> dict[str, str]:

@@ -5,8 +5,9 @@ Sweeps, boundaries, trade-offs, windows, comparisons and what-ifs all ask here.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
+from math import ceil
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,7 +15,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.balancing import is_rotor
 from vibopt.document.mistakes import Mistakes
-from vibopt.errors import VibOptError
+from vibopt.errors import PoolError, VibOptError
 from vibopt.jobs import answer, is_scene, of_document, with_changes
 from vibopt.program.drawn import drawn_alike
 from vibopt.records import dataclass
@@ -25,17 +26,19 @@ from vibopt.study.points import Columns, Point, Points, point_of
 from vibopt.study.seen import is_measured
 from vibopt.study.together import columns
 from vibopt.values.fact_at import FactAt
+from vibopt.work import each_answer_within, metered, seconds_of_each_answer
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
     from vibopt.study.varied import Varied
+    from vibopt.study.workers import Pool
 
 Answered = Callable[[Sequence[FactAt], Point], None]
 FEWEST_TOGETHER = 12
 """Fewer points than this are answered one by one."""
-BATCH = 4
-"""Points that a process answers before it ends, whatever their number and that of the processes."""
+BATCH = 25.0
+"""Work of the points that are sent away together, at least [nominal ms]."""
 _SAME = 1e-9
 _OF_BATCH, _LEAST = 0.006, 5.0
 """Work of an answer in a batch, and at least of one alone [nominal ms]."""
@@ -70,7 +73,7 @@ def answered(
     facts: tuple[FactAt, ...],
     values: FloatArray,
     *,
-    workers: int = 1,
+    pool: Pool | None = None,
     progress: Progress | None = None,
     told: Answered | None = None,
     known: Mapping[int, Point] | None = None,
@@ -85,8 +88,9 @@ def answered(
         In which the facts have any values.
     facts, values
         What is varied, and its values [SI], shape (n_points, n_facts).
-    workers
-        Processes at a time, for points that are not answered together; the answers do not depend on it.
+    pool
+        Those who answer the points that are not answered together, one by one here where there are none; the answers
+        do not depend on it.
     progress
         Called now and then with a stage and the part that is done.
     told
@@ -111,12 +115,12 @@ def answered(
     points = Points(job, facts, values, columns, single)
     open_ = [index for index, status in enumerate(columns.status) if not status and index not in single]
     if open_ and not (sparing and together is not None):
-        _one_by_one(points, open_, workers, told, tell)
+        _one_by_one(points, open_, pool, told, tell)
     return points
 
 
 def _one_by_one(
-    points: Points, rest: list[int], workers: int, told: Answered | None, tell: Callable[[float], None]
+    points: Points, rest: list[int], pool: Pool | None, told: Answered | None, tell: Callable[[float], None]
 ) -> None:
     """Add the points of the indices `rest`, each by itself; all others are told first."""
     facts, values = points.facts, points.values
@@ -129,8 +133,8 @@ def _one_by_one(
     if told is not None:
         for index in sorted({*range(len(values))} - {*rest}):
             told(facts, points[index])
-    if workers > 1 and len(rest) > 1:
-        _by_processes(points.job, facts, values, rest, workers, alone, tell)
+    if pool is not None and len(rest) > 1:
+        _Shared(points.job, facts, values, rest, pool).answer(alone, tell)
         return
     for done, index in enumerate(rest):
         tell(done / len(rest))
@@ -154,49 +158,62 @@ def work_of_one(job: Job, varied: Sequence[Varied]) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Errand:
-    """Some points for a process to answer: the job as its document, which travels lightly."""
+    """Some points for another process: the job as its document, which travels lightly, and the user's time limit."""
 
     document: Mapping[str, Any]
     name: str
     facts: tuple[FactAt, ...]
     values: FloatArray
+    seconds: float | None
 
 
-def _ran(errand: _Errand) -> list[Point] | VibOptError:
+def _ran(errand: _Errand) -> tuple[list[Point], float] | VibOptError:
+    """The points, and the work of one of them [nominal ms]."""
     try:
         job = of_document(errand.document, Mistakes(errand.name, None))
-        return [one_point(job, errand.facts, value) for value in errand.values]
+        with metered() as meter, each_answer_within(errand.seconds):
+            points = [one_point(job, errand.facts, value) for value in errand.values]
+        return points, max(meter.done / len(points), _LEAST)
     except VibOptError as error:
         return error
 
 
-def _by_processes(
-    job: Job,
-    facts: tuple[FactAt, ...],
-    values: FloatArray,
-    rest: list[int],
-    workers: int,
-    alone: Callable[[int, Point], None],
-    tell: Callable[[float], None],
-) -> None:
-    from vibopt.study.workers import Lost, each  # loads multiprocessing, which one process has no use for
+class _Shared:
+    """Points that others answer, in parts that are worth the way; as long as no work is known a part is one point."""
 
-    parts = [rest[begin : begin + BATCH] for begin in range(0, len(rest), BATCH)]
-    errands = [_Errand(job.document, job.name, facts, values[part]) for part in parts]
-    done = 0
+    def __init__(
+        self, job: Job, facts: tuple[FactAt, ...], values: FloatArray, rest: Sequence[int], pool: Pool
+    ) -> None:
+        self._errand = partial(_Errand, job.document, job.name, facts, seconds=seconds_of_each_answer())
+        self._values, self._rest, self._pool = values, rest, pool
+        self._parts: list[Sequence[int]] = []
+        self._done, self._work = 0, 0.0
 
-    def ready(index: int, found: list[Point] | VibOptError | Lost) -> None:
-        nonlocal done
-        if isinstance(found, Lost):
-            raise VibOptError(f"A point was lost: {found.why}. Take fewer --workers.")
-        if isinstance(found, VibOptError):
-            raise found
-        done += len(found)
-        tell(done / len(rest))
-        for place, point in zip(parts[index], found, strict=True):
-            alone(place, point)
+    def answer(self, alone: Callable[[int, Point], None], tell: Callable[[float], None]) -> None:
+        """Have all points answered; each is told by its index as soon as it is there."""
+        from vibopt.study.workers import Lost, each  # loads multiprocessing, of no use for one process
 
-    each(partial(_ran), errands, workers, ready=ready)
+        def ready(index: int, found: tuple[list[Point], float] | VibOptError | Lost) -> None:
+            if isinstance(found, Lost):
+                raise PoolError(f"A point was lost: {found.why}. {self._pool.advice}")
+            if isinstance(found, VibOptError):
+                raise found
+            points, work = found
+            self._done += len(points)
+            self._work += work * len(points)
+            tell(self._done / len(self._rest))
+            for place, point in zip(self._parts[index], points, strict=True):
+                alone(place, point)
+
+        each(_ran, self._errands(), self._pool, ready=ready)
+
+    def _errands(self) -> Iterator[_Errand]:
+        begun = 0
+        while begun < len(self._rest):
+            size = ceil(BATCH * self._done / self._work) if self._done else 1
+            self._parts.append(self._rest[begun : begun + size])
+            begun += len(self._parts[-1])
+            yield self._errand(self._values[self._parts[-1]])
 
 
 def _together(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -23,6 +24,7 @@ from vibopt.work import spoken_time
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
+    from vibopt.study.workers import Pool
 
 MOST_POINTS = 100_000
 """More points than this are answered if that is asked for twice."""
@@ -155,6 +157,7 @@ def sweep(
     sample: Sample = "",
     keep_design: bool = False,
     workers: int = 1,
+    cluster: str | None = None,
     most: int = MOST_POINTS,
     progress: Progress | None = None,
     answered: many.Answered | None = None,
@@ -181,6 +184,9 @@ def sweep(
         Keep the design of the job as it is, and measure it.
     workers
         Processes at a time; the answers do not depend on it.
+    cluster
+        Address of a scheduler of Dask whose workers answer in place of processes of this machine,
+        "tcp://10.0.0.5:8786"; the answers do not depend on it.
     most
         Refuse more points than this.
     progress
@@ -194,7 +200,9 @@ def sweep(
     Raises
     ------
     InputError
-        No such fact, a range that cannot be read, no design to keep, or a scene that asks for speeds.
+        No such fact, a range that cannot be read, no design to keep, a scene that asks for speeds, or no cluster.
+    PoolError
+        A process or the cluster went away in the middle.
     """
     if not isinstance(vary, (str, Mapping)):
         raise InputError(f'{job.name}: sweep over {vary!r}: write a path and its range, or {{"path": "5 mm..30 mm"}}.')
@@ -210,8 +218,22 @@ def sweep(
     facts = tuple(varied.fact for varied in what)
     at = {tuple(map(float, value)): index for index, value in enumerate(where.values)} if known else {}
     before = {at[here]: point for point in known if (here := tuple(each.value for each in point.varied.values())) in at}
-    found = many.answered(base, facts, where.values, workers=workers, progress=progress, told=answered, known=before)
+    with _pool(workers, cluster) as pool:
+        found = many.answered(base, facts, where.values, pool=pool, progress=progress, told=answered, known=before)
     return Sweep(job, what, found, goal_word(base), keep_design, where.axes, base)
+
+
+def _pool(workers: int, address: str | None) -> AbstractContextManager[Pool | None]:
+    """Those who answer; None for this process alone, which has no use for what others load."""
+    if address is not None:
+        from vibopt.study.cluster import cluster
+
+        return cluster(address)
+    if workers == 1:
+        return nullcontext()
+    from vibopt.study.workers import Processes
+
+    return Processes(workers, lasting=True)
 
 
 def _varied(job: Job, ranges: Mapping[str, str], keep_design: bool) -> tuple[Job, Job, tuple[Varied, ...]]:

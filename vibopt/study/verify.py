@@ -17,7 +17,7 @@ from vibopt.files.reading import FileFault, shown_name, stamp_of
 from vibopt.jobs import NO_NAME, open_job
 from vibopt.records import dataclass
 from vibopt.study.recorded import Row, compare
-from vibopt.study.workers import Lost, each
+from vibopt.study.workers import Lost, Processes, each
 from vibopt.work import each_answer_within, seconds_of_each_answer
 
 if TYPE_CHECKING:
@@ -119,7 +119,7 @@ def verify(
 
     done(0)
     if workers:
-        found = each(work, files, workers, done)
+        found = each(work, files, Processes(workers), done)
         results = [
             FileResult(name, (_no_answer(name, *_NOTHING, f"{one.why}."),), About(file, "internal_error"))
             if isinstance(one, Lost)
