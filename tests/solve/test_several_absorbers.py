@@ -154,6 +154,41 @@ def test_devices_on_different_bodies_are_found_in_the_better_order() -> None:
     assert found.goal[1].value < 0.3788e-3
 
 
+def test_devices_of_which_one_has_its_mass_to_be_chosen_are_found_in_the_better_order() -> None:
+    """The heaviest of three is tuned low, the one whose mass is open between the others or above them.
+
+    SLSQP from 13 starts, exchanged with peaks of a dense scan, reached 190.983 mm/s; 191.313 mm/s are another order.
+    """
+    own = [
+        ({"from": "0.75553 kg", "to": "9.0663 kg"}, (37.581, 2405.2), (0.30143, 60.285)),
+        ("7.1312 kg", (236.48, 2128.3), (0.71127, 142.25)),
+        ("4.9103 kg", (162.83, 1465.5), (0.48976, 97.951)),
+    ]
+    free = [
+        {"on": "high", "mass": mass, "stiffness": _range(*k, "N/m"), "damping": _range(*c, "N s/m")}
+        for mass, k, c in own
+    ]
+    document = {
+        "title": "t",
+        "bodies": {"low": {"mass": "13.181 kg"}, "high": {"mass": "58.936 kg"}},
+        "links": {
+            "foot": {"between": ["low", "ground"], "stiffness": "11868 N/m", "damping": "33.577 N s/m"},
+            "post": {"between": ["high", "low"], "stiffness": "13187 N/m", "damping": "74.842 N s/m"},
+        },
+        "absorbers": {f"a{i}": one for i, one in enumerate(free)},
+        "excitations": {"e": {"kind": "force", "on": "low", "amplitude": "100 N", "speed": "0.47623..10.743 Hz"}},
+        "limits": {"total": {"response": "absorber_mass", "at_most": "15.755 kg"}},
+        "goal": {"minimise": "velocity", "of": "high"},
+    }
+    found = solve(from_dict(document))
+    assert found.goal is not None
+    assert found.goal[1].value < 0.190984
+
+
+def _range(low: float, high: float, unit: str) -> dict[str, str]:
+    return {"from": f"{low} {unit}", "to": f"{high} {unit}"}
+
+
 @pytest.mark.slow
 def test_the_lightest_of_two() -> None:
     """A goal that is light begins at the same tuned designs; what it reaches is what the response leaves."""

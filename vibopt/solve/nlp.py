@@ -11,7 +11,7 @@ from itertools import combinations
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.errors import counted
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
@@ -206,11 +206,8 @@ class _Run:
             return found
         self.orders, waiting = [min(good)[0]], [*self.likes]
         while waiting and not self.budget.over:
-            first, second, shift = waiting.pop(0)
             goal, best = min([*good, *found])
-            y = np.array(best)
-            y[first], y[second] = y[second] + shift, y[first] - shift
-            y = np.clip(y, self.low, self.high)
+            y = np.clip(_exchanged(self.program, np.array(best), *waiting.pop(0)), self.low, self.high)
             same = abs(self.judge.goal(self._x(y)).value - goal) <= _ROUNDING * abs(goal)
             if not np.isfinite(goal) or same:  # the like of it is the same machine
                 continue
@@ -438,34 +435,41 @@ class _Run:
         }
 
 
-def _likes(program: Program) -> list[tuple[list[int], list[int], float]]:
-    """Variables of every two devices of a family with the same numbers to be chosen, in the same order.
-
-    And the log of the ratio of the masses that hang on them, where the numbers are to be taken in its proportion.
-    """
+def _likes(program: Program) -> list[tuple[list[int], list[int], BoolArray, BoolArray]]:
+    """Variables of every two devices of a family that both have, in the same order; of each the terms of its mass."""
     owners: dict[str, dict[str, int]] = {}
     for index, axis in enumerate(program.axes):
         owner, _, word = axis.path.rpartition(".")
         owners.setdefault(owner, {})[word] = index
-    return [
-        (
-            [a[word] for word in a],
-            [b[word] for word in a],
-            _ratio(program.model, one, other) if _SCALED & set(a) else 0.0,
-        )
-        for (one, a), (other, b) in combinations(owners.items(), 2)
-        if a.keys() == b.keys() and one.split(".")[0] == other.split(".")[0] and len(a) > 1
-    ]
+    found = []
+    for (one, a), (other, b) in combinations(owners.items(), 2):
+        both = [word for word in a if word in b]
+        if len(both) > 1 and one.split(".")[0] == other.split(".")[0]:
+            masses = _masses(program.model, one, other), _masses(program.model, other, one)
+            found.append(([a[word] for word in both], [b[word] for word in both], *masses))
+    return found
 
 
-def _ratio(model: Model, one: str, other: str) -> float:
-    """Log of the ratio of the masses at those ends of two links that they do not share; 0 where there are none."""
-    ends = [set(model.ends.get(path.partition(".")[2], ())) for path in (one, other)]
-    held = [
-        sum(term.scale for term in model.terms if term.kind == INERTIA and term.owner in mine - its)
-        for mine, its in (ends, ends[::-1])
-    ]
-    return float(np.log(held[0] / held[1])) if min(held) > 0.0 else 0.0
+def _masses(model: Model, one: str, other: str) -> BoolArray:
+    """Which terms (n_terms,) are the mass of a device, or what it carries at the end that it does not share."""
+    name, its = (path.partition(".")[2] for path in (one, other))
+    heavy = [term.owner if term.kind == INERTIA else "" for term in model.terms]
+    ends = set(model.ends.get(name, ())) - set(model.ends.get(its, ()))
+    return np.isin(heavy, [name] if name in heavy else list(ends))
+
+
+def _exchanged(
+    program: Program, y: FloatArray, first: list[int], second: list[int], mine: BoolArray, its: BoolArray
+) -> FloatArray:
+    """Log of a design (n_vars,) with the numbers of two devices exchanged, those that go with a mass in its ratio."""
+    there = y.copy()
+    there[first], there[second] = y[second], y[first]
+    before, after = (program.model.values(np.exp(one)) for one in (y, there))
+    scaled = np.array([axis.path.rpartition(".")[2] in _SCALED for axis in program.axes])
+    for own, taken, given in ((first, mine, its), (second, its, mine)):
+        if taken.any() and given.any():
+            there[own] += scaled[own] * np.log(after[taken].sum() / before[given].sum())
+    return there
 
 
 def _among(goal: float, known: Sequence[float]) -> bool:
