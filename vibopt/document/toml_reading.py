@@ -21,6 +21,8 @@ FILES = ("mass", "stiffness", "damping", "gyroscopic", "file", "table")
 """Keys of a structure, of a bearing and of the matrices of a shaft that name a file."""
 _MOST_BITS = 1000
 """Of a whole number; a float holds 1024."""
+_PLAIN = (str, list, int, float)
+"""What is no table, told before it is looked at as one."""
 _LETTERS = ("x", "y", "z")
 """Entries of a list of three, along the axes."""
 _PLACE = r" \(at (?:line (\d+), column \d+|end of document)\)$"
@@ -80,14 +82,17 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
         tables = new.get(family)
         if isinstance(tables, (dict, Mapping)):
             new[family] = {name: _with_part(table, folder) for name, table in tables.items()}
-    return {key: _with_data(one, folder) if isinstance(one, Mapping) else one for key, one in new.items()}
+    return _with_data(new, folder)
 
 
 def _with_data(table: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
     """A table in which tolerances name their data as seen from the folder."""
-    new = {key: _with_data(one, folder) if isinstance(one, Mapping) else one for key, one in table.items()}
+    new = {
+        key: one if isinstance(one, _PLAIN) or not isinstance(one, Mapping) else _with_data(one, folder)
+        for key, one in table.items()
+    }
     scatter = new.get("tolerance")
-    if isinstance(scatter, Mapping) and isinstance(scatter.get("data"), str):
+    if isinstance(scatter, dict) and isinstance(scatter.get("data"), str):
         new["tolerance"] = {**scatter, "data": FileText(scatter["data"], folder)}
     return new
 

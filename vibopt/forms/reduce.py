@@ -179,7 +179,7 @@ def closure(start: FloatArray, operators: list[FloatArray], singles: FloatArray)
     basis = np.zeros((start.shape[0], 0))
     todo = list(start.T)
     waiting = list(singles.T)
-    while todo:
+    while todo and basis.shape[1] < len(start):
         vector = todo.pop(0)
         fresh = _new_direction(basis, vector)
         if fresh is None:
@@ -197,7 +197,7 @@ def _new_direction(basis: FloatArray, vector: FloatArray) -> FloatArray | None:
     if size == 0.0:
         return None
     rest = vector / size
-    for _ in range(2):
+    for _ in range(2 if basis.shape[1] else 0):
         rest = rest - basis @ (basis.T @ rest)
     left = np.sqrt(rest @ rest)
     if left <= _TINY:

@@ -187,8 +187,8 @@ class Model:
     @cached_property
     def sprung(self) -> bool:
         """Whether springs hold the one body that moves."""
-        springs = (self.kinds != DAMPING) & (self.kinds != INERTIA) & (self.scales > 0.0)
-        return bool(self.n_free == 1 and self.vectors[springs, 0].any())
+        springs = (term for term in self.terms if term.kind not in (DAMPING, INERTIA) and term.scale > 0.0)
+        return self.n_free == 1 and any(term.vector[0] for term in springs)
 
     @property
     def n_vars(self) -> int:

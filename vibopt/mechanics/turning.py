@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from math import isfinite, nan
 from typing import Any
 
 import numpy as np
@@ -99,10 +100,22 @@ def _real_roots(level: list[Any]) -> FloatArray:
     companion[..., 0, :] = np.moveaxis(-rows[1:] / lead, 0, -1)
     companion[..., range(1, count), range(count - 1)] = 1.0
     inverse = np.moveaxis(np.linalg.eigvals(companion), -1, 0)
-    roots = np.where(np.abs(inverse.imag) <= 1e-7 * np.abs(inverse), 1.0 / inverse.real, np.nan)
+    roots: Any = np.where(np.abs(inverse.imag) <= 1e-7 * np.abs(inverse), 1.0 / inverse.real, np.nan)
+    if rows.ndim == 1:
+        return np.array([_newton(level, root) for root in roots.tolist() if isfinite(root)])
     for _ in range(3):
         value, slope = rows[-1], np.zeros(rows.shape[1:])
         for row in rows[-2::-1]:
             value, slope = value * roots + row, slope * roots + value
         roots = roots - value / slope
     return np.asarray(roots)
+
+
+def _newton(level: list[float], root: float) -> float:
+    """A real root of one polynomial, ascending, polished."""
+    for _ in range(3):
+        value = slope = 0.0
+        for one in reversed(level):
+            value, slope = value * root + one, slope * root + value
+        root = root - value / slope if slope else nan
+    return root

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 
 UNIT = Amplitude((Piece(Band(0.0, math.inf), 1.0),))
+_ALONE = np.ones((1, 1))
 
 
 def names_for(scene: Scene, response: HarmonicResponse | RandomResponse | TransientResponse) -> tuple[str, ...]:
@@ -169,7 +170,8 @@ def combine_for(scene: Scene, response: HarmonicResponse) -> Combine:
 def unit_lines(scene: Scene, name: str) -> tuple[Line, ...]:
     """Harmonics of an excitation, those of each of its loose parts along a direction of its own."""
     parts = scene.excitations[name].loose
-    return tuple(line for way, part in zip(np.eye(len(parts)), parts, strict=True) for line in part.lines(way))
+    ways = _ALONE if len(parts) == 1 else np.eye(len(parts))
+    return tuple(line for way, part in zip(ways, parts, strict=True) for line in part.lines(way))
 
 
 def line_count(scene: Scene, names: Iterable[str]) -> int:

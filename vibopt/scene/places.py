@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import wraps
+from inspect import CO_VARARGS
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from vibopt.devices import FAMILIES, Device
@@ -20,16 +21,21 @@ def once(of: _Asked) -> _Asked:
     """What a scene says is gathered when it is first asked for: a scene does not change."""
     name = f"{of.__module__}.{of.__name__}"
 
-    @wraps(of)
-    def kept(scene: Scene, *more: Any) -> Any:
-        known, key = scene.__dict__, "\0".join((name, *more)) if more else name
-        try:
-            return known[key]
-        except KeyError:
-            found = known[key] = of(scene, *more)
-            return found
+    def alone(scene: Scene) -> Any:
+        found = scene.__dict__.get(name, of)
+        if found is of:
+            found = scene.__dict__[name] = of(scene)
+        return found
 
-    return cast("_Asked", kept)
+    def about(scene: Scene, *more: str) -> Any:
+        key = "\0".join((name, *more))
+        found = scene.__dict__.get(key, of)
+        if found is of:
+            found = scene.__dict__[key] = of(scene, *more)
+        return found
+
+    more_asked = of.__code__.co_argcount > 1 or of.__code__.co_flags & CO_VARARGS
+    return cast("_Asked", wraps(of)(about if more_asked else alone))
 
 
 @once

@@ -58,7 +58,7 @@ def read(path: str | FilePath) -> Scene:
     InputError
         The file cannot be read, or what it says is wrong; the text lists all mistakes with lines.
     """
-    file = FilePath(path)
+    file = path if isinstance(path, FilePath) else FilePath(path)
     text, name = text_of(file), shown_name(file.name)
     return from_dict(placed(parsed(text, name), file.parent), name=name, locator=located(text))
 

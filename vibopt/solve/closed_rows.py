@@ -121,8 +121,10 @@ class Rows:
     @classmethod
     def of(cls, asked: Question, table: FloatArray) -> Rows:
         """Of rows a k^2 + b k + g + d q <= 0, shape (4, n, count)."""
+        if not asked.plane:
+            return cls(table[:3, :0], table[:3, :0], table[:3])
         d = table[3]
-        scaled = table[:3] / np.where(d == 0.0, 1.0, np.abs(d)) if asked.plane else table[:3]
+        scaled = table[:3] / np.where(d == 0.0, 1.0, np.abs(d))
         up, down = d > 0.0, d < 0.0
         return cls(*(_chosen(scaled, here) for here in (up, down, ~(up | down))))
 
@@ -209,14 +211,15 @@ def _outermost(rows: FloatArray, span: tuple[float, float, float], sense: float)
     left, right = _roots(a, b, g)
     up, flat = a >= 0.0, a == 0.0
     same = np.isnan(left) | (flat & (b == 0.0))  # of one sign everywhere
-    left = np.where(same, np.where(np.where(flat, g <= 0.0, ~up), -np.inf, np.inf), left)
-    right = np.where(same, -left, right)
-    up |= same
+    if some(same):
+        left = np.where(same, np.where(np.where(flat, g <= 0.0, ~up), -np.inf, np.inf), left)
+        right = np.where(same, -left, right)
+        up |= same
     first, cap, rest = np.where(up, left, right), np.where(up, right, np.inf), np.where(up, -np.inf, left)
     first = first - _ROOM * np.abs(first)
     k = np.full(rows.shape[2], start)
     for _ in range(2 * rows.shape[1] + 2):
-        new = np.minimum.reduce(np.where(k >= first, np.minimum(k, cap), np.minimum(k, rest)), axis=0, initial=start)
+        new = np.minimum(k, np.minimum.reduce(np.where(k >= first, cap, rest), axis=0, initial=start))
         if every(new == k):
             break
         k = new

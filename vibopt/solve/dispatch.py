@@ -85,9 +85,11 @@ def _chosen(program: Program, *, method: str | Method | None, progress: Progress
 
 def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
     """The answer with the better of what boxes and what any passive device say of the best possible."""
+    if found.status not in OPEN:
+        return found
     passive = cache(partial(with_bound, program, found))  # only asked for where boxes do not prove all of it
     boxes = found
-    if by_boxes and found.status in OPEN:
+    if by_boxes:
         from vibopt.solve.relaxed import with_least
 
         boxes = with_least(program, found, lambda: passive().bound)

@@ -215,7 +215,7 @@ class LinkPlane:
 
     def _box(self, interval: Interval) -> tuple[FloatArray, FloatArray, list[FloatArray]]:
         """Box of (k, c) and the rows of the damper's own range, for every v of the interval."""
-        corners = [self._ends(v) for v in interval]
+        corners = [self._ends(v) for v in dict.fromkeys(interval)]
         k_low, k_high = min(corner[0] for corner in corners), max(corner[1] for corner in corners)
         c_low, c_high = min(corner[2] for corner in corners), max(corner[3] for corner in corners)
         rows = []
