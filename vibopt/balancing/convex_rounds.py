@@ -62,6 +62,7 @@ def _by_squares(scene: Scaled, goal_rows: Rows, limit_rows: Rows) -> ConeAnswer 
     """The same without a cone program; None where more than discs is asked about, or where that does not settle."""
     if not scene.is_discs or len(goal_rows) + len(limit_rows) < MANY or len(goal_rows) <= scene.n_planes:
         return None
+    worked(0.5 + 0.0007 * (len(goal_rows) + len(limit_rows)) * scene.n_planes)
     G, g, worst = scene.G[goal_rows], scene.g[goal_rows], scene.goal == "worst"
     try:
         found = least_within(G, g, scene.F[limit_rows], scene.f[limit_rows], scene.caps, worst=worst)
