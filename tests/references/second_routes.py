@@ -10,7 +10,7 @@ Symbols: r2 = (speed / natural frequency)^2, zeta = damping ratio, T = transmiss
 from collections.abc import Callable
 from typing import Any
 
-from mpmath import findroot, mp, mpf, pi, sqrt
+from mpmath import diff, findroot, mp, mpf, pi, sqrt
 
 mp.dps = 40
 
@@ -358,6 +358,28 @@ def press_constant_force() -> Answers:
     }
 
 
+def press_with_most_room() -> Answers:
+    """9.34 with the same part left over of both limits, as much as any damping lets them have."""
+    mass, force, speed = mpf(300), mpf(30_000), rpm(3000)
+
+    def parts(stiffness: Real, damping: Real) -> tuple[Real, Real]:
+        through = mount_impedance(stiffness, damping, speed) / impedance(stiffness, damping, mass, speed)
+        return force * through / 10_000, peak_under_constant_force(force, mass, stiffness, damping)[0] / mpf("0.02")
+
+    def balanced(damping: Real) -> Real:
+        return findroot(lambda k: parts(k, damping)[0] - parts(k, damping)[1], (mpf(3_000_000), mpf(4_000_000)))
+
+    damping = findroot(lambda c: diff(lambda one: parts(balanced(one), one)[0], c), (mpf(18_000), mpf(19_000)))
+    stiffness = balanced(damping)
+    peak = peak_under_constant_force(force, mass, stiffness, damping)
+    return {
+        MOUNT_STIFFNESS: stiffness,
+        MOUNT_DAMPING: damping,
+        "goal": 1 - parts(stiffness, damping)[0],
+        **press_answers(stiffness, damping, peak),
+    }
+
+
 def press_speed_squared() -> Answers:
     """9.34 with a force that grows with the speed squared."""
     mass, unbalance = mpf(300), mpf(30_000) / rpm(3000) ** 2
@@ -660,6 +682,7 @@ ROUTES: dict[str, Callable[[], Answers]] = {
     "rao_9_32": seventy_five_percent,
     "rao_9_33": undamped_fan,
     "rao_9_34": press_constant_force,
+    "rao_9_34_most_room": press_with_most_room,
     "rao_9_34_speed_squared": press_speed_squared,
     "rao_9_34_printed_design": press_as_printed,
     "rao_9_35": lambda: speeds_below(mpf(2500), rpm(20_000)),

@@ -414,5 +414,8 @@ def test_a_goal_at_the_end_of_its_range_is_proven(sense: str, goal: float) -> No
     )
     assert made.goal is not None
     assert (made.status, made.goal[1].value) == ("optimal", goal)
-    assert made.claim == "proven: the ranges alone permit no better goal, and this design meets every limit"
+    assert made.claim == (
+        "proven: the ranges alone permit no better goal, and this design meets every limit; of the designs found with "
+        "this goal it has the most room in its limits"
+    )
     assert made.limits["d"].met

@@ -223,6 +223,8 @@ class Checked:
         Part of the bound that is left over, (bound - value) / bound for at_most; negative when broken.
     slack
         Part of the bound by which it may be missed and still is met.
+    tight
+        Margin at which it holds the answer back: the least of all where that was made greatest.
     worst_at
         Where the worst is reached: speed per excitation.
     off
@@ -248,6 +250,7 @@ class Checked:
     limit: Entry | None = None
     margin: float = inf
     slack: float = TOLERANCE
+    tight: float = 0.0
     worst_at: Mapping[str, Entry] = field(default_factory=dict)
     price: Price | None = None
     off: Mapping[str, float] = field(default_factory=dict)
@@ -265,7 +268,7 @@ class Checked:
     @property
     def active(self) -> bool:
         """Whether the limit holds the answer back."""
-        return bool(self.side) and abs(self.margin) <= ACTIVE
+        return bool(self.side) and abs(self.margin - self.tight) <= ACTIVE
 
     @property
     def met_by_band(self) -> bool | None:

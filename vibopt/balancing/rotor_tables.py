@@ -13,7 +13,7 @@ from vibopt.document.mistakes import Mistakes, Path, validated
 from vibopt.errors import QuantityError, way_out
 from vibopt.units import read_quantity, si_unit
 from vibopt.values import Fact, Table, number
-from vibopt.values.fields import complaint
+from vibopt.values.fields import complaint, word
 from vibopt.values.grade import grade_velocity
 from vibopt.values.probability import Probability
 from vibopt.values.soft import Soft
@@ -203,7 +203,20 @@ class CorrectionLimit(Table):
     at_most: Any
 
 
-class GoalTable(Table):
+class MadeSmall(Table):
+    """A goal of balancing: something is made small; `most_room` says what to write for room in the limits."""
+
+    most_room: ClassVar[str] = "For the most room in the limits minimise what the nearest of them speaks of."
+
+    @model_validator(mode="before")
+    @classmethod
+    def _small(cls, given: Any) -> Any:
+        if isinstance(given, Mapping) and "maximise" in given:
+            raise word(f"has maximise, but balancing makes something small. {cls.most_room}")
+        return given
+
+
+class GoalTable(MadeSmall):
     """[goal]: what is made small, and how it is combined.
 
     Keys
@@ -215,6 +228,10 @@ class GoalTable(Table):
     robust: Over the scatter: the "worst" of it or the "mean": `robust = "worst"`. Needs scatter.
     """
 
+    most_room: ClassVar[str] = (
+        'For the most room in the limits on what is left write minimise = "residual" and combine = "worst", and '
+        "importance in the sensors where their bounds differ; caps just hold."
+    )
     minimise: str
     combine: str | None = None
     huber_at: Any = None

@@ -17,8 +17,8 @@ from vibopt.manual.markdown_rows import described, fenced, key_table, listed, ro
 from vibopt.manual.refusals import whole_file_refusals
 from vibopt.manual.schema import SCHEMAS
 from vibopt.manual.topic import Topic
+from vibopt.responses import GOALS, HarmonicResponse, RandomResponse, Response
 from vibopt.responses import KINDS as RESPONSES
-from vibopt.responses import HarmonicResponse, RandomResponse, Response
 from vibopt.solve.method import METHODS, OWN
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
@@ -39,7 +39,7 @@ _ONES = {"bodies": "a body", "bases": "a base"}
 
 def kinds() -> Iterator[Topic]:
     """A page for each family of devices, each kind of excitation and each response."""
-    every = (FAMILIES, FILE, _device), (EXCITATIONS, SHAKES, _excitation), (RESPONSES, ASKED, _response)
+    every = (FAMILIES, FILE, _device), (EXCITATIONS, SHAKES, _excitation), (GOALS, ASKED, _response)
     for names, title, page in every:
         yield from (Topic(name, title, partial(page, name)) for name in names)
 
@@ -68,9 +68,13 @@ def _excitation(name: str) -> str:
 
 
 def _response(name: str) -> str:
-    kind = RESPONSES[name]
+    kind = GOALS[name]
     own = [key for key in keys_of(kind) if key.name not in COMMON]
     common = sorted({key.name for key in keys_of(kind)} & COMMON - {"response"})
+    if kind.of_limits:
+        shown = fenced("toml", ["[goal]", f'maximise = "{name}"'])
+        python = f"In Python: `vo.maximise(machine.{name}())`"
+        return "\n\n".join([f"# {name}", _said(kind), shown, key_table(own), python, *_refusals([kind])])
     example = example_of(kind, {"response": name})
     words = [f"# {name}", _said(kind), _facts(kind), fenced("toml", [f"[{_family(kind)}.NAME]", *example])]
     words += [key_table(own), "With the keys that many have ([limits](limits.md)): " + listed(common) + "."]

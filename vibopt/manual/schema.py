@@ -52,12 +52,14 @@ def problem_schema() -> dict[str, Any]:
     """JSON schema (draft 2020-12) of a whole problem file."""
     from vibopt.devices import FAMILIES
     from vibopt.excitations import KINDS as EXCITATIONS
+    from vibopt.responses import GOALS
     from vibopt.responses import KINDS as RESPONSES
 
     parts: dict[str, Any] = {}
     families = {name: _named(_table(kind, parts)) for name, kind in FAMILIES.items()}
     excitations = [_fixed(_table(kind, parts), "kind", name) for name, kind in EXCITATIONS.items()]
     responses = {name: _table(kind, parts) for name, kind in RESPONSES.items()}
+    goals = {name: responses.get(name) or _table(kind, parts) for name, kind in GOALS.items()}
     return {
         "$schema": DIALECT,
         "title": "vibopt problem file",
@@ -70,7 +72,7 @@ def problem_schema() -> dict[str, Any]:
             "excitations": _named({"oneOf": excitations}),
             "limits": _named({"oneOf": [_limit(response, name) for name, response in responses.items()]}),
             "measures": _named({"oneOf": [_measure(response, name) for name, response in responses.items()]}),
-            "goal": {"oneOf": [_find_all(), *_goals(responses)]},
+            "goal": {"oneOf": [_find_all(), *_goals(goals)]},
             "scenarios": _SCENARIOS,
             "expected": {"type": "array", "items": _record()},
         },

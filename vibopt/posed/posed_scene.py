@@ -63,6 +63,8 @@ def _not_one_program(scene: Scene) -> str:
         return "a complete set of speeds is asked for, not a best design"
     if not scene.variables:
         return "nothing is to be chosen: it is an analysis"
+    if scene.goal is not None and scene.goal.response.of_limits:
+        return "the most room in the limits is a row of programs, each with tighter ones. Let vibopt solve it"
     if joints(scene):
         return f"bodies.{joints(scene)[0]} has no mass, and programs take every body to have one. Let vibopt solve it"
     for path in [*open_positions(scene), *open_places(scene)]:

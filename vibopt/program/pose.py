@@ -76,11 +76,13 @@ def asked_of(scene: Scene, full: Model, *, reduce: bool = True) -> Program:
         for limit in _limits(scene, full, name, each, reduce)
     )
     limits += tuple(ratings(full, reduce=reduce))
-    aim = None
-    if scene.goal is not None:
+    aim, room = None, tuple[str, ...]()
+    if scene.goal is not None and scene.goal.response.of_limits:
+        room = tuple(dict.fromkeys(limit.name for limit in limits if scene.goal.response.speaks_for(limit.name)))
+    elif scene.goal is not None:
         aim = _aim(scene, scene.goal, full, reduce)
     axes = tuple(Axis(v.path, v.low, v.high, v.values, v.choice.open_low) for v in scene.variables)
-    return Program(full, axes, limits, aim, ties=tuple(_ties(scene)))
+    return Program(full, axes, limits, aim, ties=tuple(_ties(scene)), room=room)
 
 
 def _aim(scene: Scene, goal: Goal, full: Model, reduce: bool) -> Aim:

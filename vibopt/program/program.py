@@ -177,6 +177,8 @@ class Program:
         Whether the limits speak of several machines: the same design with its numbers off in different ways.
     ties
         Variables that take their values together.
+    room
+        Names of the limits whose least margin is made greatest, which is the goal then; empty where it is another.
     """
 
     model: Model
@@ -185,6 +187,7 @@ class Program:
     aim: Aim | None
     several: bool = False
     ties: tuple[Tie, ...] = ()
+    room: tuple[str, ...] = ()
 
     @property
     def parts(self) -> list[Limit | Aim]:

@@ -15,6 +15,8 @@ A new response:
 both routes; `tests/generator` asks it of random scenes.
 """
 
+from collections import ChainMap
+
 from vibopt.responses.response import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.values.kinds import Kinds
 
@@ -87,4 +89,7 @@ KINDS: Kinds[Response] = Kinds(
     },
 )
 
-__all__ = ["KINDS", "HarmonicResponse", "RandomResponse", "Response", "TransientResponse"]
+GOALS = ChainMap[str, type[Response]](KINDS, Kinds[Response](__name__, {"margin": "margin.Margin"}))
+"""What can be made best: every response, and what is no response of its own."""
+
+__all__ = ["GOALS", "KINDS", "HarmonicResponse", "RandomResponse", "Response", "TransientResponse"]

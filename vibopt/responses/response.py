@@ -103,6 +103,8 @@ class Response(Table):
         Whether it asks for modes of what spins, at the speed of the spin.
     placed
         Of one of the questions that it stands for, where excitations are that may be at several places, by name.
+    of_limits
+        Whether it is read off the limits, and can only be made best.
     in_planes
         Whether it is told of a whirl that is no circle, as the greater half axis of its ellipse.
 
@@ -153,6 +155,7 @@ class Response(Table):
     whirls: ClassVar[bool] = False
     placed: ClassVar[Mapping[str, str]] = {}
     in_planes: ClassVar[bool] = False
+    of_limits: ClassVar[bool] = False
 
     @model_validator(mode="before")
     @classmethod
@@ -213,6 +216,10 @@ class Response(Table):
     def counts(self, sorts: tuple[Sort, ...]) -> bool:
         """Whether it speaks of an excitation of some sorts."""
         return any(one in sorts for one in self.speaks_of)
+
+    def speaks_for(self, name: str) -> bool:
+        """Whether it is read off the limit, or the rating, of this name."""
+        return False
 
     @property
     def worst_side(self) -> str:

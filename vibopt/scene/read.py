@@ -15,8 +15,8 @@ from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.excitations import Excitation
 from vibopt.files.reading import shown_name
+from vibopt.responses import GOALS, Response
 from vibopt.responses import KINDS as RESPONSES
-from vibopt.responses import Response
 from vibopt.scene.assemble import tuning_notes
 from vibopt.scene.check_scene import check
 from vibopt.scene.drives import with_own_bounds
@@ -316,8 +316,8 @@ class _Parts:
             self.mistakes.unknown_key(("goal", "response"), [])
             return None
         words["response"] = table[sense]
-        if not isinstance(words["response"], str) or words["response"] not in RESPONSES:
-            known = list(RESPONSES)
+        if not isinstance(words["response"], str) or words["response"] not in GOALS:
+            known = list(GOALS)
             self.mistakes.value(
                 ("goal", sense), table[sense], f"is no response that vibopt knows.{way_out(str(table[sense]), known)}"
             )
@@ -327,7 +327,7 @@ class _Parts:
             if key in words:
                 self.mistakes.add(("goal", key), f"goal has a bound ({key}). Say bounds in [limits.NAME].")
                 words.pop(key)
-        made = self._table(("goal",), words, RESPONSES[words["response"]])
+        made = self._table(("goal",), words, GOALS[words["response"]])
         return Goal(sense, str(table[sense]), made) if made is not None else None
 
     def _expected(self) -> tuple[Mapping[str, Any], ...]:

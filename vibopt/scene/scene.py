@@ -118,7 +118,7 @@ class Scene:
         """Everything that is asked, by path: limits, measures and the goal."""
         families = ("limits", self.limits), ("measures", self.measures)
         found = {f"{family}.{name}": response for family, every in families for name, response in every.items()}
-        return found if self.goal is None else {**found, "goal": self.goal.response}
+        return found if self.goal is None or self.goal.response.of_limits else {**found, "goal": self.goal.response}
 
     @property
     def finds(self) -> str:

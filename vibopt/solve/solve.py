@@ -5,11 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from vibopt.answer.answer import Answer, Tolerances, Used
 from vibopt.answer.entry import Checked, Entry
+from vibopt.arrays import FloatArray
 from vibopt.forms.reduce import reason
 from vibopt.mechanics.model import Model
 from vibopt.program.pose import are_whole, on_needed, pose
@@ -24,6 +26,7 @@ from vibopt.solve.alike import in_order
 from vibopt.solve.boundable import with_reason
 from vibopt.solve.dispatch import best_of
 from vibopt.solve.method import Found, Method, Progress
+from vibopt.solve.most_room import spread_out, with_most_room
 from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
 from vibopt.solve.without_search import NAME as STANDSTILL
@@ -113,10 +116,13 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
         return _analysis(scene, program, clock)
     if likely(scene):
         return _by_chance(scene, program, clock, wish)
-    found, why = best_of(program, scene, wish.method, wish.progress, wish.near)
+    found, why = best_of(replace(program, room=()), scene, wish.method, wish.progress, wish.near)
     reason_text = "" if wish.brief else why()
     found = at_own_bound(scene, program, in_order(scene, program, found))
     doubtful = uncertain(scene)
+    found = with_most_room(closed(program), found, partial(_again, scene, wish))
+    if not doubtful and wish.method is None:
+        found = spread_out(closed(program), found)
     if not doubtful:
         found = with_reason(closed(program), found, _unasked(wish))
     clock.stage("solve")
@@ -135,6 +141,11 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
             design = _loosened(scene, design, found, closed(program), wish.patience)
         return design
     return _something(scene, program, found, clock)
+
+
+def _again(scene: Scene, wish: _Wish, program: Program, near: FloatArray | None = None) -> Found:
+    """The answer to another program of the same scene."""
+    return best_of(program, scene, wish.method, None, wish.near if near is None else near.tolist())[0]
 
 
 def _unasked(wish: _Wish) -> str:
@@ -364,6 +375,8 @@ def _answered(
     assert found.x is not None
     chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
     limits, measures = rows
+    if goal is not None and scene.goal is not None and scene.goal.response.of_limits:
+        limits = {key: replace(row, tight=goal.value.value) for key, row in limits.items()}
     broken = [name for name, limit in limits.items() if not limit.met]
     doubt = disagreement(limits, measures, {} if goal is None or found.zero else {goal.name: goal})
     clock.stage("certify")

@@ -17,6 +17,7 @@ from vibopt.jobs import is_scene, with_changes
 from vibopt.program.pose import pose
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.uncertain import uncertain
+from vibopt.solve.least_missed import slid
 from vibopt.solve.ranges import closed
 
 if TYPE_CHECKING:
@@ -56,8 +57,6 @@ def brink(
         The place at which the least by which the worst limit is missed goes through zero, and the last design before
         it; nan where slopes do not lead there.  A guess: what is on either side is to be answered.
     """
-    from vibopt.study.nearest import slid  # with what proves over tolerances, for few
-
     design = np.array(x, dtype=float)
 
     @cache

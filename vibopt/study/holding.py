@@ -335,7 +335,7 @@ class Road:
         from vibopt.study.many import batch
 
         self.work += LEAST_WORK + 0.05 * len(values)
-        columns = batch(self.job, [self.fact], np.array(values)[:, None])
+        columns = batch(self.job, [self.fact], np.array(values)[:, None], whole=False)
         if columns is None:
             return False
         for index, status in enumerate(columns.status):

@@ -234,16 +234,24 @@ def _together(
 
 
 def batch(
-    job: Job, facts: Sequence[FactAt], values: FloatArray, tell: Callable[[float], None] | None = None
+    job: Job,
+    facts: Sequence[FactAt],
+    values: FloatArray,
+    tell: Callable[[float], None] | None = None,
+    *,
+    whole: bool = True,
 ) -> Columns | None:
-    """The answers at all values (n_points, n_facts) [SI] in one batch; None where they are not found together."""
+    """The answers at all values (n_points, n_facts) [SI] in one batch; None where they are not found together.
+
+    Without `whole` also where the goal leaves a part of the design open, of which any is then told.
+    """
     if is_rotor(job):
         from vibopt.study import rotor_points
 
         return rotor_points.columns(job, partial(changed_at, job, facts), values)
     if not is_scene(job) or uncertain(job) or open_positions(job) or is_measured(job):
         return None
-    return columns(job, facts, values, tell)
+    return columns(job, facts, values, tell, whole=whole)
 
 
 def _agree(scene: Job, together: Columns, index: int, point: Point) -> bool:

@@ -19,10 +19,10 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.closed_peaks import worst
 from vibopt.solve.closed_program import NotClosedError, question, value_at
 from vibopt.solve.dispatch import best_of
+from vibopt.solve.least_missed import slid
 from vibopt.solve.method import Progress
 from vibopt.solve.one_range import permitted
 from vibopt.study.freeze import named
-from vibopt.study.nearest import slid
 from vibopt.verify.checked import checked_limits
 
 BETWEEN = "A value between them may be forbidden, whatever the others are"

@@ -40,11 +40,17 @@ _ROUNDING = 2e-12
 
 
 def columns(
-    scene: Scene, facts: Sequence[FactAt], values: FloatArray, progress: Callable[[float], None] | None = None
+    scene: Scene,
+    facts: Sequence[FactAt],
+    values: FloatArray,
+    progress: Callable[[float], None] | None = None,
+    *,
+    whole: bool = True,
 ) -> Columns | None:
     """Answers at all values (n_points, n_facts) [SI]; None where the scene is not one that is answered together.
 
-    A point has the status "" where nothing was proven, or where it did not stand the check on the built machine.
+    A point has the status "" where nothing was proven, where it did not stand the check on the built machine, or, where
+    the `whole` design is asked for and not the goal alone, where the goal does not say all of it.
     """
     if scene.find_all is not None or not _is_plain(scene) or np.any(np.ptp(values, axis=0) <= 0.0):
         return None
@@ -65,7 +71,7 @@ def columns(
         else:
             answers = answer(first, numbers, len(values), progress)
         known = {fact.path: values[:, i] for i, fact in enumerate(facts)}
-        return _Checked(scene, first, numbers, known).columns(answers)
+        return _Checked(scene, first, numbers, known).columns(answers, whole=whole)
     except (NotClosedError, InputError):
         return None
 
@@ -75,6 +81,7 @@ def _is_plain(scene: Scene) -> bool:
     bodies, links = scene.bodies.values(), scene.links.values()
     return (
         len(bodies) == 1
+        and (scene.goal is None or not scene.goal.response.of_limits)
         and not (scene.absorbers or scene.structures or scene.rotors or scene.mounts or scene.others)
         and all(not body.freedoms and body.rolling is None for body in bodies)
         and all(body.mass is not None or body.weight is not None for body in bodies)
@@ -158,7 +165,7 @@ class _Checked:
     numbers: Numbers
     known: Mapping[str, FloatArray]
 
-    def columns(self, answers: Answers) -> Columns:
+    def columns(self, answers: Answers, *, whole: bool) -> Columns:
         """Check every answer; what is not optimal or infeasible beyond doubt has no status."""
         scene, count = self.scene, len(answers.status)
         x = np.full((len(scene.variables), count), np.nan)
@@ -189,8 +196,15 @@ class _Checked:
         if scene.goal is not None:
             goal = np.broadcast_to(self._plain(machine, scene.goal.response), (count,))
         proven = (answers.status == OPTIMAL) & good & same
+        proven &= ~self._undecided(design) if whole else True
         status = np.where(proven, "optimal", np.where(answers.status == INFEASIBLE, "infeasible", ""))
         return Columns(status.tolist(), x, goal, margins)
+
+    def _undecided(self, design: FloatArray) -> BoolArray:
+        """Whether the goal is at the end of its range and leaves the other variable open."""
+        place, way = self.asked.goal
+        end = (self.asked.high if way > 0.0 else self.asked.low)[place]
+        return np.asarray(self.asked.plane & (np.abs(design[place] - end) <= _SAME * end))
 
     def _agrees(self, index: int, design: FloatArray, value: FloatArray, omega: FloatArray) -> BoolArray:
         """Whether both routes give one value of a limit at the speed at which it is worst."""

@@ -46,19 +46,13 @@ def counted(missed: float, soft: float, *, at_least: bool = False) -> tuple[floa
     """Log of one plus the weighed part of its bound by which a limit is missed, with its two derivatives.
 
     `missed` is the log of the factor by which it is: the part of the bound is exp(missed) - 1, of a limit that asks for
-    `at_least` its bound 1 - exp(-missed).  Inverse of `widened` where the limit is missed; where it is met the same
-    slope goes on.
+    `at_least` its bound 1 - exp(-missed).  Inverse of `widened` where the limit is missed; where it is met, less the
+    log of one plus the weighed part that is left over: its margin.
     """
-    if missed <= 0.0:
-        return missed / soft, 1.0 / soft, 0.0
-    if at_least:
-        shrunk = math.exp(-missed)
-        whole = soft + 1.0 - shrunk
-        slope = shrunk / whole
-        return math.log(whole / soft), slope, -slope - slope**2
-    shrunk = math.exp(-missed)
-    part = 1.0 + (soft - 1.0) * shrunk
-    return missed + math.log(part / soft), 1.0 / part, (soft - 1.0) * shrunk / part**2
+    sign, turned = (1.0 if missed > 0.0 else -1.0), (-1.0 if at_least else 1.0)
+    whole = soft + abs(math.expm1(turned * missed))
+    slope = math.exp(turned * missed) / whole
+    return sign * math.log(whole / soft), slope, turned * slope - sign * slope**2
 
 
 def bent(slope: FloatArray, bend: FloatArray | None, first: float, second: float) -> FloatArray | None:

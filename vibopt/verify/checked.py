@@ -19,7 +19,7 @@ from vibopt.scene.assemble import model_of
 from vibopt.scene.check_bearings import in_planes
 from vibopt.scene.check_spin import turning
 from vibopt.scene.drives import highest_asked, unit_lines
-from vibopt.scene.scene import MINIMISE, Scene, Variable
+from vibopt.scene.scene import MINIMISE, Goal, Scene, Variable
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
 from vibopt.verify.as_built import differing, machine_of
@@ -126,6 +126,8 @@ class Built:
         goal = self.scene.goal
         if goal is None:
             return None
+        if goal.response.of_limits:
+            return _least_margin(goal, self.limits({}))
         measured = measure_on(
             self.scene, self.machine, goal.response, "at_most" if goal.sense == MINIMISE else "at_least"
         )
@@ -217,6 +219,13 @@ def _told_apart(response: Response, *values: float) -> tuple[str, str]:
     digits = next((n for n in (6, 9, 12) if f"{values[0]:.{n}g}" != f"{values[1]:.{n}g}"), 17)
     one, other = (f"{value:.{digits}g} {si_unit(response.dimension)}".rstrip() for value in values)
     return one, other
+
+
+def _least_margin(goal: Goal, rows: Mapping[str, Checked]) -> Checked:
+    """What the limits that a goal is read off have left over at least, and where."""
+    least = min((row for row in rows.values() if goal.response.speaks_for(row.name)), key=lambda row: row.margin)
+    shown = shown_value(goal.response, least.margin, goal.response.unit or goal.response.unit_without)
+    return Checked(goal.name, goal.name, goal.response.said_of, "", shown, worst_at=least.worst_at)
 
 
 def _worst_of(built: Built, offs: Sequence[Mapping[str, float]], name: str, response: Response, side: str) -> Checked:

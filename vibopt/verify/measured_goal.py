@@ -16,11 +16,16 @@ MEASURED = {MINIMISE: "minimised", MAXIMISE: "maximised"}
 
 
 def measure_goal(scene: Scene, document: dict[str, Any]) -> None:
-    """What was made best is measured in a document from now on, in the unit in which it was shown, and no goal."""
+    """What was made best is measured in a document from now on, in the unit in which it was shown, and no goal.
+
+    What is read off the limits stays theirs.
+    """
     goal = goal_as_shown(scene)
     if goal is None:
         return
     given = {key: one for key, one in document.pop("goal").items() if key != goal.sense}
+    if goal.response.of_limits:
+        return
     unit = {"unit": goal.response.unit} if goal.response.unit else {}
     measure = {"response": goal.name, **given, **unit, **_worst(scene, goal)}
     document["measures"] = dict(document.get("measures", {}))  # that of the scene stays

@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, field_validator, model_validator
 
 from vibopt.balancing.conventions import read_angle
-from vibopt.balancing.rotor_tables import Bounded, inner
+from vibopt.balancing.rotor_tables import Bounded, MadeSmall, inner
 from vibopt.values import Choice, Fact, Table, number
 from vibopt.values.fields import word
 
@@ -224,7 +224,7 @@ class EngineLimitTable(Bounded):
         return "moment" if self.is_couple else "force"
 
 
-class EngineGoalTable(Table):
+class EngineGoalTable(MadeSmall):
     """[goal] minimise = a response; `then` names responses that decide between equally good crank phasings.
 
     Keys

@@ -13,6 +13,7 @@ from vibopt.balancing.parse_machine import read_planes
 from vibopt.balancing.planes import UNBALANCE, Corrected, Plane
 from vibopt.balancing.rotor_tables import (
     Bounded,
+    MadeSmall,
     PlaneTable,
     headed,
     inner,
@@ -146,7 +147,7 @@ class KnownLimitTable(Bounded):
         return _DIMENSION_OF[self.response]
 
 
-class KnownGoalTable(Table):
+class KnownGoalTable(MadeSmall):
     """[goal] minimise = "unbalance" or "reaction" at the bearings, combined as rms, worst or sum; or one quantity.
 
     Keys

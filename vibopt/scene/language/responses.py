@@ -11,7 +11,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Literal, TypedDict, Unpack
 
 from vibopt.errors import way_out
-from vibopt.responses import KINDS
+from vibopt.responses import GOALS
 from vibopt.scene.language.limit import Measure, Speeds, Way
 
 
@@ -90,9 +90,13 @@ class Responses:
     if not TYPE_CHECKING:
 
         def __getattr__(self, kind: str) -> Callable[..., Measure]:
-            if kind not in KINDS:
-                raise AttributeError(f"there is no {kind}.{way_out(kind, list(KINDS))}")
+            if kind not in GOALS:
+                raise AttributeError(f"there is no {kind}.{way_out(kind, list(GOALS))}")
             return partial(Measure, kind)
+
+    def margin(self, *, limits: Sequence[str] | None = None) -> Measure:
+        """Part of its bound that every limit, or each of some `limits`, has left over: only to be made greatest."""
+        return Measure("margin", limits=limits)
 
     def transmitted_force(
         self, *, into: str | None = None, through: str | None = None, **words: Unpack[Along]
