@@ -1,4 +1,4 @@
-"""Texts and tables for a terminal are laid out as rich lays them out, line by line."""
+"""Texts and tables for a terminal are laid out as rich lays them out, line by line, but that fewer words are broken."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections import Counter
 from io import StringIO
 from typing import Any
 
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from rich.console import Console as Rich
 from rich.padding import Padding
@@ -53,7 +53,23 @@ def grids(draw: Any) -> Grid:
 
 @given(grid=grids(), text=LINES, width=st.integers(40, 120), indent=st.sampled_from([0, 2]))
 def test_texts_and_tables_stand_as_rich_sets_them(grid: Grid, text: str, width: int, indent: int) -> None:
-    assert ours(grid, text, width, indent) == by_rich(grid, text, width, indent)
+    """Tables of which rich breaks words need not."""
+    nothing = Grid([("",)])
+    assert ours(nothing, text, width, indent) == by_rich(nothing, text, width, indent)
+    words = Counter(" ".join(map(" ".join, [grid.heads, *grid.rows])).split())
+    if Counter(by_rich(grid, "", width, indent).split()) == words:
+        assert ours(grid, "", width, indent) == by_rich(grid, "", width, indent)
+
+
+@given(
+    rows=st.integers(1, 6).flatmap(lambda count: st.lists(st.tuples(*[TEXTS] * count), min_size=1, max_size=3)),
+    spare=st.integers(0, 30),
+)
+@example(rows=[("mass of the middle plane", "excitations.press.amplitude", "one two six")], spare=0)
+def test_no_word_is_broken_where_each_column_has_room_for_its_own(rows: list[tuple[str, ...]], spare: int) -> None:
+    longest = [max(map(len, " ".join(cells).split()), default=0) for cells in zip(*rows, strict=True)]
+    lines = ours(Grid(rows), "", sum(max(one + 2, 10) for one in longest) + spare, 0)
+    assert Counter(lines.split()) == Counter(" ".join(map(" ".join, rows)).split())
 
 
 @given(rows=st.lists(st.tuples(TEXTS, SHORT, TEXTS), min_size=1, max_size=4), width=st.integers(60, 120))

@@ -61,6 +61,8 @@ class Console:
 
 _MOST_WHOLE = 0.8
 """Part of a line that columns which are not broken may take together."""
+_LEAST_ROOM = 10
+"""Columns of a line that are left to each column of a table whose words may be broken."""
 
 
 def wrapped(text: str, width: int, *, whole: bool = False) -> list[str]:
@@ -133,7 +135,8 @@ def _grid(grid: Grid, width: int, styled: Callable[[str, str], str]) -> list[str
     natural = [max((columns(line) for row in rows for line in row[k].split("\n")), default=0) for k in range(count)]
     wide = [min((grid.widths[k] if grid.widths else natural[k]) + gaps[k], width) or 1 for k in range(count)]
     whole = set(grid.whole) if grid.widths else _kept_whole(grid.whole, wide, width)
-    wide = fitted(wide, [not grid.widths and k not in whole for k in range(count)], width)
+    longest = [max(columns(one) for row in rows for one in row[k].split() or [""]) + gaps[k] for k in range(count)]
+    wide = _by_words(wide, longest, [not grid.widths and k not in whole for k in range(count)], width)
     lines = []
     for number, row in enumerate(rows):
         cells = [wrapped(row[k], max(wide[k] - gaps[k], 1), whole=k in whole) for k in range(count)]
@@ -153,6 +156,19 @@ def _kept_whole(whole: Sequence[int], wide: Sequence[int], room: int) -> set[int
     while kept and sum(wide[k] for k in kept) > (_MOST_WHOLE * room if len(kept) < len(wide) else room):
         kept.pop()
     return set(kept)
+
+
+def _by_words(widths: Sequence[int], longest: Sequence[int], may_shrink: Sequence[bool], room: int) -> list[int]:
+    """Widths as `fitted`, but down to the longest word of a column alone, as far as that leaves the others room."""
+    wide, may = list(widths), list(may_shrink)
+    while True:
+        found = fitted(wide, may, room)
+        cut = [k for k, one in enumerate(may) if one and found[k] < longest[k]]
+        k = min(cut, key=lambda k: longest[k], default=-1)
+        kept = longest[k] + sum(one for one, shrinks in zip(wide, may, strict=True) if not shrinks)
+        if not cut or kept + _LEAST_ROOM * (sum(may) - 1) > room:
+            return found
+        wide[k], may[k] = longest[k], False
 
 
 def fitted(widths: Sequence[int], may_shrink: Sequence[bool], room: int) -> list[int]:
