@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import pickle
+import pprint
 from dataclasses import FrozenInstanceError, field
 from typing import Any
 
@@ -162,3 +163,10 @@ def test_a_property_is_worked_out_once_for_each_object_and_a_copy_with_other_fie
     assert one.asked == [2.0, 3.0]
     assert one == Sample(2.0)
     assert isinstance(vars(Sample)["weight"], type(Sample.weight))  # of the class it is the property itself
+
+
+@pytest.mark.parametrize("options", OPTIONS)
+def test_a_record_is_printed_prettily(options: dict[str, Any]) -> None:
+    """`pprint` asks a class of fields for more than the library says in public."""
+    made: Any = dataclass(**options)(_class())
+    assert pprint.pformat([made(mass=1.0)]) == repr([made(mass=1.0)])

@@ -51,7 +51,7 @@ def _made(given: type, *, frozen: bool, eq: bool, slots: bool, kw_only: bool) ->
             raise TypeError(f"cannot inherit {words} one")
     made: Any = _with_slots(given, text, said) if slots else _with_defaults(given, text, said)
     made.__doc__ = given.__doc__ or f"{given.__name__}(...)"  # the library would work out a signature
-    made.__dataclass_params__ = SimpleNamespace(frozen=frozen)
+    made.__dataclass_params__ = SimpleNamespace(frozen=frozen, repr=False)  # `pprint` asks for both
     methods: dict[str, Any] = {"__init__": _first_init(made, frozen), "__repr__": _repr}
     if eq:
         methods |= {"__eq__": _eq, "__hash__": _hash if frozen else None}

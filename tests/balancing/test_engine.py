@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from refusals import refused
 from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Entry
 from vibopt.answer.text import blocks_of
 from vibopt.balancing.engine import EngineJob, read_engine, solve_engine
 from vibopt.balancing.engine.choose_weights import Balanced, balance
@@ -513,3 +514,27 @@ def test_what_to_build_of_an_engine_is_said_word_for_word() -> None:
     assert block(solved(document), "What to build").lines == (
         "a: 3454 g mm (mass times radius) at 135 mm, 180 deg from zero (shaft turns 2 x, with the crank).",
     )
+
+
+def test_a_couple_that_balances_to_nothing_is_zero_and_no_step_is_sold_for_its_rounding() -> None:
+    """Three cranks at 120 degrees and one shaft that turns against them: the rotating pair of couples cancels."""
+    lines = [f'[[cylinders]]\ncrank = "{crank} deg"' for crank in (0, 240, 120)]
+    shafts = [
+        f'[balance_shafts.{name}]\norder = 1\nturns = "against rotation"\nat = "{at} mm"\n'
+        'unbalance = { from = "0 g mm", to = "9 kg mm" }'
+        for name, at in (("front", -60), ("back", 220))
+    ]
+    engine = (
+        'title = "Three in line"\n[engine]\nstroke = "74 mm"\nrod = "128 mm"\nspeed = "5200 rpm"\n'
+        'reciprocating = "0.42 kg"\nrotating = "0.3 kg"\nspacing = "82 mm"\n'
+        'counterweight_share = { from = "0 %", to = "80 %" }\n'
+    )
+    document = tomllib.loads("\n".join([engine, *lines, *shafts, '[goal]\nminimise = "primary_couple"']))
+    for key, value in (("speed", "5200 rpm"), ("speed", "4700 rpm"), ("stroke", "66.6 mm"), ("rod", "140 mm")):
+        document["engine"][key] = value
+        answer = solve_engine(job_of(document))
+        assert answer.goal is not None
+        assert (answer.status, answer.goal[1].value) == ("optimal", 0.0)
+        back = answer.values["balance_shafts.back.unbalance"]
+        assert isinstance(back, Entry)
+        assert back.value == 0.0

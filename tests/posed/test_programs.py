@@ -257,6 +257,10 @@ def test_methods_that_do_not_take_a_job_say_so_on_the_command_line() -> None:
         "rao_9_3_holes.toml: --method cvxpy: planes.disc takes one of 469 weights; a choice from a list is neither "
         "convex nor smooth."
     )
+    assert str(refused(lambda: vo.solve(vo.read(NAMED["rao_9_46"]), method="cvxpy"))) == (
+        "--method cvxpy: isolated is a vibration on a support that moves, and not on fixed ground. Leave --method out: "
+        "vibopt takes one that can."
+    )
 
 
 def test_the_explanation_is_of_the_same_method() -> None:

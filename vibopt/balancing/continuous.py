@@ -340,6 +340,8 @@ def _nothing_needed(question: Question) -> Solved | None:
 
 
 PROVEN = 1e-7
+_REMAINDER = 1e-3  # of what the solver leaves of a goal that is zero: more than that is left where it cannot be
+_NO_WEIGHT = 1e-9  # of the greatest
 
 
 def solve_continuous(question: Question, budget: Budget | None = None) -> Solved:
@@ -376,6 +378,8 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
         return Solved(
             None, "unproven", "no correction was found, and that there is none is not proven", details=details
         )
+    answer = _without_remainder(scene, answer)
+    assert answer.x is not None
     u = question.base + free.spread @ (answer.x * scene.column)
     value = question.value(u)
     low = answer.bound * scene.goal_size if np.isfinite(answer.bound) else -np.inf
@@ -389,6 +393,30 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
             f"cone program over the holes of split weights, {answer.rounds} solved, gap {gap:.1e} by our own dual bound"
         )
     return Solved(u, status, claim, value, low, gap, _prices(question, free, scene, answer), details=details)
+
+
+def _without_remainder(scene: Scaled, answer: Convex) -> Convex:
+    """The answer moved to where nothing is left, if its goal is zero up to the solver's gap and may well be zero.
+
+    Planes that the solver leaves a rounding in get nothing, those with an arc or holes keep their angle.
+    """
+    x = answer.x
+    if x is None or scene.goal == "correction" or not 0.0 < answer.value <= PROVEN:
+        return answer
+    nothing = np.abs(x) <= _NO_WEIGHT * float(np.abs(x).max(initial=0.0))
+    ways = np.diag(np.where(nothing, 0.0, 1.0)).astype(complex)
+    held = np.array([wedge is not None or plane in scene.fans for plane, wedge in enumerate(scene.wedges)])
+    radial = ways * np.exp(1j * np.angle(x))
+    across = np.where(held, 0.0, 1j) * radial
+    lines = scene.G @ np.hstack([radial, across])
+    start = np.where(nothing, 0.0, x)
+    left = scene.G @ start + scene.g
+    step = np.linalg.lstsq(np.vstack([lines.real, lines.imag]), -np.concatenate([left.real, left.imag]), rcond=1e-12)[0]
+    moved = pull_in(scene, start + np.hstack([radial, across]) @ step)
+    value = scene.value(moved)
+    if value >= _REMAINDER * answer.value or scene.held(moved).max(initial=0.0) > 1.0 + KEPT:
+        return answer
+    return replace(answer, x=moved, value=value, bound=min(answer.bound, value))
 
 
 def _wider(question: Question) -> float:

@@ -351,8 +351,10 @@ class Convex:
     def _one_mass(self, limit: Limit) -> tuple[Any, Any, float]:
         """K, C^2 and m of one mass on its springs and dampers."""
         model = limit.model
-        if model.n_free != 1 or model.n_coords != 1:
+        if model.n_free > 1:
             raise NotConvexError(f"{limit.name} is a vibration of more than one mass on fixed ground")
+        if model.n_free != 1 or model.n_coords != 1:
+            raise NotConvexError(f"{limit.name} is a vibration on a support that moves, and not on fixed ground")
         if (model.kinds == HYSTERETIC).any():
             raise NotConvexError(f"{limit.name} has a loss factor in it")
         heads = model.vectors[:, 0] ** 2

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibopt.document.toml_reading import changed
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 from vibopt.posed.convex import EXACT, Convex, not_convex
 from vibopt.posed.nonlinear import ENDS
 from vibopt.posed.posed import PROVEN, Posed, refused
@@ -113,7 +113,7 @@ class Ipopt:
             claim = f"IPOPT ends where a limit is missed by {missed:.1e} of its bound ({exchange.words})"
             return Found("unproven", None, claim, self.name, details=details)
         end = "a local optimum by IPOPT" if exchange.words in ENDS else "IPOPT stops on the way"
-        claim = f"{end} ({exchange.words}), its peaks exact after {exchange.rounds} exchanges of speeds"
+        claim = f"{end} ({exchange.words}), its peaks exact after {counted(exchange.rounds, 'exchange')} of speeds"
         return Found("feasible", exchange.x(y), claim, self.name, details=details)
 
 

@@ -48,7 +48,8 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
         method = _called(name) if isinstance(name, str) else name
         refusal = method.refuses(program)
         if refusal is not None:
-            raise InputError(f"--method {method.name}: {refusal}")
+            way = "" if refusal.endswith(".") else ". Leave --method out: vibopt takes one that can."
+            raise InputError(f"--method {method.name}: {refusal}{way}")
         return _begun(method, near)
     exact = closed_form(program)
     if exact is not None:

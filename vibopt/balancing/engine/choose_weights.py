@@ -25,6 +25,8 @@ from vibopt.errors import counted
 from vibopt.records import dataclass
 
 ALIKE = 1e-9
+_NOTHING = 1e-11
+"""Part of the size of a goal that is rounding: such a goal is zero, and stays it with lighter weights."""
 _DEGREES = np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False)
 _ROUNDS, _EXACT = 12, 1e-9
 """Times that crank angles are added, and the part by which all orders together may be greater between them."""
@@ -260,7 +262,8 @@ def _shared_out(job: EngineJob, answer: Solved) -> Solved:
 def _lightest(job: EngineJob, question: Question, goal: BoolArray, first: Solved, solver: Solver) -> Solved:
     """Of all weights with the same goal, whose rows are given, the lightest: so that none is there for nothing."""
     assert first.u is not None
-    bound = first.value + 1e-8 * size_of(job, goal_table(job).is_couple, rotating=False)
+    size = size_of(job, goal_table(job).is_couple, rotating=False)
+    bound = first.value + 1e-8 * size if first.value > _NOTHING * size else 0.0
     lighter = replace(question, goal="correction", limits=np.where(goal, bound, question.limits))
     second = solver(lighter)
     if second.u is None or lighter.value(second.u) > lighter.value(first.u) * (1.0 - 1e-6):

@@ -68,6 +68,8 @@ def _second_derivative(path: FloatArray) -> FloatArray:
 
 
 _ZERO = 1e-12
+_NO_WEIGHT = 1e-9
+"""Part of the greatest weight up to which one is none."""
 _MORE = 20
 """Orders behind those of the answer that the turning engine may show."""
 _TINY = 1e-6
@@ -163,8 +165,11 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
         values[f"cylinders.{k + 1}.crank"] = direction_of(np.exp(1j * found.cranks[cylinder.throw]))
     for share, carried in zip(job.shares, carried_shares(job, found.x), strict=True):
         values[share.name] = Entry(carried, "ratio")
-    for weight, u in zip(job.weights, turning_weights(job, found.x), strict=True):
+    turning = turning_weights(job, found.x)
+    least = _NO_WEIGHT * max((abs(u) for u in turning), default=0.0)
+    for weight, u in zip(job.weights, turning, strict=True):
         if weight.fixed is None:
+            u = u if abs(u) > least else 0.0
             values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
             values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
     values.update(_orders(job, here.at(found.x)))
