@@ -49,6 +49,12 @@ def settled(program: Program, hits: Mapping[int, Hit]) -> tuple[dict[int, Hit], 
     return final, tuple(dict.fromkeys(left))
 
 
+def searched(program: Program) -> dict[int, Hit]:
+    """The worst machines as `settled` has them, where nothing is said of what is proven: the same for less work."""
+    hits, parts = worst_machines(program, {}), parts_of(program)
+    return {index: raised(part, program.axes, hits[index])[0] for index, part in parts.items()}
+
+
 def decided(part: Limit | Aim, axes: tuple[Axis, ...], one: Hit) -> tuple[Hit, bool]:
     """The worst machine of one part after a search that misses none, and whether it is broken or proven."""
     one, sure = raised(part, axes, one)

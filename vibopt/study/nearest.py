@@ -11,6 +11,7 @@ from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Program
+from vibopt.program.worst_case import around
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import likely, uncertain
@@ -18,6 +19,7 @@ from vibopt.solve.choose import modest
 from vibopt.solve.deviations import limits_over
 from vibopt.solve.least_missed import nearest_to
 from vibopt.solve.loosen import beside, left_out
+from vibopt.solve.proof import searched
 from vibopt.solve.ranges import closed
 from vibopt.solve.robust import judged
 from vibopt.solve.several import Several, keys_of
@@ -116,7 +118,7 @@ def _over_tolerances(scene: Scene, program: Program, x: FloatArray) -> FloatArra
     """The nearest over the worst machines found, machine after machine; x (n_vars,) is the one without tolerances."""
     machines = Several(scene)
     for _ in range(_ROUNDS):
-        hits, known = judged(scene, x).hits, machines.asked
+        hits, known = searched(around(scene, x)), machines.asked
         for index, key in keys_of(program).items():
             if index in hits and index >= 0:
                 machines.add(key, machines.parts_off(x, hits[index].factors))

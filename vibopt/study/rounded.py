@@ -115,9 +115,10 @@ def goal_on(scene: Any, goal: Goal) -> Entry | None:
     """A goal on a machine without choices; the worst over its tolerances."""
     asked = replace(scene, goal=goal)
     if uncertain(scene):
+        from vibopt.program.worst_case import around
         from vibopt.solve.deviations import goal_machine
-        from vibopt.solve.robust import judged
+        from vibopt.solve.proof import searched
 
-        asked = replace(asked, off=goal_machine(asked, judged(asked, np.zeros(0)).hits))
+        asked = replace(asked, off=goal_machine(asked, searched(around(asked, np.zeros(0)))))
     found = goal_of(asked, {})
     return None if found is None else found[1]
