@@ -451,8 +451,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"bodies": PRESS["bodies"] | {"cart": {"mass": "10 kg"}},
          "links": {"mount": LINK, "other": {**LINK, "between": ["press", "cart"]}}},
         "links.mount.friction_force rubs beside links.other: where friction holds, what it joins moves as one, and "
-        "which of several hold changes in every cycle. Dry friction is answered between one pair of bodies with a mass "
-        "that move along a line, beside links and absorbers that do not rub.",
+        "which of several hold changes in every cycle. Dry friction is answered between one pair of ends that move "
+        "along a line, beside links and absorbers that do not rub.",
     ),
     "which of both carries what": (
         {"links": {"mount": LINK, "pad": {"between": ["ground", "press"], "friction_force": "1 N"}},

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.forms.form import by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime, matrices, reading
 from vibopt.forms.rubbing import acting_with_friction, friction_of, grip_of
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from vibopt.mechanics.ringing import Peak
     from vibopt.mechanics.sliding import Sliding
     from vibopt.mechanics.transient import Reading
+    from vibopt.signals import Output
 
 _KEPT, _NEAR, _ROUNDED, _NOTHING = 16, 1e-7, 1e-9, 1e-13
 """Motions that are kept; parts of itself and of what would move without friction by which both routes may differ; part
@@ -95,30 +96,82 @@ class PeakRubbing(PeakInTime):
         if key not in known:
             if len(known) >= _KEPT:
                 known.pop(next(iter(known)))
-            turned, whole = in_stretches(model)
-            n = model.n_free
-            loads = np.vstack([whole[:n, :n].T @ self.loads[:n], self.loads[n:]])
-            begun: FloatArray = np.zeros((len(whole), 2))
+            seen, n = in_stretches(model, x), model.n_free
+            loads = np.vstack([seen.whole[:n, : seen.n_free].T @ self.loads[:n], self.loads[n:]])
+            begun: FloatArray = np.zeros((len(seen.kept), 2))
             if released is not None:
-                begun = np.asarray(np.linalg.solve(whole, self.loads @ released))
-            rows = matrices(turned, model.values(x))
-            known[key] = Sliding(*rows, n, loads, self.segments, begun, friction_of(model, x))
-        turned, whole = in_stretches(model)
-        read = reading(turned, replace(self.output, row=self.output.row @ whole), model.values(x))
-        return known[key], replace(read, grip=grip_of(model, self.output.signs))
+                begun = np.asarray(np.linalg.solve(_turned(model)[1], self.loads @ released)[seen.kept])
+            known[key] = Sliding(*seen.rows, seen.n_free, loads, self.segments, begun, friction_of(model, x))
+        return known[key], read_in_stretches(model, x, self.output)
 
 
-def in_stretches(model: Model) -> tuple[Model, FloatArray]:
+@dataclass(frozen=True, slots=True)
+class InStretches:
+    """A machine in stretches of links, that of the one that rubs first, bases last.
+
+    rows
+        Mass, damping and stiffness, (n, n) each.
+    n_free
+        Number of those that are free.
+    kept
+        Numbers of them among all: joints that springs alone hold are left out.
+    lift, whole
+        All stretches from those that are kept, and all coordinates, (n_coords, n).
+    """
+
+    rows: tuple[FloatArray, FloatArray, FloatArray]
+    n_free: int
+    kept: IntArray
+    lift: FloatArray
+    whole: FloatArray
+
+
+def in_stretches(model: Model, x: FloatArray) -> InStretches:
+    """The machine of a design."""
+    turned, whole = _turned(model)
+    mass, damping, stiffness = matrices(turned, model.values(x))
+    quick = 1 + np.flatnonzero((np.diag(mass) + np.diag(damping))[1 : model.n_free] == 0.0)
+    kept, lift = np.setdiff1d(np.arange(len(mass)), quick), np.eye(len(mass))
+    if not len(quick):
+        return InStretches((mass, damping, stiffness), model.n_free, kept, lift, whole)
+    lift = lift[:, kept]
+    lift[quick] = -np.linalg.solve(stiffness[np.ix_(quick, quick)], stiffness[np.ix_(quick, kept)])
+    rows = mass[np.ix_(kept, kept)], damping[np.ix_(kept, kept)], lift.T @ stiffness @ lift
+    return InStretches(rows, model.n_free - len(quick), kept, lift, whole @ lift)
+
+
+def read_in_stretches(model: Model, x: FloatArray, output: Output) -> Reading:
+    """What is read, of the coordinates of `in_stretches`."""
+    (turned, whole), lift = _turned(model), in_stretches(model, x).lift
+    read = reading(turned, replace(output, row=output.row @ whole), model.values(x))
+    return replace(
+        read,
+        row=read.row @ lift,
+        rates=read.rates @ lift,
+        inertia=read.inertia @ lift,
+        grip=grip_of(model, output.signs),
+    )
+
+
+def _turned(model: Model) -> tuple[Model, FloatArray]:
     """The model in stretches of links, that of the one that rubs first, and coordinates from these; bases stay.
 
-    What rides on a base that goes far away keeps its digits.
+    What rides on a base that goes far away keeps its digits.  Those of bodies move all that rests on them, those of
+    joints without mass no body, first where a damper holds them.
     """
     known: dict[str, tuple[Model, FloatArray]] = vars(model).setdefault("in_stretches", {})
     if not known:
+        from vibopt.mechanics.model import DAMPING
+
         assert model.rubbing is not None
-        n, name = model.n_free, model.rubbing[0]
+        n, name, light = model.n_free, model.rubbing[0], model.massless
+        braked = [term.vector[:n] for term in model.terms if term.kind == DAMPING and term.owner != name]
+        held = light & (np.any(braked, axis=0) if braked else False)
         rows = [model.links[name]]
-        for row in [*model.links.values(), *np.eye(model.n_coords)[:n]]:
+        every = [*model.links.values(), *np.eye(model.n_coords)[:n]]
+        first = [row for row in every if not row[:n][light].any()]
+        then = [row for row in every if np.count_nonzero(row[:n][light]) == 1]
+        for row in [*first, *sorted(then, key=lambda row: not row[:n][held].any())]:
             if np.linalg.matrix_rank(np.array([*rows, row])[:, :n]) > len(rows):
                 rows.append(row)
         whole = np.linalg.inv(np.vstack([*rows, np.eye(model.n_coords)[n:]]))

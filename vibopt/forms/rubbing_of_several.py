@@ -9,9 +9,8 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.errors import InputError
-from vibopt.forms.peak_in_time import matrices, reading
-from vibopt.forms.peak_rubbing import in_stretches
-from vibopt.forms.rubbing import LEAST, TIMES, Rubbing, friction_of, grip_of
+from vibopt.forms.peak_rubbing import in_stretches, read_in_stretches
+from vibopt.forms.rubbing import LEAST, TIMES, Rubbing, friction_of
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.sliding import basis
 from vibopt.mechanics.slipping import radians_at
@@ -25,9 +24,9 @@ if TYPE_CHECKING:
 
 _KEPT, _HOPE = 640, 0.6
 """Motions that are kept; part by which the rough look may be off."""
-_SLOW, _RADIANS = 2e-3, 1e4
+_SLOW, _RADIANS, _NOTHING = 2e-3, 1e4, 1e-14
 """Frequency over the greatest natural one from which on none is too slow; radians of free vibration that are followed
-in half a cycle."""
+in half a cycle; rounding of what stands still."""
 _PARTS = np.linspace(0.0, 1.0, 9)
 _BASIS = basis(_PARTS)
 """Parts of a panel at which a cycle is drawn, and Chebyshev's polynomials at them."""
@@ -85,25 +84,32 @@ class RubbingOfSeveral(Rubbing):
         """While it slips, and while friction holds it [rad/s]."""
         from scipy.linalg import eigvalsh
 
-        n, (turned, _) = model.n_free, in_stretches(model)
-        mass, _, stiff = (one[1:n, 1:n] for one in matrices(turned, model.values(x)))
-        return np.sort(np.append(natural_frequencies(model, model.values(x)), np.sqrt(eigvalsh(stiff, mass))))
+        (mass, _, stiff), n = in_stretches(model, x).rows, in_stretches(model, x).n_free
+        heavy, found = 1 + np.flatnonzero(np.diag(mass)[1:n]), [natural_frequencies(model, model.values(x))]
+        light = 1 + np.flatnonzero(np.diag(mass)[1:n] == 0.0)
+        for joints in (light[:0], light)[: 1 + bool(len(light))]:  # held by their dampers, or given way
+            own = np.concatenate([heavy, joints])
+            held = stiff[np.ix_(own, own)]
+            gives = np.linalg.inv(np.linalg.inv(held)[: len(heavy), : len(heavy)])
+            found.append(np.sqrt(eigvalsh(gives, mass[np.ix_(heavy, heavy)])) if len(heavy) else np.zeros(0))
+        return np.sort(np.concatenate(found))
 
     def grasp(self, model: Model, x: FloatArray, speeds: FloatArray) -> FloatArray:
         harmonic = self._harmonic(model, x, speeds)
         return np.asarray(harmonic.friction / np.abs(harmonic.holds))
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        """And less still of what moves without friction, and where nothing does of what it reads."""
         ends = np.array([end for band in self.shaken[0].bands for end in (band.low, band.high) if np.isfinite(end)])
-        free = replace(self._harmonic(model, x, ends), friction=0.0).read(self._read(model, x)) / self.per(
-            model, x, ends
-        )
-        return 1e-7 * max(abs(one) for one in (0.0, value, other) if np.isfinite(one)) + 1e-9 * float(
-            np.abs(free).max()
-        )
+        harmonic, read = self._harmonic(model, x, ends), read_in_stretches(model, x, self.output)
+        count = float(self.per(model, x, ends).min())
+        free = float(np.abs(replace(harmonic, friction=0.0).read(read)).max()) / count
+        most = float(np.abs(harmonic.free).max() * (1.0 + np.abs(harmonic.omega).max() ** 2))
+        still = _NOTHING * (most * float(np.abs(read.row).sum()) + abs(read.grip) * harmonic.friction) / count
+        return 1e-7 * max(abs(one) for one in (0.0, value, other) if np.isfinite(one)) + 1e-9 * free + still
 
     def half_cycle(self, model: Model, x: FloatArray, speed: float) -> tuple[FloatArray, FloatArray, BoolArray]:
-        speeds, read = np.array([speed]), self._read(model, x)
+        speeds, read = np.array([speed]), read_in_stretches(model, x, self.output)
         harmonic, count = self._harmonic(model, x, speeds), float(self.per(model, x, np.array(speed)))
         if abs(harmonic.holds[0]) <= harmonic.friction:
             times = np.linspace(0.0, np.pi / harmonic.omega[0], TIMES)
@@ -125,13 +131,13 @@ class RubbingOfSeveral(Rubbing):
         speeds = np.array([speed])
         if not rough:
             return float(self.sizes(model, x, speeds)[0])
-        found = np.abs(self._harmonic(model, x, speeds).read(self._read(model, x)))
+        found = np.abs(self._harmonic(model, x, speeds).read(read_in_stretches(model, x, self.output)))
         return float((found / self.per(model, x, speeds))[0])
 
     def sizes(self, model: Model, x: FloatArray, speeds: FloatArray, *, hope: float = 0.0) -> FloatArray:
         amplitude = self._amplitude(speeds)
         count = self.per(model, x, speeds) * np.ones(speeds.shape)
-        harmonic, read = self._harmonic(model, x, speeds), self._read(model, x)
+        harmonic, read = self._harmonic(model, x, speeds), read_in_stretches(model, x, self.output)
         moves = (amplitude > 0.0) & (amplitude < np.inf)
         found = np.where(moves, np.abs(harmonic.read(read)) / count, np.where(self.normalised, 1.0, amplitude))
         left = np.flatnonzero(moves & (speeds > 0.0) & (np.abs(harmonic.holds) > harmonic.friction))
@@ -151,12 +157,12 @@ class RubbingOfSeveral(Rubbing):
         from vibopt.mechanics.returning import Returning
 
         known: dict[tuple[bytes, float], Returning] = vars(model).setdefault("returning", {})
-        forces, bases = self._loads(model, np.array([speed]))
+        forces, bases = self._loads(model, x, np.array([speed]))
         key = np.asarray(x, dtype=float).tobytes() + forces.tobytes() + bases.tobytes(), speed
         if key not in known:
             if len(known) >= _KEPT:
                 known.pop(next(iter(known)))
-            harmonic, (turned, _) = self._harmonic(model, x, np.array([speed])), in_stretches(model)
+            harmonic, seen = self._harmonic(model, x, np.array([speed])), in_stretches(model, x)
             [omega] = harmonic.omega
             begun = np.array([harmonic.moved[0].real, -omega * harmonic.moved[0].imag]).T
             half = Segment(
@@ -167,8 +173,7 @@ class RubbingOfSeveral(Rubbing):
                 np.zeros(1),
             )
             loads = np.concatenate([forces[0], -(omega**2) * bases[0]])[:, None]
-            rows = matrices(turned, model.values(x))
-            known[key] = Returning(*rows, model.n_free, loads, (half,), begun, harmonic.friction)
+            known[key] = Returning(*seen.rows, seen.n_free, loads, (half,), begun, harmonic.friction)
         return known[key]
 
     def _check(self, model: Model, x: FloatArray, speed: float) -> None:
@@ -176,41 +181,26 @@ class RubbingOfSeveral(Rubbing):
         order, naturals = self.shaken[0].lines[0].order, self.naturals(model, x)
         if order * speed > _SLOW * naturals[-1]:
             return
-        radians, rows = 0.0, matrices(in_stretches(model)[0], model.values(x))
-        for part in (slice(model.n_free), slice(1, model.n_free)):
-            mass, damping, stiff = (one[part, part] for one in rows)
-            unit, zero = np.eye(len(mass)), 0.0 * mass
-            rates = np.linalg.eigvals(
-                np.block([[zero, unit], [-np.linalg.solve(mass, stiff), -np.linalg.solve(mass, damping)]])
-            )
-            radians = max(radians, float(radians_at(rates, order * speed).max(initial=0.0)))
+        radians = float(radians_at(self.returning(model, x, speed).law.rates, order * speed).max())
         if radians > _RADIANS or order * speed < LEAST * naturals[0]:
             raise InputError(self.too_slow(speed, float(naturals[-1]) / order, _RADIANS if radians > _RADIANS else 0.0))
 
-    def _read(self, model: Model, x: FloatArray) -> Reading:
-        turned, whole = in_stretches(model)
-        read = reading(turned, replace(self.output, row=self.output.row @ whole), model.values(x))
-        return replace(read, grip=grip_of(model, self.output.signs))
-
     def _at_once(self, model: Model, x: FloatArray, read: Reading) -> float:
         """What a reading jumps by with a friction of one [N]: through inertia, and its own."""
-        n, (turned, _) = model.n_free, in_stretches(model)
-        faster = np.linalg.solve(matrices(turned, model.values(x))[0][:n, :n], -np.eye(n)[0])
-        return float(abs(((read.row * (read.power == 2) + read.inertia)[:n] @ faster) + read.grip))
+        return float(abs(self.returning(model, x, 1.0).law.row(read, 1)[2]))
 
-    def _loads(self, model: Model, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def _loads(self, model: Model, x: FloatArray, speeds: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Amplitudes of forces [N] on stretches (m, n_free), and of bases [m], (m, n_bases)."""
-        line, n, (_, whole) = self.shaken[0].lines[0], model.n_free, in_stretches(model)
+        line, n, seen = self.shaken[0].lines[0], model.n_free, in_stretches(model, x)
         size = np.abs(line.amplitude.at(speeds))
         lead = line.vector[np.abs(line.vector).argmax()]
         vector = np.multiply.outer(np.where(np.isfinite(size), size, 0.0), (line.vector * np.abs(lead) / lead).real)
-        return vector[:, :n] @ whole[:n, :n], vector[:, n:]
+        return vector[:, :n] @ seen.whole[:n, : seen.n_free], vector[:, n:]
 
     def _harmonic(self, model: Model, x: FloatArray, speeds: FloatArray) -> Harmonic:
-        n, omega = model.n_free, self.shaken[0].lines[0].order * speeds
-        (forces, bases), (turned, _) = self._loads(model, speeds), in_stretches(model)
-        turn = 1j * omega[:, None, None]
-        mass, damping, stiff = matrices(turned, model.values(x))
+        seen, omega = in_stretches(model, x), self.shaken[0].lines[0].order * speeds
+        (forces, bases), n, turn = self._loads(model, x, speeds), seen.n_free, 1j * omega[:, None, None]
+        mass, damping, stiff = seen.rows
         system = stiff + turn * damping + turn**2 * mass
         pushed = forces - (system[:, :n, n:] @ bases[:, :, None])[..., 0]
         rubbed = np.broadcast_to(-np.eye(n)[0], pushed.shape)

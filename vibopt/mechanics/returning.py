@@ -14,7 +14,7 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.closing import closing
 from vibopt.mechanics.panels import peaks_of
-from vibopt.mechanics.sliding import TOO_OFTEN, Piece, Sliding
+from vibopt.mechanics.sliding import TOO_OFTEN, Law, Piece, Sliding
 from vibopt.mechanics.transient import Reading
 from vibopt.records import cached_property, dataclass
 
@@ -67,6 +67,10 @@ class Returning(Sliding):
         return found
 
     @property
+    def law(self) -> Law:
+        return self._law(self.segments[0])
+
+    @property
     def _still(self) -> FloatArray:
         """States (n,) of the free coordinates if the load stayed at its greatest."""
         n, found = self.n_free, self._struck_by(0.0 * self.begun)
@@ -85,15 +89,16 @@ class Returning(Sliding):
     @cached_property
     def _own(self) -> FloatArray:
         """From places and rates of the free coordinates to states as long as the root of twice the energy."""
-        n, found = self.n_free, np.zeros((2 * self.n_free, 2 * self.n_free))
+        n, heavy = self.n_free, self._heavy
+        found = np.zeros((len(self._free), len(self._free)))
         found[:n, :n] = np.linalg.cholesky(self.stiffness[:n, :n]).T
-        found[n:, n:] = np.linalg.cholesky(self.mass[:n, :n]).T
+        found[n:, n:] = np.linalg.cholesky(self.mass[np.ix_(heavy, heavy)]).T
         return found
 
     def _half(self, own: FloatArray, scale: float) -> tuple[tuple[Piece, ...], FloatArray, FloatArray]:
         """Panels of half a cycle from a state, that at its end, and the derivative of this (2 n, 2 n)."""
         [segment] = self.segments
-        law, free = self._law(segment), self._free
+        law, free = self.law, self._free
         state = np.concatenate([self._struck_by(self.begun), segment.start])
         state[free] = np.linalg.solve(self._own, own * scale)
         pieces = tuple(islice(self._along(law, 0.0, segment.length, state), _MOST))
@@ -102,10 +107,16 @@ class Returning(Sliding):
         slope = np.eye(len(state))[:, free]
         if not pieces[0].side:
             slope[1] = 0.0
+        elif law.rests is not None:
+            slope[0] = law.rests @ slope
         for piece, following in pairwise((*pieces, None)):
             assert piece is not None
             slope = piece.ahead @ slope
-            if following is not None and piece.side and following.side != piece.side:
+            if following is None or piece.side == following.side:
+                continue
+            if law.rests is not None and not piece.side:
+                slope[0] = law.rests @ slope
+            elif piece.side and law.slips[1].any():
                 before = law.slips @ piece.states.sum(axis=1)
                 after = (law.slips if following.side else law.held) @ following.start
                 slope = slope + np.outer(after - before, slope[1]) / before[1]

@@ -18,7 +18,7 @@ from itertools import islice
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from vibopt.arrays import FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.panels import COEFFICIENTS, NODES, SLOPES, exponential, exponentials, greatest, peaks_of
 from vibopt.mechanics.ringing import HORIZON, Peak
@@ -55,26 +55,32 @@ _ENDLESS = (
 class Law:
     """How the states change on a segment: rates while it slips and while it is held, (n, n) [1/s], and what that takes.
 
-    places, speeds
-        Rows of all coordinates and of their rates, (n_coords, n).
-    faster, along
-        Of second ones, while it slips and while it is held.
+    places
+        Rows of all coordinates, (n_coords, n).
+    speeds
+        Of their rates, while it is held and while it slips, (2, n_coords, n).
     carries
         Row of what friction holds while nothing slips [N].
+    rests
+        Row of the place to which what slips follows without a delay, where neither mass nor damper resists it.
     """
 
     slips: FloatArray
     held: FloatArray
     places: FloatArray
     speeds: FloatArray
-    faster: FloatArray
-    along: FloatArray
     carries: FloatArray
+    rests: FloatArray | None = None
 
     @cached_property
-    def rates(self) -> FloatArray:
-        """Of all motions (n,), complex [1/s]."""
-        return np.concatenate([np.linalg.eigvals(self.slips), np.linalg.eigvals(self.held)])
+    def faster(self) -> tuple[FloatArray, FloatArray]:
+        """Rows of second rates, while it is held and while it slips, (n_coords, n) each."""
+        return self.speeds[0] @ self.held, self.speeds[1] @ self.slips
+
+    @cached_property
+    def rates(self) -> ComplexArray:
+        """Of all motions (n,) [1/s]."""
+        return np.concatenate([np.linalg.eigvals(self.slips), np.linalg.eigvals(self.held)]).astype(complex)
 
     @cached_property
     def _lively(self) -> FloatArray:
@@ -114,7 +120,7 @@ class Law:
 
     def row(self, reading: Reading, side: int) -> FloatArray:
         """What a reading is of the states (n,)."""
-        motion = self.places, self.speeds, self.faster if side else self.along
+        motion = self.places, self.speeds[abs(side)], self.faster[abs(side)]
         found = reading.row @ motion[reading.power] + reading.rates @ motion[1] + reading.inertia @ motion[2]
         rubbed = np.eye(len(self.slips))[2] if side else self.carries
         return np.asarray(found + reading.grip * rubbed)
@@ -212,7 +218,7 @@ class Sliding:
             return 0.0
         n, end, row = self.n_free, last.states.sum(axis=1), last.law.row(reading, 1)
         places, rates, bases, led = self._numbers
-        mass, stiff = self.mass[:n, :n], self.stiffness[:n, :n]
+        mass, stiff = self.mass[np.ix_(self._heavy, self._heavy)], self.stiffness[:n, :n]
         if np.linalg.matrix_rank(stiff) < n or (self.stiffness[:n, n:] @ end[led]).any() or row[bases] @ end[led]:
             return np.inf
         rest = -np.linalg.solve(stiff, self.stiffness[:n, n:] @ end[bases] + self.damping[:n, n:] @ end[led])
@@ -308,12 +314,18 @@ class Sliding:
         """Numbers of states: places and rates of the free coordinates, the slip first, then of the bases."""
         n, m = self.n_free, len(self.mass)
         others, rates = np.arange(3, 2 + m), np.arange(2 + m, 1 + 2 * m)
-        return np.insert(others[: n - 1], 0, 0), np.insert(rates[: n - 1], 0, 1), others[n - 1 :], rates[n - 1 :]
+        own = np.insert(rates[: n - 1], 0, 1)[self._heavy]
+        return np.insert(others[: n - 1], 0, 0), own, others[n - 1 :], rates[n - 1 :]
+
+    @cached_property
+    def _heavy(self) -> IntArray:
+        """Free coordinates with mass: the rates of others are no states, and their places there are empty."""
+        return np.flatnonzero(np.diag(self.mass)[: self.n_free])
 
     @cached_property
     def _swings(self) -> IntArray:
         """Numbers of the states that move freely while friction holds: places, then rates."""
-        return np.concatenate([one[1:] for one in self._numbers[:2]])
+        return np.setdiff1d(np.concatenate(self._numbers[:2]), [0, 1])
 
     def _along(self, law: Law, time: float, length: float, state: FloatArray) -> Iterator[Piece]:
         """Pieces from a state on, over so many seconds."""
@@ -323,11 +335,13 @@ class Sliding:
             state[2] = side * self.friction
             if not side:
                 state[1] = 0.0
+            elif law.rests is not None:
+                state[0] = law.rests @ state
             width = law.width(age)
             whole = min(1.0, (length - gone) / width)
             states = (law.ahead(side, width) @ state).T @ COEFFICIENTS
             part = (self._stops if side else self._leaves)(law, states, side, whole, fresh=fresh)
-            if part is not None and part <= 0.0:  # by rounding alone: held until that turns
+            if side and part is not None and part <= _NOISE:  # by rounding alone: held until that turns
                 side, fresh = 0, True
                 continue
             ended = whole if part is None else part
@@ -351,11 +365,15 @@ class Sliding:
         if state[1]:
             return int(np.sign(state[1]))
         carried = float(law.carries @ state)
-        return 0 if abs(carried) <= self.friction else int(np.sign(carried))
+        side, beyond = int(np.sign(carried)), abs(carried) / self.friction - 1.0
+        if law.rests is None or abs(beyond) > _ROUND:
+            return side if beyond > 0.0 else 0
+        begins: FloatArray = np.where(np.arange(len(state)) == 2, side * self.friction, state)  # it may slip on
+        return side if side * float(law.speeds[1][0] @ begins) > 0.0 else 0
 
     def _stops(self, law: Law, states: FloatArray, side: int, whole: float, *, fresh: bool) -> float | None:
         """Part of a panel at which a slip comes to rest; 0 where it never began, None where it goes on."""
-        speed = side * states[1]
+        speed = side * (law.speeds[1][0] @ states)
         values = speed @ (basis(whole * NODES) if whole < 1.0 else _NODAL)
         begins = fresh or values[0] <= 0.0
         seen = values[1:] / NODES[1:] ** (2 if begins else 0)
@@ -388,7 +406,11 @@ class Sliding:
             return _crossing(part, whole * float(NODES[first - 1]), whole * float(NODES[first]))
         if whole == 1.0 and not beyond.any() and peaks_of(carried[None], np.array([self.friction]))[0] <= self.friction:
             return None
-        found = []
+        found, early = list[float](), float(carried @ basis(_BEGUN))
+        if abs(early) > self.friction * (1.0 + _NOISE):
+            over = np.copysign(1.0, early) * carried
+            over[0] -= self.friction
+            return max(_crossing(over, 0.0, _BEGUN), 1e-300) if over @ _FIRST_NODE < 0.0 else _BEGUN
         for sense in (1.0, -1.0):
             over = sense * carried
             over[0] -= self.friction
@@ -400,15 +422,16 @@ class Sliding:
 
     def _struck_by(self, changes: FloatArray) -> FloatArray:
         """States without those of signals, from places and rates of all coordinates (n_coords, 2)."""
-        places, rates = changes.T
+        places, rates = changes.T.copy()
+        rates[: self.n_free][np.diag(self.mass)[: self.n_free] == 0.0] = 0.0
         return np.concatenate([[places[0], rates[0], 0.0], places[1:], rates[1:]])
 
     @cached_property
     def _struck(self) -> FloatArray:
         """Changes of the states by blows of one of each signal, (n, n_signals)."""
-        n = self.n_free
-        pushed = self.loads[:n] - self.mass[:n, n:] @ self.loads[n:]
-        fast = np.linalg.solve(self.mass[:n, :n], pushed)
+        n, heavy = self.n_free, self._heavy
+        pushed, fast = (self.loads[:n] - self.mass[:n, n:] @ self.loads[n:])[heavy], np.zeros(self.loads[:n].shape)
+        fast[heavy] = np.linalg.solve(self.mass[np.ix_(heavy, heavy)], pushed)
         fast = np.where(np.abs(fast) <= _ROUND * np.abs(fast).max(axis=0, initial=0.0), 0.0, fast)
         every = np.vstack([fast, self.loads[n:]])
         return np.array([self._struck_by(np.array([0.0 * one, one]).T) for one in every.T]).T
@@ -425,21 +448,27 @@ class Sliding:
         n, m = self.n_free, len(self.mass)
         size = 1 + 2 * m
         unit = np.eye(size + segment.read.shape[1])
-        places, speeds = unit[[0, *range(3, 2 + m)]], unit[[1, *range(2 + m, size)]]
+        at, fast_at = np.array([0, *range(3, 2 + m)]), np.array([1, *range(2 + m, size)])
+        places, known, light = unit[at], unit[fast_at], np.setdiff1d(np.arange(n), self._heavy)
+        known[light] = 0.0
         acting = self.loads @ segment.read @ unit[size:]
-        pulled = self.stiffness[:n] @ places + self.damping[:n] @ speeds + self.mass[:n, n:] @ acting[n:]
-        forces = acting[:n] - pulled
-        slipped = np.linalg.solve(self.mass[:n, :n], forces - np.outer(np.eye(n)[0], unit[2]))
-        followed = np.linalg.solve(self.mass[1:n, 1:n], forces[1:])
-        carries = forces[0] - self.mass[0, 1:n] @ followed
-        faster: FloatArray = np.vstack([slipped, acting[n:]])
-        along: FloatArray = np.vstack([0.0 * unit[0], followed, acting[n:]])
-        slips, held = np.zeros(unit.shape), np.zeros(unit.shape)
-        for rates, moved in ((slips, faster), (held, along)):
-            rates[3 : 2 + m], rates[2 + m : size] = speeds[1:], moved[1:]
+        pulled = self.stiffness[:n] @ places + self.damping[:n] @ known + self.mass[:n, n:] @ acting[n:]
+        forces, resists = acting[:n] - pulled, self.mass[:n, :n].copy()
+        resists[:, light] = self.damping[:n, light]
+        follows, soft = not resists[0].any(), self.stiffness[0, 0]
+        held = np.vstack([0.0 * unit[0], np.linalg.solve(resists[1:, 1:], forces[1:])])
+        slips = held if follows else np.linalg.solve(resists, forces - np.outer(np.eye(n)[0], unit[2]))
+        laws, speeds = np.zeros((2, *unit.shape)), np.array([known, known])
+        for rates, own, fast in zip(laws, speeds, (held, slips), strict=True):
+            own[light] = fast[light]
+            if follows:
+                own[0] = own[1:].T @ self.stiffness[0, 1:] / -soft
+            rates[at], rates[fast_at] = own, np.vstack([fast, acting[n:]])
+            rates[fast_at[light]] = 0.0
             rates[size:, size:] = segment.rates / segment.length
-        slips[0], slips[1] = speeds[0], faster[0]
-        return Law(slips, held, places, speeds, faster, along, carries)
+        laws[0, 0], speeds[0, 0] = 0.0, known[0]
+        rests = unit[0] + (forces[0] - unit[2]) / soft if follows else None
+        return Law(laws[1], laws[0], places, speeds, forces[0] - resists[0] @ held, rests)
 
 
 def _rung(

@@ -16,8 +16,7 @@ from vibopt.scene.scene import Scene
 
 _BESIDE = (
     "where friction holds, what it joins moves as one, and which of several hold changes in every cycle. Dry friction "
-    "is answered between one pair of bodies with a mass that move along a line, beside links and absorbers that do not "
-    "rub."
+    "is answered between one pair of ends that move along a line, beside links and absorbers that do not rub."
 )
 _TOGETHER = "rub between the same two ends: they slip together, and only the sum of their friction is known to act."
 
@@ -82,6 +81,12 @@ def _shaken(scene: Scene, where: str, path: Path, mistakes: Mistakes) -> None:
             "motions do not add. Keep one of them.",
         )
     for one, table in scene.excitations.items():
+        if table.on in places.joints(scene):
+            mistakes.add(
+                path,
+                f"{where} rubs under excitations.{one}, which acts on {table.on}. It has no mass, and would slip as "
+                "suddenly as that. Let it act on a body with mass, or give the joint its mass.",
+            )
         if table.sort == "random" or table.ramp is not None:
             what = "run-up" if table.ramp is not None else "white noise"
             mistakes.add(
@@ -124,7 +129,7 @@ def _linear(table: Device) -> bool:
     if isinstance(table, LinkTable):
         return not table.rubs and not table.spreads_mass
     if isinstance(table, BodyTable):
-        return not table.massless and not table.turns and table.geared_to is None
+        return not table.turns and table.geared_to is None
     return isinstance(table, AbsorberTable)
 
 

@@ -369,11 +369,15 @@ class MotionInTime:
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
         signals = self._signals(time)
         points = dict(zip(self._places, self._states.read(states, signals).transpose(1, 0, 2), strict=True))
-        forces = dict.fromkeys(self.machine.masses, np.zeros(len(time)))
+        return Course(points, self._forces(signals))
+
+    def _forces(self, signals: FloatArray) -> dict[str, FloatArray]:
+        """From outside on each body [N], (n_times,) each."""
+        forces = dict.fromkeys(self.machine.masses, np.zeros(signals.shape[1]))
         for one, signal in zip(self.excitations, signals, strict=True):
             if one.on in forces:
                 forces[one.on] = forces[one.on] + signal
-        return Course(points, forces)
+        return forces
 
 
 def carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:

@@ -99,12 +99,19 @@ class Rubbed:
         count, bodies = len(self.states.places), len(self.machine.masses)
         pulled = [one[count : count + bodies, :bodies] for one, _ in (self.states.matrices, self.states.holding)]
         squares = np.concatenate([np.linalg.eigvals(-one).real for one in pulled])
-        return np.asarray(np.sqrt(np.unique(squares[squares > _STILL * squares.max()])))
+        found = np.unique(np.sqrt(squares[squares > _STILL * squares.max()]))
+        return np.union1d(found, self.machine.natural_frequencies()) if self.machine.jointed.any() else found
 
     @cached_property
     def _fastest(self) -> float:
         """Of the load and all vibration [rad/s]."""
-        return max(self.omega, float(self.naturals[-1]))
+        fades = max(float(np.abs(np.diag(one)[: len(self.states.places)]).max()) for one, _ in self._laws)
+        return max(self.omega, float(self.naturals[-1]), fades)
+
+    @property
+    def _laws(self) -> tuple[_Law, _Law]:
+        """While friction holds, and while it slips."""
+        return self.states.holding, self.states.matrices
 
     @cached_property
     def _own(self) -> IntArray:
@@ -134,9 +141,14 @@ class Rubbed:
     @cached_property
     def _sizes(self) -> FloatArray:
         """Of a place and of a rate, that are likely."""
-        slipped = self.push * (self.states.given @ self.states.apart) / max(self.omega, float(self.naturals[0])) ** 2
+        count, states = len(self.states.places), self.states
+        pushed = self.push * float(states.given[count:] @ states.apart)
+        slipped = pushed / max(self.omega, float(self.naturals[0])) ** 2
+        if states.light:
+            slipped = -self.push * float(states.yields @ states.apart[: len(states.yields)])
         bound = np.abs(self._bound[: len(self.states.places)]).max()
-        return float(slipped + bound) * np.array([1.0, max(self.omega, _ROUNDING * float(self.naturals[-1]))])
+        sizes = np.array([1.0, max(self.omega, _ROUNDING * float(self.naturals[-1]))])
+        return np.asarray((slipped + float(bound)) * sizes)
 
     @property
     def _scale(self) -> FloatArray:
@@ -150,12 +162,12 @@ class Rubbed:
         if self.base:
             now[states.places.index(self.acts)] = self.base
         found: list[_Stretch] = []
-        slip = float(states.slip(now)[1])
-        side = float(np.sign(slip)) if abs(slip) > _STILL * self._sizes[1] else self._sense(0.0, now)
+        side = states.begins(now, _STILL * self._sizes[1]) or self._sense(0.0, now)
         while time < end * (1.0 - 1e-13):
-            found.append(self._slips(time, end, now, side) if side else self._holds(time, end, states.stopped(now)))
+            found.append(self._slips(time, end, now, side) if side else self._holds(time, end, now))
             time, was = found[-1].end, side
-            now = states.stopped(found[-1].moved(np.array([time]))[:, 0])
+            now = found[-1].moved(np.array([time]))[:, 0]
+            now = states.stopped(now, self._signals(time), side) if side else now
             side = self._sense(time, now, released=not was)
             side = 0.0 if was and side == was else side
         return found
@@ -163,13 +175,13 @@ class Rubbed:
     def _slips(self, time: float, end: float, now: FloatArray, side: float) -> _Stretch:
         """Up to where the slip stops, or the end."""
 
-        def left(_: float, state: FloatArray) -> float:
-            return side * float(self.states.slip(state)[1])
+        def left(at: float, state: FloatArray) -> float:
+            return side * self.states.slip(state, self._signals(at), side)
 
         watch: Any = left
         watch.terminal, watch.direction = True, -1.0
         given = side * self.joint.friction * self.states.given
-        run, moved, settled = self._moved(side, np.concatenate([0.0 * given, given]), (time, end), now, watch)
+        run, moved, settled = self._moved(side, given, (time, end), now, watch)
         if settled >= end or (run is not None and run.status == 1):
             return _Stretch(time, float(run.t[-1]), run.sol, side)
         apart = self.states.apart @ self._wave(self.states.matrices)[: len(self.states.places)]
@@ -200,7 +212,9 @@ class Rubbed:
         """Seconds in which what swings by itself has faded, in a slip or a hold; endless where it never has."""
         from scipy.linalg import null_space
 
-        law, bodies = self.states.matrices if side else self.states.holding, len(self.machine.masses)
+        law, bodies = self._laws[abs(int(side))], len(self.machine.masses)
+        if self.machine.jointed.any():
+            return float("inf")
         own = law[0][np.ix_(self._own, self._own)]
         if not side:  # beside the slip, which is held
             free = np.kron(np.eye(2), null_space(self.states.apart[None, :bodies]))
@@ -217,7 +231,7 @@ class Rubbed:
         self, side: float, rubbed: FloatArray, span: tuple[float, float], now: FloatArray, watch: Any
     ) -> tuple[Any, Callable[[FloatArray], FloatArray], float]:
         """A run while anything swings by itself; states against time, behind it by the wave; when that is [s]."""
-        law, settled = self.states.matrices if side else self.states.holding, span[0] + self._settles(side)
+        law, settled = self._laws[abs(int(side))], span[0] + self._settles(side)
         run = None if settled == span[0] else self._run(law, rubbed, (span[0], min(settled, span[1])), now, watch)
         if run is not None and (settled >= span[1] or run.status == 1):
             return run, run.sol, settled
@@ -278,7 +292,7 @@ class Rubbed:
         if self.naturals[-1] * lasts > _LONGEST or self.omega < _LEAST * self.naturals[0]:
             return None
         scale, state = self._scale, np.resize(self.begin, len(self._scale))
-        if not any(self.begin) and self.naturals[0] > _SLOW * self.omega:
+        if not any(self.begin) and self.naturals[0] > _SLOW * self.omega and not self.machine.jointed.any():
             state = self._still
 
         def after(start: FloatArray) -> FloatArray:
@@ -302,14 +316,25 @@ class Rubbed:
     @property
     def _still(self) -> FloatArray:
         """Places and rates of the bodies where springs would carry what friction leaves of the load at its greatest."""
-        (system, loads), count = self.states.matrices, len(self._own) // 2
-        place = np.zeros(len(self.states.places))
+        states, count = self.states, len(self._own) // 2
+        rubbed = self._sense(0.0, self._led) * self.joint.friction
+        return np.append(self._loaded + rubbed * states.yields, np.zeros(count))
+
+    @property
+    def _led(self) -> FloatArray:
+        """States (2 n,) with bodies at rest and a base where it is farthest."""
+        found = np.zeros(2 * len(self.states.places))
         if self.base:
-            place[self.states.places.index(self.acts)] = self.base
-        rows = self._own[count:]
-        push = system[rows, : len(place)] @ place + loads[rows, 0] * self.force
-        rubbed = self._sense(0.0, np.append(place, 0.0 * place)) * self.joint.friction * self.states.given[:count]
-        return np.append(np.linalg.solve(system[np.ix_(rows, self._own[:count])], rubbed - push), np.zeros(count))
+            found[self.states.places.index(self.acts)] = self.base
+        return found
+
+    @property
+    def _loaded(self) -> FloatArray:
+        """Places of the bodies (n,) where springs carry the load at its greatest, without friction."""
+        bodies, stiff = len(self.machine.masses), self.states.stiffness
+        pushed = self.force * np.array([float(name == self.acts) for name in self.machine.masses])
+        led = stiff[:bodies, bodies:] @ self._led[bodies : len(stiff)]
+        return np.asarray(np.linalg.solve(stiff[:bodies, :bodies], pushed - led))
 
     def greatest(self, response: HarmonicResponse) -> float:
         """Greatest size of a response in a cycle; nan where no steady motion was found."""
@@ -325,15 +350,11 @@ class Rubbed:
     def at_rest(self, response: HarmonicResponse) -> float:
         """Size of a response to a force or a place that never changes."""
         states, bodies = self.states, len(self.machine.masses)
-        (system, loads), count = states.matrices, len(states.places)
-        place = np.zeros(count)
-        if self.base:
-            place[states.places.index(self.acts)] = self.base
-        stiff, pushed = system[count : count + bodies, :count], loads[count : count + bodies, 0] * self.force
-        both = np.linalg.solve(-stiff[:, :bodies], np.array([stiff @ place + pushed, -states.given[:bodies]]).T)
-        without, per = states.apart[:bodies] @ both + [states.apart @ place, 0.0]
-        rubs = np.clip(-without / per, -self.joint.friction, self.joint.friction)
-        place[:bodies] = both @ [1.0, rubs]
+        place, free, per = self._led[: len(states.places)], self._loaded, states.yields
+        apart = states.apart[:bodies]
+        without = apart @ free + states.apart[bodies:] @ place[bodies:]
+        rubs = np.clip(-without / (apart @ per), -self.joint.friction, self.joint.friction)
+        place[:bodies] = free + rubs * per
         points = {name: np.array([[at], [0.0], [0.0]]) for name, at in zip(states.places, place.tolist(), strict=True)}
         course = Course(points, self._forces(np.array([self.force])), {self.joint.name: np.array([rubs])})
         return float(np.abs(response.trace(self.machine, course)).max())
@@ -375,10 +396,7 @@ class Rubbed:
     def course(self, stretch: _Stretch, at: FloatArray) -> Course:
         """Bodies and bases in time, the force from outside, and what friction carries."""
         signals, now = self._signals(at), stretch.moved(at)
-        slips = stretch.side * self.joint.friction * np.ones(len(at))
-        rubs = slips if stretch.side else self.states.carries(now, signals)
-        read = self.states.read(now, signals)
-        read[2] -= np.outer(self.states.given, rubs)
+        read, rubs = self.states.read(now, signals, np.full(len(at), stretch.side))
         points = dict(zip(self.states.places, read.transpose(1, 0, 2), strict=True))
         return Course(points, self._forces(signals[0]), {self.joint.name: rubs})
 

@@ -47,7 +47,7 @@ class Stopping(Simulated):
         for side in (-1.0, 0.0, 1.0):
             found[side] = np.zeros((2 * count + 1, 2 * count + 1))
             found[side][:-1, :-1] = self._states.matrices[0] if side else self._states.holding[0]
-            found[side][count:-1, -1] = -side * self.joint.friction * self._states.given
+            found[side][:-1, -1] = -side * self.joint.friction * self._states.given
         return found
 
     def _read_at(self, time: FloatArray, span: tuple[float, float]) -> FloatArray:
@@ -67,12 +67,12 @@ class Stopping(Simulated):
                     found[:, those] = carried(system, start, length[those])[:-1]
             return found
         for held, (system, loads) in ((False, self._states.matrices), (True, self._states.holding)):
-            those, count = np.flatnonzero((side == 0.0) == held), len(self._places)
+            those = np.flatnonzero((side == 0.0) == held)
             if not len(those):
                 continue
             places, long = (0.5 + PLACES)[:, None], length[those]
             pushed = loads @ self._read_at((begin[those] + places * long).ravel(), span)
-            pushed[count:] -= np.outer(self._states.given, np.tile(side[those] * self.joint.friction, len(PLACES)))
+            pushed -= np.outer(self._states.given, np.tile(side[those] * self.joint.friction, len(PLACES)))
             left = np.concatenate([long, ((1.0 - places) * long).ravel()])
             pushed = pushed * (WEIGHTS[:, None] * long).ravel()
             every = carried(system, np.hstack([states[:, those], pushed]), left)
@@ -91,9 +91,8 @@ class Stopping(Simulated):
         ends = [*self._bent[inside].tolist(), span[1]]
         straight = all(excitation.straight for excitation in self.excitations)
         longest, time, steps = _TURN / (self._own_rate if straight else fastest), span[0], list[Any]()
-        speed, size = float(self._states.slip(state)[1]), float(np.abs(state[len(self._places) :]).max())
-        moves = abs(speed) > _ROUND * size
-        side, fresh = float(np.sign(speed)) if moves else self._pushed(state, time, span), not moves
+        moves = self._states.begins(state, _ROUND * float(np.abs(state[len(self._places) :]).max()))
+        side, fresh = moves or self._pushed(state, time, span), not moves
         for end in ends:
             while time < end:
                 step = min(longest, end - time) if end - time > 1e-9 * longest else end - time
@@ -103,7 +102,7 @@ class Stopping(Simulated):
                 was, fresh = side, part < 1.0
                 state = after
                 if fresh:
-                    state = self._states.stopped(state)
+                    state = self._states.stopped(state, self._read_at(np.array([time]), span), was) if was else state
                     side = self._pushed(state, time, span, released=not was)
                     side = 0.0 if was and side == was else side
         times, sides, states = (np.array(one) for one in zip(*steps, strict=True))
@@ -139,9 +138,10 @@ class Stopping(Simulated):
         def left(part: float, there: FloatArray | None = None) -> float:
             """What is left of the slip, or of the friction that holds."""
             there = after(part) if there is None else there
+            signals = self._read_at(np.array([time + part * step]), span)
             if side:
-                return side * float(self._states.slip(there)[1, 0])
-            carries = self._states.carries(there, self._read_at(np.array([time + part * step]), span))
+                return side * self._states.slip(there[:, 0], signals, side)
+            carries = self._states.carries(there, signals)
             return self.joint.friction - abs(float(carries[0]))
 
         whole = after(1.0)
@@ -152,14 +152,15 @@ class Stopping(Simulated):
         return part, after(part)[:, 0]
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
-        course = super()._course(time, states)
         begins, sides = np.hstack(self._senses)
-        side = sides[np.maximum(np.searchsorted(begins, time, side="right") - 1, 0)]
-        rubs = np.where(side == 0.0, self._states.carries(states, self._signals(time)), side * self.joint.friction)
-        points = dict(course.points)
-        for name, given in zip(self._places, self._states.given, strict=True):
-            points[name] = points[name] - np.outer([0.0, 0.0, given], rubs)
-        return Course(points, course.forces, {self.joint.name: rubs})
+        side, signals = sides[np.maximum(np.searchsorted(begins, time, side="right") - 1, 0)], self._signals(time)
+        read, rubs = self._states.read(states, signals, side)
+        points, forces = dict(zip(self._places, read.transpose(1, 0, 2), strict=True)), self._forces(signals)
+        return Course(points, forces, {self.joint.name: rubs})
+
+    @cached_property
+    def _own_rate(self) -> float:
+        return max(super()._own_rate, float(np.abs(np.linalg.eigvals(self._states.holding[0])).max()))
 
     def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
         """Forces and accelerations jump where the slip turns or ends: just before is looked at, too."""
