@@ -91,3 +91,20 @@ def test_nothing_is_left_when_writing_fails(tmp_path: Path, monkeypatch: pytest.
 def test_a_device_is_written_straight(tmp_path: Path) -> None:
     write_file(checked_target("/dev/null"), b"gone")
     assert not Path("/dev/null").is_file()
+
+
+def test_a_map_on_which_a_line_of_equal_goal_has_no_point_is_drawn(run: Run, tmp_path: Path) -> None:
+    """Some levels of the goal are on no part of the plane: matplotlib hands out a line without points."""
+    (tmp_path / "case.toml").write_text(
+        'title = "Instrument case"\n[bases.floor]\n[bodies.instrument]\nmass = "8 kg"\n'
+        '[links.foam]\nbetween = ["instrument", "floor"]\nstiffness = { from = "1 kN/m", to = "1 MN/m" }\n'
+        'damping = { from = "1 N s/m", to = "5 kN s/m" }\n'
+        '[excitations.fall]\nkind = "pulse"\non = "floor"\nshape = "half sine"\nacceleration = "300 m/s2"\n'
+        'duration = "8 ms"\n[limits.room]\nresponse = "peak_relative_displacement"\nacross = "foam"\n'
+        'at_most = "25 mm"\n'
+        '[goal]\nminimise = "peak_acceleration"\nof = "instrument"\n',
+        encoding="utf-8",
+    )
+    done = run("plot", str(tmp_path / "case.toml"), "--map", "-o", str(tmp_path / "map.svg"))
+    assert (done.code, done.err) == (0, "")
+    assert (tmp_path / "map.svg").stat().st_size > 0

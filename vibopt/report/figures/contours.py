@@ -117,7 +117,7 @@ def _goal(axes: Any, plane: Plane) -> FloatArray:
 def _roomy(axes: Any, lines: Any) -> list[float]:
     """Levels whose lines are wide and high enough for a number: within smaller ones numbers lie over each other."""
     least = _ROOM * SIZE * axes.figure.dpi / 72.0
-    spans = [[np.ptp(axes.transData.transform(one), axis=0) for one in level] for level in lines.allsegs]
+    spans = [[np.ptp(axes.transData.transform(one), axis=0) for one in level if len(one)] for level in lines.allsegs]
     return [
         float(level)
         for level, parts in zip(lines.levels, spans, strict=True)
