@@ -28,6 +28,7 @@ from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.modes import poles
+from vibopt.responses import GOALS
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
@@ -38,7 +39,7 @@ from vibopt.verify.as_built import machine_of
 
 REGISTRIES: dict[str, tuple[Any, type, Mapping[str, type]]] = {
     "devices": (vibopt.devices, Device, FAMILIES),
-    "responses": (vibopt.responses, Response, RESPONSES),
+    "responses": (vibopt.responses, Response, GOALS),
     "excitations": (vibopt.excitations, Excitation, EXCITATIONS),
 }
 

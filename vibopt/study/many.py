@@ -98,7 +98,8 @@ def answered(
     known
         Points that were answered before, by index.
     sparing
-        Leave points with the status "" that were not answered where the others were answered together.
+        Leave points with the status "" that were not answered where the others were answered together; the goal alone
+        is asked for, and of designs that have it any is told.
     sure
         Other points of the same facts were answered together, and one of them alone too: that is not done again.
     """
@@ -110,7 +111,8 @@ def answered(
     single: dict[int, Point] = dict(known or {})
     together = None
     if len(values) - len(single) >= FEWEST_TOGETHER:
-        together = batch(job, facts, values, tell) if sure else _together(job, facts, values, tell, single)
+        asked = partial(batch, job, facts, values, tell, whole=not sparing)
+        together = asked() if sure else _compared(job, facts, values, asked, single)
     columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     points = Points(job, facts, values, columns, single)
     open_ = [index for index, status in enumerate(columns.status) if not status and index not in single]
@@ -216,15 +218,15 @@ class _Shared:
             yield self._errand(self._values[self._parts[-1]])
 
 
-def _together(
+def _compared(
     job: Job,
     facts: tuple[FactAt, ...],
     values: FloatArray,
-    tell: Callable[[float], None],
+    asked: Callable[[], Columns | None],
     single: dict[int, Point],
 ) -> Columns | None:
-    """All points in one batch, one of them answered alone to compare; None where that is not possible."""
-    columns = batch(job, facts, values, tell)
+    """All points `asked` in one batch, one of them answered alone to compare; None where that is not possible."""
+    columns = asked()
     if columns is None:
         return None
     middle = len(values) // 2
