@@ -28,9 +28,8 @@ from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.modes import poles
-from vibopt.responses import GOALS
+from vibopt.responses import GOALS, HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses import KINDS as RESPONSES
-from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
