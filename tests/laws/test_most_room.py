@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import test_nearest as nearest
 import vibopt as vo
 from refusals import refused
 from vibopt.arrays import FloatArray
@@ -25,7 +26,7 @@ from vibopt.solve.most_room import GAP
 from vibopt.study.sweep import sweep
 from vibopt.values.soft import counted, widened
 
-MASS, FORCE, TOP = 300.0, 30e3, 3000.0 * 2.0 * math.pi / 60.0
+MASS = 300.0
 STIFFNESS, DAMPING = np.geomspace(1e4, 1e9, 401), np.geomspace(10.0, 1e6, 301)
 ROOM = {"maximise": "margin"}
 
@@ -37,30 +38,13 @@ def press(floor: str | None, start_up: str | None, sag: str | None = None, **mor
         "run_up": {"response": "displacement", "of": "press", "over": "0..3000 rpm", "at_most": start_up},
         "own": {"response": "natural_frequency", "at_least": sag},
     }
-    return {
-        "title": "Press",
-        "bodies": {"press": {"mass": "300 kg"}},
-        "links": {
-            "mount": {
-                "between": ["press", "ground"],
-                "stiffness": {"from": "10 kN/m", "to": "1 GN/m"}, "damping": {"from": "10 N s/m", "to": "1 MN s/m"},
-            }
-        },
-        "excitations": {
-            "punch": {"kind": "force", "on": "press", "amplitude": "30 kN", "speed": "3000 rpm", "varies": "constant"}
-        },
-        "limits": {name: one for name, one in limits.items() if None not in one.values()},
-        "goal": ROOM,
-        **more,
-    }  # fmt: skip
+    asked = {name: one for name, one in limits.items() if None not in one.values()}
+    return nearest.press(0.0, 0.0, **{"limits": asked, "goal": ROOM, **more})
 
 
 def left(k: FloatArray, c: FloatArray, floor: float, start_up: float, own: float) -> FloatArray:
     """Part of its bound that each of the three limits has left over, stacked."""
-    spring = k + 1j * TOP * c
-    force = FORCE * np.abs(spring / (spring - MASS * TOP**2))
-    peak = np.sqrt(np.maximum(k / MASS - c**2 / (2.0 * MASS**2), 0.0)).clip(max=TOP)
-    moved = np.maximum.reduce([FORCE / np.abs(k + 1j * w * c - MASS * w**2) for w in (0.0 * k, peak, TOP + 0.0 * k)])
+    force, moved = nearest.values(k, c)
     frequency = np.sqrt(k / MASS) / (2.0 * math.pi)
     return np.stack([1.0 - force / floor, 1.0 - moved / start_up, frequency / own - 1.0])
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from threading import Event, Thread
+from typing import Any
 
 import pytest
 
@@ -97,8 +98,8 @@ def test_one_of_two_workers_is_killed_and_then_the_scheduler(
     add = GrowingTable.add
 
     def stopping(what: Callable[[], object]) -> Callable[..., None]:
-        def then(self: GrowingTable, *words: object) -> None:
-            add(self, *words)  # type: ignore[arg-type]
+        def then(self: GrowingTable, *words: Any) -> None:
+            add(self, *words)
             if len(self.points) == 5:
                 what()
 
@@ -208,8 +209,9 @@ def test_lasting_processes_end_with_their_pool() -> None:
         first = each(_pid, range(4), pool)
         assert len({*first}) <= 2
     for one in {*first}:
+        assert isinstance(one, int)
         with pytest.raises(ProcessLookupError):
-            os.kill(one, 0)  # type: ignore[arg-type]
+            os.kill(one, 0)
 
 
 def _pid(_: int) -> int:
