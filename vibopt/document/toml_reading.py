@@ -13,6 +13,7 @@ from typing import Any
 import tomli
 
 from vibopt.document.locate import DEEPEST, located, may_be_too_deep
+from vibopt.document.toml_alike import read_alike
 from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 
@@ -165,6 +166,11 @@ def toml_of(text: str) -> dict[str, Any]:
     ValueError
         It is no TOML, or a number in it has more digits than a float can have.
     """
+    return read_alike(text, _guarded)
+
+
+def _guarded(text: str) -> dict[str, Any]:
+    """The same of any text, whatever it is like."""
     if may_be_too_deep(text) and located(text).too_deep:
         raise RecursionError
     document = tomli.loads(text)
