@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_validator
 
 from vibopt.devices.device import Device, Ends
-from vibopt.devices.link import TwoEnds
+from vibopt.devices.ends import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import InputError
 from vibopt.mechanics.assembly import Assembly

@@ -7,7 +7,7 @@ import numpy as np
 from pydantic import model_validator
 
 from vibopt.devices.device import Ends, OneLink
-from vibopt.devices.link import TwoEnds
+from vibopt.devices.ends import ChosenEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
@@ -27,7 +27,8 @@ class InerterTable(OneLink):
 
     Keys
     ----
-    between: The two ends: `between = ["tmd", "ground"]`.
+    between: The two ends: `between = ["tmd", "ground"]`; or pairs of which the best is found: `between = { one_of =
+        [["machine", "joint"], ["joint", "ground"]] }`.
     inertance: Force over relative acceleration. One of `inertance`, `torsional_inertance`, `mass_ratio`.
     torsional_inertance: Moment over relative angular acceleration, of what turns.
     mass_ratio: Inertance over the mass of `relative_to`, which counts what rolling adds: `mass_ratio = 0.1`.
@@ -37,7 +38,7 @@ class InerterTable(OneLink):
     tolerance: How far its inertance may be off as built, either way: `tolerance = "5 %"`.
     """
 
-    between: TwoEnds
+    between: ChosenEnds
     inertance: Value | None = number("mass", sign="not negative")
     torsional_inertance: Value | None = number("inertia", sign="not negative")
     mass_ratio: Value | None = number("ratio", sign="not negative", most=1e6)

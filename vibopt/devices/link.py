@@ -4,9 +4,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
-from pydantic import BeforeValidator, ValidationError, model_validator
+from pydantic import ValidationError, model_validator
 
 from vibopt.devices.device import OTHER_WAY, Ends, OneLink
+from vibopt.devices.ends import ChosenEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
@@ -14,7 +15,7 @@ from vibopt.mechanics.built import Borne, Joint
 from vibopt.mechanics.model import forced, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
-from vibopt.values.fields import Choice, Later, complaint
+from vibopt.values.fields import Choice, Later
 
 if TYPE_CHECKING:
     from vibopt.devices.beam import Beam
@@ -26,15 +27,6 @@ else:
     )
 
 
-def _two_ends(given: object) -> object:
-    if not isinstance(given, (list, tuple)) or len(given) != 2 or not all(isinstance(one, str) for one in given):
-        raise complaint('is not a pair of names. Write between = ["machine", "ground"].')
-    if given[0] == given[1]:
-        raise complaint("joins a point with itself. Name two different ends.")
-    return tuple(given)
-
-
-TwoEnds = Annotated[Ends, BeforeValidator(_two_ends)]
 _ALONG = ("part", "stiffness", "beam", "damping", "rotating_damping", "friction_force", "dynamic_to_static")
 _AROUND = ("torsional_stiffness", "shaft", "torsional_damping")
 _SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "beam")
@@ -49,7 +41,8 @@ class LinkTable(OneLink):
     Keys
     ----
     between: The two ends: bodies, absorbers, bases, points of structures, or "ground": `between = ["press",
-        "ground"]`. Ends in space take a mount.
+        "ground"]`; or pairs of which the best is found: `between = { one_of = [["machine", "joint"], ["joint",
+        "ground"]] }`. Ends in space take a mount.
     stiffness: Dynamic stiffness of ONE single mount; `count` of them stand side by side. One of `stiffness`,
         `torsional_stiffness`, `shaft`, `beam`, or a `part`.
     torsional_stiffness: Of one single spring about the axis of what turns.
@@ -81,7 +74,7 @@ class LinkTable(OneLink):
     part: Bought instead of made: `part = { catalogue = "mounts.csv" }`. Refused beside stiffness and damping.
     """
 
-    between: TwoEnds
+    between: ChosenEnds
     stiffness: Value | None = number("stiffness")
     torsional_stiffness: Value | None = number("torsional_stiffness")
     shaft: Shaft | None = None

@@ -9,7 +9,7 @@ from pydantic import ValidationError, field_validator, model_validator
 from vibopt.arrays import FloatArray
 from vibopt.devices.axes import DampingAxes, Rated, StiffnessAxes, ThreeSchema, three
 from vibopt.devices.device import Device, Ends
-from vibopt.devices.link import TwoEnds
+from vibopt.devices.ends import TwoEnds
 from vibopt.devices.part import OWN, Bound, Part
 from vibopt.devices.sites import At, Directions, Shift, Single, Sites
 from vibopt.devices.symbols import Numbers, Symbols

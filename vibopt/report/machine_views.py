@@ -123,7 +123,7 @@ def blocks(design: Design) -> list[Block]:
         measures_block(design),
         whirls_block(design, machine),
         limiting_block(design),
-        pairs("Places", places),
+        pairs("Layouts" if any(path.endswith(".between") for path in design.places) else "Places", places),
         pairs("What was chosen", _values(design)),
         *_foot(design),
     ]

@@ -202,7 +202,7 @@ def _unit(table: object, key: str) -> str:
 def _others(design: Design, exact: Shown) -> list[tuple[str, str]]:
     """Chosen numbers and places that no row has said yet."""
     places = {path: place.value for path, place in design.places.items() if not path.endswith(".part")}
-    rows = [(_owner(path), place) for path, place in places.items() if not path.startswith("absorbers.")]
+    rows = [(_owner(path), place) for path, place in places.items() if not path.startswith(("absorbers.", "links."))]
     units = asked_positions(design.scene) | {variable.path: variable for variable in design.scene.variables}
     for path, chosen in design.variables.items():
         if path in units and not _told(design.scene, path):

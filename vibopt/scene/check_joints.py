@@ -32,7 +32,8 @@ def check_joints(scene: Scene, mistakes: Mistakes) -> None:
         mistakes.add(
             ("bodies", empty[0]), 'nothing has a mass, so that nothing vibrates. Give a body its mass: "300 kg".'
         )
-    _held(scene, light, mistakes)
+    loose = _held(scene, light, mistakes)
+    _carrying(scene, [name for name in empty if name not in loose], mistakes)
     _braked(scene, light, mistakes)
     _ratios(scene, empty, mistakes)
     wheels = [
@@ -100,20 +101,37 @@ def _ends(scene: Scene) -> dict[str, tuple[str, str]]:
     return {name: (places.gear_root(scene, one), places.gear_root(scene, other)) for name, (one, other) in rooted}
 
 
-def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
-    """A chain of springs leads from each joint to what has mass or is a support."""
+def _carrying(scene: Scene, empty: list[str], mistakes: Mistakes) -> None:
+    """Each joint joins two things, or is shaken."""
+    if len(places.devices(scene)) < len(places.raw_devices(scene)):
+        return  # one that could not be read may end there
+    ends = _ends(scene)
+    shaken = {
+        places.gear_root(scene, one) for excitation in scene.excitations.values() for one in excitation.everywhere
+    }
+    heavy = {end for name, link in scene.links.items() if link.spreads_mass for end in ends.get(name, ())}
+    for name in empty:
+        ways = [link for link, two in ends.items() if name in two]
+        others = sorted({end for link in ways for end in ends[link]} - {name})
+        if len(others) != 1 or name in shaken | heavy:
+            continue
+        text = (
+            f"only {ways[0]} ends at it, which so carries nothing. Join a second link to it, or leave both out."
+            if len(ways) == 1
+            else f"{', '.join(ways[:-1])} and {ways[-1]} join it to {others[0]} alone, so that they carry nothing. "
+            "Join one of them to something else, or leave them out."
+        )
+        mistakes.add(("bodies", name), f"bodies.{name} has no mass, and {text}")
+
+
+def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> set[str]:
+    """Joints to which no chain of springs leads from what has mass or is a support; each is a mistake."""
     ends = _ends(scene)
     springs = [ends[name] for name in places.springs(scene)]
     held = _reached(set(places.points(scene)) - set(light), springs, set(light))
-    for name in light:
-        ways = [link for link, two in ends.items() if name in two]
-        if name in held:
-            if len(ways) > 1 or any(
-                places.gear_root(scene, excitation.on) == name for excitation in scene.excitations.values()
-            ):
-                continue
-            text = f"only {ways[0]} ends at it, which so carries nothing. Join a second link to it, or leave both out."
-        elif len(ways) > 1:
+    loose = set(light) - held
+    for name in loose:
+        if sum(name in two for two in ends.values()) > 1:
             text = (
                 "no spring holds it, so that it drifts under any steady force. Of dampers in a row write one: 1/c = "
                 "1/c1 + 1/c2."
@@ -121,6 +139,7 @@ def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
         else:
             text = "nothing holds it. Join links with stiffness and damping to it, or leave it out."
         mistakes.add(("bodies", name), f"bodies.{name} has no mass, and {text}")
+    return loose
 
 
 def _braked(scene: Scene, light: list[str], mistakes: Mistakes) -> None:

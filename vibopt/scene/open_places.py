@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import BaseModel
 
 from vibopt.document.toml_reading import changed
+from vibopt.records import dataclass
 from vibopt.scene.scene import Scene, Variable
 from vibopt.units import to_unit
 from vibopt.values.directions import AXES, OpenVector, Span
@@ -40,7 +41,7 @@ def numbers_of(given: Any) -> Any:
             if field.name not in _WORDING
         )
     if isinstance(given, list | tuple):
-        return tuple(numbers_of(one) for one in given)
+        return tuple(numbers_of(one) for one in getattr(given, "options", given))
     if isinstance(given, float):
         return float(f"{given:.{_DIGITS}g}")
     return given if isinstance(given, str | int | bool | None) else repr(given)
@@ -52,11 +53,45 @@ _NOT_PHYSICAL = ("title", "statement", "source", "scenarios", "expected")
 _UNNAMED = ("limits", "measures")
 
 
+@dataclass(frozen=True, slots=True)
+class Option:
+    """One of what may be chosen: `value` is what the table of the device then holds, `said` what its file says."""
+
+    value: Any
+    said: Any
+
+
 def open_places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """What may be chosen, by path: {"absorbers.tmd.on": ("floor1", "floor2")}."""
-    hosts = {f"absorbers.{name}.on": absorber.on for name, absorber in scene.absorbers.items()}
-    found = {path: on.names for path, on in hosts.items() if not isinstance(on, str)}
-    return found | {f"mounts.{name}.at": sites.names for name, sites in _open_sites(scene).items()}
+    return {path: tuple(options) for path, options in _options(scene).items()}
+
+
+def _options(scene: Scene) -> dict[str, dict[str, Option]]:
+    """Options by the path of the key that is open, and by their names: hosts, ends and places of mounts."""
+    found = {
+        f"absorbers.{name}.on": {host: Option(host, host) for host in absorber.on.names}
+        for name, absorber in scene.absorbers.items()
+        if not isinstance(absorber.on, str)
+    }
+    for family in ("links", "inerters"):
+        for name, table in getattr(scene, family).items():
+            pairs = getattr(table.between, "options", ())
+            if pairs:
+                found[f"{family}.{name}.between"] = {_joined(pair): Option(pair, list(pair)) for pair in pairs}
+    for name, sites in _open_sites(scene).items():
+        every = zip(sites.names, sites.options, sites.given, strict=True)
+        found[f"mounts.{name}.at"] = {word: Option(place, given) for word, place, given in every}
+    return found
+
+
+def _joined(pair: tuple[str, str]) -> str:
+    """Two ends by one name, "joint to ground"."""
+    return " to ".join(pair)
+
+
+def has_open_ends(scene: Scene) -> bool:
+    """Whether it is to be chosen between which points something acts, so that its layouts differ in kind."""
+    return any(path.endswith(".between") for path in open_places(scene))
 
 
 def _open_sites(scene: Scene) -> dict[str, Sites]:
@@ -115,24 +150,26 @@ def settled(scene: Scene) -> Iterator[tuple[Mapping[str, str], Scene]]:
 
     Of identical absorbers the first is on the place that is listed first; what exchanges them is left out.
     """
-    places, alike = open_places(scene), groups(scene)
-    for chosen in product(*(combinations_with_replacement(places[one[0]], len(one)) for one in alike)):
+    options, alike = _options(scene), groups(scene)
+    for chosen in product(*(combinations_with_replacement(options[one[0]], len(one)) for one in alike)):
         put = {
             path: name for one, names in zip(alike, chosen, strict=True) for path, name in zip(one, names, strict=True)
         }
-        words = {path: put[path] for path in places}
-        absorbers = {
-            name: absorber.model_copy(update={"on": words.get(f"absorbers.{name}.on", absorber.on)})
-            for name, absorber in scene.absorbers.items()
-        }
-        mounts, said = dict(scene.mounts), {}
-        for name, sites in _open_sites(scene).items():
-            path = f"mounts.{name}.at"
-            index = places[path].index(words[path])
-            mounts[name] = mounts[name].model_copy(update={"at": sites.options[index]})
-            said[path] = sites.given[index]
-        document = changed(scene.document, {**words, **said})
-        yield words, replace(scene, absorbers=absorbers, mounts=mounts, document=document, asked=scene)
+        words = {path: put[path] for path in options}
+        made = {path: options[path][word] for path, word in words.items()}
+        document = changed(scene.document, {path: option.said for path, option in made.items()})
+        yield words, replace(_with_options(scene, made), document=document, asked=scene)
+
+
+def _with_options(scene: Scene, made: Mapping[str, Option]) -> Scene:
+    """The scene whose devices hold what was chosen; its document is still the old one."""
+    families: dict[str, Any] = {}
+    for path, option in made.items():
+        family, name, key = path.split(".")
+        tables = families.setdefault(family, dict(getattr(scene, family)))
+        tables[name] = tables[name].model_copy(update={key: option.value})
+    others = {family: families.pop(family, tables) for family, tables in scene.others.items()}
+    return replace(scene, **families, others=others)
 
 
 def open_positions(scene: Scene) -> dict[str, Variable]:

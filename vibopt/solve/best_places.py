@@ -1,4 +1,4 @@
-"""Places left open: the scene is answered once for each combination of them, and the best answer is kept."""
+"""Places and ends left open: the scene is answered once for each combination of them, and the best answer is kept."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 from vibopt.answer.entry import Word
-from vibopt.scene.open_places import groups, open_places, settled
+from vibopt.errors import counted
+from vibopt.scene.layouts import buildable
+from vibopt.scene.open_places import combinations, groups, has_open_ends, open_places
 from vibopt.scene.scene import MINIMISE, Design, Scene
 from vibopt.solve.method import Progress
 
@@ -31,7 +33,7 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     -----
     "optimal" and "infeasible" only where that is proven of every place.
     """
-    variants = list(settled(scene))
+    variants = list(buildable(scene))
     found: list[tuple[Mapping[str, str], Design]] = []
     for index, (words, one) in enumerate(variants):
         if progress is not None:
@@ -39,8 +41,8 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
         found.append((words, with_goal(answer(one))))
     words, best = min(found, key=lambda pair: _rank(pair[1]))  # the first of equals
     designs = [design for _, design in found]
-    status, claim = _verdict(best, designs)
-    claim += _exchanged(scene)
+    status, claim = _verdict(best, designs, "layout" if has_open_ends(scene) else "place")
+    claim += _exchanged(scene) + _left_out(combinations(scene) - len(variants))
     rows = [_row(one, design) for one, design in found]
     seconds = {stage: sum(design.timings.get(stage, 0.0) for design in designs) for stage in best.timings}
     settled_places = {path: Word(words[path], names) for path, names in open_places(scene).items()}
@@ -60,6 +62,10 @@ def _exchanged(scene: Scene) -> str:
     """What is said of identical absorbers; "" where there are none."""
     alike = [" and ".join(path.split(".")[1] for path in group) for group in groups(scene) if len(group) > 1]
     return f"; {', '.join(alike)} are identical: exchanged they count once" if alike else ""
+
+
+def _left_out(many: int) -> str:
+    return f"; {counted(many, 'more layouts')} would be one of these in another order, or hold nothing" if many else ""
 
 
 def with_goal(design: Design) -> Design:
@@ -85,17 +91,18 @@ def _rank(design: Design) -> tuple[int, float]:
     return (2 if design.status == "check_failed" else 3 if design.status == "unproven" else 4), 0.0
 
 
-def _verdict(best: Design, designs: list[Design]) -> tuple[str, str]:
+def _verdict(best: Design, designs: list[Design], noun: str) -> tuple[str, str]:
     many = len(designs)
+    every = counted(many, f"{noun}s")
     proven = all(design.status in _PROVEN for design in designs)
     if best.status == "infeasible":
-        return "infeasible", f"proven for each of {many} places"
+        return "infeasible", f"proven for each of {every}"
     if best.status == "optimal" and not proven:
-        return "feasible", f"proven for this place, but not that each of the other {many - 1} is worse"
+        return "feasible", f"proven for this {noun}, but not that each of the other {many - 1} is worse"
     if best.status == "optimal":
-        return "optimal", f"the best of {many} places, each of them proven; {best.claim}"
+        return "optimal", f"the best of {every}, each of them proven; {best.claim}"
     if best.status == "feasible":
-        return "feasible", f"the best of {many} places; {best.claim}"
+        return "feasible", f"the best of {every}; {best.claim}"
     return best.status, best.claim
 
 
@@ -111,5 +118,7 @@ def _row(words: Mapping[str, str], design: Design) -> dict[str, Any]:
 
 
 def _spoken(words: Mapping[str, str]) -> str:
-    """Places by their names alone, "floor1, floor3"."""
-    return ", ".join(words.values())
+    """Places by their names alone, "floor1, floor3"; ends behind what has them."""
+    return ", ".join(
+        f"{path.split('.')[1]} {word}" if path.endswith(".between") else word for path, word in words.items()
+    )

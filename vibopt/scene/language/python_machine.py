@@ -66,8 +66,8 @@ class Machine(Responses):
         """A support that moves in a prescribed way."""
         self._add("bases", name, {})
 
-    def link(self, name: str, *, between: Sequence[str], **words: Unpack[LinkWords]) -> None:
-        """Springs and dampers, alike and in parallel, `between` two points.
+    def link(self, name: str, *, between: Sequence[str] | Mapping[str, object], **words: Unpack[LinkWords]) -> None:
+        """Springs and dampers, alike and in parallel, `between` two points, or the best `one_of` pairs of points.
 
         Words: stiffness (or beam) and one of damping, damping_ratio (with relative_to), loss_factor;
         friction_force; count; dynamic_to_static; between bodies that turn torsional_stiffness (or shaft) and
@@ -79,8 +79,10 @@ class Machine(Responses):
         """What holds a rotor, other along y than z.  Words: k_yy, k_zz, c_yy, c_zz, k_yz and so on; or a table."""
         self._add("bearings", name, dict(between=between, **words))
 
-    def inerter(self, name: str, *, between: Sequence[str], **words: Unpack[InerterWords]) -> None:
-        """A force proportional to the relative acceleration of two points.
+    def inerter(
+        self, name: str, *, between: Sequence[str] | Mapping[str, object], **words: Unpack[InerterWords]
+    ) -> None:
+        """A force proportional to the relative acceleration of two points, or of the best `one_of` pairs of points.
 
         Words: inertance, or mass_ratio (with relative_to); about an axis torsional_inertance; in space at, direction.
         """

@@ -31,6 +31,8 @@ _COST = 5.0
 _ROUNDS = 40
 _BOLDER, _MOST_ASKED = 16.0, 0.25
 """By how many times more is asked of the goal behind a design that was better, and at most [part of the goal]."""
+_NEAR_GAP = 4.0
+"""By how many times more than the gap is hardly more than the gap, where nothing is left."""
 _FIRST = 13
 _TRIED = 128
 _NEAR = 48
@@ -311,7 +313,7 @@ class _Run:
                 if asked <= self.gap:
                     return False
                 floor = self.value - asked * abs(self.value)
-                asked = max(float(np.sqrt(self.gap * asked)), self.gap)
+                asked = float(np.sqrt(self.gap * asked)) if asked > _NEAR_GAP * self.gap else self.gap
                 continue
             if self.budget.over:
                 return True

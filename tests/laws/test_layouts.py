@@ -1,0 +1,164 @@
+"""Ends left open: the best layout of spring, damper and inerter, against every layout by its own formula."""
+
+from __future__ import annotations
+
+import copy
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import vibopt as vo
+from refusals import refused
+from vibopt.scene.read import from_dict
+from vibopt.solve import solve
+
+UPPER, LOWER = ["machine", "joint"], ["joint", "ground"]
+EITHER = {"one_of": [UPPER, LOWER]}
+MACHINE: dict[str, Any] = {
+    "title": "machine beside a network of three parts",
+    "bodies": {"machine": {"mass": "100 kg"}, "joint": {"mass": "0 kg"}},
+    "links": {
+        "mount": {"between": ["machine", "ground"], "stiffness": "100 kN/m", "damping": "20 N s/m"},
+        "spring": {"between": EITHER, "stiffness": "8 kN/m"},
+        "damper": {"between": EITHER, "damping": "100 N s/m"},
+    },
+    "inerters": {"flywheel": {"between": EITHER, "inertance": "10 kg"}},
+    "excitations": {
+        "shaking": {"kind": "force", "on": "machine", "amplitude": "100 N", "speed": "5 Hz", "varies": "constant"}
+    },
+    "goal": {"minimise": "displacement", "of": "machine"},
+}
+PARTS = ("links.spring.between", "links.damper.between", "inerters.flywheel.between")
+
+
+def moved(omega: float, parts: list[complex], above: tuple[bool, ...]) -> float:
+    """Amplitude [m] of the machine: parts [N/m] above the joint in a row with those below it."""
+    upper = sum(part for part, one in zip(parts, above, strict=True) if one)
+    lower = sum(part for part, one in zip(parts, above, strict=True) if not one)
+    row = upper * lower / (upper + lower) if upper and lower else 0.0
+    return float(abs(100.0 / (1e5 + 20j * omega - 100.0 * omega**2 + row)))
+
+
+@given(
+    k=st.floats(1e3, 3e4), c=st.floats(10.0, 1e3), b=st.floats(2.0, 40.0), speed=st.floats(2.0, 12.0)
+)  # fmt: skip
+def test_no_layout_is_better_than_the_one_that_is_chosen(k: float, c: float, b: float, speed: float) -> None:
+    document = copy.deepcopy(MACHINE)
+    document["links"]["spring"]["stiffness"] = f"{k!r} N/m"
+    document["links"]["damper"]["damping"] = f"{c!r} N s/m"
+    document["inerters"]["flywheel"]["inertance"] = f"{b!r} kg"
+    document["excitations"]["shaking"]["speed"] = f"{speed!r} Hz"
+    design = solve(from_dict(document))
+    omega = 2.0 * np.pi * speed
+    parts = [k, 1j * omega * c, -(omega**2) * b]
+    every = {one: moved(omega, parts, one) for one in product((True, False), repeat=3) if len(set(one)) == 2}
+    assert design.status == "optimal"
+    assert design.goal is not None
+    assert design.goal[1].value == pytest.approx(min(every.values()), rel=1e-9)
+    chosen = tuple(design.places[path].value == "machine to joint" for path in PARTS)
+    assert every[chosen] == pytest.approx(min(every.values()), rel=1e-9)
+    assert len(design.details["places"]) == 3
+    assert design.claim.startswith("the best of 3 layouts, each of them proven; ")
+
+
+def test_rows_in_another_order_are_told_apart_where_something_looks_at_the_joint() -> None:
+    document = {**MACHINE, "measures": {"joint": {"response": "displacement", "of": "joint"}}}
+    assert len(solve(from_dict(document)).details["places"]) == 6
+
+
+def test_values_and_layout_are_chosen_together_and_saved() -> None:
+    """The best of three programs, each with the ends written out."""
+    document = copy.deepcopy(MACHINE)
+    del document["links"]["mount"]["damping"]
+    document["links"]["spring"]["stiffness"] = {"from": "100 N/m", "to": "20 kN/m"}
+    document["links"]["damper"]["damping"] = {"from": "1 N s/m", "to": "10 kN s/m"}
+    document["excitations"]["shaking"]["speed"] = "0..20 Hz"
+    design = vo.solve(from_dict(document))
+    values = []
+    for ends in ((UPPER, UPPER, LOWER), (UPPER, LOWER, LOWER), (UPPER, LOWER, UPPER)):
+        said = copy.deepcopy(document)
+        tables = (said["links"]["spring"], said["links"]["damper"], said["inerters"]["flywheel"])
+        for table, pair in zip(tables, ends, strict=True):
+            table["between"] = pair
+        alone = vo.solve(from_dict(said))
+        assert alone.status == "optimal"
+        assert alone.goal is not None
+        values.append(alone.goal[1].value)
+    assert design.goal is not None
+    assert design.status == "optimal"
+    assert design.goal[1].value == pytest.approx(min(values), rel=1e-9)
+    assert design.scene.document["links"]["damper"]["between"] == LOWER
+
+
+def test_a_layout_in_python_is_that_of_the_file() -> None:
+    machine = vo.Machine("machine")
+    machine.body("machine", mass="100 kg")
+    machine.body("joint", mass="0 kg")
+    machine.link("mount", between=("machine", "ground"), stiffness="100 kN/m", damping="20 N s/m")
+    machine.link("spring", between=vo.one_of(UPPER, LOWER), stiffness="8 kN/m")
+    machine.link("damper", between=vo.one_of(UPPER, LOWER), damping="100 N s/m")
+    machine.inerter("flywheel", between=vo.one_of(UPPER, LOWER), inertance="10 kg")
+    machine.force("shaking", on="machine", amplitude="100 N", speed="5 Hz", varies="constant")
+    design = vo.solve(machine.scene(goal=vo.minimise(machine.displacement(of="machine"))))
+    other = vo.solve(from_dict(MACHINE))
+    assert design.goal == other.goal
+    assert design.places == other.places
+
+
+WRONG = {
+    "a name that is not there": (
+        {"one_of": [UPPER, ["joint", "grond"]]},
+        'links.spring.between = ["joint", "grond"] names "grond", which is no body, base or ground. Did you '
+        'mean "ground"?',
+    ),
+    "no pairs": (
+        {"one_of": []},
+        'links.spring.between = { one_of = [] } is a choice without pairs. Write between = { one_of = [["machine", '
+        '"joint"], ["joint", "ground"]] }.',
+    ),
+    "one end alone": (
+        {"one_of": [UPPER, ["joint"]]},
+        'links.spring.between = { one_of = [["machine", "joint"], ["joint"]] } is not a pair of names. Write between = '
+        '["machine", "ground"].',
+    ),
+    "twice": (
+        {"one_of": [UPPER, UPPER[::-1]]},
+        'links.spring.between = { one_of = [["machine", "joint"], ["joint", "machine"]] } names a pair twice. Name '
+        "each once.",
+    ),
+    "another word": (
+        {"one_of": [UPPER, LOWER], "from": "joint"},
+        'links.spring.between = { one_of = [["machine", "joint"], ["joint", "ground"]], from = "joint" } is a choice '
+        'without pairs. Write between = { one_of = [["machine", "joint"], ["joint", "ground"]] }.',
+    ),
+}
+
+
+@pytest.mark.parametrize("given_as", WRONG)
+def test_wrong_ends_are_said(given_as: str) -> None:
+    between, said = WRONG[given_as]
+    document = copy.deepcopy(MACHINE)
+    document["links"]["spring"]["between"] = between
+    assert refused(from_dict, document, name="net").messages == (f"net: {said}",)
+
+
+def test_ends_that_no_layout_can_have_are_said() -> None:
+    document = copy.deepcopy(MACHINE)
+    document["links"]["damper"]["between"] = document["inerters"]["flywheel"]["between"] = UPPER
+    document["links"]["spring"]["between"] = {"one_of": [UPPER, ["machine", "ground"], LOWER]}
+    assert refused(from_dict, document, name="net").messages == (
+        "net: bodies.joint has no mass, and spring, damper and flywheel join it to machine alone, so that they carry "
+        "nothing. Join one of them to something else, or leave them out.",
+        "net: bodies.joint has no mass, and damper and flywheel join it to machine alone, so that they carry nothing. "
+        "Join one of them to something else, or leave them out.",
+    )
+
+
+def test_a_layout_without_a_goal_is_refused() -> None:
+    document = {key: table for key, table in MACHINE.items() if key != "goal"}
+    said = refused(from_dict, document, name="net").messages
+    assert said[0].startswith("net: links.spring.between is to be chosen, but there is no [goal] that says which")
