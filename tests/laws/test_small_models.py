@@ -17,6 +17,7 @@ from vibopt.charts.machines import absorbed
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, singularities
 from vibopt.forms.few import few_peaks, few_sampled
+from vibopt.forms.reduce import Reach, both_needed
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model, Term
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.peaks import peaks
@@ -272,3 +273,31 @@ def test_extremes_know_their_bends_where_polynomials_apply() -> None:
     found = program.aim.form.extremes(program.aim.model, np.array([4535.0, 40.0]), least_wanted=False)
     assert len(found) == 2
     assert all(one.bend is not None for one in found)
+
+
+ENTRIES = st.sampled_from([0.0, 1.0, -1.0, 0.3, 2.0])
+
+
+@many
+@given(masses=st.tuples(power(-1, 1), power(-1, 1)), rows=st.lists(st.tuples(ENTRIES, ENTRIES), min_size=5, max_size=5))
+def test_what_is_said_of_two_coordinates_at_a_glance_is_so(
+    masses: tuple[float, float], rows: list[tuple[float, float]]
+) -> None:
+    """Springs that plainly hold both leave no motion free; a varied one that needs both makes load and reading tell."""
+    vectors = np.array([[1.0, 0.0], [0.0, 1.0], *rows])
+    fixed, kinds = [0.0], [INERTIA, INERTIA, STIFFNESS, STIFFNESS, STIFFNESS]
+    scales = [*masses, 3.0, 0.7, 1.0]
+    powers = [*[fixed] * 4, [1.0]]
+    model = Model(
+        {}, 2, tuple(
+            Term(kind, row, scale, np.array(power), "", scale)
+            for kind, row, scale, power in zip(kinds, vectors, scales, powers, strict=False)
+        ),
+    )  # fmt: skip
+    springs = vectors[2:5]
+    assert not model.sprung or np.linalg.matrix_rank(springs) == 2
+    if both_needed(model, Reach([vectors[5]], [vectors[6]])):
+        stiff = (springs.T * np.array([3.0, 0.7, 1.37])) @ springs
+        inverse = np.diag(1.0 / np.array(masses))
+        for start in (vectors[5], vectors[6]):
+            assert np.linalg.matrix_rank(np.array([start, stiff @ inverse @ start]), tol=1e-9) == 2

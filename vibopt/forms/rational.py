@@ -269,10 +269,10 @@ def determinants(matrix: ComplexArray, size: FloatArray) -> ComplexArray:
 def _mobius(values: ComplexArray) -> ComplexArray:
     """From values at the corners kappa in {0, scale} to multi-affine coefficients, shape (n, 2**G)."""
     count = int(np.log2(values.shape[-1]))
-    table = values.reshape(values.shape[0], *([2] * count))
+    table = values.reshape(values.shape[0], *([2] * count)).copy()
     for axis in range(1, count + 1):
-        low, high = np.take(table, 0, axis=axis), np.take(table, 1, axis=axis)
-        table = np.stack([low, high - low], axis=axis)
+        low, high = table.swapaxes(0, axis)
+        high -= low
     return table.reshape(values.shape)
 
 

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from vibopt.forms.form import Form
 
 _TINY = 1e-13
+_PLAIN = 1e-6
+"""Part of its terms from which on a sum is no rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +58,7 @@ def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
     n = model.n_free
     reach = form.reach(model) if n > 1 and not model.massless.any() and not model.spins else None
-    if reach is None:
+    if reach is None or (n == 2 and both_needed(model, reach)):
         return model
     within = _reached(model, reach)
     seen = within.basis.T @ (within.root.T @ _table(model, reach.read))
@@ -66,6 +68,33 @@ def reduced(model: Model, form: Form) -> Model:
     if kept.shape[1] == within.basis.shape[1]:
         return within.model
     return model.on_basis(within.root @ within.basis @ kept, drop=True)
+
+
+def both_needed(model: Model, reach: Reach) -> bool:
+    """Whether of two coordinates a varied spring or damper between known masses plainly leaves neither out.
+
+    It takes the motion that loads begin out of its line, and it is out of line with what is read.
+    """
+    mass, varied = [0.0, 0.0], dict[tuple[float, ...], list[list[float]]]()
+    for term in model.terms:
+        row, powers = term.vector[:2].tolist(), term.exponents.tolist()
+        if any(powers):
+            varied.setdefault((term.kind, *powers), []).append(row)
+        elif term.kind == INERTIA:
+            mass = [mass[0] + term.scale * row[0] ** 2, mass[1] + term.scale * row[1] ** 2]
+        if term.kind == INERTIA and (any(powers) or all(row)):
+            return False
+    if reach.static or not all(mass):
+        return False
+
+    def turned(along: list[float], row: FloatArray) -> bool:
+        (a, b), (first, second, *_) = along, row.tolist()
+        whole, size = abs(a * second) + abs(b * first), abs(a * first) / mass[0] + abs(b * second) / mass[1]
+        across, held = abs(a * second - b * first), abs(a * first / mass[0] + b * second / mass[1])
+        return bool(across > _PLAIN * whole and held > _PLAIN * size)
+
+    lone = [rows[0] for rows in varied.values() if len(rows) == 1]
+    return all(any(turned(along, row) for along in lone for row in rows) for rows in (reach.loads, reach.read))
 
 
 @dataclass(frozen=True)

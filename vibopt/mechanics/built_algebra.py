@@ -60,12 +60,23 @@ def nullity(*matrices: FloatArray) -> int:
 def steady_solution(elastic: FloatArray, dash: FloatArray, load: ComplexArray) -> ComplexArray:
     """Solve (elastic + i dash) u = load for each frequency, (k, n, n) and (k, n); in real arithmetic where they are."""
     n = load.shape[1]
+    if n == 2:
+        return _solve_two(elastic + 1j * dash, load)
     if np.iscomplexobj(elastic):
         return np.asarray(np.linalg.solve(elastic + 1j * dash, load[..., None])[..., 0], dtype=complex)
     matrix = np.concatenate([np.concatenate([elastic, -dash], axis=2), np.concatenate([dash, elastic], axis=2)], axis=1)
     both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
     found: ComplexArray = both[:, :n] + 1j * both[:, n:]
     return found
+
+
+def _solve_two(matrix: ComplexArray, load: ComplexArray) -> ComplexArray:
+    """Solve each of two equations by determinants; a singular one gives inf."""
+    (a, b), (c, d) = matrix.transpose(1, 2, 0)
+    first, second = load.T
+    with np.errstate(all="ignore"):
+        found = np.stack([first * d - second * b, second * a - first * c], axis=1) / (a * d - b * c)[:, None]
+    return np.where(np.isnan(found), np.inf, found)
 
 
 def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:

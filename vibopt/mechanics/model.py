@@ -186,9 +186,16 @@ class Model:
 
     @cached_property
     def sprung(self) -> bool:
-        """Whether springs hold the one body that moves."""
-        springs = (term for term in self.terms if term.kind not in (DAMPING, INERTIA) and term.scale > 0.0)
-        return self.n_free == 1 and any(term.vector[0] for term in springs)
+        """Whether springs plainly hold all that moves: each coordinate by one, beside those held without it."""
+        springs = [term for term in self.terms if term.kind not in (DAMPING, INERTIA) and term.scale > 0.0]
+        rows, held, count = [term.vector[: self.n_free].tolist() for term in springs], set[int](), -1
+        while count < len(held) < self.n_free:
+            count = len(held)
+            for row in rows:
+                loose = [i for i, one in enumerate(row) if one and i not in held]
+                if len(loose) == 1 and abs(row[loose[0]]) >= 0.5 * max(map(abs, row)):
+                    held.add(loose[0])
+        return len(held) == self.n_free
 
     @property
     def n_vars(self) -> int:

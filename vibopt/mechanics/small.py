@@ -29,7 +29,8 @@ _SUBSETS = 2500
 _GONE = 1e-13
 _TRUSTED = 1e5
 """By how much rounding may grow in a sum: eleven digits are left, of which thirteen were seen."""
-_LIGHT = 1e-7
+_LIGHT, _SHARP = 1e-7, 1e-2
+"""Damping of a pole, of critical, that is next to none, and below which a root may be too far from its peak."""
 _POLISHES = 8
 _DONE = 1e-11
 _AT_REST = 1e-7
@@ -320,10 +321,11 @@ class Polynomials:
         start = max(low, _AT_REST * high)
         reach = np.abs(self.poles.real)
         near = (reach >= 0.999 * start) & (reach <= 1.001 * high)
-        if (near & (np.abs(self.poles.imag) <= _LIGHT * np.abs(self.poles))).any():
+        damping = np.abs(self.poles.imag) / np.abs(self.poles)
+        if (near & (damping <= _LIGHT)).any():
             return None
         ends = self.rise(np.array([start, high]))[0]
-        at = self._polished(start, high, reach[near])
+        at = self._polished(start, high, reach[near & (damping < _SHARP)])
         if at is None or not np.isfinite(ends).all():
             return None
         kinds = np.concatenate([[np.sign(ends[0])], at[1], [np.sign(ends[1])]])
@@ -388,16 +390,17 @@ def _built(model: Model, output: Output, line: Line) -> Ratio | None:
     simple = _simple(line.amplitude)
     if not 1 < n <= MOST or simple is None or (model.kinds == HYSTERETIC).any() or comb(count + 2, n + 1) > _SUBSETS:
         return None
-    vectors, base = model.vectors[:, :n], line.vector[n:]
+    kind = complex if line.vector.imag.any() else float
+    shaken = line.vector if kind is complex else line.vector.real
+    vectors, base = model.vectors[:, :n], shaken[n:]
     moved = model.vectors[:, n:] @ base
-    left = np.zeros((count + 2, n + 1), dtype=complex)
-    right = np.zeros((count + 2, n + 1), dtype=complex)
+    left, right = np.zeros((count + 2, n + 1), dtype=kind), np.zeros((count + 2, n + 1), dtype=kind)
     left[:count, :n], left[:count, n] = vectors, -output.signs
     right[:count, :n], right[:count, n] = vectors, -moved
-    left[count, :n], right[count, n] = line.vector[:n], 1.0
+    left[count, :n], right[count, n] = shaken[:n], 1.0
     left[count + 1, n], right[count + 1, :n], right[count + 1, n] = 1.0, -output.row[:n], output.row[n:] @ base
     top = _side(model, left, right)
-    bottom = _side(model, vectors.astype(complex), vectors.astype(complex))
+    bottom = _side(model, vectors, vectors)
     if top is None or bottom is None:
         return None
     upper = _pairs(model.n_vars)
@@ -409,25 +412,33 @@ def _built(model: Model, output: Output, line: Line) -> Ratio | None:
     return Ratio(model, top, bottom, output.power + power, size, line.order, pairs) if size > 0.0 else None
 
 
+@lru_cache(maxsize=32)
+def _subsets(count: int, size: int) -> IntArray:
+    """Every choice of so many of `count` terms, (n_subsets, size)."""
+    return np.array(list(combinations(range(count), size)), dtype=int).reshape(-1, size)
+
+
 def _simple(amplitude: Amplitude) -> tuple[float, int] | None:
     """Constant and power of an amplitude of one piece."""
     piece = amplitude.pieces[0]
     return None if len(amplitude.pieces) > 1 or piece.slope or piece.power < 0 else (piece.constant, piece.power)
 
 
-def _side(model: Model, left: ComplexArray, right: ComplexArray) -> Side | None:
+def _side(model: Model, left: FloatArray | ComplexArray, right: FloatArray | ComplexArray) -> Side | None:
     """det(sum_t z_t left_t right_t^T) over subsets of terms; None where its weights are not of one phase."""
     count, size = len(model.terms), left.shape[1]
-    members = np.array(list(combinations(range(len(left)), size)), dtype=int).reshape(-1, size)
+    members = _subsets(len(left), size)
     weight = np.linalg.det(left[members]) * np.linalg.det(right[members])
-    most = np.prod(np.linalg.norm(left, axis=1)[members] * np.linalg.norm(right, axis=1)[members], axis=1)
+    sizes = np.sqrt((np.abs(left) ** 2).sum(axis=1) * (np.abs(right) ** 2).sum(axis=1))
+    most = sizes[members].prod(axis=1)
     kept = np.abs(weight) > _GONE * most
     members, weight = members[kept], weight[kept]
     if not len(members):
         return None
-    weight = weight * np.exp(-1j * np.angle(weight[np.abs(weight).argmax()]))
-    if (np.abs(weight.imag) > 1e-14 * np.abs(weight)).any():
-        return None
+    if np.iscomplexobj(weight):
+        weight = weight * np.exp(-1j * np.angle(weight[np.abs(weight).argmax()]))
+        if (np.abs(weight.imag) > 1e-14 * np.abs(weight)).any():
+            return None
     of_term = np.append(np.where(model.kinds == INERTIA, 2, np.where(model.kinds == DAMPING, 1, 0)), [0, 0])
     exponents = np.concatenate([model.exponents, np.zeros((2, model.n_vars))])
     degree, power = of_term[members].sum(axis=1), exponents[members].sum(axis=1)

@@ -6,12 +6,13 @@ point against each other.  Nothing is claimed here: that the point is best is sh
 
 from __future__ import annotations
 
+from math import inf, sqrt
+
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Modulus
-from vibopt.forms.few import followed, heights_of
-from vibopt.mechanics.modes import free_matrices
+from vibopt.forms.few import few_peaks, followed
+from vibopt.mechanics.model import INERTIA, STIFFNESS
 from vibopt.program.program import Aim
 from vibopt.solve.plane.link_plane import LinkPlane
 
@@ -19,7 +20,11 @@ _STEPS = 20
 _LONGEST = 0.3
 _SQUARED = 1e-7
 """A step of Newton this short leaves nothing: the next is as short as its square."""
+_ROUNDING = 1e-13
+_COUNTED = 0.5
+"""Part of the higher peak that the other must have."""
 _HELD = 1e-9
+_MATRICES = INERTIA, STIFFNESS
 
 
 def equal_peaks(plane: LinkPlane) -> FloatArray | None:
@@ -32,15 +37,12 @@ def equal_peaks(plane: LinkPlane) -> FloatArray | None:
     if aim is None or form is None or aim.sense < 0.0 or aim.others or plane.other >= 0:
         return None
     x = _undamped(plane, aim)
-    speeds = None if x is None else _two_peaks(aim, form, x)
-    if x is None or speeds is None:
+    found = None if x is None else few_peaks(aim.model, form, form.drives[0], x, _COUNTED)
+    if x is None or found is None:
         return None
-    y = np.log(x)
     for _ in range(_STEPS):
-        found = followed(aim.model, form, np.exp(y), speeds)
         if found is None or len(found) != 2:
             return None
-        speeds = np.array([peak.at.speed for peak in found])
         first, second = found
         apart = first.slope - second.slope
         size = float(apart @ apart)
@@ -54,23 +56,15 @@ def equal_peaks(plane: LinkPlane) -> FloatArray | None:
         except np.linalg.LinAlgError:
             return None
         longest = float(np.abs(step).max())
-        y = y + step * min(1.0, _LONGEST / max(longest, 1e-300))
-        x = np.exp(y)
-        if not np.isfinite(y).all() or (x <= plane.program.low).any() or (x >= plane.program.high).any():
+        if longest <= _ROUNDING:
+            return x
+        x = x * np.exp(step * min(1.0, _LONGEST / longest))
+        if not np.isfinite(x).all() or (x <= plane.program.low).any() or (x >= plane.program.high).any():
             return None
         if longest <= _SQUARED:
             return x
+        found = followed(aim.model, form, x, np.array([peak.at.speed for peak in found]))
     return None
-
-
-def _two_peaks(aim: Aim, form: Modulus, x: FloatArray) -> FloatArray | None:
-    """Speeds of the two peaks of the goal [rad/s], roughly; None where there are not two."""
-    found = heights_of(aim.model, form, x[None, :])
-    if found is None:
-        return None
-    speeds, heights = found[0], found[1][0]
-    inner = np.flatnonzero((heights[1:-1] > heights[:-2]) & (heights[1:-1] >= heights[2:])) + 1
-    return speeds[inner] if len(inner) == 2 else None
 
 
 def _undamped(plane: LinkPlane, aim: Aim) -> FloatArray | None:
@@ -79,22 +73,29 @@ def _undamped(plane: LinkPlane, aim: Aim) -> FloatArray | None:
     if model.n_free != 2:
         return None
     of_link = model.exponents[:, [plane.spring, plane.damper]].any(axis=1)
-    b = model.vectors[of_link, :2][0]
-    mass, _, stiffness, _ = free_matrices(model, np.where(of_link, 0.0, model.values(x)))
-    if np.linalg.eigvalsh(mass)[0] <= 0.0:
+    b = model.vectors[of_link, :2][0].tolist()
+    rest = np.where(of_link, 0.0, model.values(x))
+    (m, cross, _, n), (k, tied, _, q) = (model.matrix(kind, rest)[:2, :2].ravel().tolist() for kind in _MATRICES)
+    mass = m * n - cross * cross
+    if m <= 0.0 or mass <= _HELD * m * n or k * q - tied * tied > _HELD * (k + q) ** 2:
         return None  # what has no mass has no second peak
-    values, vectors = np.linalg.eigh(stiffness)
-    loose, locked = vectors[:, 0], np.array([b[1], -b[0]])
-    held = float(locked @ stiffness @ locked)
-    if abs(values[0]) > _HELD * values[1] or held <= 0.0 or not (along := float(b @ loose)):
+    loose, locked = (q, -tied) if q > k else (-tied, k), (b[1], -b[0])
+    held, along = _of(k, tied, q, locked), b[0] * loose[0] + b[1] * loose[1]
+    if held <= 0.0 or not along:
         return None
-    own = float(loose @ mass @ loose) / along**2
-    free = float(np.trace(np.linalg.solve(mass, stiffness)))
-    ratio = free * float(locked @ mass @ locked) / held - 1.0
-    if not (0.0 < ratio < np.inf and free > 0.0):
+    own = _of(m, cross, n, loose) / along**2
+    free = (n * k - 2.0 * cross * tied + m * q) / mass
+    ratio = free * _of(m, cross, n, locked) / held - 1.0
+    if not (0.0 < ratio < inf and free > 0.0):
         return None
-    root = np.sqrt(4.0 + 3.0 * ratio)
+    root = sqrt(4.0 + 3.0 * ratio)
     above = 16.0 + 23.0 * ratio + 9.0 * ratio**2 + 2.0 * (2.0 + ratio) * root
-    tuned = np.sqrt(free * above / (1.5 * (64.0 + 80.0 * ratio + 27.0 * ratio**2))) * 2.0 / (1.0 + ratio)
-    damping = 0.5 * np.sqrt((8.0 + 9.0 * ratio - 4.0 * root) / (1.0 + ratio)) * own * tuned
+    tuned = sqrt(free * above / (1.5 * (64.0 + 80.0 * ratio + 27.0 * ratio**2))) * 2.0 / (1.0 + ratio)
+    damping = 0.5 * sqrt((8.0 + 9.0 * ratio - 4.0 * root) / (1.0 + ratio)) * own * tuned
     return plane.design(own * tuned**2, damping, 1.0)
+
+
+def _of(first: float, tied: float, second: float, row: tuple[float, float]) -> float:
+    """What a symmetric matrix of two makes of a motion: twice its energy."""
+    a, b = row
+    return first * a * a + 2.0 * tied * a * b + second * b * b

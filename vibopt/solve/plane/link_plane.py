@@ -327,7 +327,8 @@ class LinkPlane:
             made = more if made is None else made.joined(more)
             self.known[id(form)] = places, made
         assert made is not None
-        return made.chosen(np.array([places[speed] for speed in asked]))
+        chosen = [places[speed] for speed in asked]
+        return made if chosen == [*range(made.count)] else made.chosen(np.array(chosen))
 
     def _reference(self) -> FloatArray:
         program = self.program
