@@ -13,9 +13,12 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from refusals import refused
+from vibopt.report.machine_parts import sketch_of
+from vibopt.report.sketch import levels
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 
+MOTION = {"motion": {"response": "displacement", "of": "machine"}}
 UPPER, LOWER = ["machine", "joint"], ["joint", "ground"]
 EITHER = {"one_of": [UPPER, LOWER]}
 MACHINE: dict[str, Any] = {
@@ -162,3 +165,12 @@ def test_a_layout_without_a_goal_is_refused() -> None:
     document = {key: table for key, table in MACHINE.items() if key != "goal"}
     said = refused(from_dict, document, name="net").messages
     assert said[0].startswith("net: links.spring.between is to be chosen, but there is no [goal] that says which")
+
+
+def test_a_joint_at_which_an_inerter_ends_is_drawn_below_the_machine() -> None:
+    document = copy.deepcopy(MACHINE)
+    for table, pair in ((document["links"]["spring"], UPPER), (document["links"]["damper"], LOWER)):
+        table["between"] = pair
+    document["inerters"]["flywheel"]["between"] = LOWER
+    design = solve(from_dict({key: one for key, one in document.items() if key != "goal"} | {"measures": MOTION}))
+    assert levels(sketch_of(design)) == {"machine": 2, "joint": 1, "ground": 0}

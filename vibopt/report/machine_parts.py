@@ -93,7 +93,7 @@ def notes_of(scene: Scene) -> tuple[str, ...]:
 
 
 def _piece(design: Design, name: str, still: bool) -> Piece:
-    if name in joints(design.scene):
+    if name in joints(design.scene) or ((body := design.scene.bodies.get(name)) is not None and body.massless):
         return Piece(name, drawn(name, LONGEST), still, joint=True)
     table = next(
         (f"{family}.{name}" for family in ("bodies", "absorbers") if name in getattr(design.scene, family)), ""
