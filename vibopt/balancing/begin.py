@@ -117,7 +117,7 @@ def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
     kind = "holes and weights jointly" if question.is_discrete else "free weights"
     kind = kind if job.choices else "weights as given"
     robust = {
-        "worst": f", worst of {question.n_readings // max(len(job.readings), 1)} rotors within the scatter",
+        "worst": f", worst of {question.n_readings // max(job.n_rows, 1)} rotors within the scatter",
         "mean": ", mean over the scatter",
         "": "",
     }[job.goal.robust]
@@ -148,7 +148,7 @@ def plan_of(
     nominal_only = not (job.goal.robust or idle)
     plain = posed if nominal_only else pose(replace(job, goal=replace(job.goal, robust="")), identified)
     nominal = plain.question
-    goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, len(job.readings))
+    goal = goal_of(job, posed.chosen_only(solved.chosen).question, u, job.n_rows)
     found = conditioning(nominal, job.free)
     said = warning(job, found) if job.choices else ""
     ways = remedies(job, plain, identified, noise, found, u) if found.near and job.choices else ()

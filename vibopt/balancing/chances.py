@@ -189,7 +189,7 @@ class Rotors:
             doubt = f"{name} is kept by {kept} of {_AGAIN} machines of another draw, which {percent(low)} contradicts"
             rows[name] = row_told(row, seen, left.wanted, doubt if other[0] > high or other[1] < low else "")
         chosen = first.u if self.job.choices else None
-        goal = None if chosen is None else goal_of(self.job, question, chosen, len(self.job.readings))[1]
+        goal = None if chosen is None else goal_of(self.job, question, chosen, self.job.n_rows)[1]
         status, claim = judged_by(rows, odds)
         doubts = [row.doubt for row in rows.values() if row.doubt]
         if doubts:

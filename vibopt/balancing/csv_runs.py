@@ -224,7 +224,9 @@ def run_of(
         if weights and len(mistakes.found) == before:
             said.known[weights] = values
     run["weights"] = values if readings is not None else {one: values[one] for one in values if one in said.planes}
-    run["readings"] = readings or {one: values[one] for one in values if one not in said.planes}
+    run["readings"] = (
+        readings if readings is not None else {one: values[one] for one in values if one not in said.planes}
+    )
     if len(cells) > len(said.columns) and any(cells[len(said.columns) :]):
         both = counted(len(cells), "cells"), counted(len(said.columns), "columns")
         mistakes.add(("runs", index), f"has {both[0]}, but the heading names {both[1]}.")

@@ -111,7 +111,7 @@ def of_rotor(job: RotorJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     """What is known of a measured rotor, and the methods in the order in which they are asked."""
     if not job.runs:
         return (("rotor", "rigid, by the lever rule"),), ((GIVEN, True, "a grade is looked up, nothing is fitted"),)
-    rows, free = len(job.readings), [plane for plane in job.planes if plane.is_open]
+    rows, free = job.n_rows, [plane for plane in job.planes if plane.is_open]
     source = "from the runs" if not job.influence else "ready, refined by runs with weights in their planes"
     model = [
         ("rotor", "linear at each speed by itself: what is left is what was read plus what each weight does"),

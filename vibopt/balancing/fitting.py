@@ -186,7 +186,7 @@ def greatest_readings(job: RotorJob) -> dict[str, float]:
 
 def amplitude(job: RotorJob, row: int, value: float) -> Entry:
     """A peak amplitude of a row as its sensor's readings are written."""
-    sensor = job.sensors[job.readings[row][1]]
+    sensor = job.sensors[row % len(job.sensors)]
     return Entry(value, sensor.dimension, sensor.shown_unit)
 
 

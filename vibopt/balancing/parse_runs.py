@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import tau
 from pathlib import Path as FilePath
-from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -111,8 +110,8 @@ def read_runs(
     places = {plane.name: place for place, plane in enumerate(planes)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
-        Run(raw.label, of_speed[speed], speed, total, y, _fitted(raw, places), own, raw.stayed, raw.verification)
-        for raw, (speed, _), total, y, own in zip(raws, speeds, weights, readings, written, strict=True)
+        Run(raw.label, of_speed[speed], speed, total, bare, y, _fitted(raw, places), own, raw.stayed, raw.verification)
+        for raw, (speed, _), total, bare, y, own in zip(raws, speeds, weights, initial, readings, written, strict=True)
     )
     return Measured(runs, tuple(sensors), groups, units, tuple(raw.path for raw in raws), tuple(dict.fromkeys(notes)))
 
@@ -142,25 +141,28 @@ def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
     return raws
 
 
-_NONE: Mapping[str, Any] = {}
-_PLAIN = {"name": (str, NoneType), "speed": (str,), "weights": (dict, NoneType), "readings": (dict, Written)}
+_NONE: dict[str, Any] = {}
+_PLAIN = frozenset(("name", "speed", "weights", "readings"))
 
 
 def _is_plain(given: Any, speeds: Mapping[Any, Fact | None]) -> bool:
     """Whether a run has nothing but a name of its own, a speed that was read before, weights and readings."""
-    if type(given) is not dict or not given.keys() <= _PLAIN.keys() or type(given.get("speed")) is not str:
+    if type(given) is not dict or not given.keys() <= _PLAIN:
         return False
-    if given["speed"] not in speeds or not given.get("readings"):
+    name, speed, readings = given.get("name"), given.get("speed"), given.get("readings")
+    if type(speed) is not str or speed not in speeds or not (name is None or type(name) is str):
         return False
-    return all(type(value) in _PLAIN[key] for key, value in given.items())
+    if type(given.get("weights", _NONE)) is not dict:
+        return False
+    return type(readings) is Written or (type(readings) is dict and bool(readings))
 
 
 def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
     """The runs with their readings as arrays, where all of them have the same sensors and units."""
     names = tuple(_named(document, "sensors") or raws[0].readings) if raws else ()
-    if not all(type(raw.readings) is dict and raw.readings.keys() == set(names) for raw in raws):
+    if any(type(raw.readings) is not dict or len(raw.readings) != len(names) for raw in raws):
         return raws
-    found = phasors(names, [[raw.readings[name] for name in names] for raw in raws])
+    found = phasors(names, [text for raw in raws for text in map(raw.readings.get, names)])
     for raw, own in zip(raws, found or (), strict=found is not None):
         raw.readings = own
     return raws
@@ -204,7 +206,7 @@ Readings = tuple[list[Sensor], list[ComplexArray], list[str], list[Written | Non
 def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor]) -> Readings | None:
     """All readings at once, where each sensor has one unit throughout and nothing has to be said; else None."""
     names = tuple(declared) or tuple(raws[0].readings) if raws else ()
-    rows = [_written(raw, names) if len(raw.readings) == len(names) else None for raw in raws]
+    rows = [_written(raw, names) for raw in raws]
     first = rows[0] if rows else None
     if not conventions.readings or first is None:
         return None
@@ -290,7 +292,7 @@ def _all_readings(raws: Sequence[Raw], conventions: Conventions, declared: Mappi
                 first.setdefault(name, path)
                 notes += [amplitude.echo] if amplitude.echo else []
         rows.append(row)
-    return list(sensors.values()), rows, notes, [_written(raw, names) for raw in raws]
+    return list(sensors.values()), rows, notes, [_written(raw, tuple(names)) for raw in raws]
 
 
 def _stranger(raw: Raw, what: str, name: str, known: list[str]) -> str:
@@ -374,17 +376,19 @@ def with_units(planes: Sequence[Plane], weights: Sequence[tuple[str, Any]]) -> t
 
 def _fitted(raw: Raw, places: Mapping[str, int]) -> tuple[tuple[int, str], ...]:
     """The weights of a run as written, by the place of their plane."""
-    listed = [(name, given if isinstance(given, list) else [given]) for name, given in raw.weights.items()]
-    return tuple((places[name], str(text)) for name, texts in listed for text in texts)
+    if not raw.weights:
+        return ()
+    listed = [(places[name], given if isinstance(given, list) else [given]) for name, given in raw.weights.items()]
+    return tuple([(place, str(text)) for place, texts in listed for text in texts])
 
 
-def _written(raw: Raw, names: Sequence[str]) -> Written | None:
-    """The readings of a run as they stand in the file; None where one is missing, or no text of their shape."""
+def _written(raw: Raw, names: tuple[str, ...]) -> Written | None:
+    """The readings of a run as they stand in the file; None where it has others, or texts of another shape."""
     own = raw.readings
-    if type(own) is Written and own.names == tuple(names):
+    if type(own) is Written and own.names == names:
         return own
     texts = [own[name] for name in names if name in own]
-    if len(texts) < len(names) or not all(isinstance(text, str) for text in texts):
+    if not len(own) == len(texts) == len(names) or not all(isinstance(text, str) for text in texts):
         return None
     return Written.of(names, texts)
 

@@ -38,7 +38,8 @@ class Posed:
 
     def chosen_only(self, chosen: Sequence[int]) -> Posed:
         """The same with only what an answer takes in the lists: options of one unbalance are then told apart."""
-        return replace(self, question=self.question.chosen_only(chosen))
+        question = self.question.chosen_only(chosen)
+        return self if question is self.question else replace(self, question=question)
 
 
 def posed(planes: Sequence[Plane], conventions: Conventions, **asked: Any) -> Posed:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from cmath import rect
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from math import inf, isclose, pi, tau
 from typing import Any
 
@@ -169,19 +169,27 @@ class Plane:
         size
             The greatest mass that matters [kg]; 0: the greatest of these.
         """
-        there, room = [weight for weight in weights if weight.mass], 1.0 + tol
-        size = max([size, *(weight.mass for weight in there)])
-        greatest = inf if self.drill is None else self.drill.most * room
-        rules = {
-            "the cap": self.filled(there) > self.cap * room,
-            "the drill": any(weight.mass > greatest for weight in there),
-            "the sectors": self.forbidden and any(w.mass * self.inside(w.angle) > tol * size for w in there),
-            "the radius": self.is_open and any(not _among(w.radius, self.radii) for w in there if w.radius is not None),
-            "the holes": self.is_open and not self._seated([weight.hole for weight in there]),
-            "the shelf": self.is_open and self.shelf and not all(_among(w.mass, self.shelf) for w in there),
-            "keep": self.keep and there,
-        }
-        return next((rule for rule, broken in rules.items() if broken), "")
+        there = [weight for weight in weights if weight.mass]
+        return next(self._broken(there, 1.0 + tol, tol * max([size, *(weight.mass for weight in there)])), "")
+
+    def _broken(self, there: Sequence[Weight], room: float, hair: float) -> Iterator[str]:
+        """The rules that weights break, in the order in which they are told."""
+        if self.filled(there) > self.cap * room:
+            yield "the cap"
+        if self.drill is not None and any(weight.mass > self.drill.most * room for weight in there):
+            yield "the drill"
+        if self.forbidden and any(weight.mass * self.inside(weight.angle) > hair for weight in there):
+            yield "the sectors"
+        if self.is_open and any(
+            weight.radius is not None and not _among(weight.radius, self.radii) for weight in there
+        ):
+            yield "the radius"
+        if self.is_open and not self._seated([weight.hole for weight in there]):
+            yield "the holes"
+        if self.is_open and self.shelf and not all(_among(weight.mass, self.shelf) for weight in there):
+            yield "the shelf"
+        if self.keep and there:
+            yield "keep"
 
     def made(self, weights: Sequence[Weight], conventions: Conventions) -> complex:
         """Internal unbalance that weights add, as they are told [kg m]."""
@@ -316,13 +324,11 @@ def text_of(weight: Weight, plane: Plane) -> str:
     """A decided weight as it stands in a file, exact to the last digit."""
     unit = plane.unit or best_unit(weight.mass, plane.dimension)
     amount = f"{to_unit(weight.mass, unit, plane.dimension):.15g} {unit}"
-    at = f" at {to_unit(weight.radius or 1.0, plane.length_unit, 'length'):.15g} {plane.length_unit}"
-    where = (
-        f"in hole {weight.hole + 1}"
-        if weight.hole is not None
-        else f"@ {to_unit(weight.angle, 'deg', 'angle'):.15g} deg"
-    )
-    return f"{amount}{at if len(plane.radii) > 1 else ''} {where}"
+    if len(plane.radii) > 1:
+        amount += f" at {to_unit(weight.radius or 1.0, plane.length_unit, 'length'):.15g} {plane.length_unit}"
+    if weight.hole is not None:
+        return f"{amount} in hole {weight.hole + 1}"
+    return f"{amount} @ {to_unit(weight.angle, 'deg', 'angle'):.15g} deg"
 
 
 def unit_of(text: object, plane: Plane) -> str:
@@ -341,7 +347,8 @@ def _at_radius(text: str) -> tuple[str, str, str]:
 
 def _size(text: str, radius: str, plane: Plane) -> float:
     """Unbalance [kg m] of an amount, at its own radius or that of the plane."""
-    unbalance = _maybe(text, "unbalance") if _maybe(text, "mass") is None else None
+    mass = _maybe(text, "mass")
+    unbalance = _maybe(text, "unbalance") if mass is None else None
     if unbalance is not None:
         size = unbalance * (1.0 if plane.kind == UNBALANCE or plane.radii else inf)
         if size == inf:
@@ -349,7 +356,7 @@ def _size(text: str, radius: str, plane: Plane) -> float:
                 f"is an unbalance, but planes.{plane.name} has no radius. Add its radius, or write a mass."
             )
     else:
-        mass = read_quantity(text, "mass").value
+        mass = read_quantity(text, "mass").value if mass is None else mass  # which says what is wrong
         if plane.kind == UNBALANCE:
             raise QuantityError(
                 f'is a mass, but planes.{plane.name} counts in unbalance. Write "{DIMENSIONS["unbalance"].example} '

@@ -64,6 +64,8 @@ class Run:
         As written [rad/s].
     weights
         Everything fitted during this run (n_planes,), internal [kg m].
+    is_initial
+        Whether nothing is fitted.
     readings
         Per sensor (n_sensors,), internal, runout not yet subtracted; without phase real and positive.
     fitted
@@ -80,16 +82,12 @@ class Run:
     speed: int
     given_speed: float
     weights: ComplexArray
+    is_initial: bool
     readings: ComplexArray
     fitted: tuple[tuple[int, str], ...] = ()
     written: Written | None = None
     stayed: bool = False
     verification: bool = False
-
-    @cached_property
-    def is_initial(self) -> bool:
-        """Whether nothing is fitted."""
-        return not any(self.weights.tolist())
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,6 +208,11 @@ class RotorJob(Corrected):
     def total_cap(self) -> float:
         """Greatest correction of all planes together [kg]; inf without one."""
         return min((limit.at_most for limit in self.correction_limits if limit.plane is None), default=inf)
+
+    @property
+    def n_rows(self) -> int:
+        """Readings of all sensors at all speeds."""
+        return len(self.speeds) * len(self.sensors)
 
     @cached_property
     def readings(self) -> tuple[tuple[int, int], ...]:

@@ -32,7 +32,7 @@ NONE: Mapping[str, float] = {}
 
 def limits_at(job: RotorJob, posed: Posed, u: ComplexArray) -> dict[str, Checked]:
     """Every limit of the file at the correction u, by name."""
-    greatest = greatest_readings(job)
+    greatest = greatest_readings(job) if job.residual_limits else NONE
     return {limit.name: measured(job, posed, limit, u, greatest) for limit in job.every_limit}
 
 

@@ -57,7 +57,7 @@ def row_limits(job: RotorJob) -> FloatArray:
 
 def limits_over(job: RotorJob, bounds: FloatArray) -> FloatArray:
     """The same for many bounds of the limits on what is left (n_values, n_limits), (n_values, n_rows)."""
-    limits = np.full((len(bounds), len(job.readings)), inf)
+    limits = np.full((len(bounds), job.n_rows), inf)
     for limit, bound in zip(job.residual_limits, bounds.T, strict=True):
         rows = rows_of(job, limit.sensor, limit.speed)
         limits[:, rows] = np.minimum(limits[:, rows], bound[:, None])

@@ -179,7 +179,8 @@ def _cosines(
 def _numbers(rows: Sequence[Sequence[str]]) -> FloatArray:
     """Rows of numbers as they stand in the file; zero where there is none."""
     texts = [*chain.from_iterable(rows)]
-    return np.array([*map(float, texts if all(texts) else [text or "0" for text in texts])]).reshape(len(rows), -1)
+    every = texts if all(texts) else [text or "0" for text in texts]
+    return np.fromiter(map(float, every), float, len(every)).reshape(len(rows), -1)
 
 
 def _reading_unit(sensor: Sensor, unit: str) -> float:

@@ -60,7 +60,7 @@ class Written(Mapping[str, str]):
         return len(self.names)
 
 
-def numbers(texts: list[str], shape: tuple[int, ...]) -> FloatArray | None:
+def numbers(texts: Sequence[str], shape: tuple[int, ...]) -> FloatArray | None:
     """Plain decimal numbers as an array; None where one is none, or is beyond all floats."""
     if len(texts) != prod(shape):
         return None
@@ -70,7 +70,7 @@ def numbers(texts: list[str], shape: tuple[int, ...]) -> FloatArray | None:
     if "".join(texts).translate(_NO_SIGNS):
         return None
     try:
-        found = np.array([*map(float, texts)])
+        found = np.fromiter(map(float, texts), float, len(texts))
     except ValueError:
         return None
     return found.reshape(shape) if np.isfinite(found).all() else None
@@ -112,9 +112,11 @@ def _eight(text: Words, ends: IntArray, digits: IntArray) -> Words:
     return words
 
 
-def phasors(names: tuple[str, ...], rows: Sequence[Sequence[str]]) -> list[Written] | None:
-    """Rows of texts such as "8.6 mil pp @ 63 deg" that have the units of their first throughout; None for others."""
-    texts = [text for row in rows for text in row]
+def phasors(names: Texts, texts: list[Any]) -> list[Written] | None:
+    """Rows of texts such as "8.6 mil pp @ 63 deg", each of all `names`, that have the units of the first throughout.
+
+    None for others.
+    """
     first = _PHASOR.fullmatch(texts[0]) if texts and set(map(type, texts)) == {str} else None
     if first is None or not first[3]:
         return None
@@ -122,9 +124,15 @@ def phasors(names: tuple[str, ...], rows: Sequence[Sequence[str]]) -> list[Writt
     pairs = f"{chr(10).join(texts)}\n".replace(between, "\t").replace(f"{behind}\n", "\n")
     if pairs.translate(_NO_SIGNS) != "\t\n" * len(texts):
         return None
-    parts, n = pairs[:-1].replace("\t", "\n").split("\n"), len(names)
-    amounts, angles = ([tuple(parts[at : at + 2 * n : 2]) for at in range(side, len(parts), 2 * n)] for side in (0, 1))
-    return columns(names, (first[2].strip(),) * n, (first[4].strip(),) * n, amounts, angles)
+    parts, n = tuple(pairs[:-1].replace("\t", "\n").split("\n")), len(names)
+    values = numbers(parts, (len(texts) // n, n, 2))
+    if values is None:
+        return None
+    units, turns = (first[2].strip(),) * n, (first[4].strip(),) * n
+    return [
+        Written(names, parts[at : at + 2 * n : 2], units, parts[at + 1 : at + 2 * n : 2], turns, own)
+        for at, own in zip(range(0, len(parts), 2 * n), values.swapaxes(1, 2), strict=True)
+    ]
 
 
 def columns(

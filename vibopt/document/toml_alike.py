@@ -12,6 +12,8 @@ from typing import Any
 _HEADING = "\n[[runs]]\n"
 _FEW = 8
 """Runs up to which it does not pay."""
+_SIGNS = bytes({*range(256)} - {*range(32), 127} | {*b"\n\t"})
+"""Bytes of the signs that a text may have."""
 Parse = Callable[[str], dict[str, Any]]
 Shapes = dict[tuple[str, ...], tuple[str, tuple[str, ...]] | None]
 """What the lines of a shape set: a key to their one text, or to a table of all their texts by these keys."""
@@ -26,7 +28,7 @@ def read_alike(text: str, parse: Parse) -> dict[str, Any]:
         try:
             document = parse(head + _HEADING)  # no text and no list goes on beyond this heading
             document = parse(f"{head}{_HEADING}[{rest}") if rest else document
-            if document.get("runs") == [{}]:
+            if document.get("runs") == [{}] and _is_plain("".join(runs)):
                 document["runs"] = [_table(run, shapes, parse) or parse(run) for run in runs]
                 return document
         except ValueError:
@@ -34,22 +36,29 @@ def read_alike(text: str, parse: Parse) -> dict[str, Any]:
     return parse(text)
 
 
+def _is_plain(text: str) -> bool:
+    """Whether every text in it is what stands there: without escapes, and without signs that no text may have."""
+    return "\\" not in text and not text.encode().translate(None, _SIGNS)
+
+
 def _table(run: str, shapes: Shapes, parse: Parse) -> dict[str, Any] | None:
-    """The table of a run; None of one with other lines than known shapes, or with other texts than plain ones."""
+    """The table of a run; None of one with other lines than those of known shapes."""
     table: dict[str, Any] = {}
-    for count, line in enumerate(filter(None, run.split("\n")), start=1):
+    count = 0
+    for line in run.split("\n"):
+        if not line:
+            continue
         parts = line.split('"')
-        shape, texts = tuple(parts[::2]), parts[1::2]
+        shape = tuple(parts[::2])
         if shape not in shapes:
             shapes[shape] = _meant(shape, parse)
-        meant, every = shapes[shape], "".join(texts)
-        if meant is None or len(texts) == len(shape) or "\\" in every or not every.isprintable():
+        meant = shapes[shape]
+        if meant is None or len(parts) == 2 * len(shape):
             return None
         key, inner = meant
-        table[key] = dict(zip(inner, texts, strict=True)) if inner else texts[0]
-        if len(table) < count:
-            return None
-    return table
+        table[key] = dict(zip(inner, parts[1::2], strict=True)) if inner else parts[1]
+        count += 1
+    return table if len(table) == count else None
 
 
 def _meant(shape: tuple[str, ...], parse: Parse) -> tuple[str, tuple[str, ...]] | None:
