@@ -12,7 +12,7 @@ import time
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
-from math import ceil
+from math import ceil, inf
 from typing import TypeVar
 
 from vibopt.errors import counted
@@ -21,11 +21,17 @@ from vibopt.records import dataclass
 T = TypeVar("T")
 
 
+class SpentError(Exception):
+    """The work that was allowed is done."""
+
+
 @dataclass
 class Meter:
-    """Work done so far [nominal ms]."""
+    """Work done so far, and the most that is allowed [nominal ms]; `outer` counts it too."""
 
     done: float = 0.0
+    most: float = inf
+    outer: Meter | None = None
 
 
 @dataclass
@@ -111,23 +117,22 @@ def deaf() -> Iterator[None]:
 
 
 def worked(cost: float) -> None:
-    """Add to the work of the answer under way [nominal ms]."""
-    meter = _METER.get()
-    if meter is not None:
+    """Add to the work of the answer under way [nominal ms]; SpentError where that is more than is allowed."""
+    spent, meter = False, _METER.get()
+    while meter is not None:
         meter.done += cost
+        spent = spent or meter.done > meter.most
+        meter = meter.outer
+    if spent:
+        raise SpentError
 
 
 @contextmanager
-def metered() -> Iterator[Meter]:
-    """The work done inside; counted outside, too."""
-    outer, inner = _METER.get(), Meter()
-    token = _METER.set(inner)
-    try:
+def metered(most: float = inf) -> Iterator[Meter]:
+    """The work done inside; counted outside, too.  Inside, SpentError ends what does more than `most` [nominal ms]."""
+    inner = Meter(most=most, outer=_METER.get())
+    with within(_METER, inner):
         yield inner
-    finally:
-        _METER.reset(token)
-        if outer is not None:
-            outer.done += inner.done
 
 
 def done() -> float:

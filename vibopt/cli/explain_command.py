@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from vibopt.cli.options import Once, anew, as_json, changes, file, limited, method, read_job
+from vibopt.cli.options import Once, anew, as_json, changes, file, limited, method, read_job, workers
 from vibopt.cli.output import told
 
 if TYPE_CHECKING:
@@ -21,18 +21,22 @@ if TYPE_CHECKING:
 @anew
 @changes
 @click.option("--thorough", is_flag=True, help="Compute all that can be said, whatever the work.")
+@workers
 @as_json
-def explain(file: str, method: str | None, changes: tuple[str, ...], thorough: bool, as_json: bool) -> int:
+def explain(
+    file: str, method: str | None, changes: tuple[str, ...], thorough: bool, workers: int, as_json: bool
+) -> int:
     """Say why this model and this method, which limits are active, and what each costs.
 
     Exit code: that of the answer.
     """
     from vibopt.cli.progress import Bar
     from vibopt.study.explain import explain as explained
+    from vibopt.study.sweep import pool_of
 
     job = read_job(file, changes)
-    with Bar() as bar:
-        result = explained(job, method=method, progress=bar, thorough=thorough)
+    with Bar() as bar, pool_of(workers) as pool:
+        result = explained(job, method=method, progress=bar, thorough=thorough, pool=pool)
     told(result, _tell, as_json=as_json, status=result.answer.status)
     return result.answer.exit_code
 

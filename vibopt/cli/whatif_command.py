@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.cli import completing
-from vibopt.cli.options import Once, anew, as_json, changes_of, file, keep_design, limited, read_job, rounding
+from vibopt.cli.options import Once, anew, as_json, changes_of, file, keep_design, limited, read_job, rounding, workers
 from vibopt.cli.output import told
 from vibopt.errors import InputError
 
@@ -38,11 +38,18 @@ if TYPE_CHECKING:
 @keep_design
 @rounding
 @click.option("--thorough", is_flag=True, help="Without --set: every number, whatever the work.")
+@workers
 @limited
 @anew
 @as_json
 def whatif(
-    file: str, changes: tuple[str, ...], keep_design: bool, rounding: tuple[str, ...], thorough: bool, as_json: bool
+    file: str,
+    changes: tuple[str, ...],
+    keep_design: bool,
+    rounding: tuple[str, ...],
+    thorough: bool,
+    workers: int,
+    as_json: bool,
 ) -> int:
     """Change facts or limits, and see the old answer beside the new.
 
@@ -56,9 +63,11 @@ def whatif(
 
     job = read_job(file)
     if not changes:
-        return _ranked(job, thorough, as_json, kept=keep_design or bool(rounding))
+        return _ranked(job, thorough, as_json, workers, kept=keep_design or bool(rounding))
     if thorough:
         raise InputError("--thorough goes without --set: two answers are all there is. Leave one of them out.")
+    if workers > 1:
+        raise InputError("--workers goes without --set: two answers are all there is. Leave one of them out.")
     new = changes_of(changes)
     with Bar() as bar:
         result = compare(job, new, keep_design=keep_design, rounding=rounding, progress=bar)
@@ -66,11 +75,12 @@ def whatif(
     return result.after.exit_code
 
 
-def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
+def _ranked(job: Job, thorough: bool, as_json: bool, workers: int, *, kept: bool) -> int:
     """What each number of the file buys or costs, what to argue about first on top."""
     from vibopt.cli.progress import Bar
     from vibopt.study.prices import answered, prices
     from vibopt.study.remedies import without_design
+    from vibopt.study.sweep import pool_of
 
     if kept:
         raise InputError("--keep-design and --round go with --set. Name a change: --set PATH=VALUE.")
@@ -78,7 +88,8 @@ def _ranked(job: Job, thorough: bool, as_json: bool, *, kept: bool) -> int:
         here = answered(job)
         if without_design(job, here):
             return _mended(job, thorough, as_json, bar)
-        found = prices(job, found=here, thorough=thorough, progress=bar)
+        with pool_of(workers) as pool:
+            found = prices(job, found=here, thorough=thorough, pool=pool, progress=bar)
     told(found, _tell_prices, as_json=as_json, status=here.status)
     return here.exit_code
 

@@ -168,8 +168,11 @@ class PeakInTime(Form):
         last = self.segments[-1]
         if last.endless and (last.rates @ last.start).any():
             return _FOLLOWED
-        turns = sum(max(float(np.abs(segment.rates).max(initial=0.0)) - 2.0 * np.pi, 0.0) for segment in self.segments)
-        return _ALONE + _JOINT * len(self.segments) + _RADIAN * turns
+        known: dict[int, tuple[PeakInTime, float]] = vars(model).setdefault("turns", {})
+        if id(self.segments) not in known:
+            fastest = (float(np.abs(segment.rates).max(initial=0.0)) for segment in self.segments)
+            known[id(self.segments)] = self, sum(max(one - 2.0 * np.pi, 0.0) for one in fastest)
+        return _ALONE + _JOINT * len(self.segments) + _RADIAN * known[id(self.segments)][1]
 
     def never_more(self, model: Model, x: FloatArray) -> float:
         """What it is never above, under a load that ends; where nothing is damped it comes near."""

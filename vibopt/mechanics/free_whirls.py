@@ -13,6 +13,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.orbits import FARTHEST, Half, Spun, roots
 from vibopt.records import dataclass
+from vibopt.work import worked
 
 NO_PEAK, HEAVY, _FOLLOWED = 1.0 / np.sqrt(2.0), 0.95, 0.98
 """Damping ratio from which on a whirl has no resonance; from which on it hardly swings and does not count; up to which
@@ -28,6 +29,8 @@ the part of that up to which one surely counts; steps of a golden section."""
 _EQUAL, _MET = 1e-6, 1e-3
 """Part of themselves within which two speeds are one, and by which a whirl that is met differs from the spin at most,
 where the numbers of a rotor leave few digits."""
+_LOOK, _MEETING = 1.0, 20.0
+"""Work of all whirls at a spin, and of one whirl as fast as its spin [nominal ms]."""
 _RUNS, _LIGHT = 1.5, 0.8
 """Times what a slope says by which a whirl may run; damping ratio up to which one is watched between two spins."""
 _GOLDEN, _LEVEL, _BESIDE = 0.5 * (np.sqrt(5.0) - 1.0), 1e-12, 1e-3
@@ -259,6 +262,7 @@ class _Look:
 
     @classmethod
     def at(cls, rotor: Spun, spin: float, few: int) -> _Look:
+        worked(_LOOK)
         states = rotor.rates(spin, few)
         return cls(spin, few, states, *np.linalg.eig(states))
 
@@ -303,6 +307,7 @@ def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tupl
         rate, way = _solved(rotor.dynamic(0.0, spin), *rotor.powers(spin), like, way)
         return rate.real - spin, rate, way
 
+    worked(_MEETING)
     before, here = spin * (1.0 + 1e-5), spin
     low, like, way = off(before, near, way)
     for _ in range(_STEPS):

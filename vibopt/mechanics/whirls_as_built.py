@@ -15,7 +15,10 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.orbiting import OrbitingMachine
 from vibopt.mechanics.rotating import RotatingMachine
+from vibopt.work import worked
 
+_OF_PIECES = 1e-4
+"""Work of the whirls of n coordinates, by n^3 [nominal ms]."""
 _TURNS, _CLOSE, _TRIED, _FINE = 1e-9, 1e-13, 20, 1e-9
 """Part of itself that a frequency is at least of what turns; by which one is known; steps to it; part
 of the highest spin by which that of a least is known."""
@@ -67,6 +70,7 @@ def _begun(machine: OrbitingMachine, spin: float) -> list[tuple[complex, Complex
     """Whirls of the pieces, with their motions as `free` has them, y then z."""
     mass, damping, stiffness = machine.free(spin)
     n, inverse = len(mass), np.linalg.inv(mass)
+    worked(_OF_PIECES * n**3)
     state = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse @ stiffness, -inverse @ damping]])
     rates, ways = np.linalg.eig(state)
     found = []

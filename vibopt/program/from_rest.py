@@ -8,6 +8,7 @@ w stands by itself.  The modulus is even in w, so its limit is met at a speed fa
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -98,7 +99,13 @@ def _rows(model: Model, *, damped: bool) -> FloatArray:
 
 def _nothing_done(rows: FloatArray) -> FloatArray:
     """Motions (n, r) on which no row (m, n) does work, each with a one of its own where all others have a zero."""
-    n = rows.shape[1]
+    return _motions(rows.shape, rows.tobytes()).copy()  # all questions to a machine ask it
+
+
+@lru_cache(maxsize=16)
+def _motions(shape: tuple[int, int], said: bytes) -> FloatArray:
+    """The same of rows as their bytes."""
+    n, rows = shape[1], np.frombuffer(said).reshape(shape)
     found = np.eye(n)
     if len(rows):
         _, sizes, across = np.linalg.svd(rows)

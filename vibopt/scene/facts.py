@@ -15,6 +15,7 @@ from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.values import Fact, SpeedRange, Table, rule_of
 from vibopt.values.directions import AXES
 from vibopt.values.fact_at import FactAt, fact_among
+from vibopt.values.speeds import ROTATION
 from vibopt.values.tolerance import Scatter, read_tolerance
 
 _PLACES = ("centre", "at")
@@ -138,6 +139,8 @@ def _fact(path: str, table: Table, key: str) -> FactAt | None:
         if rule is not None:
             return FactAt(path, value.value, value.unit, rule.dimension, rule.amplitude)
     if isinstance(value, Quantity) and isinstance(table, Response):
+        if key not in ("at_most", "at_least"):  # up to which speed whirls count
+            return FactAt(path, value.value, value.unit, ROTATION)
         return FactAt(path, value.value, value.unit, table.dimension, table.amplitude)
     if isinstance(value, SpeedRange) and isinstance(table, Excitation) and key == "speed" and value.is_one_speed:
         return FactAt(path, value.bands[0].low, value.unit, value.dimension)

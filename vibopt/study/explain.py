@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.balancing import BalancingJob
     from vibopt.jobs import Job
+    from vibopt.study.workers import Pool
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,7 +96,12 @@ class Explanation(Tabular):
 
 
 def explain(
-    job: Job, *, method: str | None = None, progress: Progress | None = None, thorough: bool = False
+    job: Job,
+    *,
+    method: str | None = None,
+    progress: Progress | None = None,
+    thorough: bool = False,
+    pool: Pool | None = None,
 ) -> Explanation:
     """Answer a job and say why the answer is what it is.
 
@@ -109,12 +115,14 @@ def explain(
         Called with a stage and the part that is done.
     thorough
         Compute all that can be said, whatever the work.
+    pool
+        Those who answer what limits cost; the answers do not depend on them.
     """
     if not is_scene(job):
-        return _balancing(job, method, thorough)
+        return _balancing(job, method, thorough, pool)
     design = solve(job, method=method_of(method), progress=progress, thorough=thorough)
     design = with_nearest(design, thorough=thorough)
-    design, every = _priced(design, thorough)
+    design, every = _priced(design, thorough, pool)
     if likely(design.scene):
         note = "No price is told: a limit asks for a probability, and what a step buys of it is the luck of the draw."
         design = replace(design, notes=(*design.notes, note))
@@ -131,10 +139,10 @@ def explain(
     )
 
 
-def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explanation:
+def _balancing(job: BalancingJob, method: str | None, thorough: bool, pool: Pool | None) -> Explanation:
     """What a balancing job is modelled by, the methods it could have, and what its limits cost."""
     found = balanced(job, thorough=thorough) if method is None else answer(job, method=method)
-    found, every = _priced(found, thorough)
+    found, every = _priced(found, thorough, pool)
     limits = tuple(Said(name, f"{_row(limit)}{_ranged(every, name)}") for name, limit in found.limits.items())
     caps = tuple(Said(path, f"ACTIVE, {price.words}{_ranged(every, path)}") for path, price in found.prices.items())
     model, methods = reasons(job, found)
@@ -142,9 +150,9 @@ def _balancing(job: BalancingJob, method: str | None, thorough: bool) -> Explana
     return Explanation(found, said, considered, (*limits, *caps), None, every)
 
 
-def _priced(answer: Answer[Any], thorough: bool) -> tuple[Answer[Any], Prices | None]:
+def _priced(answer: Answer[Any], thorough: bool, pool: Pool | None) -> tuple[Answer[Any], Prices | None]:
     """An answer with what limits and caps buy, and the table of it where there is one."""
-    every = prices_of_limits(answer, thorough=thorough)
+    every = prices_of_limits(answer, thorough=thorough, pool=pool)
     return (priced(answer), None) if every is None else (with_prices(answer, every), every)
 
 

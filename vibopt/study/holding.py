@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import field
 from itertools import chain
 from typing import TYPE_CHECKING, Any
@@ -20,16 +21,12 @@ from vibopt.study.brink import brink, follows
 from vibopt.study.seen import goal_of
 from vibopt.values.fact_at import FactAt
 from vibopt.verify.checked import shown_value as shown_response
-from vibopt.work import metered
+from vibopt.work import SpentError, metered
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
     from vibopt.study.points import Columns
-
-
-class SpentError(Exception):
-    """The work that was allowed is done."""
 
 
 FEWEST_TOGETHER = 12
@@ -235,8 +232,8 @@ class Road:
 
     near
         The design of the job as it is, where others begin that have no neighbour yet.
-    may
-        Whether another answer may be asked for.
+    most, each
+        Work that may be done, in all and of one answer [nominal ms]; SpentError where it does not do.
     beside
         Designs that were met on the way and are no answers, by value.
     work
@@ -246,7 +243,8 @@ class Road:
     job: Job
     fact: FactAt
     near: Sequence[float] | None
-    may: Callable[[], bool] = lambda: True
+    most: float = math.inf
+    each: float = math.inf
     known: dict[float, State] = field(default_factory=dict)
     beside: dict[float, tuple[float, ...]] = field(default_factory=dict)
     work: float = 0.0
@@ -275,8 +273,6 @@ class Road:
         names
             As in `State.held`: limits, and ends of ranges; none: the answer to the job with the value alone.
         """
-        if not self.may():
-            raise SpentError
         try:
             here = with_changes(self.job, self.fact.changes(value))
             bounds = {name: list(_bounds_of(here, name)) for name in names}
@@ -285,16 +281,25 @@ class Road:
             here = with_changes(here, wider(chain.from_iterable(bounds.values()), by)) if bounds else here
         except InputError:
             return State(value, "refused", None, frozenset())
-        if is_scene(here):
-            near = self._near(value)
-            near = near if near and len(near) == len(here.variables) and not names else None
-            found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
-        else:
-            found = answer(here, explain=False, brief=True)
-        with metered() as meter:
-            state = state_of(here, found, value)
-        self.work += max(found.work + meter.done, LEAST_WORK)
-        return state
+        near = self._near(value) if is_scene(here) else None
+        with self._counted(LEAST_WORK):
+            if is_scene(here):
+                near = near if near and len(near) == len(here.variables) and not names else None
+                found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
+            else:
+                found = answer(here, explain=False, brief=True)
+            return state_of(here, found, value)
+
+    @contextmanager
+    def _counted(self, least: float = 0.0) -> Iterator[None]:
+        """Add the work inside; SpentError where it is more than is left for it."""
+        if self.work > self.most:
+            raise SpentError
+        with metered(min(self.most - self.work, self.each)) as meter:
+            try:
+                yield
+            finally:
+                self.work += max(meter.done, least)
 
     def _near(self, value: float) -> Sequence[float] | None:
         """A design to begin at: along the line through the two nearest of one kind, else the nearest."""
@@ -312,13 +317,10 @@ class Road:
 
     def brink(self, value: Callable[[float], float], good: tuple[float, State], bad: float) -> float:
         """About where designs end between two places, of which `value` says the number; nan where that is not known."""
-        if not self.may():
-            raise SpentError
         if self.together or not good[1].x or not follows(self.job):
             return math.nan
-        with metered() as meter:
+        with self._counted():
             t, x = brink(self.job, self.fact, value, (good[0], bad), good[1].x)
-        self.work += meter.done
         if math.isfinite(t):
             self.beside[value(t)] = tuple(x)
         return t

@@ -13,10 +13,11 @@ from vibopt.answer.entry import Entry, Way
 from vibopt.bracketing import Places, narrowed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
-from vibopt.study.holding import Road, SpentError, State, difference, no_more
+from vibopt.study.holding import Road, State, difference, no_more
 from vibopt.study.seen import shown_value
 from vibopt.units import read_quantity, to_unit
 from vibopt.values.fact_at import FactAt
+from vibopt.work import SpentError
 
 STEP = 0.1
 """A sensible step: a tenth of the number."""

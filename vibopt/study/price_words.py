@@ -11,7 +11,8 @@ from vibopt.errors import counted
 from vibopt.units import plain
 
 if TYPE_CHECKING:
-    from vibopt.study.prices import Prices, Ranked
+    from vibopt.study.prices import Prices
+    from vibopt.study.purse import Ranked
 
 HEADS = ("Number", "A step", "Goal", "Better by")
 GAIN = "nothing more to gain"

@@ -6,7 +6,7 @@ job is answered again.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,96 +15,37 @@ from vibopt.answer.entry import Checked, Entry, Price, Way
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError, UnknownName, counted
 from vibopt.jobs import answer, asks_shares, facts, is_scene, noun_of
-from vibopt.records import cached_property, dataclass
+from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
 from vibopt.solve.method import Progress
 from vibopt.study.holding import (
-    LEAST_WORK,
-    Road,
-    SpentError,
-    State,
     caps_of,
     in_steps,
     is_looser,
     is_touched,
     measured_by,
-    state_of,
 )
-from vibopt.study.one_way import NO_STEP, Along, Axis, axis_of, is_shelf
-from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, NOT_ASKED, OF_WORK, first_words, words_of
-from vibopt.study.seen import goal_of, reason, shown_value
+from vibopt.study.one_way import is_shelf
+from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, NOT_ASKED, first_words, words_of
+from vibopt.study.purse import Purse, Ranked
+from vibopt.study.seen import goal_of, reason
 from vibopt.values.fact_at import FactAt
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
+    from vibopt.study.workers import Pool
 
 PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
-ALLOWANCE = 20_000.0
-"""Work that a table of prices may take [nominal ms] where not all is asked for."""
-OF_LIMITS, _STEPS_OF_LIMITS = 2_000.0, 100_000.0
-"""The same for the limits alone: beside an answer, and what a step of each buys where prices are asked for."""
-_A_RANGE = 30
-"""Answers that both ranges of a number take, one by one."""
+ALLOWANCE, STEPS, STEPS_OF_LIMITS = 20_000.0, 50_000.0, 100_000.0
+"""Work of a table of prices [nominal ms] where not all is asked for; of its steps alone, and of those of limits."""
+OF_LIMITS = 2_000.0
+"""The same for the limits alone, beside an answer."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
 """What was measured of a rotor: data, and nothing to argue about."""
 _CAPPED = ("to", "from", "most", "least", "holes", "most_weights", "stock", "deepest")
 _OF_THE_GOAL = ("importance", "huber_at")
 """What the goal of a rotor counts by: another one is another goal, whose values do not compare."""
-
-
-@dataclass(frozen=True, slots=True)
-class Ranked:
-    """A number of the file and what moving it does.
-
-    sort
-        "limit", "cap" (the end of a range that is chosen from), or "fact".
-    now
-        As it is.
-    ways
-        Downward and upward, as far as they were looked at.
-    why
-        Why there is none, or no range; "" where both are there.
-    """
-
-    path: str
-    sort: str
-    now: Entry
-    ways: tuple[Way, ...] = ()
-    why: str = ""
-
-    @property
-    def name(self) -> str:
-        """As it is spoken of: a limit by its name."""
-        steps = self.path.split(".")
-        return steps[1] if self.sort == LIMITS and len(steps) == 3 else self.path
-
-    @property
-    def best(self) -> Way | None:
-        """The way that helps most, or hurts least; None where neither has a design."""
-        known = [way for way in self.ways if way.change is not None]
-        return max(known, key=lambda one: one.change or 0.0, default=None)
-
-    @property
-    def gain(self) -> float:
-        """Part of the goal that a sensible step buys, 0 where it buys nothing."""
-        best = self.best
-        return max((best.change or 0.0) if best is not None else 0.0, 0.0)
-
-    @property
-    def weight(self) -> tuple[float, float]:
-        """By which numbers are ranked: what a step buys, then what one may cost."""
-        return self.gain, max((abs(way.change or 0.0) for way in self.ways), default=-1.0)
-
-    @property
-    def ranged(self) -> bool:
-        """Whether its ranges were looked for."""
-        return bool(self.ways) and all(way.far is not None or way.until is not None for way in self.ways)
-
-    def to_json(self) -> dict[str, Any]:
-        """Every field, the gain and the name too."""
-        said = {name: getattr(self, name) for name in ("path", "name", "sort", "now", "gain", "why")}
-        return {**said, "ways": list(self.ways)}
 
 
 @dataclass(frozen=True)
@@ -181,6 +122,7 @@ def prices(
     only: Collection[str] | None = None,
     thorough: bool = False,
     most: float = ALLOWANCE,
+    pool: Pool | None = None,
     progress: Progress | None = None,
 ) -> Prices:
     """What each number of a job buys or costs both ways, over which range, and what takes over behind it.
@@ -197,6 +139,8 @@ def prices(
         Whatever the work.
     most
         Work [nominal ms] after which the rest is named as not computed.
+    pool
+        Those who answer; what is answered does not depend on them.
     progress
         Called with a stage and the part that is done.
 
@@ -212,13 +156,18 @@ def prices(
     if refused:
         raise InputError(f"{job.name}: {refused}")
     asked, read = asked_of(found, only)
-    purse = _Purse(found, sense, float("inf") if thorough else most)
-    if most == ALLOWANCE:  # which limit to argue about is what is asked for first
-        purse.limits = max(purse.most, _STEPS_OF_LIMITS)
-    rows = [purse.priced(fact, sort, progress, k / max(2 * len(asked), 1)) for k, (fact, sort) in enumerate(asked)]
-    ranked = sorted(range(len(rows)), key=lambda k: (*(-one for one in rows[k].weight), k))
-    for place, k in enumerate(ranked):
-        rows[k] = purse.ranged(asked[k][0], rows[k], progress, 0.5 + place / max(2 * len(asked), 1))
+    purse, most = Purse(found, sense, pool), float("inf") if thorough else most
+
+    def told(stage: str) -> Callable[[int], None]:
+        return lambda k: None if progress is None else progress(stage, k / len(asked))
+
+    ways = told("what a step buys")
+    limits = sum(sort == LIMITS for _, sort in asked)
+    first, then = (max(most, STEPS_OF_LIMITS), max(most, STEPS)) if most == ALLOWANCE else (most, most)
+    rows = purse.stepped(asked[:limits], first, ways)  # which limit to argue about is what is asked for first
+    rows += purse.stepped(asked[limits:], then, lambda k: ways(limits + k))
+    rows.sort(key=lambda row: row.weight, reverse=True)
+    rows = purse.ranged(rows, most, told("how far that goes on"))
     notes = [*_left(rows), *_radii(job, rows)]
     if any(way.status == "refused" for row in rows for way in row.ways):
         notes.append(NOT_ASKED)
@@ -227,7 +176,7 @@ def prices(
             f"{counted(len(read), 'numbers')} of {tables_of(read)} have no price: they are data of {noun_of(job)}. "
             f"What another would do: vibopt sweep FILE --vary {read[0]}=RANGE."
         )
-    return Prices(job, found, measure, purse.here.measure, tuple(rows[k] for k in ranked), tuple(notes))
+    return Prices(job, found, measure, purse.here.measure, tuple(rows), tuple(notes))
 
 
 def answered(job: Job) -> Answer[Any]:
@@ -322,104 +271,6 @@ def _ends_of(found: Answer[Any], *, every: bool) -> Iterator[FactAt]:
                 yield FactAt(f"{variable.path}.{end}", value, variable.unit, variable.dimension)
 
 
-class _Purse:
-    """Prices one after the other, from one allowance of work [nominal ms]."""
-
-    def __init__(self, found: Answer[Any], sense: int, most: float) -> None:
-        self.found, self.sense, self.most, self.limits = found, sense, most, most
-        self.job = _job(found)
-        self.each = max(found.work, LEAST_WORK)
-        self.roads: dict[str, Along] = {}
-
-    @cached_property
-    def extent(self) -> float:
-        """How far apart places are [m]."""
-        return length_of(self.job)
-
-    @property
-    def here(self) -> State:
-        """What holds the answer back as it is."""
-        return state_of(self.job, self.found, 0.0)
-
-    @property
-    def spent(self) -> float:
-        """Work done [nominal ms]."""
-        return sum(road.road.work for road in self.roads.values())
-
-    def _may(self, answers: int, most: float) -> bool:
-        return self.spent + answers * self.each <= most
-
-    def priced(
-        self, fact: FactAt, sort: str, progress: Progress | None, part: float, *, loosened: bool = False
-    ) -> Ranked:
-        """What a sensible step each way does, or of a bound the `loosened` one alone: each is an answer of its own."""
-        now, axis = shown_value(fact, fact.value), axis_of(fact, lambda: self.extent, self.job)
-        if axis is None:
-            return Ranked(fact.path, sort, now, why=NO_STEP)
-        asked = [way for way in (-1, 1) if axis.step(way) != fact.value]
-        if loosened:
-            asked = [way for way in asked if is_looser(fact.path, axis.step(way) - fact.value)]
-        most = self.limits if sort == LIMITS else self.most
-        if not self._may(len(asked), most):
-            return Ranked(fact.path, sort, now, why=OF_WORK)
-        if progress is not None:
-            progress("what a step buys", part)
-        along = self._along(fact, axis, most)
-        try:
-            ways = [along.stepped(way) for way in asked]
-        except SpentError:
-            return Ranked(fact.path, sort, now, why=OF_WORK)
-        return Ranked(fact.path, sort, now, tuple(ways))
-
-    def ranged(self, fact: FactAt, row: Ranked, progress: Progress | None, part: float) -> Ranked:
-        """The same row with how far each way goes on."""
-        along = self.roads.get(row.path)
-        if along is None:
-            return row
-        if not along.road.together and not self._may(_A_RANGE, self.most):
-            return replace(row, why=f"its range was {OF_WORK}")
-        if progress is not None:
-            progress("how far that goes on", part)
-        try:
-            ways = [along.ranged(way, -1 if way.value.value < fact.value else 1) for way in row.ways]
-        except SpentError:
-            return replace(row, why=f"its range was {OF_WORK}")
-        return replace(row, ways=tuple(ways))
-
-    def _along(self, fact: FactAt, axis: Axis, most: float) -> Along:
-        near = self.found.x if is_scene(self.job) and self.job is self.found.job else None
-        road = Road(self.job, fact, near, lambda: self.spent <= most)
-        here = replace(self.here, value=fact.value)
-        road.known[fact.value] = here
-        key, loose = self._key(fact.path)
-        along = Along(road, axis, here, self.sense, key, loose, lambda state: state.worst.get(key))
-        self.roads[fact.path] = along
-        return along
-
-    def _key(self, path: str) -> tuple[str, int]:
-        """What a number is called among the things that hold the answer back, and the way in which it is loosened."""
-        steps = path.split(".")
-        if steps[0] == "limits":
-            rows = {key: limit for key, limit in self.found.limits.items() if limit.name == steps[1]}
-            key = next((key for key, row in rows.items() if row.side == steps[2]), next(iter(rows), steps[1]))
-            ways = {"at_most": 1, "at_least": -1, "lowest": 1, "highest": -1}
-            return key, ways.get(steps[-1], 0)
-        if steps[-1] in ("to", "from", "deepest"):
-            end, loose = ("lowest", -1) if steps[-1] == "from" else ("highest", 1)
-            return f"{path.rpartition('.')[0]} at its {end}", loose
-        return "", 0
-
-
-def length_of(job: Job) -> float:
-    """How far apart the places of a machine, or along a shaft, are [m]."""
-    if is_scene(job):
-        from vibopt.study.thresholds import extent_of
-
-        return extent_of(list(facts(job)))
-    places = [fact.value for fact in facts(job) if fact.path.endswith(".at") and fact.dimension == "length"]
-    return (max(places) - min(places) if places else 0.0) or 1.0
-
-
 def _left(rows: list[Ranked]) -> Iterator[str]:
     """What was left out because of the work, and what computes it."""
     steps = [row.path for row in rows if row.why.startswith("left out")]
@@ -466,8 +317,8 @@ def priced(found: Answer[Any]) -> Answer[Any]:
         return replace(found, notes=(*found.notes, note))
     job = _job(found)
     steps = not is_scene(job) and in_steps(job)
-    purse = _Purse(found, measured_by(job)[1], OF_LIMITS if steps else float("inf"))
-    rows = [purse.priced(fact, LIMITS, None, 0.0, loosened=True) for fact in asked.values()]
+    purse, most = Purse(found, measured_by(job)[1]), OF_LIMITS if steps else float("inf")
+    rows = purse.stepped([(fact, LIMITS) for fact in asked.values()], most, lambda k: None, loosened=True)
     return _with_rows(found, asked, {row.path: row for row in rows}, _left(rows))
 
 
@@ -487,7 +338,7 @@ def _holding_back(found: Answer[Any]) -> dict[str, FactAt]:
     return held | {path: fact for path, fact, part in caps_of(job, found) if steps or is_touched(part)}
 
 
-def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | None:
+def prices_of_limits(found: Answer[Any], *, thorough: bool = False, pool: Pool | None = None) -> Prices | None:
     """What every limit and cap of an answer buys or costs, each way; None where there is none, or nothing to count in.
 
     thorough
@@ -499,7 +350,7 @@ def prices_of_limits(found: Answer[Any], *, thorough: bool = False) -> Prices | 
     paths = {one.path for one, sort in asked_of(found)[0] if sort != FACTS}
     if not paths:
         return None
-    return prices(job, found=found, only=paths, thorough=thorough, most=OF_LIMITS)
+    return prices(job, found=found, only=paths, thorough=thorough, most=OF_LIMITS, pool=pool)
 
 
 def with_prices(found: Answer[Any], every: Prices) -> Answer[Any]:

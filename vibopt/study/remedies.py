@@ -20,14 +20,16 @@ from vibopt.jobs import answer, is_scene, noun_of, with_changes
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_positions
 from vibopt.solve.method import Progress
-from vibopt.study.holding import LEAST_WORK, Road, SpentError
+from vibopt.study.holding import LEAST_WORK, Road
 from vibopt.study.one_way import NO_STEP, Axis, axis_of
 from vibopt.study.price_words import CAPS, LIMITS
-from vibopt.study.prices import ALLOWANCE, asked_of, length_of, tables_of
+from vibopt.study.prices import ALLOWANCE, asked_of, tables_of
+from vibopt.study.purse import length_of
 from vibopt.study.seen import GOOD, shown_value
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
 from vibopt.values.soft import softness
+from vibopt.work import SpentError
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -240,7 +242,7 @@ class _Search:
             return Remedy(fact.path, sort, now, why=NO_STEP)
         if is_scene(self.job) and open_positions(self.job) and self.spent + self.each > self.most:
             return Remedy(fact.path, sort, now, why=_LEFT)
-        road = Road(self.job, fact, None, lambda: self.spent + road.work <= self.most)
+        road = Road(self.job, fact, None, self.most - self.spent)
         try:
             best = min((one for way in self._ways(fact, sort) if (one := _along(road, axis, way))), default=None)
         except SpentError:

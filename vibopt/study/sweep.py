@@ -218,12 +218,12 @@ def sweep(
     facts = tuple(varied.fact for varied in what)
     at = {tuple(map(float, value)): index for index, value in enumerate(where.values)} if known else {}
     before = {at[here]: point for point in known if (here := tuple(each.value for each in point.varied.values())) in at}
-    with _pool(workers, cluster) as pool:
+    with pool_of(workers, cluster) as pool:
         found = many.answered(base, facts, where.values, pool=pool, progress=progress, told=answered, known=before)
     return Sweep(job, what, found, goal_word(base), keep_design, where.axes, base)
 
 
-def _pool(workers: int, address: str | None) -> AbstractContextManager[Pool | None]:
+def pool_of(workers: int, address: str | None = None) -> AbstractContextManager[Pool | None]:
     """Those who answer; None for this process alone, which has no use for what others load."""
     if address is not None:
         from vibopt.study.cluster import cluster

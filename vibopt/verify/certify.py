@@ -25,10 +25,13 @@ from vibopt.scene.space import members
 from vibopt.signals import Band, Combine, Line
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.over_bands import Reached, Search
+from vibopt.work import worked
 
 if TYPE_CHECKING:
     from vibopt.verify.near_rest import Orders
 
+_CALL, _SPEED = 0.2, 0.05
+"""Work of steady responses, and of each of their speeds [nominal ms]."""
 _OTHERS = (0.118, 0.382, 0.764)
 """Parts of a band at which a machine is also measured in full, whatever the worst speed."""
 _AS_REST = 1e-6
@@ -238,6 +241,7 @@ class Shaken:
     def _steady(self, machine: Machine, line: Line, omega: FloatArray, size: FloatArray) -> ComplexArray:
         every = self._acts if machine is self.machine else self._acts_on(machine)
         part = int(np.abs(line.vector).argmax())
+        worked(_CALL + _SPEED * np.size(omega))
         drive = line.vector[part] * size.astype(complex)
         shaken = {key: weight * drive for key, weight in every[part].items()}
         forces, bases = (shaken, {}) if self.excitation.family == "bodies" else ({}, shaken)

@@ -25,6 +25,7 @@ from vibopt.responses import TransientResponse
 from vibopt.signals import Line
 from vibopt.verify.by_torque import ByTorque
 from vibopt.verify.states import States
+from vibopt.work import worked
 
 _TURN, _SOFT = 0.5, 8.0
 """Radians of force and fastest motion in a step; how much faster may decay what does not swing."""
@@ -38,6 +39,8 @@ _MEET, _FADED, _EVEN, _NEAR = 3.0, 1e-11, 1e-12, 0.998
 """What modes that ring on may grow to as they meet; faded; even; parts of the highest sample that a top must have."""
 _MET, _BESIDE, _ALIKE = 1e-9, 1e-5, 0.1
 """Parts: of a speed by which it misses a resonance, and beside which it is looked at; by which sides may differ."""
+_WORK = 0.005
+"""Work of a step [nominal ms]."""
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(_POINTS)
 
 
@@ -210,6 +213,7 @@ class Followed:
         """States at times and one step behind the last, (2 n, n + 1), from the state at the first."""
         from scipy.linalg import expm
 
+        worked(_WORK * len(times))
         system, push = self._system
         nodes = 0.5 + 0.5 * _NODES
         pushed = np.array([expm(system * (step * (1.0 - node))) @ push for node in nodes])

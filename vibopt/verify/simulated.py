@@ -22,6 +22,7 @@ from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.verify.motion_in_time import GONE, INSIDE, MET, NONE, PERIODS, MotionInTime
+from vibopt.work import worked
 
 _SAMPLES, _BEST, _NEAR = 24, 6, 0.9
 """Samples in the shortest period; greatest ones that are looked at more closely; part of the greatest from which an end
@@ -34,6 +35,8 @@ _HORIZON, _LONGEST = 1000.0, 4e5
 """Periods of the slowest mode that are followed in all, and turns of the fastest over which modes told apart are."""
 _SOON = 1e-12
 """Part of the time in which anything changes, by which signals are read inside a stretch."""
+_ALONE, _SAMPLE = 2.0, 0.004
+"""Work of looking for a peak, and of each time that is looked at [nominal ms]."""
 _EVEN = 1e-9
 """Part by which a later peak must be greater to be told."""
 _SLOW, _AWAY, _BY_STEPS = 1e-8, 1e-6, (1e-3, 1e-4)
@@ -252,6 +255,7 @@ class Simulated(MotionInTime):
         )
         bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
         times = np.union1d(np.linspace(low, high, count), bent)
+        worked(_ALONE + _SAMPLE * len(times))
         values, count = value(times), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))

@@ -20,7 +20,10 @@ from vibopt.mechanics.orbiting import OrbitingMachine
 from vibopt.mechanics.rotating import RotatingMachine
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
+from vibopt.work import worked
 
+_WORK = 0.04
+"""Work of a rate of change, or of a state that is read [nominal ms]."""
 _FINELY, _AGAIN, _NEAR = 100.0, 3, 1e-5
 """Frequency over the last speed for which the shaft is cut to pieces; how often deflections under forces are followed
 by those under their inertia; part of them by which one must differ from the others."""
@@ -179,6 +182,7 @@ class SpunUp:
             return np.block([[matrix.real, -matrix.imag], [matrix.imag, matrix.real]])
 
         def changes(time: float, now: Any) -> Any:
+            worked(_WORK)
             moved, push = self._system(low + rate * time, rate)
             found = (moved @ (now.reshape(2, -1).T @ [1.0, 1j] * unit) + push) / unit
             return np.concatenate([found.real, found.imag])
@@ -199,6 +203,7 @@ class SpunUp:
         self, response: TransientResponse, spins: FloatArray, rate: float, states: ComplexArray, times: FloatArray
     ) -> tuple[float, float]:
         """Greatest size within some steps, and its speed [rad/s]."""
+        worked(_WORK * len(spins))
         values = self._values(response, spins, rate, states)
         sizes = np.abs(self.built.size(values))
         beside = np.pad(sizes, 1)
