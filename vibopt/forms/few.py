@@ -10,10 +10,10 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.harmonic import mount_count
-from vibopt.mechanics.model import Model
+from vibopt.mechanics.model import DAMPING, STIFFNESS, Model
 from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.receptance import Attached
-from vibopt.mechanics.small import MOST, Peak, Ratio, ratio_of
+from vibopt.mechanics.small import MOST, Moebius, Peak, Ratio, ratio_of
 from vibopt.signals import Band, Drive
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None
     """
     found = heights_of(model, form, x)
     if found is not None:
-        return np.asarray(found[1].max(axis=1))
+        return np.asarray(found.max(axis=1))
     if not _is_hosted(model, form):
         return None
     hosted = _hosted(model, form)
@@ -106,16 +106,29 @@ def _hosted(model: Model, form: Modulus) -> Attached:
     return known[id(form)][1]
 
 
-def heights_of(model: Model, form: Modulus, x: FloatArray) -> tuple[FloatArray, FloatArray] | None:
-    """Many speeds within the bands (n_speeds,) [rad/s], and the values there at designs x (n, n_vars).
+def heights_of(model: Model, form: Modulus, x: FloatArray, speeds: FloatArray | None = None) -> FloatArray | None:
+    """The values at designs x (n, n_vars) and speeds [rad/s], or many within the bands, (n, n_speeds).
 
-    The values have the shape (n, n_speeds); None where the polynomials do not apply.
+    None where the polynomials do not apply; without care for rounding.
     """
     made = _ratio(model, form, form.drives[0]) if len(form.drives) == 1 else None
     if made is None:
         return None
-    speeds = _many(form.drives[0].bands)
-    return speeds, made.at(x, speeds) / _share(model, form)
+    return made.at(x, _many(form.drives[0].bands) if speeds is None else speeds) / _share(model, form)
+
+
+def about_link(model: Model, form: Modulus, speeds: FloatArray) -> Moebius | None:
+    """n0, n1, d0, d1 of (n0 + n1 kappa) / (d0 + d1 kappa) at speeds [rad/s]; kappa = k + s c of the link that varies.
+
+    None where the polynomials do not apply, or something else varies.
+    """
+    varied = {int(model.kinds[t]): int(t) for t in np.flatnonzero(model.exponents.any(axis=1)).tolist()}
+    made = _ratio(model, form, form.drives[0]) if len(form.drives) == 1 else None
+    if made is None or varied.keys() != {STIFFNESS, DAMPING} or np.count_nonzero(model.exponents.any(axis=1)) > 2:
+        return None
+    n0, n1, d0, d1 = made.about(varied[STIFFNESS], varied[DAMPING], speeds)
+    share = _share(model, form)
+    return n0 / share, n1 / share, d0, d1
 
 
 @lru_cache(maxsize=32)

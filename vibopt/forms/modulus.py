@@ -148,6 +148,13 @@ class Modulus(Form):
 
         return few_sampled(model, self, x)
 
+    def outright(self, model: Model, x: FloatArray, speed: float) -> float:
+        """The value at a design (n_vars,) and a speed [rad/s] by polynomials; nan where there are none."""
+        from vibopt.forms.few import heights_of
+
+        few = heights_of(model, self, x[None], np.array([speed]))
+        return float("nan") if few is None else float(few[0, 0])
+
     def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
         from vibopt.forms.extremes import candidates_of
 

@@ -40,6 +40,10 @@ _FOLLOWED, _CLOSE = 6, 1e-6
 """Steps of Newton by which a peak is followed to a near design, and the part of its speed that ends them."""
 
 
+Moebius = tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]
+"""n0, n1, d0, d1 of (n0 + n1 kappa) / (d0 + d1 kappa), each (n_speeds,)."""
+
+
 @dataclass(frozen=True, slots=True)
 class Peak:
     """A local greatest value.
@@ -73,7 +77,8 @@ class Moving:
 
     @cached_property
     def derivatives(self) -> tuple[FloatArray, FloatArray]:
-        return self.made()
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self.made()
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +135,22 @@ class Ratio:
             value: FloatArray = sides[0] / sides[1] * (self.size * w**self.power)
         return value
 
+    def about(self, spring: int, damper: int, speeds: FloatArray) -> Moebius:
+        """n0, n1, d0, d1 of (n0 + n1 kappa) / (d0 + d1 kappa) at speeds (m,) [rad/s], size and power in N.
+
+        kappa = k + s c, the coefficients of two terms with one vector, the only ones that vary.
+        """
+        p, s = np.append(self.model.scales, 1.0), 1j * self.order * speeds
+        p[spring], p[damper] = 1.0, 0.0
+        found = list[ComplexArray]()
+        for side in (self.top, self.bottom):
+            products, held = p[side.members].prod(axis=1), (side.members == spring).any(axis=1)
+            both = np.where(held, 0.0, products), np.where(held, products, 0.0)
+            found += [np.asarray(np.polyval((side.spread @ one)[::-1], s), dtype=complex) for one in both]
+        n0, n1, d0, d1 = found
+        size = self.size * (self.order * speeds) ** self.power
+        return np.asarray(n0 * size), np.asarray(n1 * size), d0, d1
+
     def peaks(self, x: FloatArray, bands: tuple[Band, ...], within: float) -> list[Peak] | None:
         """Local maxima and band ends no lower than `within` (at least a half) times the greatest, highest first.
 
@@ -139,7 +160,8 @@ class Ratio:
         if key not in self.known:
             while len(self.known) >= _KEPT:
                 self.known.pop(next(iter(self.known)), None)
-            self.known[key] = self._peaks(x, bands)
+            with np.errstate(divide="ignore", invalid="ignore"):
+                self.known[key] = self._peaks(x, bands)
         found = self.known[key]
         return found if found is None else [peak for peak in found if peak.at.value >= within * found[0].at.value]
 
@@ -159,6 +181,10 @@ class Ratio:
 
         None where one of them is no maximum, or where rounding leaves a doubt.
         """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return self._followed(x, speeds)
+
+    def _followed(self, x: FloatArray, speeds: FloatArray) -> list[Peak] | None:
         p = np.append(self.model.values(x), 1.0)
         made = Polynomials.of(self.top.coefficients(p), self.bottom.coefficients(p), self.power)
         if made is None:
@@ -176,16 +202,14 @@ class Ratio:
 
     def _measured(self, made: Polynomials, v: FloatArray, moves: BoolArray) -> list[Peak] | None:
         top, bottom = made.sides(v)
-        with np.errstate(divide="ignore", invalid="ignore"):
-            log = np.log(np.abs(top[0][:, 0])) - np.log(np.abs(bottom[0][:, 0]))
-            if self.power:
-                log = log + self.power * np.log(v)
+        log = np.log(np.abs(top[0][:, 0])) - np.log(np.abs(bottom[0][:, 0]))
+        if self.power:
+            log = log + self.power * np.log(v)
         if np.isnan(log).any() or np.isposinf(log).any():
             return None
         kept = np.flatnonzero(log >= log.max() + np.log(_COUNTED))
         kept = kept[np.argsort(-log[kept], kind="stable")]
-        with np.errstate(divide="ignore"):
-            doubt = np.maximum(made.doubt(v[kept], 0), made.doubt(v[kept], 1))
+        doubt = np.maximum(made.doubt(v[kept], 0), made.doubt(v[kept], 1))
         if not (doubt <= _TRUSTED).all():
             return None
         among = Moving(partial(self._derivatives, top, bottom, moves, v))
@@ -203,16 +227,14 @@ class Ratio:
         second = np.zeros((len(v), n, n))
         for side, sign in ((top, 1.0), (bottom, -1.0)):
             value = side[0][:, :1]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                here, along, twice = side[0] / value, side[1] / value, side[2][:, 0] / value[:, 0]
+            here, along, twice = side[0] / value, side[1] / value, side[2][:, 0] / value[:, 0]
             own = here[:, 1 : n + 1]
             first = first + sign * own.real
             second = second + sign * (here[:, self.pairs] - own[:, :, None] * own[:, None, :]).real
             mixed = mixed + sign * (along[:, 1 : n + 1] - own * along[:, :1]).real
             curve = curve + sign * (twice - along[:, 0] ** 2).real
-        with np.errstate(divide="ignore", invalid="ignore"):
-            curve = curve - (self.power / v**2 if self.power else 0.0)
-            share = np.where(moves, 1.0 / curve, 0.0)
+        curve = curve - (self.power / v**2 if self.power else 0.0)
+        share = np.where(moves, 1.0 / curve, 0.0)
         bend = second - mixed[:, :, None] * mixed[:, None, :] * share[:, None, None]
         return np.nan_to_num(first), np.nan_to_num(bend)
 
@@ -286,20 +308,18 @@ class Polynomials:
         """By how much rounding grows in N (0) or D (1) at points v, shape of `v`."""
         powers = v[:, None] ** np.arange(len(self.sizes[side]))
         value = np.abs(powers @ self.tables[side][0][:, 0])
-        with np.errstate(invalid="ignore"):
-            grown: FloatArray = (powers @ self.sizes[side]) / value
+        grown: FloatArray = (powers @ self.sizes[side]) / value
         return np.where(np.isnan(grown), np.inf, grown)
 
     def rise(self, v: FloatArray) -> tuple[FloatArray, FloatArray]:
         """First and second derivative of the log of the value in v."""
         values = (v[:, None] ** np.arange(len(self._both))) @ self._both
-        with np.errstate(divide="ignore", invalid="ignore"):
-            once = values[:, 2:4] / values[:, :2]
-            both = once.real, (values[:, 4:] / values[:, :2] - once**2).real
-            first, second = (one[:, 0] - one[:, 1] for one in both)
-            if self.power:
-                first += self.power / v
-                second -= self.power / v**2
+        once = values[:, 2:4] / values[:, :2]
+        both = once.real, (values[:, 4:] / values[:, :2] - once**2).real
+        first, second = (one[:, 0] - one[:, 1] for one in both)
+        if self.power:
+            first += self.power / v
+            second -= self.power / v**2
         return first, second
 
     @cached_property
@@ -348,8 +368,7 @@ class Polynomials:
             if not len(v):
                 break
             first, second = self.rise(v)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                step = np.where(second != 0.0, -first / second, v)
+            step = np.where(second != 0.0, -first / second, v)
             settled = np.abs(second) * step**2 <= _DONE
             v = v + np.clip(step, -0.1 * v, 0.1 * v)
             if settled.all():

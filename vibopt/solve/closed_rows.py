@@ -126,6 +126,8 @@ class Rows:
         d = table[3]
         scaled = table[:3] / np.where(d == 0.0, 1.0, np.abs(d))
         up, down = d > 0.0, d < 0.0
+        if d.shape[1] == 1:
+            return cls(*(scaled[:, here[:, 0]] for here in (up, down, ~(up | down))))
         return cls(*(_chosen(scaled, here) for here in (up, down, ~(up | down))))
 
     def plus(self, other: Rows) -> Rows:
@@ -142,7 +144,7 @@ def _chosen(rows: FloatArray, here: BoolArray) -> FloatArray:
     """The rows of a side (3, n, count); what is of another side asks for nothing."""
     there = np.logical_or.reduce(here, axis=1)
     rows, here = rows[:, there], here[there]
-    return rows if rows.shape[2] == 1 or every(here) else np.where(here, rows, _NO_ROW)
+    return rows if every(here) else np.where(here, rows, _NO_ROW)
 
 
 def ends_of_damping(asked: Question, count: int) -> FloatArray:

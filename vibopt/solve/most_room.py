@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from operator import and_
 
 import numpy as np
 
@@ -24,6 +25,8 @@ from vibopt.work import late
 GAP = 1e-6
 """Part of its bound by which the least margin may be away from the most there is."""
 _ROUNDS, _FASTER = 40, 8.0
+_END = 1.0 + 1e-6
+"""Part of an end of a range within which a number may rest on it."""
 _FAR = 0.999
 """Part of the far end of a range without one, from which on a design stands for one without end."""
 Again = Callable[[Program], Found]
@@ -52,9 +55,12 @@ def spread_out(program: Program, found: Found) -> Found:
     The numbers that the goal knows stay, and so does the design where the others have nothing to say or no end.
     """
     powers = None if program.aim is None else program.aim.form.powers
-    if found.x is None or powers is None or program.ties or not program.is_best(Judge(program).goal(found.x).value):
+    if found.x is None or powers is None or program.ties:
         return found
     x, known = np.array(found.x, dtype=float), [bool(power.any()) for power in powers.exponents.T]
+    inside = (axis.low * _END < one < axis.high / _END for one, axis in zip(x.tolist(), program.axes, strict=True))
+    if any(map(and_, known, inside)) or not program.is_best(Judge(program).goal(found.x).value):
+        return found
     free = [i for i, axis in enumerate(program.axes) if not known[i] and axis.high > axis.low]
     less = held(program, x, free)
     most = _Most(replace(less, room=tuple(limit.name for limit in less.limits if _has_room(limit))))

@@ -151,19 +151,22 @@ class Modelled:
             return value, 0.0
         return value, form.room(self.full, self.x, value, measured.value, self._rounding)
 
-    def _of_one_mass(self, form: Modulus, measured: Measured) -> tuple[float, float]:
-        """Its value and room where one coordinate and one harmonic tell them outright; nan elsewhere."""
+    def _outright(self, form: Modulus, measured: Measured) -> tuple[float, float]:
+        """Its value and room where few coordinates and one harmonic tell them outright; nan elsewhere."""
         (drive, *others), model = form.drives, self.full
-        if others or form.rigid_link or model.n_free > 1 or len(drive.lines) > 1:
+        if others or form.rigid_link or len(drive.lines) > 1:
             return float("nan"), 0.0
         line, speed = drive.lines[0], measured.speeds[drive.name]
+        if model.n_free > 1:
+            ranges = not all(band.is_point for band in drive.bands)  # where its worst is looked for by them, too
+            return form.outright(model, self.x, speed) if ranges else float("nan"), 0.0
         size = abs(float(line.amplitude.at(np.array(speed)))) / mount_count(model, form.output, self.x)
         read, rest = reading(model, self.p, form.output, line, line.order * speed)
         value = size * abs(read)
         return value, self._rounding * value / rest if rest and not form.output.signs.any() else 0.0
 
     def _harmonic(self, form: Modulus, response: Response, measured: Measured, other: float) -> tuple[float, float]:
-        model, (alone, close) = self.full, self._of_one_mass(form, measured)
+        model, (alone, close) = self.full, self._outright(form, measured)
         if _within(alone, other, close):
             return alone, close
         if 0.0 in measured.speeds.values():

@@ -9,14 +9,17 @@ widens what is allowed, since k and c are never negative.
 from __future__ import annotations
 
 from dataclasses import field, replace
+from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import Form, Monomials
+from vibopt.forms.few import about_link
 from vibopt.forms.rational import Groups, Sampled, to_bernstein
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Term
 from vibopt.mechanics.monomial import product
+from vibopt.mechanics.small import Moebius
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.plane.conics import Conics
@@ -276,6 +279,9 @@ class LinkPlane:
 
     def _rows(self, limit: Limit, speeds: FloatArray, interval: Interval) -> FloatArray:
         """Rows (n_speeds, 5) of a response."""
+        form = limit.form.harmonic
+        if form is not None and self.other < 0 and (few := about_link(limit.model, form, speeds)) is not None:
+            return _discs(limit, few, 1.0, 1j * form.drives[0].lines[0].order * speeds)
         made = self._sampled(limit, speeds)
         group = self._link_group(made.groups)
         assert group is not None
@@ -347,26 +353,9 @@ class LinkPlane:
         if self._shared(limit):
             count = limit.model.counts[self._shared(limit)].scale
             n0, n1 = n0 / count, n1 / count
-        level = limit.bound**2
-        sign = 1.0 if limit.side == "at_most" else -1.0
-        square = np.abs(n1) ** 2 - level * np.abs(d1) ** 2
-        mixed = np.conj(n0) * n1 - level * np.conj(d0) * d1
-        rest = np.abs(n0) ** 2 - level * np.abs(d0) ** 2
-        rows = np.stack(
-            [
-                square * np.abs(fk) ** 2,
-                square * np.abs(fc) ** 2,
-                2.0 * (mixed * fk).real,
-                2.0 * (mixed * fc).real,
-                rest,
-            ],
-            axis=-1,
-        )
-        return np.asarray(sign * rows, dtype=float)
+        return _discs(limit, (n0, n1, d0, d1), fk, fc)
 
-    def moebius(
-        self, limit: Limit, speeds: FloatArray
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
+    def moebius(self, limit: Limit, speeds: FloatArray) -> Moebius:
         """n0, n1, d0, d1 of a response (n0 + n1 kappa) / (d0 + d1 kappa) at its speeds [rad/s]; no third variable."""
         made = self._sampled(limit, speeds)
         group = self._link_group(made.groups)
@@ -416,3 +405,24 @@ class LinkPlane:
 
 def _value(term: Term, x: FloatArray) -> float:
     return product(term.scale, x.tolist(), term.exponents.tolist())
+
+
+def _discs(limit: Limit, parts: Moebius, fk: Any, fc: Any) -> FloatArray:
+    """Rows (..., 5) of |n0 + n1 kappa| against the bound times |d0 + d1 kappa|, kappa = fk k + fc c."""
+    n0, n1, d0, d1 = parts
+    level = limit.bound**2
+    sign = 1.0 if limit.side == "at_most" else -1.0
+    square = np.abs(n1) ** 2 - level * np.abs(d1) ** 2
+    mixed = np.conj(n0) * n1 - level * np.conj(d0) * d1
+    rest = np.abs(n0) ** 2 - level * np.abs(d0) ** 2
+    rows = np.stack(
+        [
+            square * np.abs(fk) ** 2,
+            square * np.abs(fc) ** 2,
+            2.0 * (mixed * fk).real,
+            2.0 * (mixed * fc).real,
+            rest,
+        ],
+        axis=-1,
+    )
+    return np.asarray(sign * rows, dtype=float)
