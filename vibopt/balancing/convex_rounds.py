@@ -388,9 +388,9 @@ def likely_worst(scene: Scaled, M: ComplexArray, c: ComplexArray) -> Places:
     (Lawson, 1961; Ellacott and Williams, 1976, for complex data.)
     """
     weights, left = np.full(len(c), 1.0 / len(c)), np.abs(c)
-    x = np.zeros(scene.n_planes, dtype=complex)
+    x, across = np.zeros(scene.n_planes, dtype=complex), M.conj().T
     for _ in range(8 if scene.n_planes <= MANY_PLANES else 20):
-        heavy = M.conj().T * weights
+        heavy = across * weights
         square = heavy @ M
         square.flat[:: len(square) + 1] += 1e-12 * np.trace(square).real + 1e-300
         x = pull_in(scene, np.linalg.solve(square, -heavy @ c))

@@ -200,8 +200,9 @@ class Plane:
 
     def filled(self, weights: Sequence[Weight]) -> float:
         """What of the cap weights take [kg; kg m without a radius]."""
-        whole = ((weight.radius or 1.0) / self.radius if self.moment else 1.0 for weight in weights)
-        return sum((weight.mass * part for weight, part in zip(weights, whole, strict=True)), 0.0)
+        if self.moment:
+            return sum((weight.mass * ((weight.radius or 1.0) / self.radius) for weight in weights), 0.0)
+        return sum((weight.mass for weight in weights), 0.0)
 
     def _seated(self, holes: Sequence[int | None]) -> bool:
         """Whether weights sit one a hole, no more than there may be, and parts of a split one in neighbours."""

@@ -178,9 +178,12 @@ def _cosines(
 
 def _numbers(rows: Sequence[Sequence[str]]) -> FloatArray:
     """Rows of numbers as they stand in the file; zero where there is none."""
-    texts = [*chain.from_iterable(rows)]
-    every = texts if all(texts) else [text or "0" for text in texts]
-    return np.fromiter(map(float, every), float, len(every)).reshape(len(rows), -1)
+    count = sum(map(len, rows))
+    try:
+        found = np.fromiter(map(float, chain.from_iterable(rows)), float, count)
+    except ValueError:
+        found = np.array([float(text or "0") for text in chain.from_iterable(rows)])
+    return found.reshape(len(rows), -1)
 
 
 def _reading_unit(sensor: Sensor, unit: str) -> float:

@@ -117,11 +117,15 @@ def phasors(names: Texts, texts: list[Any]) -> list[Written] | None:
 
     None for others.
     """
-    first = _PHASOR.fullmatch(texts[0]) if texts and set(map(type, texts)) == {str} else None
+    try:
+        joined = "\n".join(texts)
+    except TypeError:  # where one is no text
+        return None
+    first = _PHASOR.fullmatch(texts[0]) if texts else None
     if first is None or not first[3]:
         return None
     between, behind = texts[0][first.end(1) : first.start(3)], texts[0][first.end(3) :]
-    pairs = f"{chr(10).join(texts)}\n".replace(between, "\t").replace(f"{behind}\n", "\n")
+    pairs = f"{joined}\n".replace(between, "\t").replace(f"{behind}\n", "\n")
     if pairs.translate(_NO_SIGNS) != "\t\n" * len(texts):
         return None
     parts, n = tuple(pairs[:-1].replace("\t", "\n").split("\n")), len(names)
