@@ -126,14 +126,17 @@ def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes, br
 
 
 def _moved(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
-    name = dotted(path)
-    held = not any(one.startswith(("links", "mounts", "absorbers", "structures", "rotors")) for one in broken)
-    held = held and set().union(*places.ends(scene).values()) <= set(places.points(scene))
-    if response.sags and held:
-        _sags(scene, path, name, next(place for place, _ in response.places().values()), mistakes)
+    if response.sags and _is_joined(scene, broken):
+        _sags(scene, path, dotted(path), next(place for place, _ in response.places().values()), mistakes)
     fits = check_random(scene, path, response, mistakes, broken)
     if fits and isinstance(response, HarmonicResponse):
         check_speeds(scene, path, response, mistakes, broken)
+
+
+def _is_joined(scene: Scene, broken: set[str]) -> bool:
+    """Whether all that joins could be read and ends at something."""
+    unread = any(one.startswith(("links", "mounts", "absorbers", "structures", "rotors")) for one in broken)
+    return not unread and set().union(*places.ends(scene).values()) <= set(places.points(scene))
 
 
 def _sags(scene: Scene, path: Path, name: str, place: str, mistakes: Mistakes) -> None:
