@@ -13,7 +13,7 @@ import vibopt as vo
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.devices import FAMILIES
 from vibopt.devices.device import Device, Ends
-from vibopt.devices.link import TwoEnds
+from vibopt.devices.ends import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder

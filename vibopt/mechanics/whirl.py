@@ -88,7 +88,7 @@ def rotor_threshold(
         dynamic = dynamic + whirl * spin * polar
         for _ in range(1 if turn else 4):
             moved = np.linalg.solve(dynamic, moved)
-            moved /= np.abs(moved).max()
+            moved /= moved[np.abs(moved).argmax()]  # real but for what damps: rounding of what is stiff stays real
         along = -2.0 * whirl * mass + 1j * (fixed + rotating) + spin * polar
         value, by_whirl, by_spin = (moved @ one @ moved for one in (dynamic, along, whirl * polar - 1j * rotating))
         table = [[by_whirl.real, by_spin.real], [by_whirl.imag, by_spin.imag]]

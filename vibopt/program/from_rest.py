@@ -21,6 +21,8 @@ from vibopt.signals import Band
 
 _NOTHING = 1e-12
 """Part of its terms that a sum must have not to be rounding."""
+_PLAIN = 1e-6
+"""Part of what is usual below which what grows towards standstill is rounding: ten decades further on it is no more."""
 _FIRST = 1e-10
 """First speed over that of the slowest mode, or over the highest speed."""
 
@@ -74,10 +76,12 @@ def from_rest(model: Model, form: Modulus, x: FloatArray) -> Modulus:
     for drive in form.drives:
         order = max(line.order for line in drive.lines)
         tops = [band.high for band in drive.bands if 0.0 < band.high < np.inf]
-        first = _FIRST * min(float(slowest) / order, *tops, np.inf)
-        here, above = DriveResponse(model, form, drive, x)(first * np.array([1.0, 10.0]))
+        far = min(float(slowest) / order, *tops, np.inf)
+        first = _FIRST * far
+        here, above, typical = DriveResponse(model, form, drive, x)(np.array([first, 10.0 * first, 0.5 * far]))
+        grows = not here <= max(2.0 * above, _PLAIN * typical if np.isfinite(typical) else 0.0)
         begins = any(band.low == 0.0 for band in drive.bands)
-        endless += [drive.name] if begins and not here <= 2.0 * above and _may_drift(model, form) else []
+        endless += [drive.name] if begins and grows and _may_drift(model, form) else []
         bands = (Band(first, max(first, band.high)) if band.low == 0.0 else band for band in drive.bands)
         drives.append(replace(drive, bands=tuple(bands)))
     return replace(form, drives=tuple(drives), endless=tuple(endless))
