@@ -274,6 +274,7 @@ def six_springs(at: np.ndarray, stiff: np.ndarray, centre: np.ndarray) -> np.nda
     return whole
 
 
+@pytest.mark.slow
 def test_generator_set_on_six_over_the_tolerances_by_brute_force() -> None:
     """3600 combinations, each on 81 machines: mass, centre and both rubbers off; cheapest first until ten will do."""
     rows, base = parts(), np.array([[x, y, 0.0] for x in (1.2, -1.2) for y in (0.45, -0.45)])

@@ -172,7 +172,7 @@ def test_over_tolerances_the_best_is_the_best_of_all_that_hold_one_by_one(
     tmp_path: Path, printed: bool, seed: int, goal: str
 ) -> None:
     """Every combination as an analysis of its own, with the tolerances of its parts."""
-    scene = scene_of(tmp_path, seed, two=False, goal=goal, parts=8)
+    scene = scene_of(tmp_path, seed, two=False, goal=goal, parts=5)
     document = copy.deepcopy(dict(scene.document))
     document["links"]["a"].pop("relative_to", None)
     rows = (tmp_path / "random.csv").read_text(encoding="utf-8").splitlines()

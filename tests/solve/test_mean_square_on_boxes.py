@@ -113,7 +113,7 @@ def test_many_designs_at_once_are_each_by_itself(count: int, damped: float, seed
     assert not np.isfinite(together).all() or damped > 1e-9
 
 
-@pytest.mark.parametrize("count", [1, 2])
+@pytest.mark.parametrize("count", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_the_least_mean_square_is_proven(count: int) -> None:
     """By boxes of all three numbers of an absorber; a search of another kind finds nothing less."""
     found = solve(from_dict(scene(count)), explain=False)

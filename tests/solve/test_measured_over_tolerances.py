@@ -56,7 +56,9 @@ of = "fan"
     )
 
 
-@pytest.mark.parametrize("job", JOBS)
+@pytest.mark.parametrize(
+    "job", [pytest.param(one, marks=pytest.mark.slow) if one == "any duration" else one for one in JOBS]
+)
 def test_a_measure_is_judged_as_the_limit_of_the_same_question(job: str) -> None:
     measured = _answered(job, "measures")
     row = measured.measures["level"]

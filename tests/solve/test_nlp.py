@@ -370,7 +370,14 @@ def test_starts_spread_over_the_box_and_begin_in_its_middle() -> None:
     assert any(isinstance(one.form, Modulus) for one in program.limits)
 
 
-@pytest.mark.parametrize("masses", [(0.3233939457538378, 0.27272036012866463), (0.4, 0.3, 0.3), (0.1, 0.6, 0.2)])
+@pytest.mark.parametrize(
+    "masses",
+    [
+        (0.3233939457538378, 0.27272036012866463),
+        (0.4, 0.3, 0.3),
+        pytest.param((0.1, 0.6, 0.2), marks=pytest.mark.slow),
+    ],
+)
 def test_no_order_of_unlike_absorbers_is_better_than_the_one_found(masses: tuple[float, ...]) -> None:
     """The heavier tuned higher or lower: each is a local optimum, and four starts may agree on the worse one."""
     program = unlike_absorbers(masses)
@@ -386,7 +393,9 @@ def test_no_order_of_unlike_absorbers_is_better_than_the_one_found(masses: tuple
     assert apart > 0.05, "different designs are compared"
 
 
-@pytest.mark.parametrize(("sense", "goal"), [("minimise", 1.0), ("maximise", 5000.0)])
+@pytest.mark.parametrize(
+    ("sense", "goal"), [("minimise", 1.0), pytest.param("maximise", 5000.0, marks=pytest.mark.slow)]
+)
 def test_a_goal_at_the_end_of_its_range_is_proven(sense: str, goal: float) -> None:
     """Poles of two bodies have no bounds, and none are needed."""
     made = solve(

@@ -159,7 +159,7 @@ def _storeys(count: int, **changes: Any) -> dict[str, Any]:
     }
 
 
-@pytest.mark.parametrize("count", [2, 3])
+@pytest.mark.parametrize("count", [2, pytest.param(3, marks=pytest.mark.slow)])
 def test_identical_absorbers_are_put_on_each_set_of_places_once_and_the_best_is_that_of_all_orders(count: int) -> None:
     document = _storeys(count)
     design = solve(from_dict(document))

@@ -171,7 +171,7 @@ def test_rows_are_weighed_as_by_a_linear_program(seed: int, n: int, limited: boo
             assert -2e-2 * 10.0**size <= bound[box] + 9.0 - found.fun <= 1e-6 * 10.0**size + 1e-12
 
 
-@pytest.mark.parametrize("on", [(0, 0), (0, 1), (1, 1)])
+@pytest.mark.parametrize("on", [(0, 1), *(pytest.param(one, marks=pytest.mark.slow) for one in ((0, 0), (1, 1)))])
 def test_two_absorbers_are_proven_best_of_all_that_tune(on: tuple[int, int]) -> None:
     found = solve(from_dict(scene(on)))
     assert found.status == "optimal"

@@ -63,7 +63,9 @@ def test_three_in_series_of_any_mass() -> None:
     assert magnified(scene([None] * 3, series=True, total=5.0)) == pytest.approx(4.78408, rel=1e-5)
 
 
-@pytest.mark.parametrize("name", REACHED)
+@pytest.mark.parametrize(
+    "name", [pytest.param(one, marks=pytest.mark.slow) if "any mass" in one else one for one in REACHED]
+)
 def test_a_search_of_another_kind_finds_nothing_better(name: str) -> None:
     """And none is below what impedances allow."""
     masses, series, reached = REACHED[name]

@@ -35,7 +35,9 @@ PLACES: dict[str, dict[str, str]] = {
 
 @pytest.mark.parametrize("sense", MEASURED)
 @pytest.mark.parametrize("response", PLACES)
-@pytest.mark.parametrize("loose", [False, True], ids=["exact", "with a tolerance"])
+@pytest.mark.parametrize(
+    "loose", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["exact", "with a tolerance"]
+)
 def test_the_measure_that_a_goal_becomes_has_its_value(sense: str, response: str, loose: bool) -> None:
     document = copy.deepcopy(DOCUMENT)
     document["goal"] = {sense: response, **PLACES[response], "due_to": ["e"]}
