@@ -40,7 +40,7 @@ from vibopt.verify.as_built import machine_of
 Solved = Callable[[str], Design]
 DAY = date(2026, 1, 31)
 ROOT = Path(__file__).parents[2] / "problems"
-SPACE = ("generator_set", "genset_front_and_rear", "focalised_engine", "pump_flange", "inertia_base")
+SPACE = ("generator_set", "genset_front_and_rear", "focalised_engine", "pump_with_absorber", "inertia_base")
 WAYS = ("x", "y", "z", "rx", "ry", "rz")
 MOUNTS = (ROOT / "mounts/mounts.csv").read_text(encoding="utf-8-sig").splitlines()
 HEADS = MOUNTS[0].split(";")

@@ -261,20 +261,23 @@ def _shaft(draw: Draw, made: Drawn, between: list[str], inertia: float) -> dict[
 
 def with_absorber(draw: Draw, made: Drawn) -> Drawn:
     """The same machine with an absorber on one of its points, now and then with two, one upon the other."""
-    under = [*made.names("bodies"), *made.points]
+    under = [*made.names("bodies"), *made.points, *(made.names("points") if made.spatial else [])]
     host: Any = draw.pick(under)
     alike = [one for one in made.names("bodies") if one not in made.spatial]
     if len(alike) > 1 and draw.chance(0.2):
         host = {"one_of": alike[:2]}
-    made.put("absorbers", "tmd", _absorber(draw, made, host))
-    if draw.chance(0.1):
-        made.put("absorbers", "upper", _absorber(draw, made, "tmd"))
+    for name, under_it in (("tmd", host), ("upper", "tmd")):
+        if name == "tmd" or draw.chance(0.1):
+            table = _absorber(draw, made, under_it)
+            made.put("absorbers", name, table)
+            made.spatial |= {name} if "direction" in table else set()
     return made
 
 
 def with_inerter(draw: Draw, made: Drawn) -> Drawn:
     """The same machine with an inerter between two of its points, or from one to a support."""
-    moving = [*made.names("bodies", "absorbers"), *made.points]
+    sliding = made.spatial & {*made.names("absorbers")}
+    moving = [one for one in (*made.names("bodies", "absorbers"), *made.points) if one not in sliding]
     supports = ["ground", *made.names("bases")]
     one = draw.pick([end for end in moving if end in made.spatial] or moving)
     other = draw.pick([end for end in (*moving, *supports) if end != one])
@@ -297,18 +300,23 @@ def _absorber(draw: Draw, made: Drawn, host: Any) -> dict[str, Any]:
     mass = draw.size(0.02, 0.3) if around else draw.size(2.0, 40.0)
     heavy = "inertia" if around else "mass"
     table: dict[str, Any] = {"on": host}
+    slides = isinstance(host, str) and host in made.spatial
+    if slides:
+        table["direction"] = draw.pick(["x", "y", "z", [0.6, 0, 0.8]])
+        table |= {"at": ["0.4 m", "0.1 m", "0.3 m"]} if host == "machine" and draw.chance(0.5) else {}
     if host in made.points or draw.chance(0.5):
         table[heavy] = draw.value(mass, heavy, spread=3.0, vary=0.3)
     else:
         table["mass_ratio"] = draw.value(draw.size(0.02, 0.2), "ratio", spread=2.0, vary=0.3)
-    springs = ["tuning", "frequency", "stiffness", "tuning", ""] + ([] if around else ["length"])
+    springs = ["tuning", "frequency", "stiffness", "tuning"] + ([] if slides else [""] if around else ["", "length"])
     spring = draw.pick(springs)
     if spring == "stiffness":
         key = "torsional_stiffness" if around else "stiffness"
         table[key] = draw.value(mass * made.rate**2, key)
     elif spring == "tuning":
         table |= {"tuning": draw.value(0.95, "ratio", spread=1.5)}
-        table |= draw.pick([{}, {}, {"tuning_to": draw.said(made.rate, "angular_rate")}])
+        tuned = {"tuning_to": draw.said(made.rate, "angular_rate")}
+        table |= draw.pick([{"mode": 2}, tuned] if slides else [{}, {}, tuned])
     elif spring:
         typical = made.rate if spring == "frequency" else GRAVITY / made.rate**2
         table[spring] = draw.value(typical, {"frequency": "angular_rate", "length": "length"}[spring], spread=1.5)

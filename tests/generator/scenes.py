@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from asking import Table, beside, candidates, closed, mistakes, question
-from draw import Draw
+from draw import Draw, aside
 from machines import (
     Drawn,
     about_an_axis,
@@ -74,6 +74,8 @@ def scene(seed: int, folder: Path, *, small: bool = False) -> Drawn:
         made = build(rolls)
         made.folder = folder
         made = with_absorber(rolls, made) if absorber else made
+        if spatial and (more := aside(made.document)).chance(0.25):
+            made = with_absorber(more, made)
         made = with_inerter(rolls, made) if rolls.chance(0.15) and build is not that_spins else made
         made.lay()
         many = 0 if build is that_spins else rolls.pick([1, 1, 2])  # beyond its threshold nothing steady is known

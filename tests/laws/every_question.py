@@ -17,10 +17,11 @@ WAYS: tuple[dict[str, Any], ...] = (
 
 
 def machine(motion: str, *, opened: bool) -> dict[str, Any]:
-    """A body of some motion on two groups of mounts over a floor on a line, beside a shaft."""
+    """A body of some motion with an absorber, on two groups of mounts over a floor on a line, beside a shaft."""
     stiff = {"from": "0.2 MN/m", "to": "5 MN/m"} if opened else "0.9 MN/m"
     inertia: Any = {"space": ["31 kg m2", "62 kg m2", "59 kg m2"], "plane": "62 kg m2"}.get(motion)
     body: dict[str, Any] = {"mass": "180 kg", "centre": ["0.05 m", "0 m", "0.4 m"], "motion": motion}
+    tmd = {"on": "eye", "direction": [0.6, 0, 0.8]} if inertia else {"on": "pump"}
     corners = [(0.6, 0.4), (0.6, -0.4), (-0.6, 0.4), (-0.6, -0.4)]
     return {
         "title": "everything",
@@ -30,6 +31,7 @@ def machine(motion: str, *, opened: bool) -> dict[str, Any]:
             "disc": {"inertia": "2 kg m2"},
         },
         "points": {"eye": {"on": "pump", "at": ["0.3 m", "0.1 m", "0.9 m"]}} if inertia else {},
+        "absorbers": {"tmd": {**tmd, "mass": "9 kg", "frequency": "14 Hz", "damping_ratio": 0.1}},
         "links": {
             "girder": {
                 "between": ["floor", "ground"],
@@ -74,7 +76,7 @@ def machine(motion: str, *, opened: bool) -> dict[str, Any]:
 
 def questions(kinds: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Tables of a measure without its name: kind, place and way."""
-    names = ["pump", "floor", "disc", "eye", "girder", "shaft", "foot", "foot.2", "stay", "ground"]
+    names = ["pump", "floor", "disc", "eye", "girder", "shaft", "foot", "foot.2", "stay", "tmd", "ground"]
     for kind, cls in kinds.items():
         for key in ("of", "into", "through", "across"):
             if key in cls.model_fields:

@@ -288,7 +288,7 @@ CASES: dict[type[Form], tuple[Form, Callable[[Any], Any]]] = {
     Amplification: (Amplification(_READ, (replace(_DRIVE, bands=(Band(5.0, 25.0),)),)), _amplified),
     DampedCriticalSpeed: (DampedCriticalSpeed(1.0, 2, (), 0.0), _as_fast),
     DecayRate: (DecayRate(), lambda x: min(-one.real for one in _poles(x))),
-    EnergyShare: (EnergyShare(np.array([1.0, 0.0])), _share),
+    EnergyShare: (EnergyShare(np.array([1.0, 0.0]), ""), _share),
     FreeMotion: (FreeMotion(_ROW, np.array([0.01, 0.02]), np.array([0.0, 0.1]), 0.03), _after),
     LogDecrement: (LogDecrement(1), lambda x: min(2 * mp.pi * -s.real / s.imag for s in _poles(x) if s.imag > 0)),
     ModeDamping: (ModeDamping(1), _ratio),

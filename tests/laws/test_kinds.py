@@ -181,7 +181,7 @@ def machines() -> dict[str, dict[str, Any]]:
         if motion != "line":
             stands = {"at": ["0.5 m", "0.1 m", "0.2 m"], "direction": [0.6, 0, 0.8]}
             document["inerters"]["leaning"] = {"between": ["pump", "floor"], "inertance": "60 kg", **stands}
-        document["absorbers"] = {"tmd": {"on": "floor", "mass_ratio": 0.05, "frequency": "8 Hz", "loss_factor": 0.2}}
+        document["absorbers"]["low"] = {"on": "floor", "mass_ratio": 0.05, "frequency": "8 Hz", "loss_factor": 0.2}
         made[motion] = document
     modes = [{"frequency": "4 Hz", "damping_ratio": 0.02, "modal_mass": "3 t", "shape": {"mid": 1.0}}]
     made["structure"] = {
@@ -290,7 +290,7 @@ def questions(kind: str) -> dict[str, dict[str, Any]]:
     return asked
 
 
-PLACES = ("pump", "floor", "disc", "eye", "girder", "shaft", "foot.2", "wheel", "ground", "deck")
+PLACES = ("pump", "floor", "disc", "eye", "girder", "shaft", "foot.2", "wheel", "tmd", "ground", "deck")
 
 
 @pytest.mark.parametrize("motion", ["line", "space", pytest.param("plane", marks=pytest.mark.slow)])

@@ -63,9 +63,9 @@ class Body:
         return np.asarray(np.linalg.solve(stiffness - omega**2 * self.whole, load))
 
 
-def peak(response: Callable[[float], float], low: float, high: float) -> float:
+def peak(response: Callable[[float], float], low: float, high: float, points: int = 4001) -> float:
     """Greatest value over a range, from a fine grid and a search around its best."""
-    grid = np.linspace(low, high, 4001)
+    grid = np.linspace(low, high, points)
     best = grid[int(np.argmax([response(one) for one in grid]))]
     step = grid[1] - grid[0]
     bounds = max(best - step, low), min(best + step, high)
@@ -198,6 +198,59 @@ def pump_flange() -> dict[str, float | str]:
     }
 
 
+def pump_with_absorber() -> dict[str, float | str]:
+    """A slide answers along y with its apparent mass and across with its own; for each damping the spring that makes
+    the peak as high as the end, then the damping with the lowest of both.
+    """
+    body, mass, end = _pump(), 25.0, rpm(1500)
+    held = body.stiffness(corners(0.7, 0.25), [UP] * 4, 0.9e6, 0.54e6)
+    dash = body.stiffness(corners(0.7, 0.25), [UP] * 4, 1.2e3, 0.72e3)
+    flange = carried(np.array([0.75, 0, 0.35]), body.centre)
+    load = carried(np.array([0.5, 0, 0.35]), body.centre).T @ np.array([0, 1, -1j])
+
+    def moved(w: float, own: float, zeta: float) -> tuple[Complex, complex]:
+        pulls = mass * (own**2 + 2j * zeta * own * w)
+        part = pulls / (pulls - w**2 * mass)
+        whole = held + 1j * w * dash - w**2 * (flange.T @ np.diag([mass, mass * part, mass]) @ flange)
+        six = body.motion(whole, w, 0.04 * w**2 * load)
+        return six, complex(flange[1] @ six) * (part - 1.0)
+
+    def side(w: float, own: float, zeta: float) -> float:
+        return float(abs(flange[1] @ moved(w, own, zeta)[0]))
+
+    def level(own: float, zeta: float) -> float:
+        return peak(lambda w: side(w, own, zeta), rpm(900), rpm(1200), 31)
+
+    def tuned(zeta: float) -> float:
+        return float(brentq(lambda own: level(own, zeta) - side(end, own, zeta), 120.0, 140.0, xtol=1e-11))
+
+    bounds, fine = (0.24, 0.28), {"xatol": 1e-9}
+    zeta = float(minimize_scalar(lambda z: side(end, tuned(z), z), bounds=bounds, method="bounded", options=fine).x)
+    own = tuned(zeta)
+    rows, heavy = np.zeros((7, 7)), np.zeros((7, 7))
+    heavy[:6, :6], rows[:6, :6], rows[6, 6] = body.whole, held.real, mass * own**2
+    for k in range(3):
+        row = np.append(flange[k], float(k == 1))
+        heavy += mass * np.outer(row, row)
+    squares = np.linalg.eigvals(np.linalg.solve(heavy, rows)).real
+    sag = np.linalg.solve(held.real, GRAVITY * (body.mass * np.eye(6)[2] + mass * flange[2]))
+    loads = [0.9e6 * carried(one, body.centre)[2] @ sag for one in corners(0.7, 0.25)]
+
+    def floor(w: float) -> float:
+        return float(abs((held + 1j * w * dash)[1] @ moved(w, own, zeta)[0]))
+
+    return {
+        "status": "optimal",
+        "goal": side(end, own, zeta),
+        "variables.absorbers.slide.frequency": own,
+        "variables.absorbers.slide.damping_ratio": zeta,
+        "limits.travel.value": peak(lambda w: abs(moved(w, own, zeta)[1]), rpm(600), end),
+        "measures.load.value": float(max(loads)),
+        "measures.floor.value": peak(floor, rpm(600), end),
+        "measures.highest.value": float(np.sqrt(squares.max())),
+    }
+
+
 def inertia_base() -> dict[str, float | str]:
     """Thirteen coordinates: two bodies in space and a floor; the block as heavy as the floor needs."""
     centre, low = np.array([0.12, 0, 0.55]), np.array([0.0, 0, -0.25])
@@ -237,5 +290,6 @@ ROUTES: dict[str, Callable[[], dict[str, float | str]]] = {
     "generator_set": generator_set,
     "focalised_engine": focalised_engine,
     "pump_flange": pump_flange,
+    "pump_with_absorber": pump_with_absorber,
     "inertia_base": inertia_base,
 }

@@ -55,6 +55,34 @@ def shaken(**words: Any) -> Edit:
     return lambda document: document["excitations"].update(shaker=words)
 
 
+def slides(
+    measure: dict[str, Any] | None = None, force: dict[str, Any] | None = None, link: str = "", plane: bool = False,
+    **words: Any,
+) -> Edit:  # fmt: skip
+    """Put an absorber on the body, beside a floor, a disc and a point; a key that is None is left out."""
+
+    def edit(document: dict[str, Any]) -> None:
+        table = {"on": "box", "direction": "z", "mass": "1 kg", "frequency": "10 Hz", **words}
+        document["absorbers"] = {"tmd": {key: value for key, value in table.items() if value is not None}}
+        document["points"] = {"lid": {"on": "box", "at": ["0 m", "0 m", "1 m"]}}
+        document["bodies"] |= {"floor": {"mass": "2 t"}, "disc": {"inertia": "2 kg m2"}}
+        shaft = {"between": ["disc", "ground"], "torsional_stiffness": "1 kN m/rad"}
+        document["links"] = {"slab": {"between": ["floor", "ground"], "stiffness": "1 MN/m"}, "shaft": shaft}
+        if plane:
+            box(motion="plane", inertia="620 kg m2")(document)
+        if link == "links":
+            document["links"]["arm"] = {"between": ["tmd", "ground"], "stiffness": "1 MN/m"}
+        elif link:
+            stands = {"at": ["0 m", "0 m", "1 m"], "direction": "z"}
+            document[link] = {"arm": {"between": ["tmd", "ground"], "inertance": "3 kg", **stands}}
+        document["excitations"]["shaker"] = force or document["excitations"]["shaker"]
+        document["measures"] |= {"asked": {**measure, **HEARD.get(measure["response"], {})}} if measure else {}
+
+    return edit
+
+
+HEARD = {key: {"at": "1500 rpm"} for key in ("twist", "transmitted_force", "displacement")}
+"""How a vibration is asked for."""
 CASES: list[tuple[Edit, str]] = [
     (
         box(inertia=["310 kg m2", "620 kg m2", "990 kg m2"]),
@@ -216,7 +244,119 @@ CASES: list[tuple[Edit, str]] = [
     (
         lambda document: document.update(absorbers={"tmd": {"on": "box", "mass": "1 kg", "frequency": "10 Hz"}}),
         "box.toml: absorbers.tmd ends at box, which moves in space, but it works along one line only."
-        " Put it on a body on a line.",
+        ' Say which way it slides: direction = "z".',
+    ),
+    (
+        slides(on="bix"),
+        'box.toml: absorbers.tmd.on = "bix" names no body, absorber or point of a structure of this scene. Did you '
+        'mean "box"?',
+    ),
+    (
+        slides(direction=None, at=["0 m", "0 m", "1 m"]),
+        'box.toml: absorbers.tmd has at, but no direction. Say which way it slides: direction = "z".',
+    ),
+    (
+        slides(on="box", mass="2 t", at=["2 m", "0 m", "1 m"]),
+        "box.toml: the centre of mass of bodies.box with its absorbers lies outside its mounts: foot.3 is lifted with "
+        '2.098 kN. Place a mount beyond it; or, for a mount that may pull, ask for response = "static_load" of foot.',
+    ),
+    (
+        slides(on="lid", at=["0 m", "0 m", "1 m"]),
+        "box.toml: absorbers.tmd has at, but lid is a place already. Remove at, or name the body.",
+    ),
+    (
+        slides(on="floor"),
+        "box.toml: absorbers.tmd has a direction, but floor knows one line only. Remove direction.",
+    ),
+    (
+        slides(on="disc"),
+        'box.toml: absorbers.tmd.mass is along a line, but disc turns. Write inertia = "0.8 kg m2".\n'
+        "box.toml: absorbers.tmd has a direction, but disc knows one axis only. Remove direction.",
+    ),
+    (
+        slides(on={"one_of": ["lid", "floor"]}),
+        "box.toml: absorbers.tmd.on is to be chosen, but there is no [goal] that says which place is best. Add [goal] "
+        'with minimise = "displacement" and of = "BODY", for example.\n'
+        "box.toml: absorbers.tmd has a direction, but floor knows one line only. Remove direction.",
+    ),
+    (
+        slides(frequency=None, damping="1 kN s/m"),
+        "box.toml: absorbers.tmd slides along a direction in space without a spring, so that nothing says where it "
+        'rests. Give it a spring: frequency = "12 Hz", or a stiffness.',
+    ),
+    (
+        slides(frequency=None, length="1 m"),
+        "box.toml: absorbers.tmd has a direction, along which it slides, and length, which is of a pendulum. Write its "
+        'frequency instead: frequency = "2 Hz".',
+    ),
+    (
+        slides(mass=None, inertia="1 kg m2"),
+        "box.toml: absorbers.tmd has a direction, along which it slides, and inertia, which is about an axis. Write "
+        'mass = "20 kg".',
+    ),
+    (
+        slides(frequency=None, tuning=1.0),
+        "box.toml: absorbers.tmd.tuning = 1.0 has no frequency to refer to: without absorbers there are 8 natural "
+        'frequencies. Add mode = 1, which is the lowest. Write tuning_to = "25 Hz", or the frequency of the absorber.',
+    ),
+    (
+        slides(measure={"response": "tuning", "of": "tmd"}),
+        "box.toml: measures.asked asks for the tuning of tmd, but it has no frequency to refer to: without absorbers "
+        "there are 8 natural frequencies. Add mode = 1, which is the lowest. Ask for its own_frequency.",
+    ),
+    (
+        slides(direction="y", plane=True),
+        "box.toml: absorbers.tmd slides along y, but bodies.box moves in a plane: along x and z, and about y. Write "
+        'direction = "x", or "z".',
+    ),
+    (
+        slides(link="links"),
+        "box.toml: links.arm ends at tmd, an absorber in space, on which only another absorber may sit. End it at box.",
+    ),
+    (
+        slides(link="inerters"),
+        "box.toml: inerters.arm ends at tmd, an absorber in space, on which only another absorber may sit. End it at "
+        "box.",
+    ),
+    (
+        slides(force={"kind": "force", "on": "tmd", "direction": "z", "amplitude": "2 kN", "speed": "1500 rpm"}),
+        "box.toml: excitations.shaker acts on tmd, an absorber in space, which only its host moves. Act on box.",
+    ),
+    (
+        slides(measure={"response": "transmitted_force", "into": "tmd", "direction": "z"}),
+        'box.toml: measures.asked asks for the transmitted_force into tmd, an absorber. Write through = "tmd".',
+    ),
+    (
+        slides(on="lid", measure={"response": "transmitted_force", "into": "box", "direction": "z"}),
+        "box.toml: measures.asked asks for the transmitted_force into box, on which absorbers.tmd slides: its guide "
+        'pushes beside the springs. Ask into what carries it, for example into = "ground", or through a mount.',
+    ),
+    (
+        slides(measure={"response": "transmitted_force", "through": "tmd", "direction": "z"}),
+        "box.toml: measures.asked has a direction, but tmd slides along its own. Remove direction.",
+    ),
+    (
+        slides(measure={"response": "static_deflection", "of": "tmd", "direction": "z"}),
+        "box.toml: measures.asked has a direction, but tmd slides along its own. Remove direction.",
+    ),
+    (
+        slides(measure={"response": "displacement", "of": "tmd"}),
+        'box.toml: measures.asked asks for the displacement of tmd in no direction. Add direction = "z", or "x" or '
+        '"y".',
+    ),
+    (
+        slides(measure={"response": "tilt", "of": "tmd", "axis": "x"}),
+        "box.toml: measures.asked asks for the tilt of tmd, which is an absorber. Name a body in space.",
+    ),
+    (
+        slides(measure={"response": "twist", "across": "tmd"}),
+        "box.toml: measures.asked asks for the twist of tmd, which moves along a line. Write response = "
+        '"relative_displacement".',
+    ),
+    (
+        slides(measure={"response": "loss_factor", "of": "tmd"}),
+        "box.toml: measures.asked asks for the loss_factor of tmd, but absorbers.tmd has no loss_factor. Add it, or "
+        "ask for something else.",
     ),
     (
         asks(response="displacement", of="box"),

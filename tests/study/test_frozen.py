@@ -29,6 +29,7 @@ SAVED = [
     "isolation/press_on_rubber.toml",
     "mounts/generator_set.toml",
     "mounts/pump_flange.toml",
+    "mounts/pump_with_absorber.toml",
     "mounts/genset_front_and_rear.toml",
     "mounts/inertia_base.toml",
     "absorbers/footbridge_marching.toml",

@@ -18,6 +18,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.monomial import Monomial
 from vibopt.records import dataclass
 from vibopt.values import Fact, Tolerance, Value, number, word
+from vibopt.values.directions import Direction, Place
 from vibopt.values.fields import complaint
 
 
@@ -70,12 +71,16 @@ class AbsorberTable(OneLink):
     """`[absorbers.NAME]`: its mass, its spring and its damper, each in one of several ways.
 
     Its name is at once a point (its mass), a link (its spring and damper, from what it sits on to its
-    mass) and a body.
+    mass) and a body.  In space it slides along `direction` on what it sits on: across that its mass goes with its host
+    as a part of it, which adds to what the host has to carry and to turn.
 
     Keys
     ----
     on: What it sits on, a body, a point of a structure or another absorber: `on = "deck"`; or places of which the best
-        is found: `on = { one_of = ["floor1", "floor2"] }`. Refused on bodies in space.
+        is found: `on = { one_of = ["floor1", "floor2"] }`. In space a body, a point of it, or another absorber.
+    at: In space its place on the body, from the common origin; without it the centre of mass, or the point that it is
+        on: `at = ["0.8 m", "0 m", "0.6 m"]`. Refused along a line.
+    direction: In space, which way it slides: `direction = "z"`. Compulsory there, refused along a line.
     mass: Its mass. One of `mass`, `mass_ratio`, `inertia`, `disc`.
     mass_ratio: Its mass over that of what it sits on, or of `relative_to`, which counts what rolling adds:
         `mass_ratio = 0.02`.
@@ -101,6 +106,8 @@ class AbsorberTable(OneLink):
     """
 
     on: On
+    at: Place | None = None
+    direction: Direction | None = None
     mass: Value | None = number("mass")
     mass_ratio: Value | None = number("ratio", most=1e6)
     relative_to: str | None = None
@@ -124,7 +131,7 @@ class AbsorberTable(OneLink):
     around: ClassVar[tuple[str, ...]] = _AROUND
     elastic: ClassVar[tuple[str, ...]] = _SPRINGS
     exchangeable: ClassVar[bool] = True
-    in_space: ClassVar[str] = "Put it on a body on a line."
+    in_space: ClassVar[str] = 'Say which way it slides: direction = "z".'
     other_way: ClassVar[Mapping[str, str]] = {
         **OTHER_WAY,
         "mass": 'inertia = "0.8 kg m2"',
@@ -148,6 +155,7 @@ class AbsorberTable(OneLink):
                 "one or the other."
             )
         self._complete(springs, dampers)
+        self._check_space(springs)
         return self
 
     def _complete(self, springs: list[str], dampers: list[str]) -> None:
@@ -167,6 +175,32 @@ class AbsorberTable(OneLink):
             raise word("has tuning_to and mode. Keep one: either says what the tuning refers to.")
         if self.mode is not None and self.mode < 1:
             raise word("has a mode below 1. Modes are counted from 1, the lowest.")
+
+    def _check_space(self, springs: list[str]) -> None:
+        if self.direction is None:
+            if self.at is not None:
+                raise word('has at, but no direction. Say which way it slides: direction = "z".')
+            return
+        around = self._given(_AROUND)
+        if around:
+            raise word(
+                f"has a direction, along which it slides, and {around[0]}, which is about an axis. Write "
+                f"{self.other_way[around[0]]}."
+            )
+        if not springs:
+            raise word(
+                "slides along a direction in space without a spring, so that nothing says where it rests. Give it a "
+                'spring: frequency = "12 Hz", or a stiffness.'
+            )
+        if self.length is not None:
+            raise word(
+                "has a direction, along which it slides, and length, which is of a pendulum. Write its frequency "
+                'instead: frequency = "2 Hz".'
+            )
+
+    @property
+    def placed(self) -> bool:
+        return self.direction is not None
 
     @property
     def host(self) -> str:
@@ -202,6 +236,9 @@ class AbsorberTable(OneLink):
         return {name: (self.host, name)}
 
     def declare(self, builder: ModelBuilder, name: str) -> None:
+        if self.direction is not None:
+            builder.add_slider(name, self.direction)
+            return
         builder.add_coordinate(name)
         builder.add_point(name, {name: 1.0})
 
@@ -209,10 +246,13 @@ class AbsorberTable(OneLink):
         """Add the terms; what it sits on and refers to is known to the builder already."""
         mass = self._mass(builder, name, symbols)
         builder.masses[name] = mass
-        builder.add_inertia(name, mass, weighs=not builder.turning.get(self.host, False))
         builder.turning[name] = builder.turning.get(self.host, False)
-        builder.add_link(name, (self.host, name), Monomial(1.0))
-        base = builder.masses.get(self.relative_to or self.host)
+        if self.direction is not None:
+            builder.add_mass_of_slider(name, mass)
+        else:
+            builder.add_inertia(name, mass, weighs=not builder.turning[name])
+            builder.add_link(name, (self.host, name), Monomial(1.0))
+        base = builder.masses.get(self._base(builder, name))
         if base is not None:
             builder.properties[name, "mass_ratio"] = mass * symbols.nominal(base) ** -1.0
         stiffness = self._stiffness(builder, name, symbols, mass)
@@ -226,13 +266,17 @@ class AbsorberTable(OneLink):
         read = partial(self._read, name, symbols=symbols)
         self._damp(builder, name, read, symbols, stiffness, mass, Monomial(1.0))
 
+    def _base(self, route: ModelBuilder | Assembly, name: str) -> str:
+        """What its mass ratio refers to: of a point in space the body."""
+        return self.relative_to or (route.guides[name][0] if self.placed else self.host)
+
     def _read(self, name: str, key: str, symbols: Symbols) -> Monomial:
         value: Any = getattr(self, key)
         return symbols.read(f"absorbers.{name}.{key}", value)
 
     def _mass(self, builder: ModelBuilder, name: str, symbols: Symbols) -> Monomial:
         if self.mass_ratio is not None:
-            base = symbols.nominal(builder.masses[self.relative_to or self.host])
+            base = symbols.nominal(builder.masses[self._base(builder, name)])
             return self._read(name, "mass_ratio", symbols) * base
         if self.disc is not None:
             return symbols.off(f"absorbers.{name}.disc", Monomial(self.disc.inertia.value))
@@ -257,19 +301,17 @@ class AbsorberTable(OneLink):
 
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """Its mass, its spring and its damper, and what its tuning and its mass ratio refer to."""
-        base = assembly.said.get(self.relative_to or self.host, 0.0)
+        base = assembly.said.get(self._base(assembly, name), 0.0)
         mass, said = (self._heavy(name, of, base) for of in (numbers, numbers.said))
         tuned = Tuned(base, self._tuned_to(assembly))
         stiffness = self._spring(name, numbers, mass, said, tuned.frequency)
         critical = 2.0 * math.sqrt(said * self._spring(name, numbers.said, said, said, tuned.frequency))
         damping = numbers(f"absorbers.{name}.{self.damper}", getattr(self, self.damper))
         damping = damping or numbers(f"absorbers.{name}.damping_ratio", self.damping_ratio) * critical
-        hangs = self.host not in assembly.masses or assembly.weights[self.host] > 0.0
-        assembly.add_mass(name, mass, mass if hangs else 0.0, said)
         assembly.tuned[name] = tuned
         joint = Joint(
             name=name,
-            ends=(self.host, name),
+            ends=(assembly.guides[name][0] if self.placed else self.host, name),
             stiffness=stiffness,
             damping=damping,
             loss_factor=numbers(f"absorbers.{name}.loss_factor", self.loss_factor),
@@ -277,6 +319,11 @@ class AbsorberTable(OneLink):
             count=1.0,
             damping_ratio=damping / (2.0 * math.sqrt(stiffness * mass)) if stiffness else 0.0,
         )
+        if self.direction is not None:
+            assembly.add_slider(joint, self.direction, mass, said)
+            return
+        hangs = self.host not in assembly.masses or assembly.weights[self.host] > 0.0
+        assembly.add_mass(name, mass, mass if hangs else 0.0, said)
         assembly.add_joint(joint)
 
     def _heavy(self, name: str, numbers: Numbers, base: float) -> float:
@@ -304,5 +351,7 @@ class AbsorberTable(OneLink):
         """What its tuning refers to [rad/s]; 0 where there is nothing."""
         if self.tuning_to is not None:
             return self.tuning_to.value
+        if self.placed and self.mode is None:
+            return 0.0
         found, mode = assembly.alone(), self.mode or 1
         return float(found[mode - 1]) if mode <= len(found) else 0.0

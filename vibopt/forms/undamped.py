@@ -149,12 +149,13 @@ class ModeGap(Form):
 
 @dataclass(frozen=True, slots=True)
 class EnergyShare(Form):
-    """Part of the kinetic energy that a mode has in one motion of one body: (r . phi) (r . M phi) / (phi . M phi).
+    """Part of the kinetic energy that a mode has in one motion of one body: (r . phi) (r . B phi) / (phi . M phi).
 
-    The greatest over all modes; modes of one frequency count together.  row (n_coords,).
+    The greatest over all modes; modes of one frequency count together.  row (n_coords,); B is the inertia of `body`.
     """
 
     row: FloatArray
+    body: str
     no_bounds = "is a share of the energy of a mode: shapes have no bounds on boxes of designs"
     not_convex = "is a share of the energy of a mode, which is not convex in the stiffnesses"
     rough = "is the greatest share of several modes, which jumps where modes change places"
@@ -166,7 +167,8 @@ class EnergyShare(Form):
         n, p = model.n_free, model.values(x)
         omega, shapes = mode_shapes(model, p)
         moved = self.row[:n] @ shapes
-        pushed = self.row[:n] @ model.matrix(INERTIA, np.where(model.across, 0.0, p))[:n, :n] @ shapes
+        own = np.array([term.owner == self.body for term in model.terms])
+        pushed = self.row[:n] @ model.matrix(INERTIA, np.where(own, p, 0.0))[:n, :n] @ shapes
         best = 0.0
         for group in _together(omega):
             share = np.outer(moved[group], pushed[group])

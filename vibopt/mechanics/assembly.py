@@ -17,7 +17,7 @@ from vibopt.records import dataclass
 if TYPE_CHECKING:
     from vibopt.mechanics.hosted import Carrier
     from vibopt.mechanics.matrix_shaft import MatrixShaft
-    from vibopt.mechanics.rigid import Rigid, Spring3
+    from vibopt.mechanics.rigid import Guided, Rigid, Spring3
     from vibopt.mechanics.shaft_waves import WhirlingShaft
 
 
@@ -43,7 +43,9 @@ class Assembly:
         The same masses as the file says them: what its ratios refer to.
     joints, tuned, bases
         As of `Machine`.
-    rigid, mounts, groups
+    guides
+        Per absorber in space what carries it, a body or another one, and where [m].
+    rigid, guided, mounts, groups
         As of `SpaceMachine`.
     carriers, shafts, bearings
         Structures, shafts of rotors, and bearings that are not alike in both planes, by name.
@@ -57,6 +59,7 @@ class Assembly:
     alone: Callable[[], FloatArray] = _nothing
     spatial: tuple[str, ...] = ()
     fixed: dict[str, tuple[str, FloatArray]] = field(default_factory=dict)
+    guides: Mapping[str, tuple[str, Sequence[float]]] = field(default_factory=dict)
     masses: dict[str, float] = field(default_factory=dict)
     weights: dict[str, float] = field(default_factory=dict)
     said: dict[str, float] = field(default_factory=dict)
@@ -64,6 +67,7 @@ class Assembly:
     tuned: dict[str, Tuned] = field(default_factory=dict)
     bases: list[str] = field(default_factory=list)
     rigid: dict[str, Rigid] = field(default_factory=dict)
+    guided: dict[str, Guided] = field(default_factory=dict)
     mounts: list[Spring3] = field(default_factory=list)
     groups: dict[str, tuple[str, ...]] = field(default_factory=dict)
     carriers: dict[str, Carrier] = field(default_factory=dict)
@@ -79,6 +83,18 @@ class Assembly:
         """A body in space, and its mass as the file says it."""
         self.rigid[name], self.weights[name], self.said[name] = body, body.mass, said
 
+    def add_slider(self, joint: Joint, way: Sequence[float], mass: float, said: float) -> None:
+        """A mass that slides along a direction in space on a spring and a damper, and its mass as the file says it."""
+        from vibopt.mechanics.rigid import Guided, Spring3
+
+        name, (host, at) = joint.name, self.guides[joint.name]
+        self.guided[name] = Guided(host, np.array(at), np.array(way), mass, joint)
+        self.weights[name], self.said[name] = mass, said
+        stiffness, damping = np.array([joint.stiffness]), np.array([joint.damping])
+        lossy = joint.loss_factor
+        spring = Spring3(name, (host, name), np.array(at), np.array([way]), stiffness, stiffness, damping, lossy)
+        self.mounts.append(spring)
+
     def add_joint(self, joint: Joint) -> None:
         """Forces between two points, along the line or about the axis."""
         self.joints[joint.name] = joint
@@ -93,7 +109,7 @@ class Assembly:
         """What is there to be joined."""
         held = [point for carrier in self.carriers.values() for point in carrier.coordinates.points]
         held += [point for shaft in self.shafts.values() for point in shaft.points]
-        return {GROUND, *self.masses, *self.rigid, *self.bases, *held}
+        return {GROUND, *self.masses, *self.rigid, *self.guided, *self.fixed, *self.bases, *held}
 
     def machine(self, order: Mapping[str, int], *, space: bool) -> Machine:
         """The whole; joints in an order by name, and `space` where anything has a place there."""
@@ -111,11 +127,13 @@ class Assembly:
             moves = [
                 (name, i, own[2]) for name, rigid in self.rigid.items() for i, own in enumerate(rigid.moves, start=1)
             ]
+            sliding = {name: slider.mass for name, slider in self.guided.items()}
             return SpaceMachine(
-                {**masses, **{f"{name}.{i}": resists for name, i, resists in moves}},
+                {**masses, **{f"{name}.{i}": resists for name, i, resists in moves}, **sliding},
                 *core,
                 rigid=self.rigid,
                 line=tuple(self.masses),
+                guided=self.guided,
                 carried=carried,
                 mounts=tuple(self.mounts),
                 groups=self.groups,

@@ -48,8 +48,10 @@ class ModelBuilder:
         Places on bodies in space, by name: the body and the place [m].
     spatial
         Bases that may move in any direction.
+    guides
+        Per absorber in space what carries it, a body or another one, and where [m].
     axes
-        Per link of a mount its direction in space, shape (3,).
+        Per link of a mount, and per absorber, its direction in space, shape (3,).
     """
 
     n_vars: int
@@ -78,6 +80,7 @@ class ModelBuilder:
     frames: dict[str, tuple[FloatArray, tuple[str, ...]]] = field(default_factory=dict)
     fixed: dict[str, tuple[str, FloatArray]] = field(default_factory=dict)
     spatial: tuple[str, ...] = ()
+    guides: Mapping[str, tuple[str, Sequence[float]]] = field(default_factory=dict)
     axes: dict[str, FloatArray] = field(default_factory=dict)
 
     @property
@@ -115,6 +118,31 @@ class ModelBuilder:
             self.add_point(f"{name}.{axis}", self.motion_at(body, at)[k])
             self.add_point(f"{name}.r{axis}", self.points.get(f"{body}.r{axis}", {}))
 
+    def add_slider(self, name: str, way: Sequence[float]) -> None:
+        """A mass that slides along a direction of what carries it, and goes with it across: its stroke, and its points.
+
+        Under its own name the point is read along the direction.
+        """
+        self.add_coordinate(name)
+        self.axes[name] = np.array(way)
+        host, at = self.guides[name]
+        moved: dict[str, float] = {}
+        for axis, part, motion in zip(_AXES, way, self.motion_at(name, at), strict=True):
+            self.add_point(f"{name}.{axis}", motion)
+            self.add_point(f"{name}.r{axis}", self.points[f"{host}.r{axis}"])
+            for coordinate, value in motion.items():
+                moved[coordinate] = moved.get(coordinate, 0.0) + part * value
+        self.add_point(name, moved)
+
+    def add_mass_of_slider(self, name: str, mass: Monomial) -> None:
+        """Its mass [kg] along each axis, and the link that is its stroke."""
+        for axis in _AXES:
+            if self.points[f"{name}.{axis}"]:
+                self.add_inertia(f"{name}.{axis}", mass, name, weighs=axis == "z")
+        self.links[name] = np.array([float(one == name) for one in self.coords])
+        self.ends[name] = (self.guides[name][0], name)
+        self.counts[name] = Monomial(1.0)
+
     def motion_at(self, place: str, at: Sequence[float]) -> list[dict[str, float]]:
         """Displacement along x, y, z of what is at a place [m] on a body, base or the ground, over the coordinates.
 
@@ -124,6 +152,9 @@ class ModelBuilder:
             return [{}, {}, {}]
         if place in self.spatial:
             return [{f"{place}.{axis}": 1.0} for axis in _AXES]
+        if place in self.guides:
+            under = self.motion_at(self.guides[place][0], at)
+            return [{**one, place: part} if part else one for one, part in zip(under, self.axes[place], strict=True)]
         if place not in self.frames:
             return [{}, {}, dict(self.points[place])]
         centre, freedoms = self.frames[place]

@@ -92,18 +92,40 @@ class Spring3:
         return self.stiffness * self.loss_factor
 
 
+@dataclass(frozen=True, eq=False)
+class Guided:
+    """The mass of an absorber in space: free along one direction of what carries it, and taken along across it.
+
+    host, at, way
+        What carries it, where (3,) [m], and which way it is free (3,).
+    mass
+        [kg], whose own coordinate is how far it is along `way`, counted in space and not from its host.
+    joint
+        Its spring and damper.
+    """
+
+    host: str
+    at: FloatArray
+    way: FloatArray
+    mass: float
+    joint: Joint
+
+
 @dataclass(frozen=True)
 class SpaceMachine(Machine):
     """Bodies in space beside those on a line.
 
-    `masses` holds what resists each coordinate: NAME of what moves on a line, and numbered ones of each body in space.
+    `masses` holds what resists each coordinate: NAME of what moves on a line, numbered ones of each body in space, and
+    NAME of each absorber in space.
 
     rigid
         Bodies in space.
     line
         Names of what moves on the one line, z.
+    guided
+        Absorbers in space.
     mounts
-        Single mounts.
+        Single mounts, inerters, and springs of absorbers.
     groups
         Names of the mounts of each group.
     fixed
@@ -114,6 +136,7 @@ class SpaceMachine(Machine):
 
     rigid: Mapping[str, Rigid] = field(default_factory=dict)
     line: tuple[str, ...] = ()
+    guided: Mapping[str, Guided] = field(default_factory=dict)
     mounts: tuple[Spring3, ...] = ()
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     fixed: Mapping[str, tuple[str, FloatArray]] = field(default_factory=dict)
@@ -122,7 +145,7 @@ class SpaceMachine(Machine):
 
     @property
     def places(self) -> tuple[str, ...]:
-        bodies = (*self.rigid, *self.fixed)
+        bodies = (*self.rigid, *self.guided, *self.fixed)
         return (*self.line, *(f"{name}.{turn}{axis}" for name in bodies for turn in ("", "r") for axis in _LETTERS))
 
     @cached_property
@@ -131,7 +154,7 @@ class SpaceMachine(Machine):
         found = [(name, np.array([0.0, 0.0, 1.0]), np.zeros(3)) for name in self.line]
         for name, body in self.rigid.items():
             found += [(name, velocity, spin) for velocity, spin, _ in body.moves]
-        return found
+        return found + [(name, slider.way, np.zeros(3)) for name, slider in self.guided.items()]
 
     @cached_property
     def _motions(self) -> tuple[NDArray[np.str_], FloatArray, FloatArray]:
@@ -142,6 +165,10 @@ class SpaceMachine(Machine):
     def _moved(self, place: str, at: FloatArray) -> FloatArray:
         """Displacement at a place [m] on a body under each unit motion, shape (n, 3)."""
         names, velocities, spins = self._motions
+        if place in self.guided:
+            slider = self.guided[place]
+            apart = (names == place) - self._moved(slider.host, slider.at) @ slider.way
+            return np.asarray(self._moved(slider.host, at) + apart[:, None] * slider.way)
         moves = names == place
         arm = at - self.rigid[place].centre if place in self.rigid else np.zeros(3)
         field_: FloatArray = moves[:, None] * (velocities + cross(spins, arm))
@@ -150,6 +177,11 @@ class SpaceMachine(Machine):
     def _against(self, place: str, at: FloatArray, forces: FloatArray) -> FloatArray:
         """Work of forces (m, 3) at a place on a body against each unit motion: by sum and moment; (n, m)."""
         names, velocities, spins = self._motions
+        if place in self.guided:  # along its direction they push the mass, across it the guide hands them on
+            slider, along = self.guided[place], forces @ self.guided[place].way
+            freed = self._against(slider.host, slider.at, along[:, None] * slider.way)
+            pushed: FloatArray = self._against(slider.host, at, forces) - freed + (names == place)[:, None] * along
+            return pushed
         arm = at - self.rigid[place].centre if place in self.rigid else np.zeros(3)
         done: FloatArray = (names == place)[:, None] * (velocities @ forces.T + spins @ cross(arm, forces).T)
         return done
@@ -180,6 +212,10 @@ class SpaceMachine(Machine):
     @cached_property
     def _four(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         mass = np.diag(list(self.masses.values())) + self._assembled("inertance")
+        for slider in self.guided.values():
+            along = self._moved(slider.host, slider.at)
+            across = along - np.outer(along @ slider.way, slider.way)
+            mass += slider.mass * self._against(slider.host, slider.at, across)
         return mass, self._assembled("damping"), self._assembled("stiffness"), self._assembled("hysteretic")
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
@@ -205,7 +241,7 @@ class SpaceMachine(Machine):
                     load[:, self.line.index(here)] += joint.dynamic(flat) * moved[:, 2]
         state = self._state(flat, load).reshape(*omega.shape, n)
         points = {name: state[..., i] for i, name in enumerate(self.line)}
-        for name in (*self.rigid, *self.fixed):
+        for name in (*self.rigid, *self.guided, *self.fixed):
             for k in range(3):
                 points[f"{name}.{_LETTERS[k]}"] = state @ self._row(name)[:, k]
                 points[f"{name}.r{_LETTERS[k]}"] = state @ self._turn(name)[:, k]
@@ -236,7 +272,7 @@ class SpaceMachine(Machine):
     def _body(self, place: str) -> tuple[str, FloatArray]:
         if place in self.fixed:
             return self.fixed[place]
-        return place, self.rigid[place].mark
+        return place, self.guided[place].at if place in self.guided else self.rigid[place].mark
 
     def _row(self, place: str) -> FloatArray:
         """Displacement of a body's mark, or of a fixed place, under each unit motion, (n, 3)."""
@@ -245,6 +281,8 @@ class SpaceMachine(Machine):
     def _turn(self, place: str) -> FloatArray:
         """Rotation of the body of a place under each unit motion, (n, 3)."""
         body = self._body(place)[0]
+        while body in self.guided:
+            body = self.guided[body].host
         return np.array([spin if name == body else np.zeros(3) for name, _, spin in self.columns])
 
     def _work(self, key: str) -> FloatArray:
@@ -267,10 +305,10 @@ class SpaceMachine(Machine):
     def _end(self, place: str, at: FloatArray, motion: Motion) -> ComplexArray:
         """Displacement at a place on a body, base or line (..., 3), from translation and rotation."""
         zero = np.zeros((*motion.omega.shape, 3), dtype=complex)
-        if place in self.rigid:
+        if place in self.rigid or place in self.guided:
             slide = np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
             turn = np.stack([motion.points[f"{place}.r{axis}"] for axis in _LETTERS], axis=-1)
-            moved: ComplexArray = slide + cross(turn, at - self.rigid[place].mark)
+            moved: ComplexArray = slide + cross(turn, at - self._body(place)[1])
             return moved
         if place in self.spatial:
             return np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
@@ -295,6 +333,8 @@ class SpaceMachine(Machine):
 
     def joint(self, name: str) -> Joint:
         """A link; of a mount one own axis as a link, "front.1.z"; of a group its number."""
+        if name in self.guided:
+            return self.guided[name].joint
         if name in self.groups:
             many = float(len(self.groups[name]))
             return Joint(name, self.mount(self.groups[name][0]).ends, 0.0, 0.0, 0.0, 0.0, many)
@@ -332,6 +372,8 @@ class SpaceMachine(Machine):
             total = np.zeros(motion.omega.shape, dtype=complex)
             for name, body in self.rigid.items():
                 total = total + body.mass * motion.omega**2 * (self._end(name, body.centre, motion) @ along)
+            for name, slider in self.guided.items():
+                total = total + slider.mass * motion.omega**2 * (self._end(name, slider.at, motion) @ along)
             for name in self.line:
                 total = total + along[2] * self.masses[name] * motion.omega**2 * motion.points[name]
             for key, force in motion.forces.items():
@@ -355,7 +397,7 @@ class SpaceMachine(Machine):
         standing = {end for mount in self.mounts for end in mount.ends} | {
             end for joint in self.joints for end in joint.ends
         }
-        supports = standing - set(self.rigid) - set(self.line)
+        supports = standing - set(self.rigid) - set(self.line) - set(self.guided)
         free = all(along[k] == 0.0 or _LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3))
         return supports == {place} and free and (not self.line or not along[:2].any())
 
@@ -382,7 +424,7 @@ class SpaceMachine(Machine):
         if state is None:
             return None
         found = {name: float(state[i]) for i, name in enumerate(self.line)}
-        for name in (*self.rigid, *self.fixed):
+        for name in (*self.rigid, *self.guided, *self.fixed):
             for k in range(3):
                 found[f"{name}.{_LETTERS[k]}"] = float(state @ self._row(name)[:, k])
                 found[f"{name}.r{_LETTERS[k]}"] = float(state @ self._turn(name)[:, k])
@@ -397,6 +439,8 @@ class SpaceMachine(Machine):
             load[self.line.index(name)] += self.weights.get(name, 0.0) * GRAVITY
         for name, body in self.rigid.items():
             load += self._against(name, body.centre, np.array([[0.0, 0.0, body.mass * GRAVITY]]))[:, 0]
+        for name, slider in self.guided.items():
+            load += self._against(name, slider.at, np.array([[0.0, 0.0, slider.mass * GRAVITY]]))[:, 0]
         size = np.sqrt(np.abs(np.diag(stiff)))
         if not np.all(size > 0.0) or np.linalg.cond(stiff / np.outer(size, size)) > 1e14:
             return None

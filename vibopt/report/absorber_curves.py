@@ -10,7 +10,7 @@ from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularit
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.peaks import Extreme, peaks
 from vibopt.program.pose import form_of
-from vibopt.responses import HarmonicResponse
+from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.assemble import bare, model_of
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
@@ -25,8 +25,9 @@ def model_without(scene: Scene) -> Model | None:
     return model if model.n_free else None
 
 
-def form_without(scene: Scene, model: Model, response: HarmonicResponse) -> Modulus | None:
+def form_without(scene: Scene, model: Model, response: Response) -> Modulus | None:
     """A response on the model without absorbers; None where it speaks of an absorber, or is driven through one."""
+    assert isinstance(response, HarmonicResponse)
     here = bare(scene)
     gone = {*scene.absorbers, *(name for name in scene.links if name not in here.links)}
     read = {name for name, _ in response.places().values()}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from math import isfinite, sqrt
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,12 +20,16 @@ from vibopt.scene.places import neighbours, supports, turning
 from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Band
 from vibopt.units import best_unit, plain, show, to_unit
+from vibopt.values.directions import way_words
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.certify import measure_on
 
 ALONG = ("mass", "stiffness", "damping")
 BUILD = "What to build"
 AROUND = ("inertia", "torsional_stiffness", "torsional_damping")
+
+if TYPE_CHECKING:
+    from vibopt.devices.absorber import AbsorberTable
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +40,7 @@ class Part:
         "mass", "stiffness", "damping" (or the words of what turns), "own_frequency", "tuning", "damping_ratio";
         without a spring or a damper those that speak of it are missing.
     on
-        What it sits on.
+        What it sits on, and in space where, and along which way it slides.
     """
 
     name: str
@@ -127,7 +132,14 @@ def _part(scene: Scene, machine: Machine, name: str, around: bool) -> Part:
             numbers["tuning"] = Entry(own / tuned.frequency, "ratio")
         if joint.damping_ratio > 0.0:
             numbers["damping_ratio"] = Entry(joint.damping_ratio, "ratio")
-    return Part(name, joint.ends[0], numbers)
+    return Part(name, _stand(scene.absorbers[name]), numbers)
+
+
+def _stand(table: AbsorberTable) -> str:
+    """What it sits on; in space where, and along which way it slides."""
+    at = f" at ({', '.join(plain(one, 4) for one in table.at)}) m" if table.at is not None else ""
+    way = f" along {way_words(table.direction)}" if table.direction is not None else ""
+    return f"{table.host}{at}{way}"
 
 
 def _unit_of(scene: Scene, name: str, word: str) -> str:

@@ -315,18 +315,20 @@ class _Drawing:
 
     def _before(self, entry: _Entry, unit: str, speeds: _Speeds, pairs: int) -> Curve | None:
         """The same response without absorbers, with its worst in words."""
-        if self.without is None or pairs > MOST_PAIRS:
+        without = self.without
+        if without is None or pairs > MOST_PAIRS:
             return None
-        form = form_without(self.scene, self.without, entry.response)
+        asked = [form_without(self.scene, without, each) for each in members(self.scene, entry.response)]
+        form = max(filter(None, asked), key=lambda one: one.value(without, self.x), default=None)
         drive = next((drive for drive in form.drives if drive.name == self.excitation), None) if form else None
         if form is None or drive is None:
             return None
-        worst = drive_extreme(self.without, form, drive, self.x, False)
-        value = float(self._against(self.without, form).whole(np.array(worst.value)))
+        worst = drive_extreme(without, form, drive, self.x, False)
+        value = float(self._against(without, form).whole(np.array(worst.value)))
         place = f" {place_of(entry.response)}" if pairs > 1 else ""
         words = f"without absorbers{place}: worst {self._words(entry, value, worst.speed)}"
-        samples = self._samples(self.without, drive, speeds)
-        return replace(self._drawn(entry, unit, self.without, form, samples, words), before=True)
+        samples = self._samples(without, drive, speeds)
+        return replace(self._drawn(entry, unit, without, form, samples, words), before=True)
 
     def _words(self, entry: _Entry, value: float, speed: float) -> str:
         """A value and its speed, each in the user's unit."""

@@ -31,13 +31,15 @@ _FIRST = {
     "rz": "turning about z",
     "": "",
     "turn": "turning",
+    "slides": "sliding",
 }
 _THEN = _FIRST | {"x": "motion along x", "y": "motion along y", "z": "vertical motion"}
 
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """One motion of a mode: body, "x" to "rz" (of what moves on a line "", of what turns "turn"), share, sense."""
+    """One motion of a mode: body, "x" to "rz" (of what moves on a line "", of what turns "turn", of an absorber in
+    space "slides"), share, sense."""
 
     body: str
     way: str
@@ -120,6 +122,9 @@ def _motions(machine: Machine, turning: set[str]) -> Iterator[Motion]:
     for name in machine.line:
         row = np.eye(count)[machine.line.index(name)]
         yield name, "z", (row, machine.masses[name] * row)
+    for name, slider in machine.guided.items():
+        row = machine.row(name)
+        yield name, "slides", (row, slider.mass * row)
     for name, body in machine.rigid.items():
         slide = np.array([velocity if one == name else np.zeros(3) for one, velocity, _ in machine.columns])
         turn = np.array([spin if one == name else np.zeros(3) for one, _, spin in machine.columns])

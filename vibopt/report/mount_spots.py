@@ -40,7 +40,7 @@ def spots_of(machine: SpaceMachine) -> list[Spot]:
     groups = {single: group for group, singles in machine.groups.items() for single in singles}
     moving = {*machine.rigid, *machine.line}
     found = []
-    for mount in machine.mounts:
+    for mount in (one for one in machine.mounts if one.name in groups):  # no inerters, no absorbers
         first, second = mount.ends
         hangs = first not in moving
         force = machine.static_force(mount.name)

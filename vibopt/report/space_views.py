@@ -33,12 +33,13 @@ EDGE, GAP, MOUNT = 0.36, 0.55, 0.07
 
 @dataclass(frozen=True, slots=True)
 class _Site:
-    """Something with a place [m]: words, and the direction in which it pulls (or the axis that it turns about)."""
+    """Something with a place [m]: words, and the direction in which it pulls or slides, or the axis of its turn."""
 
     at: FloatArray
     words: str
     along: FloatArray | None = None
     about: bool = False
+    slides: bool = False
 
 
 def views_figure(machine: SpaceMachine, scene: Scene, title: str = "") -> Figure | None:
@@ -47,7 +48,8 @@ def views_figure(machine: SpaceMachine, scene: Scene, title: str = "") -> Figure
     if not spots:
         return None
     named = {name: machine.fixed[name][1] for name in scene.points if name in machine.fixed}
-    sites = [*_shaken(machine, scene), *(_Site(np.asarray(at), drawn(name, 16)) for name, at in named.items())]
+    slid = [_Site(one.at, drawn(name, 16), one.way, slides=True) for name, one in machine.guided.items()]
+    sites = [*_shaken(machine, scene), *slid, *(_Site(np.asarray(at), drawn(name, 16)) for name, at in named.items())]
     centres = {name: np.asarray(rigid.centre) for name, rigid in machine.rigid.items()}
     places = np.array([[*spot.at] for spot in spots] + [site.at for site in sites] + list(centres.values()))
     low, high = places.min(axis=0), places.max(axis=0)
@@ -160,6 +162,11 @@ def _site(axes: Any, at: tuple[float, float], site: _Site, pair: tuple[int, int]
     if site.along is None:
         axes.plot([x], [y], marker="x", color=INK, ms=5, ls="", zorder=5)
         return
+    if site.slides:
+        dx, dy = (0.16 * float(site.along[k]) for k in pair)
+        axes.plot([x - dx, x + dx], [y - dy, y + dy], color=INK, lw=1.4, zorder=6)
+        axes.plot([x], [y], marker="s", mfc="white", mec=INK, ms=6, ls="", zorder=7)
+        return
     dx, dy = (0.42 * float(site.along[k]) for k in pair)
     if abs(dx) + abs(dy) < 0.05:
         axes.plot([x], [y], marker="o", mfc="none", mec=BLUE, ms=16, mew=1.6, ls="", zorder=6)
@@ -195,6 +202,9 @@ def _notes(scene: Scene) -> list[str]:
         "Cross in a ring: centre of mass.  Hatched: what does not move.  Arrows: forces to and fro.  Dash and dot: "
         "axes of rotation or of moments.  Dot in a ring: such a force or axis along the view."
     ]
+    said += ["Square with a line through it: an absorber, and the way it slides."] * any(
+        one.placed for one in scene.absorbers.values()
+    )
     shakes = "; ".join(shake_words(scene, name).replace("\n", ": ") for name in scene.excitations)
     said += [f"Shaken by {shakes}."] if shakes else []
     said += [one.replace(" (circles)", "") for one in notes_of(scene)]

@@ -14,10 +14,10 @@ from vibopt.mechanics.built import Course, Motion
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
-from vibopt.units import Quantity, plain, read_quantity, to_unit
+from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
-from vibopt.values.directions import UNIT
+from vibopt.values.directions import way_words
 from vibopt.values.fields import KeyedError, ReadBy, complaint
 from vibopt.values.probability import Probability
 from vibopt.values.soft import Soft
@@ -510,6 +510,5 @@ def _way(response: Response) -> str:
     for key, preposition in (("direction", "along"), ("axis", "about")):
         way = vars(response).get(key) if key in response.model_fields_set else None
         if way is not None:
-            letter = next((one for one in "xyz" if way == UNIT[one]), None)
-            return f" {preposition} {letter or '(' + ', '.join(plain(one, 3) for one in way) + ')'}"
+            return f" {preposition} {way_words(way)}"
     return ""

@@ -180,7 +180,8 @@ class EnergyShareOfBody(Response):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         kind = "r" if self.axis is not None else ""
         parts = zip(self.way, AXES, strict=True)
-        return EnergyShare(np.sum([part * model.points[f"{self.of}.{kind}{one}"] for part, one in parts], axis=0))
+        row = np.sum([part * model.points[f"{self.of}.{kind}{one}"] for part, one in parts], axis=0)
+        return EnergyShare(row, self.of)
 
     def measure_static(self, machine: Machine) -> float:
         return space(machine).energy_share(self.of, self.way, turn=self.axis is not None)

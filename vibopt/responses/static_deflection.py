@@ -60,16 +60,18 @@ class StaticDeflection(Response):
         return abs(sag[self.of]) if self.of in sag else self._in_space(machine, sag)
 
     def _in_space(self, machine: Machine, sag: dict[str, float]) -> float:
-        """Of a place along the direction; of a mount, one own axis of it, its force over its stiffness."""
+        """Of a place along the direction; of a mount, one own axis of it, or an absorber, force over stiffness."""
         from vibopt.mechanics.rigid import SpaceMachine
 
         assert isinstance(machine, SpaceMachine)
-        if f"{self.of}.z" in sag:
+        slides = self.of in machine.guided
+        if f"{self.of}.z" in sag and not slides:
             return abs(sum(part * sag[f"{self.of}.{axis}"] for part, axis in zip(self.direction, AXES, strict=True)))
         single, _, axis = self.of.rpartition(".")
-        force, mount = machine.static_force(single), machine.mount(single)
+        k, name = (0, self.of) if slides else (AXES.index(axis), single)
+        force, mount = machine.static_force(name), machine.mount(name)
         assert force is not None
-        return abs(float(mount.axes[AXES.index(axis)] @ force)) / float(mount.static_stiffness[AXES.index(axis)])
+        return abs(float(mount.axes[k] @ force)) / float(mount.static_stiffness[k])
 
 
 class CombinedDisplacement(MotionOf):

@@ -17,7 +17,7 @@ from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.monomial import Monomial
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
-from vibopt.scene.space import pins, spatial_bases
+from vibopt.scene.space import guides, pins, spatial_bases
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import show
 
@@ -42,7 +42,7 @@ def model_of(scene: Scene, chosen: FloatArray | None = None, *, free: Container[
     """
     count, doubts = len(scene.variables), uncertain(scene)
     builder = ModelBuilder(count + len(doubts))
-    builder.spatial = spatial_bases(scene)
+    builder.spatial, builder.guides = spatial_bases(scene), guides(scene)
     if scene.structures or scene.rotors:
         from vibopt.scene.drives import looked_at
 
@@ -109,6 +109,10 @@ def reference(scene: Scene, name: str) -> Monomial:
         return Monomial(table.tuning_to.value)
     model, mode = model_of(replace(bare(scene), off={})), table.mode or 1
     many = int((~model.massless).sum())
+    if table.placed and table.mode is None:
+        raise NoReferenceError(
+            f"without absorbers there are {many} natural frequencies. Add mode = 1, which is the lowest"
+        )
     if mode > many:
         raise NoReferenceError(f"there is no mode {mode}: without absorbers there are {many}")
     asked = [term for term in model.terms if term.kind in (INERTIA, STIFFNESS)]

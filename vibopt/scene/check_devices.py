@@ -10,6 +10,7 @@ from vibopt.mechanics.builder import GROUND
 from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import carrier
 
 if TYPE_CHECKING:
     from vibopt.devices.absorber import AbsorberTable
@@ -203,7 +204,7 @@ def _heavy_enough(scene: Scene, name: str, table: AbsorberTable, mistakes: Mista
     """A mass ratio needs one mass that it refers to."""
     if table.mass_ratio is None:
         return
-    base, path = table.relative_to or table.host, ("absorbers", name, "mass_ratio")
+    base, path = table.relative_to or carrier(scene, name), ("absorbers", name, "mass_ratio")
     if base not in {*places.raw(scene, "bodies"), *places.raw(scene, "absorbers")}:
         mistakes.value(
             path,

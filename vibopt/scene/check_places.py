@@ -8,6 +8,7 @@ from vibopt.scene import places
 from vibopt.scene.assemble import NoReferenceError, reference
 from vibopt.scene.check_space import check_in_space
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import carrier
 
 
 def check_places(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:
@@ -94,7 +95,7 @@ def _missing(scene: Scene, response: Response, name: str | None) -> str:
         return ""
     key, alone = response.response, len(scene.bodies) == 1
     for family, one, table in places.devices(scene):
-        speaks = name in table.joins(one) and not (table.placed and response.of_mount)
+        speaks = name in table.joins(one) and not (family == "mounts" and response.of_mount)
         lacking = table.lacks(key, alone) if speaks else ""
         if lacking:
             may = lacking in type(table).model_fields or lacking != key
@@ -106,7 +107,7 @@ def _missing(scene: Scene, response: Response, name: str | None) -> str:
 def _refers(scene: Scene, what: str, name: str) -> str:
     """Why an absorber has nothing to which its ratio could refer."""
     absorber_table = scene.absorbers[name]
-    if what == "mass" and (absorber_table.relative_to or absorber_table.host) not in {
+    if what == "mass" and (absorber_table.relative_to or carrier(scene, name)) not in {
         **scene.bodies,
         **scene.absorbers,
     }:

@@ -15,7 +15,7 @@ from vibopt.responses import Response
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
-from vibopt.scene.space import bodies_in_space, is_spatial, mount_of, place_in_space
+from vibopt.scene.space import bodies_in_space, carrier, guides, is_spatial, mount_of, place_in_space, sliders
 from vibopt.units import show
 from vibopt.values.directions import AXES, Vector
 
@@ -26,19 +26,32 @@ if TYPE_CHECKING:
 _RANK = 1e-9
 _OF_SPACE = {"direction", "axis"}
 """Words of a response that ask about space."""
+_OF_LINKS = {"absorber", "link", "link or rotor", "body or link"}
+"""What is asked of an absorber as of its spring and damper, along the direction in which it slides."""
 
 
 def check_space(scene: Scene, mistakes: Mistakes) -> None:
     """Points, mounts, and what else ends at a body in space."""
     if not is_spatial(scene):
         return
-    before = len(mistakes.found)
+    before = 0 if scene.absorbers else len(mistakes.found)  # a model needs to know what absorbers are tuned to
     known, space = places.points(scene), bodies_in_space(scene)
     for name, point in scene.points.items():
         if point.on not in space and not _unread(scene, point.on):
             mistakes.unknown_name(("points", name, "on"), point.on, "body in space", list(space))
     for family, name, table in places.devices(scene):
         ends = next(iter(table.joins(name).values()), ())
+        if name in sliders(scene):
+            _slides(scene, name, mistakes)
+            continue
+        if family != "absorbers" and any(end in sliders(scene) for end in ends):
+            end = next(end for end in ends if end in sliders(scene))
+            mistakes.add(
+                (family, name, "between"),
+                f"{family}.{name} ends at {end}, an absorber in space, on which only another absorber may sit. End it "
+                f"at {scene.absorbers[end].host}.",
+            )
+            continue
         if table.placed:
             _ends(scene, (family, name), table, ends, known, mistakes)
             continue
@@ -58,6 +71,42 @@ def check_space(scene: Scene, mistakes: Mistakes) -> None:
         )
     if places.is_whole(scene) and len(mistakes.found) == before and not scene.structures and _held(scene, mistakes):
         _outside(scene, mistakes)
+
+
+def _slides(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    """What an absorber with a direction sits on: something that moves in space."""
+    table, host = scene.absorbers[name], scene.absorbers[name].host
+    if host not in places.moving(scene) or _unread(scene, host):
+        return  # said where absorbers are checked
+    if not place_in_space(scene, host):
+        knows = "axis" if host in places.turning(scene) else "line"
+        mistakes.add(
+            ("absorbers", name, "direction"),
+            f"absorbers.{name} has a direction, but {host} knows one {knows} only. Remove direction.",
+        )
+    elif table.at is not None and host in scene.points:
+        mistakes.add(
+            ("absorbers", name, "at"),
+            f"absorbers.{name} has at, but {host} is a place already. Remove at, or name the body.",
+        )
+    elif kept := _kept(scene, host, table.direction, turn=False):
+        mistakes.add(("absorbers", name, "direction"), f"absorbers.{name} slides {kept}")
+
+
+def _guides(scene: Scene, path: Path, response: Response, into: str, mistakes: Mistakes) -> bool:
+    """Whether a force is asked for into an absorber in space, or into what guides one across its direction."""
+    where, key = dotted(path), response.response
+    if into in sliders(scene):
+        mistakes.add(path, f'{where} asks for the {key} into {into}, an absorber. Write through = "{into}".')
+        return True
+    held = next((name for name in sliders(scene) if carrier(scene, name) == into), "")
+    if held:
+        mistakes.add(
+            path,
+            f"{where} asks for the {key} into {into}, on which absorbers.{held} slides: its guide pushes beside the "
+            'springs. Ask into what carries it, for example into = "ground", or through a mount.',
+        )
+    return bool(held)
 
 
 def _ends(
@@ -147,15 +196,33 @@ def _outside(scene: Scene, mistakes: Mistakes) -> None:
         ):
             continue
         feet = np.array([at[:2] for table in held.values() for at in table.sites])
-        if not _beyond(feet, np.array(scene.bodies[name].place[:2])):
+        if not _beyond(feet, _weighed(scene, name)):
             continue
+        what = f"bodies.{name}{' with its absorbers' if name in {root for root, _ in guides(scene).values()} else ''}"
         single, load = _lifted(scene, name, held)
         mistakes.add(
             ("bodies", name),
-            f"the centre of mass of bodies.{name} lies outside its mounts: {single} is lifted with "
+            f"the centre of mass of {what} lies outside its mounts: {single} is lifted with "
             f"{show(-load, '', 'force')}. Place a mount beyond it; or, for a mount that may pull, ask for response = "
             f'"static_load" of {mount_of(scene, single)}.',
         )
+
+
+def _weighed(scene: Scene, name: str) -> FloatArray:
+    """Where a body and the absorbers on it have their centre of mass, seen from above (2,) [m]."""
+    centre = np.array(scene.bodies[name].place[:2])
+    if not sliders(scene):
+        return centre
+    model = model_of(scene)
+    weights = model.weights(model.values(_middle(scene), static=True))
+    z, rx, ry = (float(weights @ model.points[f"{name}.{way}"]) for way in ("z", "rx", "ry"))
+    return np.asarray(centre + np.array([-ry, rx]) / z)
+
+
+def _middle(scene: Scene) -> FloatArray:
+    """The middle of what may be chosen, (n_vars,)."""
+    ends = [(v.low, min(v.high, 1e3 * max(v.low, 1e-3))) for v in scene.variables]
+    return np.array([np.sqrt(low * high) for low, high in ends]) if ends else np.zeros(0)
 
 
 def _beyond(feet: FloatArray, centre: FloatArray) -> bool:
@@ -168,9 +235,7 @@ def _beyond(feet: FloatArray, centre: FloatArray) -> bool:
 
 def _lifted(scene: Scene, body: str, held: Mapping[str, MountTable]) -> tuple[str, float]:
     """The mount that carries least, and what it carries [N], at the middle of what may be chosen."""
-    model = model_of(scene)
-    ends = [(v.low, min(v.high, 1e3 * max(v.low, 1e-3))) for v in scene.variables]
-    x = np.array([np.sqrt(low * high) for low, high in ends]) if ends else np.zeros(0)
+    model, x = model_of(scene), _middle(scene)
     down = sag(model, x)
     p = model.values(x, static=True)
     loads: dict[str, float] = {}
@@ -192,6 +257,13 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
         return True
     way, axis = getattr(excitation, "direction", None), getattr(excitation, "axis", None)
     inside = place_in_space(scene, on)
+    if on in sliders(scene):
+        mistakes.add(
+            (*path, "on"),
+            f"excitations.{name} acts on {on}, an absorber in space, which only its host moves. Act on "
+            f"{scene.absorbers[on].host}.",
+        )
+        return True
     if excitation.sort != "steady" and (inside or scene.mounts):
         what = "white noise" if excitation.sort == "random" else f'of kind "{excitation.kind}"'
         mistakes.add(path, f"excitations.{name} is {what}, which machines in space do not take yet. Remove it.")
@@ -268,8 +340,18 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
         return True
     whole = response.in_space == "whole"
     if whole and name in places.moving(scene) and name not in bodies_in_space(scene):
-        mistakes.add(path, f"{where} asks for the {key} of {name}, which does not move in space. Name a body in space.")
+        what = "is an absorber" if name in sliders(scene) else "does not move in space"
+        mistakes.add(path, f"{where} asks for the {key} of {name}, which {what}. Name a body in space.")
         return True
+    if into in places.moving(scene) and _guides(scene, path, response, str(into), mistakes):
+        return True
+    if name in sliders(scene) and _OF_LINKS & {family for one, family in response.places().values() if one == name}:
+        turned = bool(_OF_SPACE & response.model_fields_set)
+        if turned:
+            mistakes.add(
+                (*path, "direction"), f"{where} has a direction, but {name} slides along its own. Remove direction."
+            )
+        return turned
     if "mount" in (family for _, family in response.places().values()) and not group:
         known = [fromkey for g, table in scene.mounts.items() for fromkey in dict.fromkeys((g, *table.singles(g)))]
         mistakes.unknown_name((*path, "of"), str(name), "mount", known)

@@ -43,9 +43,33 @@ def pins(scene: Scene) -> dict[str, tuple[str, Vector]]:
     return found
 
 
+def guides(scene: Scene) -> dict[str, tuple[str, Vector]]:
+    """Per absorber in space what carries it, a body or another absorber, and where [m]."""
+
+    def place(name: str) -> Vector:
+        host, at = scene.absorbers[name].host, scene.absorbers[name].at
+        if host in scene.points:
+            return scene.points[host].at
+        return at or (place(host) if host in scene.absorbers else scene.bodies[host].place)
+
+    return {name: (carrier(scene, name), place(name)) for name in sliders(scene)}
+
+
+def carrier(scene: Scene, name: str) -> str:
+    """The body or absorber that an absorber sits on: of a point its body."""
+    host = scene.absorbers[name].host
+    return scene.points[host].on if host in scene.points else host
+
+
+@once
+def sliders(scene: Scene) -> tuple[str, ...]:
+    """Absorbers in space."""
+    return tuple(name for name, absorber in scene.absorbers.items() if absorber.placed)
+
+
 def place_in_space(scene: Scene, name: str) -> bool:
-    """Whether a name is a body in space or a point on one."""
-    return name in bodies_in_space(scene) or name in scene.points
+    """Whether a name is a body in space, a point on one, or an absorber in space."""
+    return name in bodies_in_space(scene) or name in scene.points or name in sliders(scene)
 
 
 def members(scene: Scene, response: Response) -> tuple[Response, ...]:

@@ -13,8 +13,8 @@ from vibopt.scene.scene import Scene
 _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
 _HEAVY = ("mass", "weight", "inertia", "disc")
 _PLACES = ("into", "through", "of", "across")
-_STIFF = 1e8
-"""Stiffness of a lock on a point of a structure: so many times what its inertia needs at the highest speed."""
+_STIFF, _STIFF_IN_SPACE = 1e8, 1e6
+"""Stiffness of a lock on a structure and in space: so many times what its inertia needs at the highest speed."""
 
 Document = dict[str, Any]
 
@@ -63,8 +63,9 @@ def locked(document: Document, scene: Scene, machine: Machine, name: str, top: f
     new = copy.deepcopy(document)
     host, mass = machine.joint(name).ends[0], machine.masses[name]
     around = name in turning(scene)
-    if host not in machine.masses:
-        return _stiffly(new, name, mass * top**2 * _STIFF, around)
+    in_space = scene.absorbers[name].placed
+    if host not in machine.masses or in_space:
+        return _stiffly(new, name, mass * top**2 * (_STIFF_IN_SPACE if in_space else _STIFF), around)
     _fixed_dampers(new, scene, machine)
     _heavier(new, host, machine, mass, around)
     del new["absorbers"][name]
@@ -82,7 +83,8 @@ def locked(document: Document, scene: Scene, machine: Machine, name: str, top: f
 
 
 def _stiffly(new: Document, name: str, stiffness: float, around: bool) -> Document:
-    table = {key: one for key, one in new["absorbers"][name].items() if key in ("on", "mass", "inertia")}
+    kept = ("on", "at", "direction", "mass", "inertia")
+    table = {key: one for key, one in new["absorbers"][name].items() if key in kept}
     table |= {"torsional_stiffness": f"{stiffness:.17g} N m/rad"} if around else {"stiffness": f"{stiffness:.17g} N/m"}
     new["absorbers"][name] = table
     return _unasked(new, {name}, set())

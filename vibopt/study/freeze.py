@@ -22,6 +22,8 @@ _SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "frequency", "tuning", 
 _DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
 _POWERS = {"frequency": 2, "tuning": 2, "length": -1, "shaft.diameter": 4, "shaft.length": -1}
 """With which power of a number its part goes; 1 where none is given."""
+_KEPT = ("on", "at", "direction", "relative_to", "tuning_to", "mode")
+"""Keys of an absorber that stay as the file has them."""
 _ALONG = (("mass", "kg"), ("stiffness", "N/m"), ("damping", "N s/m"))
 _AROUND = (("inertia", "kg m2"), ("torsional_stiffness", "N m/rad"), ("torsional_damping", "N m s/rad"))
 
@@ -93,7 +95,7 @@ def _bought(scene: Scene, x: Sequence[float], written: Mapping[str, Any]) -> dic
     for name, table in scene.absorbers.items():
         units = _AROUND if name in around else _ALONG
         joint = machine.joint(name)
-        kept = {key: scene.document["absorbers"][name].get(key) for key in ("on", "relative_to", "tuning_to", "mode")}
+        kept = {key: scene.document["absorbers"][name].get(key) for key in _KEPT}
         parts = (machine.masses[name], joint.stiffness, joint.damping)
         given: dict[str, Any] = {
             key: f"{float(value)!r} {unit}" for (key, unit), value in zip(units, parts, strict=True) if value > 0.0

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, WithJsonSchema
 
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
-from vibopt.units import read_quantity
+from vibopt.units import plain, read_quantity
 from vibopt.values.fields import complaint
 
 Vector = tuple[float, float, float]
@@ -146,6 +146,12 @@ def read_direction(given: object) -> Vector:
     if not 0.0 < size < math.inf:
         raise complaint(f"points nowhere. {WAYS}")
     return given[0] / size, given[1] / size, given[2] / size
+
+
+def way_words(way: Vector) -> str:
+    """A direction as it is said: "z", or "(0.6, 0, 0.8)"."""
+    letter = next((one for one in AXES if way == UNIT[one]), None)
+    return letter or f"({', '.join(plain(one, 3) for one in way)})"
 
 
 def _is_number(given: object) -> bool:

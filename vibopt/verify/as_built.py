@@ -19,7 +19,7 @@ from vibopt.mechanics.machine import Machine
 from vibopt.scene.assemble import bare
 from vibopt.scene.places import devices
 from vibopt.scene.scene import Scene
-from vibopt.scene.space import bodies_in_space, is_spatial, pins, spatial_bases
+from vibopt.scene.space import bodies_in_space, guides, is_spatial, pins, spatial_bases
 
 
 def machine_of(scene: Scene, chosen: Mapping[str, float]) -> Machine:
@@ -53,7 +53,7 @@ def built(scene: Scene, chosen: Mapping[str, Any]) -> Machine:
     space = is_spatial(scene)
     bodies = [name for name in scene.bodies if name not in bodies_in_space(scene)]
     assembly = Assembly(only=bodies[0] if len(bodies) == 1 else None, alone=alone)
-    assembly.spatial = spatial_bases(scene) if space else ()
+    assembly.spatial, assembly.guides = spatial_bases(scene) if space else (), guides(scene)
     if scene.structures or scene.rotors:
         from vibopt.scene.drives import looked_at
 

@@ -74,7 +74,11 @@ def _plan(axes: Any, machine: SpaceMachine, spots: Sequence[Spot], unit: str) ->
 
 
 def _points(axes: Any, machine: SpaceMachine, name: str, points: Sequence[str]) -> None:
-    """Centre of mass of a body, and the places on it that the file names."""
+    """Centre of mass of a body, the places on it that the file names, and the absorbers on it as squares."""
+    for slider, one in machine.guided.items():
+        if one.host == name:
+            axes.plot([one.at[0]], [one.at[1]], marker="s", mfc="white", mec=INK, ms=6, ls="")
+            _text(axes, drawn(slider, LONGEST), (one.at[0], one.at[1]), 6, INK)
     for point in points:
         body, at = machine.fixed[point]
         if body == name:

@@ -127,8 +127,8 @@ class Machine(Responses):
     def absorber(self, name: str, *, on: str | Mapping[str, object], **words: Unpack[AbsorberWords]) -> None:
         """A small mass on a spring and a damper, `on` a body, an absorber, or the best `one_of("a", "b")`.
 
-        Words: mass, mass_ratio; stiffness, frequency, tuning, length; damping, damping_ratio, loss_factor; and those
-        about an axis.
+        Words: mass, mass_ratio; stiffness, frequency, tuning, length; damping, damping_ratio, loss_factor; those about
+        an axis; in space at and direction.
         """
         self._add("absorbers", name, dict(on=on, **words))
 

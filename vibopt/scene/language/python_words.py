@@ -203,8 +203,12 @@ class AbsorberWords(TypedDict, total=False):
         without absorbers; length of a pendulum [m]; [N m/rad]; a shaft.
     damping, damping_ratio, loss_factor, torsional_damping
         Damper [N s/m]; of critical of its own mass; structural; [N m s/rad].
+    at, direction
+        In space: where it stands, and which way it slides.
     """
 
+    at: Sequence[Bound]
+    direction: Way
     mass: Given
     mass_ratio: Given
     relative_to: str
