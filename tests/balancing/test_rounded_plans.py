@@ -9,6 +9,7 @@ import pytest
 
 import vibopt as vo
 from rotor_jobs import FAN, read_text
+from vibopt.answer.text import verdict
 from vibopt.study.rounded_plan import drawn
 
 
@@ -28,6 +29,7 @@ def test_a_rounding_that_keeps_the_limit_is_found_where_the_nearest_one_breaks_i
     job = read_text(text)
     done = drawn(job, vo.solve(job), ("2",))
     assert (done.design.status, done.broken) == ("feasible", "")
+    assert "least" not in verdict(done.design)  # that is said of the exact weights
     chosen = {path: one.rounded for path, one in done.values.items()}
     left, right = (
         phasor(

@@ -38,7 +38,7 @@ class Clock:
         (((10.0, "discs, 40 slices", 0.25),), "vibopt: discs, 40 slices, 25 % of it, 60 s so far, at most 3 min more"),
         (((30.0, "discs, 4 slices", 0.5), (50.0, "prices", 0.0)), "vibopt: prices, 60 s so far"),
         (((30.0, "sweep", 0.5), (50.0, "sweep", 0.1), (60.0, "sweep", 0.5)),
-         "vibopt: sweep, 50 % of it, 60 s so far, at most 10 s more"),
+         "vibopt: sweep, 50 % of it, 60 s so far, about 10 s more"),
     ],
 )  # fmt: skip
 def test_a_line_says_stage_part_time_so_far_and_time_left(

@@ -340,3 +340,14 @@ def test_kept_answers_are_found_however_the_path_is_written(
     (tmp_path / "two" / "x.toml").rename(tmp_path / "two" / "y.toml")
     done = run("verify", "two", "--against", kept)
     assert (done.code, "y.toml: differs\n  no answer of it was kept.\n" in done.out) == (6, True)
+
+
+def test_a_file_without_records_has_no_table(run: Callable[..., Any], tmp_path: Path) -> None:
+    link = '[links.m]\nbetween = ["fan", "ground"]\nstiffness = "9 N/m"\n'
+    measure = '[measures.f]\nresponse = "natural_frequency"\n'
+    (tmp_path / "bare.toml").write_text(f'[bodies.fan]\nmass = "3 kg"\n{link}{measure}')
+    said = run("verify", str(tmp_path))
+    assert (
+        said.out == "1 file without a record: what is right stands in [[expected]]. See `vibopt help verification`.\n"
+    )
+    assert said.code == 0

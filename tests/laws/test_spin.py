@@ -118,6 +118,15 @@ def test_steady_whirl_does_not_feel_what_turns_with_it() -> None:
     assert found.measures["far"].value.value == other
 
 
+def test_what_turns_with_a_shaft_may_be_a_link_of_its_own() -> None:
+    document = rotor()
+    turning = document["links"]["shaft"].pop("rotating_damping")
+    document["links"]["fit"] = {"between": ["disc", "ground"], "rotating_damping": turning}
+    one, two = (solve(from_dict(each), explain=False).measures for each in (rotor(), document))
+    for name in ("least", "far"):
+        assert two[name].value.value == pytest.approx(one[name].value.value, rel=1e-12)
+
+
 def test_a_rotor_beyond_its_threshold_is_said() -> None:
     document = rotor()
     document["excitations"]["u"]["speed"] = "0..4500 rpm"

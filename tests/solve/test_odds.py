@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from dataclasses import replace
 from math import comb, erf, pi, sqrt
 from pathlib import Path
@@ -190,6 +191,11 @@ def test_answers_that_are_compared_are_told_by_the_same_machine(one: float, othe
         assert off[0] > 0.0
 
 
+def without_values(out: str) -> str:
+    """What is said in a line, without the worst values behind each verdict."""
+    return re.sub(r"(met|violated|unproven)( [\d.]+ \S+ pk)+", r"\1", " ".join(out.split()))
+
+
 def test_a_sweep_says_what_cannot_be_told_and_looks_for_no_edges(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -198,14 +204,14 @@ def test_a_sweep_says_what_cannot_be_told_and_looks_for_no_edges(
     file.write_text(PRESS.replace('"9 kN s/m"', '"0 N s/m"'), encoding="utf-8")
     bound = 30.0 * spring / (300.0 * (3000.0 * 2.0 * pi / 60.0) ** 2 - spring)
     main(["sweep", str(file), "--vary", f"limits.floor.at_most=4, {bound:.6f}, 8 kN"])
-    shown = " ".join(capsys.readouterr().out.split())
+    shown = without_values(capsys.readouterr().out)
     assert "violated floor BROKEN" in shown
     assert "unproven floor cannot be told" in shown
     assert "8 kN pk met" in shown
     with file.open("a", encoding="utf-8") as more:
         more.write('[limits.way]\nresponse = "displacement"\nof = "press"\nat_most = "1 nm"\n')
     main(["sweep", str(file), "--vary", f"limits.floor.at_most={bound:.6f}, 8 kN"])
-    both = " ".join(capsys.readouterr().out.split())
+    both = without_values(capsys.readouterr().out)
     assert "violated floor BROKEN or cannot be told, way BROKEN" in both
     assert "8 kN pk violated way BROKEN" in both
     assert shown.endswith(

@@ -172,3 +172,10 @@ def test_where_another_part_or_number_of_parts_takes_over_is_told_and_drawn_as_a
         there = solve(with_changes(scene, {"limits.floor.at_most": f"{0.5 * (low + high)!r} N"}), explain=False)
         if one is not None:
             assert there.goal[1].value == pytest.approx(one.goals[0], rel=1e-9)
+
+
+def test_where_the_work_ends_a_boundary_stays_between_two_values(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(edges, "MOST_WORK", 1.0)
+    (edge,) = sweep(from_text(RUBS), "links.mount.friction_force", "600 N..1900 N", 3).boundaries
+    assert edge.wide
+    assert edge.precise == "between 600 N and 1250 N"

@@ -233,6 +233,10 @@ def test_points_answered_together_are_those_answered_alone(
         assert (together.goal is None) == (one.goal is None)
         if together.goal is not None and one.goal is not None:
             assert together.goal.value == pytest.approx(one.goal.value, rel=SAME)
+        assert list(together.results) == list(one.results)
+        assert [worst.value for worst in together.results.values()] == pytest.approx(
+            [worst.value for worst in one.results.values()], rel=near
+        )
 
 
 def test_points_with_tables_of_amplitudes_are_answered_one_by_one() -> None:
@@ -360,3 +364,34 @@ def test_a_machine_that_is_only_measured_is_swept_by_its_measures() -> None:
     moved = 30e3 / np.abs(stiffness - 300.0 * omega**2 + 5e3j * omega)
     assert drawn.strips[0].lines[0].y == pytest.approx(1e-3 * moved * np.abs(stiffness + 5e3j * omega), rel=1e-9)
     assert drawn.strips[1].lines[0].y == pytest.approx(np.sqrt(stiffness / 300.0) / (2.0 * np.pi), rel=1e-9)
+
+
+@pytest.mark.parametrize("vary", [{"bodies.press.mass": "250..350 kg"}, {"limits.floor_force.at_most": "8..12 kN"}])
+def test_of_a_kept_design_goal_and_worst_values_are_told_together_as_alone(vary: dict[str, str]) -> None:
+    points = sweep(read(FILE), vary, points=15, keep_design=True).points
+    few = sweep(read(FILE), vary, points=2, keep_design=True).points
+    for together, alone in ((points[0], few[0]), (points[-1], few[-1])):
+        assert list(together.results) == ["limits.floor_force", "limits.amplitude", "limits.start_up"]
+        assert list(together.results) == list(alone.results)
+        assert together.goal is not None
+        assert alone.goal is not None
+        assert together.goal.shown == alone.goal.shown == "6957 kN/m"
+        for path, entry in together.results.items():
+            assert entry.shown == alone.results[path].shown
+            assert entry.value == pytest.approx(alone.results[path].value, rel=1e-9)
+
+
+def test_where_the_only_variable_is_held_its_goal_has_a_column() -> None:
+    text = FORCE.format(
+        mount='stiffness = { from = "50 kN/m", to = "5 MN/m" }\ndamping = "400 N s/m"',
+        kind="force",
+        shaken='amplitude = "1 kN"',
+        speed="3000 rpm",
+        more='[limits.moves]\nresponse = "displacement"\nof = "press"\nat_most = "1 mm"\n[goal]\nminimise = "transmitted_force"\ninto = "ground"',
+    )
+    found = sweep(from_text(text), "links.mount.stiffness", "100..900 kN/m", 3)
+    assert found.goal == "transmitted_force"
+    goals = [point.goal.value for point in found.points if point.goal is not None]
+    mass, turn, damper = 300.0, 100.0 * np.pi, 400.0j * 100.0 * np.pi
+    springs = np.array([1e5, 5e5, 9e5])
+    assert goals == pytest.approx(np.abs((springs + damper) / (springs + damper - mass * turn**2)) * 1e3, rel=1e-9)

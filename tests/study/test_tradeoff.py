@@ -12,11 +12,14 @@ import vibopt as vo
 from refusals import refused
 from rotor_jobs import FAN
 from texts import best, floor, shaken_fan, table
+from vibopt.answer.console import Console
 from vibopt.balancing import is_rotor
 from vibopt.balancing.solve_rotor import asked_of
+from vibopt.cli.tradeoff_command import _list
 from vibopt.document.mistakes import Mistakes
 from vibopt.jobs import from_text, of_document
 from vibopt.report.figures import tradeoff_figure
+from vibopt.study import tradeoff
 from vibopt.study.sweep_series import front_of
 from vibopt.study.tradeoff import Tradeoff, bounded
 
@@ -268,3 +271,21 @@ def test_bounds_that_a_limit_has_from_its_parts_are_named() -> None:
     words = f"generator_set.toml: --against limits.load has two sides. Name one: {sides}."
     assert str(refused(vo.tradeoff, job, "limits.load")) == words
     assert bounded(job, "limits.load.at_least") == (job, "limits.load.at_least")
+
+
+def test_where_the_work_is_short_there_are_fewer_points_and_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
+    job = from_text(CATALOGUE)
+    whole = vo.tradeoff(job, "limits.floor", 12)
+    monkeypatch.setattr(tradeoff, "MOST_WORK", 60.0)
+    found = vo.tradeoff(job, "limits.floor", 12)
+    assert (found.short, whole.short) == (True, False)
+    assert found.asked < whole.asked
+    assert (found.jumps, bool(whole.jumps)) == ((), True)  # between them may lie what was not looked for
+    assert vo.tradeoff(job, "limits.floor", 12, thorough=True).to_json() == whole.to_json()
+    console = Console(400)
+    _list(found, console)
+    assert (
+        "answers are about the work that is done unasked: there are fewer points than asked for, and the"
+        in console.text
+    )
+    assert "`vibopt tradeoff FILE --thorough` finds all." in console.text

@@ -10,6 +10,7 @@ import pytest
 import vibopt as vo
 from refusals import refused
 from texts import MIDDLE, best, permitted, plane, reaction, shaft
+from vibopt.jobs import answer, kept_plan
 from vibopt.jobs import from_text as job_of
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.scene.scene import Scene
@@ -161,3 +162,15 @@ def test_a_shaft_without_an_answer_has_no_weights_in_the_table() -> None:
     chosen = [row for row in result.rows if row.kind == "chosen"]
     assert chosen
     assert all(row.cells[0] is not None and row.cells[1] is None for row in chosen)
+
+
+def test_a_saved_plan_stands_beside_the_one_that_chooses() -> None:
+    """Its weights are facts, those of the other are chosen: both are in one row."""
+    job = job_of((PROBLEMS / "balancing/rao_9_6_capped.toml").read_text())
+    bought = kept_plan(job, answer(job))
+    shown = {
+        row.name: [cell and cell.text for cell in row.cells] for row in compare({"made": bought, "anew": job}).rows
+    }
+    assert shown["planes.wheel.mass"] == ["0.05 kg", "0.05 kg"]
+    assert shown["planes.wheel.angle"] == ["243.3 deg", "243.3 deg"]
+    assert not any(".weight." in name for name in shown)

@@ -92,11 +92,12 @@ _PLAIN = {
 
 
 def goal_words(answer: Answer[BalancingJob]) -> str:
-    """What was made least, and how far: "least worst residual is 0.3216 mil pp"."""
+    """What was made least, and how far: "least worst residual is 0.3216 mil pp"; "least" where that is proven."""
     if answer.goal is None or answer.status in ("infeasible", "unbounded", "met", "violated"):
         return ""
     name, value = answer.goal[0], _without_rounding(answer, answer.goal[1])
-    return "" if len(answer.plan.fittings) > 1 else f"least {name.replace('_', ' ')} is {value.shown}"
+    lead = "least " if answer.status == "optimal" else ""
+    return "" if len(answer.plan.fittings) > 1 else f"{lead}{name.replace('_', ' ')} is {value.shown}"
 
 
 def _without_rounding(answer: Answer[BalancingJob], value: Entry) -> Entry:

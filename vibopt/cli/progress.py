@@ -17,6 +17,9 @@ if TYPE_CHECKING:
 
 PATIENCE, MINUTE = 0.5, 60.0
 """Seconds before the bar appears, and between two lines where there is no terminal."""
+_BUDGETS, _ALIKE = ("one range",), ("sweep", "variants", "listed values", "what a step buys")
+"""Stages that end with a budget at the latest, and those of answers that are like each other; of no others it is known
+how much of them a part is, unless they count."""
 _LEAST = 0.01
 """Part of a stage that must be done before its end is estimated."""
 
@@ -47,11 +50,13 @@ class Bar:
 
     @property
     def left(self) -> str:
-        """How long the stage may still take if it goes on like this, in words; "" as long as nobody can tell."""
+        """How long the stage may still take, in words: at most, of a budget; about, of like answers; else ""."""
+        stage, _, counted = self._state[0].partition(",")
+        bound = "at most" if counted or stage in _BUDGETS else "about" if stage in _ALIKE else ""
         part, passed = self._state[1], self._clock() - self._stage
-        if part < _LEAST:
+        if part < _LEAST or not bound:
             return ""
-        return f"at most {spoken_time(passed * (1.0 - part) / part)} more"
+        return f"{bound} {spoken_time(passed * (1.0 - part) / part)} more"
 
     @property
     def line(self) -> str:

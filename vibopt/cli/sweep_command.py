@@ -104,7 +104,6 @@ def sweep(
     Exit code 5 unless every
     point has a proven or checked answer.
     """
-    from vibopt.jobs import is_scene
     from vibopt.study.seen import goal_word
 
     ranges = ranges_of(vary)
@@ -128,7 +127,7 @@ def sweep(
     if resume and journal is None:
         raise InputError(f"--resume: {shown_name(str(table))} is no file, and keeps no points. Name a file.")
     known = journal.take_up() if journal is not None and resume else []
-    goal = "" if keep_design and is_scene(job) else goal_word(job)
+    goal = goal_word(job)
     growing = GrowingTable(table, job, goal, journal, known) if table is not None else None
     result = _run(job, ranges, points, growing, edges=edges, most=_MOST_OF_ALL if yes else None, known=known, **how)
     if table is not None:
@@ -264,11 +263,13 @@ def _short(path: str) -> str:
 
 
 def _list_boundaries(found: Sequence[Boundary], console: Console) -> None:
-    from vibopt.answer.text import grid, section
+    from vibopt.answer.text import grid, paragraph, section
     from vibopt.study.sweep_series import change_words
 
     rows = [(boundary.precise, change_words(boundary)) for boundary in found[:MOST_ROWS]]
     section(console, "Where the answer changes, found by solving again", grid(rows, whole=(0,)))
+    if any(boundary.wide for boundary in found):
+        paragraph(console, "Between two values it was not followed further, by the work. Sweep a narrower range there.")
 
 
 def value_at(entries: Mapping[str, Entry], path: str) -> str:
@@ -291,7 +292,7 @@ def _large(entries: Mapping[str, Entry]) -> dict[str, Entry]:
 def columns(job: Job, points: Iterable[Point], *, keep_design: bool = False) -> tuple[list[str], list[str]]:
     """Paths of the parts and of the variables to list, and not the one that is the goal itself.
 
-    Of jobs without any what is measured; of a kept design of a scene there are none.
+    Of jobs without any what is measured; of a design of a scene that is kept the worst value of each limit.
     """
     many = list(points)
     return list(dict.fromkeys(path for point in many for path in point.parts)), _numbers(job, many, keep_design)
@@ -303,13 +304,11 @@ def _numbers(scene: Job, points: Sequence[Point], keep_design: bool) -> list[str
     from vibopt.scene.open_places import open_positions
     from vibopt.study.seen import is_measured
 
-    if is_measured(scene):
+    if is_measured(scene) or (is_scene(scene) and (keep_design or scene.is_analysis)):
         return list(dict.fromkeys(path for point in points for path in point.results))
     if not is_scene(scene):
         named = [point.variables or _large(point.results) for point in points]
         return [path for path in dict.fromkeys(path for one in named for path in one) if not path.endswith(".angle")]
-    if keep_design:
-        return []
     goal = scene.goal.response if scene.goal is not None else None
     same = f"links.{getattr(goal, 'of', '')}.{goal.response}" if goal is not None else ""
     inner = tied(scene)

@@ -46,6 +46,7 @@ ROUNDING = 1e-9
 )
 @click.option("--csv", "csv_file", metavar="FILE", help="Write the points as a table (SI units, and dB).")
 @click.option("--figure", metavar="FILE", help="Draw the curve (.svg, .png, .pdf).")
+@click.option("--thorough", is_flag=True, help="All points, whatever the work.")
 @limited
 @anew
 @changes
@@ -61,6 +62,7 @@ def tradeoff(
     changes: tuple[str, ...],
     scenario: str | None,
     force: bool,
+    thorough: bool,
     as_json: bool,
 ) -> int:
     """Weigh the goal against a limit, or two: the designs of which none is better in all, from end to end.
@@ -76,9 +78,9 @@ def tradeoff(
     table, picture = targets(csv_file, figure, force=(force, force))
     with Bar() as bar:
         result = (
-            weigh(job, against[0], points or STEPS, progress=bar)
+            weigh(job, against[0], points or STEPS, thorough=thorough, progress=bar)
             if len(against) == 1
-            else tradeoff_surface(job, against, points or USUAL, progress=bar)
+            else tradeoff_surface(job, against, points or USUAL, thorough=thorough, progress=bar)
         )
     if table is not None:
         write_file(table, table_text(result).encode())
@@ -108,6 +110,7 @@ def _list(result: Tradeoff, console: Console) -> None:
     paragraph(console, f"{spacing}{_leaps(result)}. {_knee(result)}")
     knee = ", and the knee may be elsewhere" if result.knee is not None else ""
     _say_open(open_ones, console, f"others may be better in both there{knee}")
+    _say_short(result, console)
     if not result.free:
         further = f"it goes on where {result.name} is loosened further"
         paragraph(console, f"The goal has no best value of its own: {further}.")
@@ -125,6 +128,7 @@ def _list_curves(result: Surface, console: Console) -> None:
     left = "but where nothing lies between, or only designs that another curve betters"
     paragraph(console, f"At each bound of {first} the curve against {second}: neighbours on it are {spacing}, {left}.")
     _say_open(open_ones, console, "others may be better in all three there")
+    _say_short(result, console)
 
 
 def _headed(result: Tradeoff | Surface, console: Console, against: str, curves: str, every: str) -> int:
@@ -142,6 +146,20 @@ def _say_open(count: int, console: Console, better: str) -> None:
     if count:
         paragraph(
             console, f"{'1 design is' if count == 1 else f'{count} of the designs are'} not proven best: {better}."
+        )
+
+
+def _say_short(result: Tradeoff | Surface, console: Console) -> None:
+    """What the work that is done unasked has left out."""
+    from vibopt.answer.text import paragraph
+    from vibopt.study.tradeoff import ROUGHLY
+
+    if result.short:
+        done = f"{counted(result.asked, 'answers')} are about the work that is done unasked"
+        paragraph(
+            console,
+            f"{done}: there are fewer points than asked for, and the ends are found to {100.0 * ROUGHLY:g} %. "
+            "`vibopt tradeoff FILE --thorough` finds all.",
         )
 
 

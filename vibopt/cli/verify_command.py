@@ -16,7 +16,7 @@ from vibopt.answer.answer import Answer
 from vibopt.cli import completing
 from vibopt.cli.options import Once, as_json, force, limited, method
 from vibopt.cli.output import complain, fail, say, say_json, show, width
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 from vibopt.files.writing import checked_target, write_file
 
 if TYPE_CHECKING:
@@ -178,7 +178,13 @@ def _stopped(as_json: bool) -> int:
     return fail(INTERRUPTED, "interrupted", message, as_json=as_json)
 
 
+_RECORDS = "See `vibopt help verification`."
+
+
 def _tell(result: Verification) -> None:
+    if not result.rows:
+        say(f"{counted(result.files, 'files')} without a record: what is right stands in [[expected]]. {_RECORDS}")
+        return
     show(lambda console: _tables(result, console, width()))
     for row in result.rows:
         if not row.ok:

@@ -120,7 +120,8 @@ class LinkTable(OneLink):
     @model_validator(mode="after")
     def _consistent(self) -> "LinkTable":
         springs, dampers = self._given(_SPRINGS), self._given(_DAMPERS)
-        if not springs and self.damping is None and self.torsional_damping is None and self.friction_force is None:
+        others = ("damping", "rotating_damping", "torsional_damping", "friction_force")
+        if not springs and not self._given(others):
             raise word('has neither stiffness nor damping. Write stiffness = "200 kN/m".')
         if len(springs) > 1:
             raise word(f"gives {' and '.join(springs)}. Keep one: they are ways to say the stiffness of one link.")

@@ -143,7 +143,7 @@ def _called(name: str) -> Method:
     from vibopt.solve.method import METHODS
 
     if name not in METHODS:
-        raise InputError(f"--method {name}: there is no such method.{way_out(name, [*METHODS, 'cvxpy', 'ipopt'])}")
+        raise InputError(f"--method {name}: there is no such method.{way_out(name, ['cvxpy', 'ipopt', *METHODS])}")
     return METHODS[name]()
 
 

@@ -21,6 +21,7 @@ from vibopt.study.points import Point, Points
 from vibopt.study.seen import shown_value
 from vibopt.study.varied import Varied
 from vibopt.units import show
+from vibopt.work import SpentError, metered
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -33,6 +34,8 @@ BY_SEARCH = 2e-5
 ALONG_EDGES = 1e-3
 """The same along the edges of a grid whose points are answered one by one."""
 _MOST_ROUNDS, _MOST_ANSWERS = 60, 4000
+MOST_WORK = 60_000.0
+"""Work of all boundaries [nominal ms], beyond which they stay as wide as they are."""
 _TOGETHER = 15
 """Places looked at between two sides at a time, where many answers cost little more than one."""
 _FINEST, _HALVED, _ASIDE = 1e-9, 5, 0.05
@@ -85,8 +88,8 @@ class Boundary:
 
     @property
     def precise(self) -> str:
-        """The place with as many digits as are known of it; of whole numbers both sides."""
-        if self.below.dimension == "count":
+        """The place with as many digits as are known of it; of whole numbers, and where it is wide, both sides."""
+        if self.below.dimension == "count" or self.wide:
             return f"between {self.below.shown} and {self.above.shown}"
         size, apart = abs(self.at), abs(self.above.value - self.below.value)
         digits = int(np.clip(np.ceil(np.log10(size / apart)), 3, 7)) if size and apart else 7
@@ -227,7 +230,7 @@ class _Narrowing:
         self.job, self.varied, self.told = job, varied, told
         self.of_designs, self.of_limits = close
         self.inner = _TOGETHER if batch else 1
-        self.left = _MOST_ANSWERS * self.inner
+        self.left, self.work = _MOST_ANSWERS * self.inner, 0.0
 
     def is_wide(self, gap: _Gap) -> bool:
         """Whether the sides are further apart than they should be."""
@@ -252,7 +255,7 @@ class _Narrowing:
                 break
             try:
                 cut = self._cut(wide)
-            except InputError:  # there is nothing between
+            except (InputError, SpentError):  # there is nothing between, or no more work is done
                 break
             gaps = [one for gap in gaps for one in (cut.pop(0) if self.is_wide(gap) else [gap])]
         return gaps
@@ -260,7 +263,9 @@ class _Narrowing:
     def _cut(self, wide: list[_Gap]) -> list[list[_Gap]]:
         places = [self._places(one) for one in wide]
         facts = tuple(varied.fact for varied in self.varied)
-        found = list(answered(self.job, facts, np.concatenate(places), sure=self.inner > 1))
+        with metered(MOST_WORK - self.work) as meter:
+            found = list(answered(self.job, facts, np.concatenate(places), sure=self.inner > 1))
+        self.work += meter.done
         self.left -= len(found)
         parts, begin = [], 0
         for gap, inner in zip(wide, places, strict=True):

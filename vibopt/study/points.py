@@ -14,7 +14,7 @@ from vibopt.arrays import FloatArray
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
 from vibopt.study.freeze import shown_values
-from vibopt.study.seen import GOOD, NOTHING, chosen, entries_of, goal_of, results, shown_value
+from vibopt.study.seen import GOOD, NOTHING, chosen, entries_of, goal_of, measured_goal, results, shown_value
 from vibopt.study.varied import DECIBEL
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
@@ -30,7 +30,7 @@ class Point:
     """Answer at one value of each varied fact; `margins` by limit name, the rest by path.
 
     `parts` are words that were chosen; `results` is what a balancing job measures beside its limits, or a
-    scene without any.
+    scene without any; of a scene that is judged the worst values of its limits, and `goal` what was made best.
     """
 
     varied: Mapping[str, Entry]
@@ -172,12 +172,27 @@ def point_of(facts: Sequence[FactAt], values: FloatArray, job: Job, answer: Answ
     return Point(
         varied=varied_at(facts, values),
         status=answer.status,
-        goal=goal_of(job, answer),
+        goal=_goal(job, answer),
         variables={path: one for path, one in taken.items() if isinstance(one, Entry)},
         margins={name: limit.margin for name, limit in answer.limits.items() if answer.status not in NOTHING},
         parts={path: one.value for path, one in taken.items() if isinstance(one, Word)},
-        results=results(job, answer, entries),
+        results=_worst(answer) if is_judged(job) else results(job, answer, entries),
     )
+
+
+def is_judged(job: Job) -> bool:
+    """Whether nothing of a scene is left to choose, and limits are measured."""
+    return is_scene(job) and job.is_analysis and bool(job.limits)
+
+
+def _goal(job: Job, answer: Answer[Any]) -> Entry | None:
+    row = answer.measures.get(measured_goal(job))
+    return goal_of(job, answer) if row is None else row.value
+
+
+def _worst(answer: Answer[Any]) -> dict[str, Entry]:
+    """The worst value of each limit."""
+    return {f"limits.{name}": row.value for name, row in answer.limits.items()}
 
 
 class Heads:

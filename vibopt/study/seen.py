@@ -11,6 +11,7 @@ from vibopt.balancing import is_rotor
 from vibopt.errors import InputError
 from vibopt.jobs import is_open, is_scene, kept_plan
 from vibopt.study.freeze import frozen
+from vibopt.verify.measured_goal import MEASURED
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -35,8 +36,17 @@ def goal_of(job: Job, answer: Answer[Any]) -> Entry | None:
 
 
 def goal_word(job: Job) -> str:
-    """What is made best, as the file says it; "" for an analysis."""
-    return (job.goal.name if job.goal is not None else "") if is_scene(job) else job.aim
+    """What is made best, or was where nothing is left to choose, as the file says it; "" where nothing is."""
+    if not is_scene(job):
+        return job.aim
+    became = measured_goal(job)
+    return job.goal.name if job.goal is not None else job.measures[became].response if became else ""
+
+
+def measured_goal(job: Job) -> str:
+    """Name of the measure that a goal became beside limits, where nothing is left to choose; "" where none did."""
+    judged = is_scene(job) and job.is_analysis and job.limits
+    return next((name for name in MEASURED.values() if name in job.measures), "") if judged and is_scene(job) else ""
 
 
 def entries_of(job: Job, answer: Answer[Any]) -> Mapping[str, Value]:

@@ -12,22 +12,25 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.answer.entry import Entry
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.lone import LoneMachine
 from vibopt.program.pose import pose
 from vibopt.records import dataclass
-from vibopt.responses import HarmonicResponse, Response
+from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.drives import bands_for, combine_for, names_for, unit_lines
 from vibopt.scene.read import with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve.closed_form import INFEASIBLE, OPTIMAL, Answers, answer
 from vibopt.solve.closed_program import NotClosedError, Number, Numbers, Question, question, value_at
 from vibopt.solve.ranges import closed
-from vibopt.study.points import Columns
+from vibopt.study.points import Columns, Words
+from vibopt.study.seen import measured_goal
 from vibopt.values.fact_at import FactAt
 from vibopt.verify.as_built import built
 from vibopt.verify.certify import TOLERANCE, Shaken
+from vibopt.verify.checked import shown_value, usual_unit
 
 _EXACT = 1e-12
 _INSIDE = (0.41, 0.68)
@@ -176,7 +179,7 @@ class _Checked:
         if not isinstance(machine, LoneMachine) or machine.loose:
             raise NotClosedError("nothing holds the machine.")
         same, good = np.ones(count, dtype=bool), np.ones(count, dtype=bool)
-        design, margins, index = shown[list(self.asked.order)] if len(x) else answers.x, {}, 0
+        design, margins, worst, index = shown[list(self.asked.order)] if len(x) else answers.x, {}, {}, 0
         for name, response in scene.limits.items():
             sides = [side for side in ("at_most", "at_least") if getattr(response, side) is not None]
             for side in sides:
@@ -186,12 +189,13 @@ class _Checked:
                 given = self.numbers[f"{name}.{side}"]
                 size = np.abs(1.0 - given if response.complement else given)
                 left = (given - value if side == "at_most" else value - given) / np.where(size == 0.0, 1.0, size)
-                margins[name if side == sides[0] else f"{name} ({side})"] = left
+                key = name if side == sides[0] else f"{name} ({side})"
+                margins[key], worst[key] = left, (response, getattr(response, side).unit, value)
                 good &= left >= -TOLERANCE
                 index += 1
         if scene.is_analysis:
             judged = np.where(good, "met", "violated")
-            return Columns(np.where(same, judged, "").tolist(), x, None, margins)
+            return Columns(np.where(same, judged, "").tolist(), x, None, margins, self._judged(machine, worst, count))
         goal = None
         if scene.goal is not None:
             goal = np.broadcast_to(self._plain(machine, scene.goal.response), (count,))
@@ -199,6 +203,25 @@ class _Checked:
         proven &= ~self._undecided(design) if whole else True
         status = np.where(proven, "optimal", np.where(answers.status == INFEASIBLE, "infeasible", ""))
         return Columns(status.tolist(), x, goal, margins)
+
+    def _judged(self, machine: LoneMachine, worst: Mapping[str, tuple[Response, str, FloatArray]], count: int) -> Words:
+        """What was made best, where that is a property of the machine, and the worst value of each limit."""
+        became = measured_goal(self.scene)
+        goal = self.scene.measures[became] if became else None
+        if isinstance(goal, (HarmonicResponse, TransientResponse, RandomResponse)):
+            raise NotClosedError("what was made best is a motion.")
+        best = None if goal is None else np.broadcast_to(self._plain(machine, goal), (count,))
+
+        def words(index: int) -> tuple[Entry | None, Mapping[str, Entry], Mapping[str, Entry]]:
+            def shown(response: Response, unit: str, value: FloatArray) -> Entry:
+                return shown_value(
+                    response, float(value[index]), response.unit or unit or usual_unit(self.scene, response)
+                )
+
+            left = {f"limits.{name}": shown(*one) for name, one in worst.items()}
+            return None if goal is None or best is None else shown(goal, "", best), {}, left
+
+        return words
 
     def _undecided(self, design: FloatArray) -> BoolArray:
         """Whether the goal is at the end of its range and leaves the other variable open."""

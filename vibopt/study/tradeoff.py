@@ -16,7 +16,7 @@ from vibopt.arrays import FloatArray
 from vibopt.balancing import is_rotor
 from vibopt.bracketing import narrowed
 from vibopt.document.mistakes import Mistakes
-from vibopt.errors import InputError, way_out
+from vibopt.errors import InputError, counted, way_out
 from vibopt.jobs import answer, fact_at, facts, is_open, is_scene, of_document
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
@@ -26,6 +26,7 @@ from vibopt.study.points import Heads, Point
 from vibopt.study.seen import goal_word
 from vibopt.units import si_unit
 from vibopt.values.fact_at import FactAt
+from vibopt.work import metered
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
 FEWEST, MOST = 3, 1000
 CLOSE = 1e-6
 """Part of a bound to which both ends are found."""
+MOST_WORK, ROUGHLY = 60_000.0, 1e-3
+"""Work that is done unasked [nominal ms]; part of a bound to which ends are found where that is short."""
+_ENDS = 60
+"""Answers for which the work must do, or the ends are found roughly."""
 FAR = 1e6
 """Factor by which a bound is loosened to hold nothing back."""
 _WIDE = 1e3
@@ -72,6 +77,8 @@ class Tradeoff(Tabular):
         Indices of points behind which both quantities are not to be had between.
     asked
         Number of answers that it took.
+    short
+        Whether the work that is done unasked was too little for as many points, and for ends to 1e-6.
     """
 
     job: Job
@@ -84,6 +91,7 @@ class Tradeoff(Tabular):
     free: bool
     jumps: tuple[int, ...]
     asked: int
+    short: bool = False
 
     @property
     def name(self) -> str:
@@ -106,12 +114,14 @@ class Tradeoff(Tabular):
         """All points with what was reached, and the knee."""
         return {
             "path": self.fact.path, "goal": self.goal, "knee": self.knee, "knee_is": KNEE, "gap": self.gap,
-            "free": self.free, "jumps": self.jumps, "answers": self.asked,
+            "free": self.free, "jumps": self.jumps, "answers": self.asked, "short": self.short,
             "points": [{"reached": at, **point.to_json()} for at, point in zip(self.reached, self.points, strict=True)],
         }  # fmt: skip
 
 
-def tradeoff(job: Job, against: str, points: int = 50, *, progress: Progress | None = None) -> Tradeoff:
+def tradeoff(
+    job: Job, against: str, points: int = 50, *, thorough: bool = False, progress: Progress | None = None
+) -> Tradeoff:
     """The goal against the bound of a limit, or against a second response.
 
     Parameters
@@ -124,6 +134,8 @@ def tradeoff(job: Job, against: str, points: int = 50, *, progress: Progress | N
         "most " before them as great.
     points
         Neighbours are no further apart than the whole over so many steps, but where there is nothing between.
+    thorough
+        Whatever the work.
     progress
         Called now and then with a stage and the part that is done.
 
@@ -137,7 +149,7 @@ def tradeoff(job: Job, against: str, points: int = 50, *, progress: Progress | N
     if not FEWEST <= points <= MOST:
         raise InputError(f"--points {points} is not between {FEWEST} and {MOST}.")
     job, path = bounded(job, against)
-    front = MovedBound(job, fact_at(job, path), progress)
+    front = MovedBound(job, fact_at(job, path), progress, np.inf if thorough else MOST_WORK)
     return front.curve(points)
 
 
@@ -198,8 +210,9 @@ Gap = tuple[float, float, Holds]
 class MovedBound:
     """Answers by the bound that gave them; the bound `b` counts so that less is tighter."""
 
-    def __init__(self, job: Job, fact: FactAt, progress: Progress | None = None) -> None:
-        self.job, self.fact, self.progress = job, fact, progress
+    def __init__(self, job: Job, fact: FactAt, progress: Progress | None = None, most: float = MOST_WORK) -> None:
+        self.job, self.fact, self.progress, self.most = job, fact, progress, most
+        self.work, self.short = 0.0, False
         self.least = fact.path.endswith(".at_least")
         self.sense = -1.0 if is_scene(job) and job.goal is not None and job.goal.sense == "maximise" else 1.0
         self.known: dict[float, Point | None] = {}
@@ -216,6 +229,20 @@ class MovedBound:
         if not fact.value > 0.0:
             raise InputError(f"{job.name}: {fact.path} is {fact.now(1.0)}: a bound that is moved is more than zero.")
 
+    @property
+    def close(self) -> float:
+        """Part of a bound to which ends are found."""
+        if self.work * _ENDS <= self.most * self.asked:
+            return CLOSE
+        self.short = True
+        return ROUGHLY
+
+    def spent(self, part: float = 1.0) -> bool:
+        """Whether a part of the work that may be done is done."""
+        over = self.work > part * self.most
+        self.short = self.short or over
+        return over
+
     def value(self, b: float) -> float:
         """The bound [SI]."""
         return 1.0 / b if self.least else b
@@ -230,14 +257,16 @@ class MovedBound:
                 if not self._told(b):
                     self._answer([b])
         if self.progress is not None:
-            self.progress("trade-off", min(0.99, self.asked / (self.asked + 50.0)))
+            self.progress(f"trade-off, {counted(self.asked, 'answers')}", 0.0)
 
     def _answer(self, new: Sequence[float], *, sparing: bool = True) -> None:
         values = np.array([[self.value(b)] for b in new]).reshape(-1, 1)
         self.asked += len(new)
         try:
             sparing = sparing and self.batch
-            points = answered(self.job, (self.fact,), values, sparing=sparing, sure=sparing and bool(self.known))
+            with metered() as meter:
+                points = answered(self.job, (self.fact,), values, sparing=sparing, sure=sparing and bool(self.known))
+            self.work += meter.done
             for b, point in zip(new, points, strict=True):
                 if point.status:
                     self._keep(b, point)
@@ -300,7 +329,7 @@ class MovedBound:
         entries = tuple(replace(point.value, value=self.reached(point)) for point in found)
         return Tradeoff(
             self.job, self.fact, tuple(found), entries, goal_word(self.job), knee, self.gap(found, count), self.free,
-            self._jumps(found, count), self.asked,
+            self._jumps(found, count), self.asked, self.short,
         )  # fmt: skip
 
     def front(self, count: int) -> list[Point]:
@@ -314,7 +343,7 @@ class MovedBound:
 
     def _untie(self) -> None:
         """Of choices from lists each is asked for the tightest bound at which another is as good: ties hide it."""
-        for point in self._best() if self.tells and self._listed else ():
+        for point in self._best() if self.tells and self._listed and not self.spent() else ():
             holds, good = self._as_good(self.cost(point)), self.bound(point)
             fails = max((b for b, one in self.known.items() if b < good and not holds(one)), default=good)
             if fails < good:
@@ -401,7 +430,7 @@ class MovedBound:
 
         def inner(good: float, bad: float) -> list[float]:
             count, known = _TOGETHER if self.batch else 1, sorted(b for b in self.known if bad < b < good)
-            if known or good - bad <= CLOSE * good:
+            if known or good - bad <= self.close * good or self.spent(0.5):
                 return known[::-1]
             return [*self._beside([good]), *(good * (bad / good) ** (k / (count + 1)) for k in range(1, count + 1))]
 
@@ -423,6 +452,7 @@ class MovedBound:
         Whether it came so far: what is still apart has nothing between.
         """
         spaced = np.geomspace if loose > RATIO * tight else np.linspace
+        wished, count = count, self._fitting(count)
         self.all([tight, *map(float, spaced(tight, loose, count)[1:-1]), loose])
         left = 4 * count * (FEWEST_TOGETHER if self.batch else 1) + 100
         for _ in range(_ROUNDS):
@@ -430,13 +460,21 @@ class MovedBound:
             new = [float(b) for a, c, parts in wide for b in spaced(a, c, parts + 1)[1:-1]]
             new += self._beside(c for _, c, _ in wide)
             left -= len(new)
-            if not new or left < 0:
-                return not new
+            if not new or left < 0 or self.spent():
+                return not new and count == wished
             before = len(self.known)
             self.all(new)
             if len(self.known) == before:
                 return False
         return False
+
+    def _fitting(self, count: int) -> int:
+        """As many steps as the work that is left allows, and no more than are asked for."""
+        if self.batch or self.most == np.inf or not self.work:
+            return count
+        fit = int((self.most - self.work) * self.asked / self.work)
+        self.short = self.short or fit < count
+        return max(min(count, fit), FEWEST)
 
     def _wide(self, tight: float, loose: float, count: int) -> Iterator[tuple[float, float, int]]:
         """Neighbouring bounds that are too far apart, and in how many parts to cut them."""

@@ -16,7 +16,7 @@ from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.study.points import Heads, Point, varied_at
 from vibopt.study.seen import goal_word
-from vibopt.study.tradeoff import CLOSE, FAR, RATIO, MovedBound, bounded
+from vibopt.study.tradeoff import CLOSE, FAR, MOST_WORK, RATIO, MovedBound, bounded
 from vibopt.units import si_unit
 from vibopt.values.fact_at import FactAt
 
@@ -42,6 +42,8 @@ class Surface(Tabular):
         Greatest distance of neighbours on a curve: parts of both spans, added; 2 is all of it.
     asked
         Number of answers that it took.
+    short
+        As of a trade-off against one.
     """
 
     job: Job
@@ -51,6 +53,7 @@ class Surface(Tabular):
     goal: str
     gap: float
     asked: int
+    short: bool = False
 
     @property
     def names(self) -> tuple[str, str]:
@@ -82,11 +85,19 @@ class Surface(Tabular):
         """All points with what was reached."""
         points = [{"reached": both, **point.to_json()} for both, point in zip(self.reached, self.points, strict=True)]
         paths = [fact.path for fact in self.facts]
-        return {"paths": paths, "goal": self.goal, "gap": self.gap, "answers": self.asked, "points": points}
+        return {
+            "paths": paths, "goal": self.goal, "gap": self.gap, "answers": self.asked, "short": self.short,
+            "points": points,
+        }  # fmt: skip
 
 
 def tradeoff_surface(
-    job: Job, against: Sequence[str], points: int = USUAL, *, progress: Progress | None = None
+    job: Job,
+    against: Sequence[str],
+    points: int = USUAL,
+    *,
+    thorough: bool = False,
+    progress: Progress | None = None,
 ) -> Surface:
     """The goal against the bounds of two limits, or against two more responses.
 
@@ -98,6 +109,8 @@ def tradeoff_surface(
         Two, each as that of `tradeoff`.
     points
         Bounds of the first, and steps of the curve at each: neighbours are no further apart than such a step.
+    thorough
+        Whatever the work.
     progress
         Called now and then with a stage and the part that is done.
 
@@ -122,31 +135,35 @@ def tradeoff_surface(
     if first == second:
         raise InputError(f"{job.name}: --against {against[0]} is given twice. Name another limit, or leave one out.")
     facts = fact_at(job, first), fact_at(job, second)
-    made, asked, gaps = [], 0, [0.0]
-    values, spent = _values(job, facts, points, progress)
+    made, asked, gaps, short = [], 0, [0.0], False
+    most = np.inf if thorough else MOST_WORK / (points + 3)  # three pairs of ends, then the curves
+    values, spent = _values(job, facts, points, most, progress)
     for value in values:
-        moved = MovedBound(_with(job, facts[0], value), facts[1], progress)
+        moved = MovedBound(_with(job, facts[0], value), facts[1], progress, most)
         curve = moved.front(points)
         made += [replace(point, varied={**varied_at(facts[:1], np.array([value])), **point.varied}) for point in curve]
         gaps.append(moved.gap(curve, points))
         asked += moved.asked
+        short = short or moved.short
     sides = [MovedBound(job, fact) for fact in facts]
     kept = _undominated(sides, made)
     reached = tuple((_as(sides[0], point), _as(sides[1], point)) for point in kept)
-    return Surface(job, facts, tuple(kept), reached, goal_word(job), max(gaps), asked + spent)
+    return Surface(job, facts, tuple(kept), reached, goal_word(job), max(gaps), asked + spent, short)
 
 
 def _with(job: Job, fact: FactAt, value: float) -> Job:
     return with_changes(job, dict(fact.changes(value)))
 
 
-def _values(job: Job, facts: tuple[FactAt, FactAt], count: int, progress: Progress | None) -> tuple[list[float], int]:
+def _values(
+    job: Job, facts: tuple[FactAt, FactAt], count: int, most: float, progress: Progress | None
+) -> tuple[list[float], int]:
     """Bounds of the first limit [SI], the tightest first, by ratios over more than a factor 100; answers it took."""
     asked = 0
 
     def ends(moved: FactAt, held: FactAt, at: float) -> tuple[float, float]:
         nonlocal asked
-        bound = MovedBound(_with(job, held, at), moved, progress)
+        bound = MovedBound(_with(job, held, at), moved, progress, most)
         tight, loose, _ = bound.ends()
         asked += bound.asked
         return bound.value(tight), bound.value(loose)

@@ -23,7 +23,7 @@ from vibopt.responses.response import place_of
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import frozen
 from vibopt.study.rounded import goal_on
-from vibopt.study.seen import chosen, goal_of, results, shown_value
+from vibopt.study.seen import NOTHING, entries_of, goal_of, results, shown_value
 from vibopt.study.variant_cells import SAME, Cell, Row, bought, comparable, marked, price_of, price_words, row_of
 from vibopt.values.fields import Fact, rule_of
 from vibopt.verify.as_built import machine_of
@@ -51,15 +51,18 @@ def rows_of_plans(jobs: Sequence[BalancingJob], found: Sequence[Answer[Any]]) ->
         _goal_row(f"least {name.replace('_', ' ')}", -1.0, [_goal_of_plan(answer, name) for answer in found], found)
         for name in names
     ]
-    taken = [chosen(job, answer) for job, answer in zip(jobs, found, strict=True)]
     paths = dict.fromkeys(path for job in jobs for path in job.choices)
     said = [{fact.path: Entry(fact.value, fact.dimension, fact.unit) for fact in facts(job)} for job in jobs]
+    taken = [
+        {} if answer.status in NOTHING else {**here, **entries_of(job, answer)}  # what was saved is a fact
+        for job, here, answer in zip(jobs, said, found, strict=True)
+    ]
     left = [_measures(answer) | results(job, answer) for job, answer in zip(jobs, found, strict=True)]
     return [
         *_verdict_rows(found),
         *goals,
         *(row_of("chosen", path, [one.get(path) for one in taken]) for path in paths),
-        *_differing(said, lambda k, path: None),
+        *(row for row in _differing(said, lambda k, path: None) if row.name.replace(".weight.", ".") not in paths),
         *_limit_rows(found),
         *_measure_rows(left),
     ]

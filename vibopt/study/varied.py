@@ -21,6 +21,7 @@ from vibopt.scene.open_places import open_places, open_positions
 from vibopt.study.seen import chosen
 from vibopt.units import Quantity, is_range, to_unit
 from vibopt.values.fact_at import FactAt
+from vibopt.verify.measured_goal import measure_goal
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -129,14 +130,16 @@ def varied(job: Job, ranges: Mapping[str, str], design: Answer[Any] | None = Non
 
 
 def _holding(job: Job, held: Mapping[str, str]) -> Job:
-    """The job with variables as facts; where nothing is left to choose, limits are measured, and else the goal."""
+    """The job with variables as facts; where nothing is left to choose, limits and what was the goal are measured."""
     if (
         is_scene(job)
         and job.limits
         and len(held) == len(job.variables)
         and not (open_positions(job) or open_places(job))
     ):
-        document = {key: one for key, one in changed(job.document, held).items() if key != "goal"}
+        document = {**changed(job.document, held)}
+        measure_goal(job, document)
+        document.pop("goal", None)
         return of_document(document, Mistakes(job.name, None))
     return with_changes(job, held)
 
