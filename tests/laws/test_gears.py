@@ -253,3 +253,37 @@ def test_gears_that_cannot_be_are_told_in_a_sentence(case: str) -> None:
     assert f"drive.toml: {words}" in said
     alone = ("itself", "a slip", "no turning", "no ratio", "what slides")
     assert len(said) == 1 or case not in alone, "nothing more is told of what a wrong gear does not turn"
+
+
+@given(inertia=st.floats(1.0, 90.0), ratio=st.floats(0.1, 4.0), speed=st.floats(1.0, 9.0))
+def test_a_light_pinion_hands_the_inertia_of_its_wheel_on(inertia: float, ratio: float, speed: float) -> None:
+    """One coupling alone ends at it, which so carries the wheel."""
+    line: dict[str, Any] = {
+        "title": "light pinion",
+        "bodies": {
+            "engine": {"inertia": "9 kg m2"},
+            "pinion": {"inertia": "0 kg m2"},
+            "wheel": {"inertia": f"{inertia!r} kg m2", "geared_to": "pinion", "speed_ratio": -ratio},
+        },
+        "links": {
+            "coupling": {
+                "between": ["engine", "pinion"],
+                "torsional_stiffness": "20 kN m/rad",
+                "torsional_damping": "80 N m s/rad",
+            }
+        },
+        "excitations": {
+            "firing": {
+                "kind": "moment",
+                "on": "engine",
+                "amplitude": "1 kN m",
+                "speed": f"{speed!r} Hz",
+                "varies": "constant",
+            }
+        },
+        "measures": {"engine": {"response": "rotation", "of": "engine"}},
+    }
+    omega = 2.0 * np.pi * speed
+    spring, wheel = 20e3 + 80j * omega, -inertia * ratio**2 * omega**2
+    through = spring * wheel / (spring + wheel)
+    assert measured(line)["engine"] == pytest.approx(abs(1e3 / (through - 9.0 * omega**2)), rel=1e-9)

@@ -73,6 +73,81 @@ def test_rows_in_another_order_are_told_apart_where_something_looks_at_the_joint
     assert len(solve(from_dict(document)).details["places"]) == 6
 
 
+def _row(kind: str) -> tuple[dict[str, Any], list[list[str]]]:
+    """A spring and a damper whose order counts, and the pairs that each may join."""
+    document = copy.deepcopy(MACHINE)
+    del document["inerters"]
+    document["links"]["spring"]["stiffness"] = "80 kN/m"
+    document["links"]["damper"]["damping"] = "4 kN s/m"
+    if kind == "release":
+        document["excitations"] = {"go": {"kind": "release", "on": "machine", "displacement": "10 mm"}}
+        document["goal"] = {"minimise": "peak_force", "into": "ground"}
+    if kind == "heavy beam":
+        bar = {"kind": "cantilever", "length": "1 m", "modulus": "200 GPa", "diameter": "40 mm"}
+        document["links"]["spring"] = {"beam": {**bar, "density": "7850 kg/m3"}}
+        document["goal"] = {"maximise": "displacement", "of": "machine"}
+    if kind == "gears":
+        inertias = {"machine": {"inertia": "9 kg m2"}, "hub": {"inertia": "3 kg m2"}, "far": {"inertia": "25 kg m2"}}
+        joint = {"inertia": "0 kg m2", "geared_to": "hub", "speed_ratio": -0.25}
+        document["bodies"] = {**inertias, "joint": joint}
+        document["links"] = {
+            "mount": {"between": ["machine", "hub"], "torsional_stiffness": "20 kN m/rad"},
+            "spring": {"torsional_stiffness": "40 kN m/rad"},
+            "damper": {"torsional_damping": "500 N m s/rad"},
+        }
+        document["excitations"]["shaking"] |= {"kind": "moment", "amplitude": "100 N m"}
+        document["goal"] = {"maximise": "rotation", "of": "machine"}
+    return document, [["far" if kind == "gears" else "machine", "joint"], LOWER]
+
+
+@pytest.mark.parametrize("kind", ["release", "heavy beam", "gears"])
+def test_both_orders_of_a_row_are_tried_where_they_differ(kind: str) -> None:
+    """Against each layout that is written out, without a choice."""
+    document, pairs = _row(kind)
+    goal = document.pop("goal")
+    response = {
+        "response": goal.get("minimise") or goal["maximise"],
+        **{k: goal[k] for k in ("of", "into") if k in goal},
+    }
+    values = []
+    for spring, damper in product(pairs, repeat=2):
+        one = copy.deepcopy(document) | {"measures": {"asked": response}}
+        one["links"]["spring"]["between"], one["links"]["damper"]["between"] = spring, damper
+        if spring != damper or kind != "release":  # else nothing is carried
+            values.append(solve(from_dict(one)).measures["asked"].value.value)
+    document["goal"] = goal
+    document["links"]["spring"]["between"] = document["links"]["damper"]["between"] = {"one_of": pairs}
+    design = solve(from_dict(document))
+    best = min(values) if "minimise" in goal else max(values)
+    assert design.goal is not None
+    assert design.goal[1].value == pytest.approx(best, rel=1e-9)
+
+
+def test_a_layout_that_is_not_answered_is_named_and_nothing_is_called_proven() -> None:
+    """Two dampers in a row brake, but hold their joint nowhere: it is better than the others, and refused."""
+    document = copy.deepcopy(MACHINE)
+    del document["inerters"]
+    document["links"] = {
+        "mount": {"between": ["machine", "ground"], "stiffness": "100 kN/m"},
+        "spring": {"between": {"one_of": [["machine", "ground"], UPPER]}, "stiffness": "80 kN/m"},
+        "other": {"between": {"one_of": [["machine", "ground"], LOWER]}, "stiffness": "50 kN/m"},
+        "upper": {"between": UPPER, "damping": "4 kN s/m"},
+        "lower": {"between": LOWER, "damping": "4 kN s/m"},
+    }
+    said = (
+        "; 1 more layout not answered (spring machine to ground, other machine to ground): bodies.joint has no mass, "
+        "and no spring holds it, so that it drifts under any steady force. Of dampers in a row write one: 1/c = "
+        "1/c1 + 1/c2"
+    )
+    design = solve(from_dict(document))
+    assert design.status == "feasible"
+    assert design.claim.endswith(said)
+    document["limits"] = {"still": {"response": "displacement", "of": "machine", "at_most": "1 um"}}
+    design = solve(from_dict(document))
+    assert design.status == "unproven"
+    assert design.claim.endswith(said)
+
+
 def test_values_and_layout_are_chosen_together_and_saved() -> None:
     """The best of three programs, each with the ends written out."""
     document = copy.deepcopy(MACHINE)

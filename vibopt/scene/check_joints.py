@@ -33,7 +33,7 @@ def check_joints(scene: Scene, mistakes: Mistakes) -> None:
             ("bodies", empty[0]), 'nothing has a mass, so that nothing vibrates. Give a body its mass: "300 kg".'
         )
     loose = _held(scene, light, mistakes)
-    _carrying(scene, [name for name in empty if name not in loose], mistakes)
+    _carrying(scene, loose, mistakes)
     _braked(scene, light, mistakes)
     _ratios(scene, empty, mistakes)
     wheels = [
@@ -101,19 +101,12 @@ def _ends(scene: Scene) -> dict[str, tuple[str, str]]:
     return {name: (places.gear_root(scene, one), places.gear_root(scene, other)) for name, (one, other) in rooted}
 
 
-def _carrying(scene: Scene, empty: list[str], mistakes: Mistakes) -> None:
+def _carrying(scene: Scene, loose: set[str], mistakes: Mistakes) -> None:
     """Each joint joins two things, or is shaken."""
     if len(places.devices(scene)) < len(places.raw_devices(scene)):
         return  # one that could not be read may end there
-    ends = _ends(scene)
-    shaken = {
-        places.gear_root(scene, one) for excitation in scene.excitations.values() for one in excitation.everywhere
-    }
-    heavy = {end for name, link in scene.links.items() if link.spreads_mass for end in ends.get(name, ())}
-    for name in empty:
-        ways = [link for link, two in ends.items() if name in two]
-        others = sorted({end for link in ways for end in ends[link]} - {name})
-        if len(others) != 1 or name in shaken | heavy:
+    for name, (ways, others) in idle_joints(scene).items():
+        if not others or name in loose:
             continue
         text = (
             f"only {ways[0]} ends at it, which so carries nothing. Join a second link to it, or leave both out."
@@ -122,6 +115,24 @@ def _carrying(scene: Scene, empty: list[str], mistakes: Mistakes) -> None:
             "Join one of them to something else, or leave them out."
         )
         mistakes.add(("bodies", name), f"bodies.{name} has no mass, and {text}")
+
+
+def idle_joints(scene: Scene) -> dict[str, tuple[list[str], list[str]]]:
+    """Joints that nothing shakes and that join fewer than two things: what ends at each, and the one thing it joins."""
+    ends = _ends(scene)
+    shaken = {
+        places.gear_root(scene, one) for excitation in scene.excitations.values() for one in excitation.everywhere
+    }
+    heavy = {end for name, link in scene.links.items() if link.spreads_mass for end in ends.get(name, ())}
+    found = {}
+    heavy |= {places.gear_root(scene, name) for name, body in scene.bodies.items() if not body.massless}
+    light = [name for name, body in scene.bodies.items() if body.massless and body.geared_to is None]
+    for name in (name for name in light if name not in shaken | heavy):
+        ways = [link for link, two in ends.items() if name in two]
+        others = sorted({end for link in ways for end in ends[link]} - {name})
+        if len(others) < 2:
+            found[name] = ways, others
+    return found
 
 
 def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> set[str]:

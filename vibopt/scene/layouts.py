@@ -2,17 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 from vibopt.document.mistakes import Mistakes
+from vibopt.excitations.release import Release
+from vibopt.records import dataclass
 from vibopt.scene import places
+from vibopt.scene.check_joints import idle_joints
 from vibopt.scene.check_scene import check
 from vibopt.scene.open_places import has_open_ends, open_places, settled
 from vibopt.scene.scene import Scene
 
 
-def buildable(scene: Scene) -> Iterator[tuple[Mapping[str, str], Scene]]:
-    """As `settled` gives them, without layouts that nobody could build, or that are one before seen from its other end.
+@dataclass(frozen=True, slots=True)
+class Layouts:
+    """What open places and ends allow.
+
+    Attributes
+    ----------
+    built
+        Places and ends by path, and the scene in which they are chosen.
+    refused
+        Those that are not answered, and the words why not.
+    """
+
+    built: list[tuple[Mapping[str, str], Scene]]
+    refused: list[tuple[Mapping[str, str], str]]
+
+
+def layouts(scene: Scene) -> Layouts:
+    """As `settled` gives them, without layouts with joints that carry nothing, or seen before from their other end.
 
     Parameters
     ----------
@@ -20,27 +39,37 @@ def buildable(scene: Scene) -> Iterator[tuple[Mapping[str, str], Scene]]:
         Read without mistakes.
     """
     seen: set[object] = set()
+    found = Layouts([], [])
     sifts = has_open_ends(scene)
     for words, one in settled(scene):
         if sifts:
-            if _faults(one, Mistakes(scene.name), set()).found or (kind := _network(one)) in seen:
+            faults = _faults(one, Mistakes(scene.name), set()).found
+            if faults and not idle_joints(one):
+                found.refused.append((words, faults[0][1].removeprefix(f"{scene.name}: ")))
+            if faults or (kind := _network(one)) in seen:
                 continue
             seen.add(kind)
-        yield words, one
+        found.built.append((words, one))
+    return found
 
 
 def _network(scene: Scene) -> frozenset[object]:
     """What a layout is, whichever of the parts in a row stands first.
 
     A joint without mass passes every force on, so that what stands on its two sides may change places, unless something
-    looks at the joint itself.
+    looks at the joint itself, gears or the mass of a beam move with it, or a release begins with it in its place.
     """
     ends = {name: frozenset(two) for name, two in places.ends(scene).items()}
     looked = {on for one in scene.excitations.values() for on in one.everywhere}
     looked |= {place for one in scene.responses.values() for place, _ in one.places().values()}
     empty = {name for name, body in scene.bodies.items() if body.massless}
+    geared = {
+        one for name, body in scene.bodies.items() if body.geared_to is not None for one in (name, body.geared_to)
+    }
+    heavy = {end for _, name, table in places.devices(scene) if table.spreads_mass for end in table.joins(name)[name]}
+    fixed = empty if any(isinstance(one, Release) for one in scene.excitations.values()) else looked | geared | heavy
     rows: set[object] = set()
-    for joint in sorted(empty - looked):
+    for joint in sorted(empty - fixed):
         here = {name for name, two in ends.items() if joint in two}
         sides = {
             other: frozenset(name for name in here if other in ends[name])

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 from vibopt.answer.entry import Word
 from vibopt.errors import counted
-from vibopt.scene.layouts import buildable
+from vibopt.scene.layouts import layouts
 from vibopt.scene.open_places import combinations, groups, has_open_ends, open_places
 from vibopt.scene.scene import MINIMISE, Design, Scene
 from vibopt.solve.method import Progress
 
 Answer = Callable[[Scene], Design]
 _PROVEN = ("optimal", "infeasible")
+_UNPROVEN = {"optimal": "feasible", "infeasible": "unproven"}
+"""What is left of these where a layout is not answered."""
 
 
 def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -> Design:
@@ -31,9 +33,10 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
 
     Notes
     -----
-    "optimal" and "infeasible" only where that is proven of every place.
+    "optimal" and "infeasible" only where that is proven of every place, and none is refused.
     """
-    variants = list(buildable(scene))
+    possible = layouts(scene)
+    variants, refused = possible.built, possible.refused
     found: list[tuple[Mapping[str, str], Design]] = []
     for index, (words, one) in enumerate(variants):
         if progress is not None:
@@ -42,7 +45,10 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     words, best = min(found, key=lambda pair: _rank(pair[1]))  # the first of equals
     designs = [design for _, design in found]
     status, claim = _verdict(best, designs, "layout" if has_open_ends(scene) else "place")
-    claim += _exchanged(scene) + _left_out(combinations(scene) - len(variants))
+    claim += _exchanged(scene) + _left_out(combinations(scene) - len(variants) - len(refused))
+    if refused:
+        status = _UNPROVEN.get(status, status)
+        claim += _unanswered(refused)
     rows = [_row(one, design) for one, design in found]
     seconds = {stage: sum(design.timings.get(stage, 0.0) for design in designs) for stage in best.timings}
     settled_places = {path: Word(words[path], names) for path, names in open_places(scene).items()}
@@ -65,7 +71,17 @@ def _exchanged(scene: Scene) -> str:
 
 
 def _left_out(many: int) -> str:
-    return f"; {counted(many, 'more layouts')} would be one of these in another order, or hold nothing" if many else ""
+    return (
+        f"; {counted(many, 'more layouts')} would be one of these in another order, or have joints that carry nothing"
+        if many
+        else ""
+    )
+
+
+def _unanswered(refused: Sequence[tuple[Mapping[str, str], str]]) -> str:
+    """Layouts that are refused, and the words to the first of them."""
+    words, why = refused[0]
+    return f"; {counted(len(refused), 'more layouts')} not answered ({_spoken(words)}): {why.removesuffix('.')}"
 
 
 def with_goal(design: Design) -> Design:
