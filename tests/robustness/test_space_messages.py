@@ -143,6 +143,12 @@ CASES: list[tuple[Edit, str]] = [
         'length is needed here. Write a length, for example "20 mm".',
     ),
     (
+        box(inertia=["310 kg m2", {"to": "620 kg m2"}, "590 kg m2"]),
+        'box.toml: bodies.box.inertia = ["310 kg m2", { to = "620 kg m2" }, "590 kg m2"] has a wrong y: { to = '
+        '"620 kg m2" } is no value with a unit, but a moment of inertia is needed here. Write a moment of inertia, '
+        'for example "0.8 kg m²".',
+    ),
+    (
         box(motion="3d"),
         'box.toml: bodies.box.motion = "3d" is no motion that vibopt knows. Write "space", "plane" '
         '(x, z and the turn about y) or "line".',

@@ -73,6 +73,12 @@ WRONG = {
         'line 8: links.mount.stiffness = { from = "1 N/m", to = "9 N/m", whole = true } asks for whole numbers, but '
         'only a count is one. Write one_of = ["...", "..."] for a list of values.',
     ),
+    "a range for an end": (
+        {'to = "1 MN/m"': 'to = { from = true, to = "a" }'},
+        'line 8: links.mount.stiffness = { from = "10 kN/m", to = { from = true, to = "a" } } has a wrong to: '
+        '{ from = true, to = "a" } is no value with a unit, but a stiffness is needed here. Write a stiffness, for '
+        'example "2 MN/m".',
+    ),
     "too many mounts": (
         {'"100 N s/m"': '"100 N s/m"\ncount = { from = 1, to = 1e12 }'},
         "line 10: links.mount.count = { from = 1, to = 1000000000000.0 } holds more than 5000 whole numbers. "
@@ -86,6 +92,10 @@ WRONG = {
     "half a mount": (
         {'"100 N s/m"': '"100 N s/m"\ncount = 2.5'},
         'line 10: links.mount.count = 2.5 is not a whole number. Write a whole number, for example "4".',
+    ),
+    "half a mode": (
+        {'"transmitted_force"\ninto = "ground"\nat_most = "20 N"': '"damping_ratio"\nmode = 1.5\nat_least = 0.01'},
+        "line 19: limits.floor.mode = 1.5 is not a whole number. Write one, for example mode = 1.",
     ),
     "no mount": (
         {'"100 N s/m"': '"100 N s/m"\ncount = 0'},

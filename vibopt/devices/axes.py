@@ -7,7 +7,7 @@ from vibopt.records import dataclass
 from vibopt.units import Quantity, read_range
 from vibopt.values import Table, Value, number
 from vibopt.values.directions import AXES
-from vibopt.values.fields import ReadBy, Rule, RuleSchema, complaint, read_value
+from vibopt.values.fields import ReadBy, Rule, RuleSchema, complaint, read_value, wrong_part
 
 
 class StiffnessAxes(Table):
@@ -47,7 +47,7 @@ def three(kind: type[Table], dimension: str, sign: str, given: object) -> object
         try:
             read[axis] = read_value(rule, one)
         except QuantityError as error:
-            raise complaint(f"has a wrong {axis}: {one!r} {error}".replace("'", '"')) from None
+            raise wrong_part(axis, one, error) from None
     return kind(**read)
 
 

@@ -12,7 +12,7 @@ from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number, word
 from vibopt.values.directions import AXES, SIX, Direction, Place
-from vibopt.values.fields import complaint
+from vibopt.values.fields import complaint, wrong_part
 
 _ROUNDING = 1e-9
 
@@ -156,7 +156,7 @@ def _facts(given: Mapping[str, object]) -> list[Fact]:
         try:
             quantity = read_quantity(one, "inertia")
         except QuantityError as error:
-            raise complaint(f"has a wrong {key}: {one!r} {error}".replace("'", '"')) from None
+            raise wrong_part(key, one, error) from None
         if quantity.value < 0.0 and key in (*AXES, *SIX[:3]):
             raise complaint(f"has a negative moment of inertia about {key[0]}. Write a positive value.")
         found.append(Fact(quantity.value, quantity.unit, quantity.echo))

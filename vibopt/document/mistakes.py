@@ -244,7 +244,7 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, table: ty
         way = "is a list. Write one text." if several else "is not a text. Write it in quotation marks."
         mistakes.value(path, given, way)
     elif kind in ("int_type", "int_parsing", "int_from_float"):
-        mistakes.value(path, given, "is not a whole number.")
+        mistakes.value(path, given, f"is not a whole number. Write one, for example {path[-1]} = 1.")
     elif kind in ("bool_type", "bool_parsing"):
         mistakes.value(path, given, "is neither true nor false. Write one of them, without quotation marks.")
     elif kind == "literal_error":

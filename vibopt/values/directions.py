@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, WithJsonSchema
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import plain, read_quantity
-from vibopt.values.fields import complaint
+from vibopt.values.fields import complaint, wrong_part
 
 Vector = tuple[float, float, float]
 
@@ -97,7 +97,7 @@ def _span(axis: str, given: Mapping[str, object]) -> Span:
         try:
             ends.append(read_quantity(given[key], "length"))
         except QuantityError as error:
-            raise complaint(f"has a wrong {key} of its {axis}: {given[key]!r} {error}".replace("'", '"')) from None
+            raise wrong_part(f"{key} of its {axis}", given[key], error) from None
     low, high = ends
     if low.value > high.value:
         raise complaint(f"has a reversed range for its {axis}: from is greater than to. Exchange the two.")
@@ -118,7 +118,7 @@ def _length(axis: str, given: object) -> float:
     try:
         return 0.0 if given == 0 and not isinstance(given, bool) else read_quantity(given, "length").value
     except QuantityError as error:
-        raise complaint(f"has a wrong {axis}: {given!r} {error}".replace("'", '"')) from None
+        raise wrong_part(axis, given, error) from None
 
 
 def read_reach(given: object) -> Vector:

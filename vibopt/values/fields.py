@@ -18,6 +18,7 @@ from pydantic import (
 )
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
+from vibopt.document.mistakes import toml_text
 from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import DIMENSIONS, Quantity, is_range, read_quantity
@@ -159,6 +160,11 @@ def rule_of(kind: type[BaseModel], key: str) -> "Rule | None":
 def complaint(text: str) -> PydanticCustomError:
     """An error whose text continues `<file> line N: <path> = <given> `."""
     return PydanticCustomError("complaint", "{text}", {"text": text})
+
+
+def wrong_part(what: str, given: object, error: QuantityError) -> PydanticCustomError:
+    """A complaint about one part of what is given, quoted as it stands in the file."""
+    return complaint(f"has a wrong {what}: {toml_text(given)} {error}")
 
 
 def word(text: str, *at: str | int) -> PydanticCustomError:
@@ -496,9 +502,9 @@ def _is_whole(rule: Rule, given: Mapping[str, object], low: float, high: float) 
 def _end(rule: Rule, table: Mapping[str, object], key: str) -> Quantity:
     given, quantity = table[key], read_end(table, key, rule.dimension, amplitude=rule.amplitude)
     if quantity.value < 0.0 or (quantity.value == 0.0 and rule.sign == "positive" and key == "to"):
-        raise QuantityError(f"has a wrong {key}: {_given(given)} is not greater than zero.")
+        raise QuantityError(f"has a wrong {key}: {toml_text(given)} is not greater than zero.")
     if quantity.value > rule.most:
-        raise QuantityError(f"has a wrong {key}: {_given(given)} is greater than {rule.most:g}.")
+        raise QuantityError(f"has a wrong {key}: {toml_text(given)} is greater than {rule.most:g}.")
     return quantity
 
 
@@ -522,7 +528,7 @@ def read_end(table: Mapping[str, object], key: str, dimension: str, *, amplitude
     except QuantityError as error:
         beside = _unit_beside(table.get("to" if key == "from" else "from"), given, dimension)
         wrong = f'has no unit. Write "{given} {beside}".' if beside else error
-        raise QuantityError(f"has a wrong {key}: {_given(given)} {wrong}") from None
+        raise QuantityError(f"has a wrong {key}: {toml_text(given)} {wrong}") from None
 
 
 def _unit_beside(other: object, given: object, dimension: str) -> str:
@@ -534,7 +540,3 @@ def _unit_beside(other: object, given: object, dimension: str) -> str:
         return split_value(other, dimension)[1] if bare else ""
     except QuantityError:
         return ""
-
-
-def _given(given: object) -> str:
-    return f'"{given}"' if isinstance(given, str) else str(given)
