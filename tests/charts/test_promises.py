@@ -151,10 +151,11 @@ def test_a_method_that_breaks_down_ends_its_own_trial_only() -> None:
     assert (said.status, said.claim) == ("error", "ArithmeticError: no digits left")
 
 
-def test_newton_on_equal_peaks_is_exact_and_refuses_what_it_does_not_know() -> None:
+@pytest.mark.parametrize("count", [1, pytest.param(5, marks=pytest.mark.slow)])
+def test_newton_on_equal_peaks_is_exact_and_refuses_what_it_does_not_know(count: int) -> None:
     from vibopt.charts.absorber_cases import STOCK as ABSORBERS
 
-    for case in ABSORBERS[:5]:
+    for case in ABSORBERS[:count]:
         one = trial(case, case.scene(), "equal_peaks", 1)
         assert (one.verdict, one.error < 1e-12) == (RIGHT, True)
     for case in (ABSORBERS[5], *WARM):

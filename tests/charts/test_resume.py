@@ -67,7 +67,7 @@ def untimed(figure: Path) -> Any:
     return without(json.loads(figure.with_suffix(".json").read_text()))
 
 
-@pytest.mark.parametrize("at", [1, 5])
+@pytest.mark.parametrize("at", [1, pytest.param(5, marks=pytest.mark.slow)])
 def test_a_chart_that_was_stopped_ends_as_one_that_was_not(asked: list[str], tmp_path: Path, at: int) -> None:
     whole, parted = tmp_path / "whole.svg", tmp_path / "parted.svg"
     assert run("--figure", str(whole)).return_value == 5

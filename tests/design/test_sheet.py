@@ -572,7 +572,14 @@ def test_eight_mounts_and_twelve_limits_are_one_page(program: str, name: str) ->
     assert pages_of(pdf(html(design), program, "sheet.pdf")) == 1
 
 
-@pytest.mark.parametrize("path", [*(f"mounts/{one}" for one in SPACE), "isolation/press_on_rubber"])
+@pytest.mark.parametrize(
+    "path",
+    [
+        "isolation/press_on_rubber",
+        *(f"mounts/{one}" for one in SPACE[:1]),
+        *(pytest.param(f"mounts/{one}", marks=pytest.mark.slow) for one in SPACE[1:]),
+    ],
+)
 def test_a_problem_is_one_page_as_html_and_as_pdf(program: str, path: str) -> None:
     content = printed(answered(path), program, "sheet.pdf")
     assert content.startswith(b"%PDF")
@@ -585,7 +592,9 @@ def test_pages_are_counted(program: str) -> None:
     assert pages_of(pdf(two, program, "two.pdf")) == 2
 
 
-@pytest.mark.parametrize("largest", SIZES)
+@pytest.mark.parametrize(
+    "largest", [one if n % 3 == 0 else pytest.param(one, marks=pytest.mark.slow) for n, one in enumerate(SIZES)]
+)
 def test_a_pdf_has_the_largest_letters_with_which_it_is_one_page(
     monkeypatch: pytest.MonkeyPatch, largest: float
 ) -> None:

@@ -97,7 +97,7 @@ def followed(
     return fast, place, force
 
 
-@pytest.mark.parametrize("friction", [20.0, 60.0, 95.0])
+@pytest.mark.parametrize("friction", [60.0, *(pytest.param(one, marks=pytest.mark.slow) for one in (20.0, 95.0))])
 def test_the_law_of_the_element_itself_gives_the_same_motion(friction: float) -> None:
     pulse = followed(friction, lambda t: 300.0 * np.sin(np.pi * t / 0.05) * (t < 0.05), (0.05, 1.0))
     found = told(mount(PULSE, behind(friction)))

@@ -404,8 +404,7 @@ def test_the_figure_has_both_curves_and_the_holds() -> None:
     ("share", "begins"),
     [
         *((share, None) for share in (0.0, 0.375, 0.9)),
-        (0.375, "suddenly"),
-        *(pytest.param(share, "suddenly", marks=pytest.mark.slow) for share in (0.0, 0.9)),
+        *(pytest.param(share, "suddenly", marks=pytest.mark.slow) for share in (0.0, 0.375, 0.9)),
     ],
 )
 def test_frictions_between_the_same_two_ends_add(share: float, begins: str | None) -> None:
@@ -551,7 +550,8 @@ def test_no_friction_is_a_linear_machine() -> None:
 
 
 @pytest.mark.parametrize(
-    ("friction", "speed"), [("399.99 N", "700 rpm"), ("399.9999999 N", "700 rpm"), ("150 N", "5 rpm")]
+    ("friction", "speed"),
+    [("399.99 N", "700 rpm"), ("399.9999999 N", "700 rpm"), pytest.param("150 N", "5 rpm", marks=pytest.mark.slow)],
 )
 def test_both_routes_agree_at_the_edge_of_holding_and_where_it_slips_slowly(friction: str, speed: str) -> None:
     """A motion of a picometre is beside what the spring gives nothing; one slow slip has dozens of tops alike."""

@@ -279,9 +279,9 @@ def test_no_grid_of_designs_beats_what_is_proven(name: str) -> None:
     answer = vo.solve(vo.from_dict(document))
     assert answer.status in ("optimal", "feasible"), answer.claim
     program = pose(vo.from_dict(document))
-    aim, count = program.aim, len(program.axes)
+    aim, points = program.aim, 40 if name == "run" or len(program.axes) > 1 else 400
     assert aim is not None
-    grids = [np.geomspace(max(axis.low, 1.0), axis.high, 400 if count == 1 else 40) for axis in program.axes]
+    grids = [np.geomspace(max(axis.low, 1.0), axis.high, points) for axis in program.axes]
     every = np.array(list(itertools.product(*grids)))
     values = [aim.form.worst(aim.model, one, least_wanted=aim.sense < 0).value for one in every]
     best = max(values) if aim.sense < 0 else min(values)

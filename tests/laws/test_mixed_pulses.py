@@ -65,7 +65,9 @@ def test_a_sine_and_a_straight_pulse_at_once_are_as_small_steps_show(first: str,
     assert found == pytest.approx(right, rel=2e-3)
 
 
-@pytest.mark.parametrize(("first", "second"), [("half sine", "triangle"), ("rectangle", "rectangle")])
+@pytest.mark.parametrize(
+    ("first", "second"), [pytest.param("half sine", "triangle", marks=pytest.mark.slow), ("rectangle", "rectangle")]
+)
 def test_a_pulse_of_unknown_duration_leaves_the_duration_of_another_alone(first: str, second: str) -> None:
     """As the greatest of known durations, each a file of its own."""
     found = measured(shaken(first, second, "unit", duration_up_to="30 ms"))

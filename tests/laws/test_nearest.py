@@ -178,7 +178,9 @@ def test_the_reader_sees_one_picture(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "NOT FOR SIGNATURE" in page
 
 
-@pytest.mark.parametrize(("start_up", "floor"), [("0.1 mm", "100 N"), ("0.09 mm", "150 N")])
+@pytest.mark.parametrize(
+    ("start_up", "floor"), [pytest.param("0.1 mm", "100 N", marks=pytest.mark.slow), ("0.09 mm", "150 N")]
+)
 def test_what_misses_least_misses_nothing_else_for_nothing(start_up: str, floor: str) -> None:
     """An amplitude at start-up that hangs on the damping ratio alone leaves the stiffness to the force."""
     scene = from_dict(
@@ -202,7 +204,7 @@ def test_what_misses_least_misses_nothing_else_for_nothing(start_up: str, floor:
             "goal": {"maximise": "stiffness", "of": "mount"},
         }
     )
-    near = with_nearest(solve(scene)).nearest
+    near = with_nearest(solve(scene, explain=False)).nearest
     assert near is not None
     assert near.limits["floor"].met
     missed = 0.05 / 450.0 / (2.0 * 0.5 * np.sqrt(1.0 - 0.5**2))  # greatest over all speeds, at a damping ratio of 0.5

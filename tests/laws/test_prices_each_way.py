@@ -6,6 +6,7 @@ import math
 import random
 from collections.abc import Collection
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,12 @@ CHEAP = (
 TOO_MUCH = 10_000.0
 """Work of an answer [nominal ms] of which a hundred are too many for a test."""
 SLOW = pytest.param("mounts/inertia_base.toml", marks=pytest.mark.slow)
+
+
+@cache
+def prices_of(file: str) -> Prices:
+    """Of every number of a file, answered once."""
+    return prices(open_job(PROBLEMS / file))
 
 
 def other(file: str, seed: int) -> Any:
@@ -102,10 +109,12 @@ def _same(one: Any, other: Any) -> bool:
     return bool(one.value == pytest.approx(other.value, rel=2e-6, abs=1e-9))
 
 
-@pytest.mark.parametrize("file", ["isolation/rao_9_34.toml", "balancing/rao_9_11_capped.toml"])
+@pytest.mark.parametrize(
+    "file",
+    ["isolation/rao_9_34.toml", pytest.param("balancing/rao_9_11_capped.toml", marks=pytest.mark.slow)],
+)
 def test_what_changes_at_the_end_of_a_range_is_what_is_said(file: str) -> None:
-    job = open_job(PROBLEMS / file)
-    found = prices(job)
+    job, found = open_job(PROBLEMS / file), prices_of(file)
     seen = 0
     for row in plain_rows(found):
         for way in row.ways:
@@ -174,7 +183,7 @@ def test_following_what_is_left_takes_far_fewer_answers_than_halving() -> None:
 
 
 def test_the_first_to_argue_about_buys_most_of_all_limits() -> None:
-    found = prices(open_job(PROBLEMS / "isolation/rao_9_34.toml"))
+    found = prices_of("isolation/rao_9_34.toml")
     assert found.first.startswith("Argue about floor_force first: 10 kN pk -> 11 kN pk buys 9 %")
     gains = [one.gain for one in found.rows]
     assert gains == sorted(gains, reverse=True)
@@ -402,7 +411,7 @@ def test_data_without_a_price_are_named_with_a_way_that_works() -> None:
 
 
 def test_a_limit_whose_steps_buy_nothing_but_that_holds_back_farther_on_is_named() -> None:
-    found = prices(open_job(PROBLEMS / "isolation/rao_9_34.toml"))
+    found = prices_of("isolation/rao_9_34.toml")
     row = found.find("limits.start_up.at_most")
     flat = replace(row, ways=tuple(replace(way, change=0.0) for way in row.ways))
     facts_alone = tuple(one for one in found.rows if one.sort == "fact" and one.gain > 0.0)

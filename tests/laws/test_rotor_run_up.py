@@ -146,7 +146,7 @@ def test_a_machine_may_be_turned_by_a_quarter() -> None:
     ("run", "table", "changed"),
     [
         (None, None, {"links__far_bearing__rotating_damping": "6 kN s/m"}),
-        ({"from": "4000 rpm", "to": "300 rpm", "duration": "6 s"}, FILM, {}),
+        pytest.param({"from": "4000 rpm", "to": "300 rpm", "duration": "6 s"}, FILM, {}, marks=pytest.mark.slow),
         ({"acceleration": "900 rpm/s"}, None, {"rotors__shaft__material_damping": "0.00002 s"}),
     ],
 )

@@ -75,7 +75,9 @@ def test_every_response_has_one_value_by_both_routes(
     told(document)
 
 
-@pytest.mark.parametrize(("ends", "friction", "hertz"), [(ENDS[0], 100.0, 5.0), (ENDS[1], 600.0, 8.0)])
+@pytest.mark.parametrize(
+    ("ends", "friction", "hertz"), [pytest.param(ENDS[0], 100.0, 5.0, marks=pytest.mark.slow), (ENDS[1], 600.0, 8.0)]
+)
 def test_a_runge_kutta_method_between_events_ends_in_the_same_motion(
     ends: tuple[str, str], friction: float, hertz: float
 ) -> None:
@@ -174,8 +176,9 @@ def test_over_a_range_nothing_is_greater_than_what_is_found_and_the_figures_show
         assert max(against.curves[0].y) == pytest.approx(against.marks[0].y, rel=1e-6)
 
 
-def test_what_nothing_damps_is_said_where_no_motion_stays() -> None:
-    """At the resonance of two bodies that friction between ground and one of them cannot bound."""
+def test_what_nothing_damps_is_said_where_no_motion_stays(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At the resonance of two bodies that friction between ground and one of them cannot bound, after a tenth of it."""
+    monkeypatch.setattr("vibopt.mechanics.returning._TURNS", 60)
     hertz = float(np.sqrt(np.linalg.eigvalsh([[(LOW + UP) / 180.0, -UP / np.sqrt(7200.0)],
                                               [-UP / np.sqrt(7200.0), UP / 40.0]])[0]) / 2.0 / np.pi)  # fmt: skip
     document = rack({"speed": f"{hertz!r} Hz"}, ENDS[2], 20.0, 0.0)

@@ -25,7 +25,7 @@ FIRST = 0.5 * np.pi * np.sqrt(ROD["stiffness"] / ROD["mass"]) / ROD["length"]
 FLAT = Amplitude((Piece(Band(0.0, 1e9), 1.0),))
 
 
-@pytest.mark.parametrize("n", [3, 100, 10_000, 100_000])
+@pytest.mark.parametrize("n", [3, 100, 10_000, pytest.param(100_000, marks=pytest.mark.slow)])
 def test_receptances_of_a_rod_are_those_of_its_recurrence(n: int) -> None:
     made = reduced_host(rod(n), {"end": n - 1, "middle": n // 2}, 9.7 * FIRST)
     assert made.error < 1e-10

@@ -236,7 +236,7 @@ def winding(values: Any) -> int:
     return round(float(np.angle(values[1:] / values[:-1]).sum()) / (2.0 * math.pi))
 
 
-@pytest.mark.parametrize("spin", [0.5, 150.0, 418.9])
+@pytest.mark.parametrize("spin", [*(pytest.param(one, marks=pytest.mark.slow) for one in (0.5, 150.0)), 418.9])
 @pytest.mark.parametrize("film", [OIL, (1e6, 2e5, -1e5, 3e6, 3e3, 0.0, 0.0, 5e3)])
 def test_as_many_whirls_are_found_as_the_argument_of_the_determinant_counts(film: Any, spin: float) -> None:
     """Around a part of the plane of frequencies, by the principle of the argument."""
@@ -257,7 +257,7 @@ def test_as_many_whirls_are_found_as_the_argument_of_the_determinant_counts(film
     assert winding(np.array(signs)) == inside.sum() > 3
 
 
-@pytest.mark.parametrize("sense", [1.0, -1.0])
+@pytest.mark.parametrize("sense", [pytest.param(1.0, marks=pytest.mark.slow), -1.0])
 def test_damped_critical_speeds_by_polynomials_are_those_by_waves(sense: float) -> None:
     """Of a table over the speed, too: a film that stiffens as it spins."""
     rows = [{"speed": f"{spin} rad/s", **numbers(stiff, 2e5, -1e5, 2.0 * stiff, 3e3, 0.0, 0.0, 5e3)}
@@ -290,7 +290,7 @@ def unruly(seed: int) -> dict[str, Any]:
     return document
 
 
-@pytest.mark.parametrize("seed", [1, 4])
+@pytest.mark.parametrize("seed", [1, pytest.param(4, marks=pytest.mark.slow)])
 def test_both_roads_meet_every_damped_critical_speed_of_films_that_leap(seed: int) -> None:
     scene = from_dict(up_to(unruly(seed), "1256 rad/s"))
     found = np.array([one.speed for one in synchronous(spun(model_of(scene), NONE), 0.0, 1256.0)])

@@ -41,6 +41,7 @@ def test_the_commands_of_a_guide_print_what_it_shows(
 ) -> None:
     (tmp_path / "problems").symlink_to(ROOT / "problems")
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("VIBOPT_CACHE", f"{tmp_path}-kept")  # as a reader has it
     for command, expected, said in run(GUIDES[name], tmp_path):
         assert agrees(expected, said), f"vibopt {command}\n{said}"
     for picture in re.findall(r"^!\[.+\]\((.+\.svg)\)$", GUIDES[name], re.M):

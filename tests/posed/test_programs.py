@@ -27,7 +27,7 @@ SAMPLE = {
         "engine_v_twin",
     ),
     "ipopt": (
-        "rao_9_34", "rao_9_34_speed_squared", "rao_9_28", "rao_9_40", "inertia_base", "gallery_girder", "rao_9_62",
+        "rao_9_34", "rao_9_34_speed_squared", "rao_9_28", "rao_9_40", "inertia_base",
         "foiles_min_max", "foiles_min_max_capped", "rao_9_8_sector", "shaft_three_planes", "engine_share_capped",
     ),
 }  # fmt: skip

@@ -72,7 +72,7 @@ def test_ipopt_corrects_random_rotors_and_is_never_better_than_what_is_proven(qu
         assert theirs.value <= ours.value + 10.0 * room
 
 
-@settings(law, max_examples=60)
+@settings(law, max_examples=24)
 @given(case=lone_masses())
 def test_lone_masses_have_one_answer_by_every_program(case: LoneMass) -> None:
     scene = vo.from_dict(case.document, name="lone.toml")
