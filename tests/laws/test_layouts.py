@@ -229,10 +229,12 @@ def test_ends_that_no_layout_can_have_are_said() -> None:
     document["links"]["damper"]["between"] = document["inerters"]["flywheel"]["between"] = UPPER
     document["links"]["spring"]["between"] = {"one_of": [UPPER, ["machine", "ground"], LOWER]}
     assert refused(from_dict, document, name="net").messages == (
-        "net: bodies.joint has no mass, and spring, damper and flywheel join it to machine alone, so that they carry "
-        "nothing. Join one of them to something else, or leave them out.",
-        "net: bodies.joint has no mass, and damper and flywheel join it to machine alone, so that they carry nothing. "
-        "Join one of them to something else, or leave them out.",
+        'net: links.spring.between as "machine to joint" is in no layout that can be answered: bodies.joint has no '
+        "mass, and spring, damper and flywheel join it to machine alone, so that they carry nothing. Join one of them "
+        "to something else, or leave them out.",
+        'net: links.spring.between as "machine to ground" is in no layout that can be answered: bodies.joint has no '
+        "mass, and damper and flywheel join it to machine alone, so that they carry nothing. Join one of them to "
+        "something else, or leave them out.",
     )
 
 
@@ -249,3 +251,13 @@ def test_a_joint_at_which_an_inerter_ends_is_drawn_below_the_machine() -> None:
     document["inerters"]["flywheel"]["between"] = LOWER
     design = solve(from_dict({key: one for key, one in document.items() if key != "goal"} | {"measures": MOTION}))
     assert levels(sketch_of(design)) == {"machine": 2, "joint": 1, "ground": 0}
+
+
+def test_a_choice_that_leaves_the_other_part_alone_is_named() -> None:
+    document = copy.deepcopy(MACHINE)
+    del document["inerters"]
+    document["links"]["spring"]["between"] = {"one_of": [UPPER, LOWER, ["machine", "ground"]]}
+    assert refused(from_dict, document, name="net").messages == (
+        'net: links.spring.between as "machine to ground" is in no layout that can be answered: bodies.joint has no '
+        "mass, and nothing holds it. Join links with stiffness and damping to it, or leave it out.",
+    )

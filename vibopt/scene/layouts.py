@@ -86,19 +86,29 @@ def check_layouts(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     """Add what is wrong with a choice that is in no layout without mistakes; with all of them if there is none."""
     looked = [(words, _faults(one, Mistakes(mistakes.name, mistakes.locator), broken)) for words, one in settled(scene)]
     if all(tried.found for _, tried in looked):
-        _tell([tried for _, tried in looked], mistakes)
+        mistakes.found.extend(one for one in _shared([tried for _, tried in looked]) if one not in mistakes.found)
         return
     for path, names in open_places(scene).items():
         for name in names:
             such = [tried for words, tried in looked if words[path] == name]
             if all(tried.found for tried in such):
-                _tell(such, mistakes)
+                _tell(path, name, _shared(such), mistakes)
 
 
-def _tell(looked: list[Mistakes], mistakes: Mistakes) -> None:
+def _shared(looked: list[Mistakes]) -> list[tuple[int, str]]:
     """What is wrong with all of some layouts; with the first where each has its own."""
     alike = [one for one in looked[0].found if all(one in tried.found for tried in looked)]
-    mistakes.found.extend(one for one in alike or looked[0].found if one not in mistakes.found)
+    return alike or looked[0].found
+
+
+def _tell(path: str, name: str, faults: list[tuple[int, str]], mistakes: Mistakes) -> None:
+    """What is wrong with a choice, by its path where the words do not say it."""
+    for line, said in faults:
+        if path in said:
+            mistakes.found.extend([(line, said)] if (line, said) not in mistakes.found else [])
+        else:
+            why = said.removeprefix(f"{mistakes.name} line {line}: ").removeprefix(f"{mistakes.name}: ")
+            mistakes.add(tuple(path.split(".")), f'{path} as "{name}" is in no layout that can be answered: {why}')
 
 
 def _faults(scene: Scene, mistakes: Mistakes, broken: set[str]) -> Mistakes:
