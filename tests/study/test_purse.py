@@ -92,3 +92,10 @@ def test_up_to_which_speed_whirls_count_is_a_speed() -> None:
     job = open_job(PROBLEMS / "shafts/compressor_on_tilting_pads.toml")
     at = next(one for one in facts(job) if one.path == "limits.fades.up_to")
     assert at.read("7000 rpm") == at.value
+
+
+def test_of_an_angle_that_is_the_rounding_of_zero_nothing_buys_anything() -> None:
+    path = "bodies.compressor.mass"
+    found = prices(open_job(PROBLEMS / "mounts/compressor_on_sliding_feet.toml"), only={path}, most=800.0)
+    assert [way.change for way in found.find(path).ways] == [0.0, 0.0]
+    assert found.first == "No sensible step of any number that was looked at improves the tilt."

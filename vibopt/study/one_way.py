@@ -47,6 +47,8 @@ _TIGHTER, _LOOSER = 0.003, 0.1
 _NO_TURN = 1e-3
 """Decades behind a place within which the goal turns at the place itself: there it may feel next to nothing yet."""
 _TURN = math.pi / 2.0
+_NO_ANGLE = 1e-10
+"""Angle [rad] below which a goal is the rounding of zero, as where places are chosen so that nothing tilts."""
 NO_STEP = "it is zero, and nothing says how large a step is"
 
 
@@ -174,6 +176,8 @@ class Along:
         now, then = self.here.measure, state.measure
         if now is None or then is None:
             return None
+        if now.dimension == "angle" and max(abs(now.value), abs(then.value)) <= _NO_ANGLE:
+            return 0.0
         size = 1.0 if now.dimension == "ratio" and not self.road.has_goal else abs(now.value) or 1.0
         part = self.sense * (then.value - now.value) / size
         return 0.0 if abs(part) < _SAME else part

@@ -39,6 +39,8 @@ PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
 ALLOWANCE, STEPS, STEPS_OF_LIMITS = 20_000.0, 50_000.0, 100_000.0
 """Work of a table of prices [nominal ms] where not all is asked for; of its steps alone, and of those of limits."""
+_RANGES = 12_000.0
+"""Work of ranges, those of what is ranked first, beyond that of the steps, as long as both are less than `STEPS`."""
 OF_LIMITS = 2_000.0
 """The same for the limits alone, beside an answer."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
@@ -167,7 +169,8 @@ def prices(
     rows = purse.stepped(asked[:limits], first, ways)  # which limit to argue about is what is asked for first
     rows += purse.stepped(asked[limits:], then, lambda k: ways(limits + k))
     rows.sort(key=lambda row: row.weight, reverse=True)
-    rows = purse.ranged(rows, most, told("how far that goes on"))
+    far = max(most, min(purse.spent + _RANGES, STEPS)) if most == ALLOWANCE else most
+    rows = purse.ranged(rows, far, told("how far that goes on"))
     notes = [*_left(rows), *_radii(job, rows)]
     if any(way.status == "refused" for row in rows for way in row.ways):
         notes.append(NOT_ASKED)
