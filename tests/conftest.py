@@ -4,6 +4,7 @@ A law tries a part of its examples by default and all of them with `-m slow`, wh
 """
 
 import os
+from collections import Counter
 
 import pytest
 from hypothesis import HealthCheck, is_hypothesis_test, settings
@@ -29,10 +30,22 @@ _SETTINGS = "_hypothesis_internal_use_settings"
 """Where a test keeps its settings; without it every law tries all of its examples."""
 
 
+def _sample(items: list[pytest.Item]) -> None:
+    """Of cases marked `sampled(n)` every n-th is tried by default, from the first on, and the others are slow."""
+    seen: Counter[str] = Counter()
+    for item in items:
+        if mark := item.get_closest_marker("sampled"):
+            name = item.nodeid.partition("[")[0]
+            if seen[name] % mark.args[0]:
+                item.add_marker(pytest.mark.slow)
+            seen[name] += 1
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     """Fewer examples, or with `-m slow` every law with all of them; the longest test begins first."""
     items.sort(key=lambda item: item.name != LONGEST)
+    _sample(items)
     slow = config.getoption("markexpr") == "slow"
     seen = set()
     for item in items:

@@ -95,6 +95,7 @@ def least(claimed: float, many: int) -> float:
 CLEAN = [(1, 1), (2, 2)]
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("given", [True, False], ids=["scatter given", "scatter learnt"])
 @pytest.mark.parametrize("spare", [1, 2, 3])
 def test_the_band_covers_what_it_claims_with_few_spare_runs(given: bool, spare: int) -> None:
@@ -120,6 +121,7 @@ def test_agreeing_runs_are_seldom_left_out() -> None:
     assert wrong <= 0.01 * total + 3.1 * np.sqrt(0.01 * total)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("given", [True, False], ids=["scatter given", "scatter learnt"])
 @pytest.mark.parametrize(("planes", "sensors", "spare"), [(1, 2, 2), (1, 2, 3), (2, 2, 3), (2, 3, 2)])
 def test_a_corrupted_run_is_left_out_or_it_cannot_be_told_and_the_band_holds_the_truth(
@@ -137,6 +139,7 @@ def test_a_corrupted_run_is_left_out_or_it_cannot_be_told_and_the_band_holds_the
     assert ends_as["left out"] >= (0.7 if given and spare > 2 else 0.3 if given or spare > 2 else 0.0) * len(held)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("given", [True, False], ids=["scatter given", "scatter learnt"])
 @pytest.mark.parametrize(("planes", "sensors"), [(1, 1), (1, 2), (2, 2)])
 def test_with_two_spare_runs_a_sound_run_is_never_taken_for_the_corrupted_one(
@@ -153,6 +156,7 @@ def test_with_two_spare_runs_a_sound_run_is_never_taken_for_the_corrupted_one(
     assert right >= (0.7 if given else 0.25) * 300
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("planes", "sensors"), [(1, 1), (1, 2), (2, 2)])
 def test_with_one_spare_run_nobody_can_tell_and_the_band_holds_the_truth(planes: int, sensors: int) -> None:
     template, dice = blank(planes, sensors, 1, True), np.random.default_rng(5)
@@ -202,6 +206,7 @@ def one_spare(
 ROTORS = pytest.mark.parametrize(("planes", "sensors"), [(1, 1), (1, 2), (2, 2)])
 
 
+@pytest.mark.sampled(3)
 @ROTORS
 def test_with_one_spare_run_and_no_scatter_a_falsified_trial_never_passes_a_limit_that_the_true_rotor_breaks(
     planes: int, sensors: int

@@ -106,6 +106,7 @@ def by_elimination(question: Question, rows: list[int]) -> float:
     return float("inf" if least is None else least)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("size", [0.0, 1e-9, 1e-6, 1e-4])
 @pytest.mark.parametrize("rows", [[2], [0, 3], [1, 2, 4], [0, 1, 2, 3]], ids=len)
 @pytest.mark.parametrize("goal", GOALS)

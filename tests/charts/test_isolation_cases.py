@@ -158,6 +158,7 @@ HEAVY = pytest.mark.slow
 """Ten unknowns: the general method is what the default takes there anyway."""
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "case",
     [pytest.param(case, marks=HEAVY if "10 unknowns" in case.name else ()) for case in ends_of(families())],

@@ -257,6 +257,7 @@ STREAMS = {
 }  # fmt: skip
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("where", "code", "said"), STREAMS.values(), ids=STREAMS)
 @pytest.mark.parametrize("words", ["check problems/isolation/rao_9_35.toml", "--help", "schema", "--version"])
 def test_an_output_that_takes_nothing_is_an_error_that_is_told(words: str, where: str, code: int, said: bytes) -> None:

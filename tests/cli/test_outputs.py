@@ -59,6 +59,7 @@ def command(words: tuple[str, ...], file: Path, out: Path) -> list[str]:
     return [{"FILE": str(file), "OUT": str(out)}.get(one, one) for one in words]
 
 
+@pytest.mark.sampled(2)
 @each
 def test_a_strangers_file_is_kept_without_force(
     run: Run, fan: Path, tmp_path: Path, words: tuple[str, ...], ending: str
@@ -75,6 +76,7 @@ def test_a_strangers_file_is_kept_without_force(
     assert sorted(os.listdir(tmp_path)) == ["in", out.name]
 
 
+@pytest.mark.sampled(2)
 @each
 def test_a_file_of_vibopt_is_written_over_until_somebody_changes_it(
     run: Run, fan: Path, tmp_path: Path, words: tuple[str, ...], ending: str

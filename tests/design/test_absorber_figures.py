@@ -13,7 +13,7 @@ from vibopt.answer.jsonable import as_json
 from vibopt.report.absorber_parts import modes, parts_of, stroke_bars, strokes
 from vibopt.report.adjust import adjusting
 from vibopt.report.curves import panels
-from vibopt.report.design_plane import absorbers_with_map, plane
+from vibopt.report.design_plane import Plane, absorbers_with_map, plane
 from vibopt.report.figures import below, plane_figure, response_figure, saved
 from vibopt.scene.read import from_text
 from vibopt.scene.scene import Design
@@ -76,6 +76,14 @@ def fan() -> Design:
     return _solved(FAN)
 
 
+@cache
+def mapped() -> Plane:
+    """The map of the fan."""
+    drawn = plane(_solved(FAN))
+    assert drawn is not None
+    return drawn
+
+
 def amplitudes(tuning: float, damping: float, hertz: np.ndarray, stiffer: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """Motion of the fan and stroke of its absorber [m], by the textbook's two equations."""
     w = 2.0 * np.pi * hertz
@@ -124,8 +132,7 @@ def test_a_stroke_has_no_before() -> None:
 
 
 def test_the_map_has_level_lines_of_the_worst_amplitude(fan: Design) -> None:
-    drawn = plane(fan)
-    assert drawn is not None
+    drawn = mapped()
     assert drawn.goal is not None
     assert drawn.levels
     assert drawn.goal_label == "equal displacement [mm], less is better"
@@ -231,7 +238,7 @@ def test_modes_stand_in_the_unit_of_the_speeds() -> None:
     assert [one.words for one in drawn.bands] == ["grid50 2850 to 3000 rpm", "grid60 3420 to 3600 rpm"]
 
 
-@pytest.mark.parametrize("text", [FAN, SKID], ids=["fan", "skid"])
+@pytest.mark.parametrize("text", [FAN, pytest.param(SKID, marks=pytest.mark.slow)], ids=["fan", "skid"])
 def test_the_whole_figure_is_the_same_every_time(text: str) -> None:
     design = _solved(text)
 
@@ -242,10 +249,8 @@ def test_the_whole_figure_is_the_same_every_time(text: str) -> None:
     assert drawn() == drawn()
 
 
-def test_the_map_is_drawn_the_same_every_time(fan: Design) -> None:
-    drawn = plane(fan)
-    assert drawn is not None
-    one, two = (saved(plane_figure(drawn), "svg") for _ in range(2))
+def test_the_map_is_drawn_the_same_every_time() -> None:
+    one, two = (saved(plane_figure(mapped()), "svg") for _ in range(2))
     assert one == two
 
 

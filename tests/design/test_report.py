@@ -49,6 +49,7 @@ def read(page: str) -> Nesting:
     return reader
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["rao_9_34", "rao_9_1", "rao_9_35", "rao_9_65", "rao_9_38", "rao_9_34_printed_design"])
 def test_the_page_is_well_formed_and_needs_nothing_from_outside(solved: Solved, name: str) -> None:
     page = html(solved(name), on=DAY)
@@ -104,6 +105,7 @@ def test_a_conflict_is_told(solved: Solved) -> None:
     assert "Every limit was measured again" not in text
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     "status",
     ["optimal", "feasible", "met", "violated", "infeasible", "unbounded", "unproven", "check_failed"],

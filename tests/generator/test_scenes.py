@@ -31,7 +31,14 @@ def _ids(block: Sequence[int]) -> str:
     return f"{block[0]}..{block[-1]}"
 
 
-@pytest.mark.parametrize("block", [*BLOCKS[: -(-QUICK // BLOCK)], RARE], ids=_ids)
+@pytest.mark.parametrize(
+    "block",
+    [
+        *(pytest.param(one, marks=[pytest.mark.slow] * (n % 2)) for n, one in enumerate(BLOCKS[: -(-QUICK // BLOCK)])),
+        RARE,
+    ],
+    ids=_ids,
+)
 def test_what_is_said_of_a_drawn_scene_agrees(
     block: Sequence[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

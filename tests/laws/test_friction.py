@@ -177,6 +177,7 @@ def told(document: dict[str, Any]) -> dict[str, float]:
     return {name: one.value.value for name, one in answer.measures.items()}
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("base", [False, True])
 @pytest.mark.parametrize("speed", ["0.6 Hz", "3.5 Hz", "5.03 Hz", "9 Hz"])
 @pytest.mark.parametrize("mount", [{}, {"damping": "30 N s/m"}, {"damping": "30 kN s/m", "friction_force": "1.7 kN"}])

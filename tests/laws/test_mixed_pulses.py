@@ -59,6 +59,7 @@ def by_steps(first: str, second: str) -> dict[str, float]:
     return {"a": felt, "x": moved}
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("first", "second"), [*product(WAVES, LINES), *product(LINES, WAVES)])
 def test_a_sine_and_a_straight_pulse_at_once_are_as_small_steps_show(first: str, second: str) -> None:
     found, right = measured(shaken(first, second)), by_steps(first, second)

@@ -79,6 +79,7 @@ def _part(job: Any, path: str) -> bool:
     return next((bool(one.place) for one in facts(job) if one.path == path), True)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("file", [*CHEAP, SLOW])
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
 def test_a_price_is_what_solving_again_shows_at_both_ends_of_its_range(file: str, seed: int) -> None:
@@ -235,6 +236,7 @@ def test_what_a_step_of_a_limit_buys_is_told_whatever_one_answer_takes() -> None
     assert found.first.startswith("Argue about floor_force first: 10 kN pk -> 11 kN pk buys 9 %")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("file", [*CHEAP, "balancing/rao_9_13_holes.toml", "balancing/engine_phasing_four.toml"])
 def test_a_table_that_ran_out_of_work_is_told_all_the_same(file: str) -> None:
     found = prices(open_job(PROBLEMS / file), most=100.0)

@@ -280,6 +280,7 @@ RUNS: dict[str, dict[str, str]] = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(("kind", "run"), list(itertools.product(SHAKEN, RUNS)))
 def test_every_run_up_has_one_value_by_both_routes(kind: str, run: str) -> None:
     for damping in ({"damping_ratio": 0.05}, {"damping": "40 kN s/m"}):

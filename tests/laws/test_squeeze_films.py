@@ -44,6 +44,7 @@ MEASURES = {
 }
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("cavitated", [False, True])
 @pytest.mark.parametrize("springs", ["alike", "apart"])
 def test_a_film_damps_as_its_pressure_does(springs: str, cavitated: bool) -> None:

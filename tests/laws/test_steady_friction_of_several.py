@@ -97,6 +97,7 @@ def test_a_runge_kutta_method_between_events_ends_in_the_same_motion(
         assert found[name] == pytest.approx(value, rel=3e-6)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("ends", ENDS)
 @pytest.mark.parametrize("load", [{}, moving()], ids=["force", "floor"])
 def test_hardly_any_friction_leaves_the_linear_machine(ends: tuple[str, str], load: dict[str, Any]) -> None:
@@ -177,8 +178,8 @@ def test_over_a_range_nothing_is_greater_than_what_is_found_and_the_figures_show
 
 
 def test_what_nothing_damps_is_said_where_no_motion_stays(monkeypatch: pytest.MonkeyPatch) -> None:
-    """At the resonance of two bodies that friction between ground and one of them cannot bound, after a tenth of it."""
-    monkeypatch.setattr("vibopt.mechanics.returning._TURNS", 60)
+    """At the resonance of two bodies that friction between ground and one of them cannot bound, with less patience."""
+    monkeypatch.setattr("vibopt.verify.stick_slip._MOST", 60)
     hertz = float(np.sqrt(np.linalg.eigvalsh([[(LOW + UP) / 180.0, -UP / np.sqrt(7200.0)],
                                               [-UP / np.sqrt(7200.0), UP / 40.0]])[0]) / 2.0 / np.pi)  # fmt: skip
     document = rack({"speed": f"{hertz!r} Hz"}, ENDS[2], 20.0, 0.0)

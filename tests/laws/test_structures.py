@@ -159,6 +159,7 @@ def _hosts() -> dict[str, Coordinates]:
     }
 
 
+@pytest.mark.sampled(5)
 @pytest.mark.parametrize("series", [False, True], ids=["parallel", "series"])
 @pytest.mark.parametrize("host", ["damped", "undamped"])
 @pytest.mark.parametrize("read", ["point", "absorber", "stroke", "force"])

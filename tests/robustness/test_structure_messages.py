@@ -270,6 +270,7 @@ BLOCKS: dict[str, np.ndarray] = {
 }  # fmt: skip
 
 
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("c", BLOCKS)
 @pytest.mark.parametrize("k", BLOCKS)
 @pytest.mark.parametrize("m", ["whole", "empty", "of one coordinate", "of one direction", "crossed"])

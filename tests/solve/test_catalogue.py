@@ -113,6 +113,7 @@ def enumerated(program: Program) -> list[float]:
     return sorted(found)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("two", [False, True], ids=["one group", "two groups"])
 @pytest.mark.parametrize("goal", ["price", "force", "frequency", "isolation"])
 @settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])

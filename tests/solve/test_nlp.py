@@ -199,6 +199,7 @@ def test_optima_at_corners_are_sharp_to_ten_digits(text: str, best: float) -> No
     assert -Judge(program).goal(found.x).value == pytest.approx(best, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_ten_unknowns_are_chosen_together() -> None:
     case = many()[-1]
     program = pose(case.scene())

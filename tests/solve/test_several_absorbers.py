@@ -156,6 +156,7 @@ def test_devices_on_different_bodies_are_found_in_the_better_order() -> None:
     assert found.goal[1].value < 0.3788e-3
 
 
+@pytest.mark.slow
 def test_devices_of_which_one_has_its_mass_to_be_chosen_are_found_in_the_better_order() -> None:
     """The heaviest of three is tuned low, the one whose mass is open between the others or above them.
 

@@ -38,6 +38,7 @@ SAVED = [
 ]
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", SAVED)
 def test_a_saved_design_solved_again_measures_the_same(name: str, tmp_path: Path) -> None:
     design = solve(read(PROBLEMS / name), explain=False)
@@ -202,6 +203,7 @@ def test_a_failing_stretch_between_two_values_of_the_grid_is_found() -> None:
     assert width / resonant < 1e-3
 
 
+@pytest.mark.slow
 def test_thresholds_of_a_machine_in_space_hold_on_the_built_machine_on_both_sides() -> None:
     design = solve(read(PROBLEMS / "mounts" / "pump_flange.toml"), explain=False)
     kept = frozen(design.scene, design.x)

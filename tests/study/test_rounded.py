@@ -111,6 +111,7 @@ def test_rounding_never_leaves_the_range_of_the_file() -> None:
     assert found.kept.document["links"]["k"]["stiffness"] == "201 kN/m"
 
 
+@pytest.mark.slow
 def test_of_an_absorber_mass_spring_and_damper_are_rounded() -> None:
     design = solve(read(PROBLEMS / "absorbers" / "footbridge_marching.toml"), explain=False)
     found = rounded(design, ["2"])

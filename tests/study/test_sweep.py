@@ -209,6 +209,7 @@ def alone(scene: Scene, path: str, low_high: str, points: int, keep: bool, monke
         return sweep(scene, path, low_high, points, keep_design=keep)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("keep", [False, True], ids=["chosen", "kept"])
 @pytest.mark.parametrize("name", SCENES)
 def test_points_answered_together_are_those_answered_alone(

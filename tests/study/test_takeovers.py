@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 
+import pytest
+
 import vibopt as vo
 from vibopt.answer.entry import Way
 from vibopt.scene.read import from_text, with_changes
@@ -62,6 +64,7 @@ def way_of(path: str) -> Way:
     return prices(from_text(TEXT), only=[path]).find(path).ways[0]
 
 
+@pytest.mark.slow
 def test_a_limit_takes_over_where_the_goal_leaves_the_end_of_the_range() -> None:
     way = way_of(FROM)
     assert way.until is not None

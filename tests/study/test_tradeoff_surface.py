@@ -97,6 +97,7 @@ def test_designs_that_are_not_proven_are_told(surface: Surface, count: int) -> N
     assert "but where nothing lies between, or only designs that another curve betters." in text
 
 
+@pytest.mark.slow
 def test_a_bound_loosened_far_hides_no_digits_of_what_is_reached() -> None:
     """A step v of velocity gives v / w of way and v w of acceleration: their product is v^2, w from both ends."""
     job = vo.read(PRESS.parents[1] / "shock" / "rao_9_49.toml")
