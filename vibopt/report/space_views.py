@@ -131,6 +131,7 @@ class _Views:
         """The rectangle that holds the centre and the points of a body: above its mounts, below those on it."""
         held = [self._to(self.centres[name], pair)]
         held += [self._to(at, pair) for body, at in self.machine.fixed.values() if body == name]
+        held += [self._to(one.at, pair) for one in self.machine.guided.values() if one.host == name]
         lift = MOUNT + 0.07 if pair[1] == 2 else 0.0
         for spot in self.spots:
             if name in (spot.carried, spot.by):
