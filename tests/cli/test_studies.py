@@ -208,6 +208,8 @@ def test_what_does_not_go_with_a_table_of_prices_is_refused(run: Run, press: str
     both = run("whatif", press, "--thorough", "--set", "bodies.press.mass=310 kg")
     assert both.code == 2
     assert "--thorough goes without --set: two answers are all there is. Leave one of them out." in both.err
+    more = run("whatif", press, "--workers", "2", "--set", "bodies.press.mass=310 kg")
+    assert "--workers goes without --set: two answers are all there is. Leave one of them out." in more.err
 
 
 @pytest.mark.parametrize("name", ["engine_v_twin", "rao_9_3"])
@@ -319,3 +321,8 @@ def test_a_trade_off_names_where_it_leaps_and_has_no_knee_behind_its_chord(run: 
         "; nothing lies between 1.26 MN/m at 4727 N pk and 10 MN/m at 4727 N pk. There is no knee: no point lies "
         "before the straight line between both ends."
     ) in words
+
+
+@pytest.mark.slow
+def test_two_processes_say_what_one_says(run: Run, press: str) -> None:
+    assert run("whatif", press, "--workers", "2", "--json").out == run("whatif", press, "--json").out
