@@ -69,7 +69,6 @@ VERBS = (
 )  # fmt: skip
 
 
-@pytest.mark.sampled(3)
 @kinds
 @pytest.mark.parametrize("verb", VERBS)
 def test_a_verb_takes_a_job_of_every_kind(run: Run, tmp_path: Path, verb: str, kind: str) -> None:
