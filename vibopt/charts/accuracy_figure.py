@@ -12,7 +12,7 @@ import numpy as np
 from vibopt.charts.chart_figures import LOOKS, headed
 from vibopt.charts.verdicts import BROKEN, RIGHT, SILENT, UNPROVEN
 from vibopt.records import dataclass
-from vibopt.report.figures.paper import FAINT, INK, SIZE, STYLES, WIDTH, dress, place, sheet
+from vibopt.report.figures.paper import FAINT, INK, SIZE, STYLES, WIDTH, dress, laid_out, place, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,10 +74,9 @@ def accuracy_figure(cases: Sequence[Scatter], default: str, above: str = "") -> 
         panel.set_axis_off()
     figure.legend(handles=_marks(default), loc="outside lower center", ncols=2, fontsize=SIZE - 1, frameon=False)
     headed(figure, above)
-    figure.canvas.draw()
+    laid_out(figure)
     for panel, (labels, dots) in drawn:
         place(labels, panel.transData.transform(dots) if len(dots) else np.zeros((0, 2)))
-    figure.set_layout_engine("none")
     return figure
 
 

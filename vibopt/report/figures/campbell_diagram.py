@@ -7,7 +7,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.report.campbell import Campbell
-from vibopt.report.figures.paper import BLUE, FAINT, FREE, RED, SIZE, WIDTH, dress, label, legend, place, sheet
+from vibopt.report.figures.paper import (
+    BLUE,
+    FAINT,
+    FREE,
+    RED,
+    SIZE,
+    WIDTH,
+    dress,
+    label,
+    laid_out,
+    legend,
+    place,
+    sheet,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -56,7 +69,7 @@ def campbell_figure(campbell: Campbell, title: str) -> Figure:
     axes.set_xlim(0.0, float(rpm[-1]))
     axes.set_ylim(0.0, top)
     legend(figure, axes)
-    figure.draw_without_rendering()
+    laid_out(figure)
     every = [np.column_stack([rpm, line * _HZ]) for table in (campbell.forward, campbell.backward) for line in table.T]
     points = np.concatenate([*every, np.column_stack([rpm, rpm / 60.0])])
     place(marks, axes.transData.transform(points[np.isfinite(points).all(axis=1)]))

@@ -19,6 +19,7 @@ from vibopt.report.figures.paper import (
     WIDTH,
     dress,
     label,
+    laid_out,
     legend,
     place,
     scale,
@@ -53,7 +54,7 @@ def plane_figure(plane: Plane) -> Figure:
         axes.plot(*plane.best, "*", ms=15, mfc="white", mec=INK, mew=1.3, zorder=8, label="chosen design")
         labels.append(label(axes, plane.best_words, *plane.best))
     legend(figure, axes, first=handles)
-    figure.draw_without_rendering()
+    laid_out(figure)
     place(labels, np.concatenate([_near(axes, plane), axes.transData.transform(taken)]))
     return figure
 

@@ -69,6 +69,14 @@ def sheet(width: float, height: float) -> Figure:
     return figure
 
 
+def laid_out(figure: Figure) -> None:
+    """Everything has its place from here on: labels that find theirs later stay there, and saving lays out no more."""
+    engine = figure.get_layout_engine()
+    if engine is not None:
+        engine.execute(figure)
+    figure.set_layout_engine("none")
+
+
 def saved(figure: Figure, form: str) -> bytes:
     """The figure as a file: "svg", "png" or "pdf"; the same figure gives the same bytes."""
     import matplotlib

@@ -25,6 +25,7 @@ from vibopt.report.figures.paper import (
     dress,
     forbidden,
     label,
+    laid_out,
     legend,
     place,
     scale,
@@ -62,7 +63,7 @@ def response_figure(panels: list[Panel], title: str = "", below: Sequence[Below]
     labels = [_draw(part, panel) for part, panel in zip(parts, panels, strict=False)]
     for part, one in zip(parts[len(panels) :], below, strict=False):
         one.draw(part)
-    figure.draw_without_rendering()
+    laid_out(figure)
     for some, panel in zip(labels, panels, strict=True):
         _spread(some, panel)
     return figure

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.report.figures.paper import COLOURS, INK, STYLES, WIDTH, dress, label, legend, place, scale, sheet
+from vibopt.report.figures.paper import COLOURS, INK, STYLES, WIDTH, dress, label, laid_out, legend, place, scale, sheet
 from vibopt.report.series import Front
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def tradeoff_figure(*fronts: Front) -> Figure:
         axes.plot(front.x, front.y, "o", ms=3.2, color=colour, zorder=4)
         marks += _marks(axes, front)
     legend(figure, axes)
-    figure.draw_without_rendering()
+    laid_out(figure)
     place(marks, axes.transData.transform(dots))
     return figure
 
