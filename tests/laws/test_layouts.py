@@ -203,6 +203,15 @@ WRONG = {
         'links.spring.between = { one_of = [["machine", "joint"], ["joint"]] } is not a pair of names. Write between = '
         '["machine", "ground"].',
     ),
+    "another choice": (
+        {"any_of": [UPPER, LOWER]},
+        'links.spring.between = { any_of = [["machine", "joint"], ["joint", "ground"]] } is a choice without pairs. '
+        'Write between = { one_of = [["machine", "joint"], ["joint", "ground"]] }.',
+    ),
+    "a name alone": (
+        "joint",
+        'links.spring.between = "joint" is not a pair of names. Write between = ["machine", "ground"].',
+    ),
     "twice": (
         {"one_of": [UPPER, UPPER[::-1]]},
         'links.spring.between = { one_of = [["machine", "joint"], ["joint", "machine"]] } names a pair twice. Name '
@@ -221,6 +230,7 @@ def test_wrong_ends_are_said(given_as: str) -> None:
     between, said = WRONG[given_as]
     document = copy.deepcopy(MACHINE)
     document["links"]["spring"]["between"] = between
+    del document["inerters"]  # without the spring, which is not read, nothing is said of what else the joint lacks
     assert refused(from_dict, document, name="net").messages == (f"net: {said}",)
 
 

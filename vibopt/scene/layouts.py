@@ -88,27 +88,23 @@ def check_layouts(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     if all(tried.found for _, tried in looked):
         mistakes.found.extend(one for one in _shared([tried for _, tried in looked]) if one not in mistakes.found)
         return
+    never: list[tuple[str, str, tuple[int, str]]] = []
     for path, names in open_places(scene).items():
         for name in names:
             such = [tried for words, tried in looked if words[path] == name]
             if all(tried.found for tried in such):
-                _tell(path, name, _shared(such), mistakes)
+                never += [(path, name, fault) for fault in _shared(such)]
+    themselves = [fault for path, _, fault in never if path in fault[1]]
+    mistakes.found.extend(one for one in dict.fromkeys(themselves) if one not in mistakes.found)
+    for path, name, (line, said) in never if not themselves else ():
+        why = said.removeprefix(f"{mistakes.name} line {line}: ").removeprefix(f"{mistakes.name}: ")
+        mistakes.add(tuple(path.split(".")), f'{path} as "{name}" is in no layout that can be answered: {why}')
 
 
 def _shared(looked: list[Mistakes]) -> list[tuple[int, str]]:
     """What is wrong with all of some layouts; with the first where each has its own."""
     alike = [one for one in looked[0].found if all(one in tried.found for tried in looked)]
     return alike or looked[0].found
-
-
-def _tell(path: str, name: str, faults: list[tuple[int, str]], mistakes: Mistakes) -> None:
-    """What is wrong with a choice, by its path where the words do not say it."""
-    for line, said in faults:
-        if path in said:
-            mistakes.found.extend([(line, said)] if (line, said) not in mistakes.found else [])
-        else:
-            why = said.removeprefix(f"{mistakes.name} line {line}: ").removeprefix(f"{mistakes.name}: ")
-            mistakes.add(tuple(path.split(".")), f'{path} as "{name}" is in no layout that can be answered: {why}')
 
 
 def _faults(scene: Scene, mistakes: Mistakes, broken: set[str]) -> Mistakes:
