@@ -22,6 +22,16 @@ def test_the_roots_a_polynomial_was_made_of_are_found(made: list[int], pair: boo
     assert len(roots(ascending)) == len(made) - made.count(0) + 2 * pair
 
 
+@given(apart.map(lambda made: [one or 21 for one in made]), st.integers(0, 30), st.integers(0, 30))
+def test_coefficients_that_are_next_to_nothing_take_no_digits(made: list[int], low: int, high: int) -> None:
+    ascending = np.polynomial.polynomial.polyfromroots(made)
+    for far in ([10.0**-low, 1.0], [1.0, 10.0**-high]):  # a root next to zero, and one next to infinity
+        ascending = np.convolve(ascending, far)
+    found = roots(ascending)
+    for one in made:
+        assert np.abs(found - one).min() <= 1e-8 * abs(one)
+
+
 def test_what_has_no_roots_gives_none() -> None:
     for row in ([], [0.0], [3.0], [0.0, 0.0]):
         assert len(real_roots(np.array(row), 1e-7, 3)) == 0

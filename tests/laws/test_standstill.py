@@ -52,6 +52,7 @@ def test_a_response_at_standstill_is_its_limit(case: Floating) -> None:
 
 
 @given(case=chains)
+@example(case=Floating.of(39_875))  # the numerator of the force into m1 begins with rounding alone
 @few
 def test_the_worst_from_standstill_on_is_reached_and_never_passed(case: Floating) -> None:
     agree(case, f"0..{TOP} rad/s")

@@ -5,14 +5,18 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import vibopt as vo
 from vibopt.cli.main import main
 from vibopt.errors import InputError
+from vibopt.forms.bounds import FormBounds
+from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
+from vibopt.solve.global_search import BranchAndBound
 
 MASSES = {"80 kg": 80.0, "100 kg": 100.0, "125 kg": 125.0}
 SPEED = 157.07963267948966
@@ -86,6 +90,23 @@ def test_one_listed_variable_with_a_mean_square_is_decided() -> None:
     assert not fine or design.x == (pytest.approx(min(fine)),)
     loose = solve(with_changes(from_dict(document), {"limits.sway.at_most": "2.7 mm"}))
     assert (loose.status, loose.x) == ("optimal", (pytest.approx(40e3),))
+
+
+@pytest.mark.parametrize("sense", ["minimise", "maximise"])
+def test_listed_values_of_which_bounds_say_nothing_are_measured_one_by_one(
+    sense: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a structure whose mean square has no bounds: each of four was halved without end, and none proven."""
+    monkeypatch.setattr(FormBounds, "on", lambda _, low, high: (np.zeros(len(low)), np.full(len(high), np.inf)))
+    listed = [1e4 * 1.3**k for k in range(30)]
+    spring = {"between": ["m", "ground"], "stiffness": {"one_of": [f"{k!r} N/m" for k in listed]}}
+    document = dict(_press("100 kg").document) | {"links": {"mount": spring}, "limits": {}}
+    document["goal"] = {sense: "transmitted_force", "into": "ground"}
+    found = BranchAndBound().solve(pose(from_dict(document)))
+    forces = [FORCE * k / abs(k - 100.0 * SPEED**2) for k in listed]
+    assert found.status == "optimal"
+    assert found.details["boxes"] <= 3 * len(listed)
+    assert found.details["goal"] == pytest.approx({"minimise": min, "maximise": max}[sense](forces), rel=1e-9)
 
 
 def test_an_answer_over_listed_values_is_printed_reported_and_saved(tmp_path: Path) -> None:

@@ -10,21 +10,40 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.records import cached_property, dataclass
 
+_LEADS = 1e-6
+"""Part of the greatest coefficient from which on one may be divided by."""
+
 
 def roots(ascending: FloatArray) -> ComplexArray:
-    """Roots of a polynomial (degree + 1,); those at zero are left out, and all are nan where it has no digits."""
+    """Roots of a polynomial (degree + 1,); those at zero or without end are left out, all are nan without digits.
+
+    A coefficient that leads and is small, or nothing but rounding, takes half or all of the digits of every root: the
+    greater end leads, and where both are small neither is divided by.
+    """
     used = np.flatnonzero(ascending)
     if len(used) < 2:
         return np.zeros(0, dtype=complex)
     rows = ascending[used[0] : used[-1] + 1]
     n = len(rows) - 1
-    companion = np.zeros((n, n))
-    with np.errstate(over="ignore"):
-        companion[0] = -rows[-2::-1] / rows[-1]
-    companion[np.arange(1, n), np.arange(n - 1)] = 1.0
-    if not np.isfinite(companion).all():
+    if not np.isfinite(rows).all():
         return np.full(n, np.nan, dtype=complex)
-    return np.asarray(np.linalg.eigvals(companion), dtype=complex)
+    rows = rows / np.abs(rows).max()
+    turned = bool(abs(rows[0]) > abs(rows[-1]))
+    if turned:
+        rows = rows[::-1]
+    companion = np.zeros((n, n))
+    companion[np.arange(1, n), np.arange(n - 1)] = 1.0
+    companion[0] = -rows[-2::-1]
+    with np.errstate(all="ignore"):
+        if abs(rows[-1]) >= _LEADS:
+            companion[0] /= rows[-1]
+            found = np.linalg.eigvals(companion)
+        else:
+            from scipy.linalg import eigvals
+
+            found = eigvals(companion, np.diag(np.append(rows[-1], np.ones(n - 1))))
+        found = np.asarray(1.0 / found if turned else found, dtype=complex)
+    return found[np.isfinite(found) & (found != 0.0)]
 
 
 def real_roots(ascending: FloatArray, near: float, steps: int, least: float = 0.0) -> FloatArray:

@@ -42,7 +42,7 @@ def _left_out(program: Program) -> str:
 
 def _near(value: float, bound: float) -> bool:
     """Whether a goal to be made small, and a bound of it, are of one size."""
-    if np.isnan(bound):
+    if not np.isfinite(bound):
         return False
     return bound == value or (bound * value > 0.0 and abs(np.log(value / bound)) <= FAR)
 

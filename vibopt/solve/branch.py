@@ -189,6 +189,14 @@ class Search:
             parts += zip(self.judge.program.aim.pieces, self.aim_bounds, strict=True)
         return parts
 
+    def _untold(self, goal: FloatArray) -> BoolArray:
+        """Boxes that bounds say nothing of, (n_boxes,): single designs among them are told apart by measuring alone."""
+        blind, aim = not all(bounds.bounded for _, bounds in self._parts()), self.judge.program.aim
+        if blind or aim is None:
+            return np.full(len(goal), blind)
+        least: BoolArray = goal <= (0.0 if aim.sense > 0 else -np.inf)
+        return least
+
     def _first_boxes(self) -> tuple[FloatArray, FloatArray]:
         """The whole box, once per combination of discrete values."""
         axes = self.judge.program.axes
@@ -205,16 +213,25 @@ class Search:
         return self.gap * max(abs(self.best), 1e-300)
 
     def _step(self) -> int:
-        """Look at the best open boxes and split what is left of them; how many there were."""
+        """Look at the best open boxes and split what is left of them; how many there were.
+
+        A box that is a single design is measured, and settled by that; until then it waits as it is.
+        """
         _, low, high = self.open.take(BATCH)
         count = len(low)
         low, high = self._contract(low, high)
         alive, goal = self._judge_boxes(low, high)
         low, high, goal = low[alive], high[alive], goal[alive]
         if len(low):
-            for index in np.argsort(goal, kind="stable")[:3]:
+            single = (low == high).all(axis=1)
+            tried = single & self._untold(goal)
+            tried[np.argsort(goal, kind="stable")[:3]] = True
+            for index in tried.nonzero()[0]:
                 self._offer(_middle(low[index], high[index]))
             kept = goal < self.best - self._room() if np.isfinite(self.best) else np.ones(len(goal), dtype=bool)
+            left = kept & single & ~tried
+            self.open.add(goal[left], low[left], high[left])
+            kept &= ~single
             low, high, goal = low[kept], high[kept], goal[kept]
             for _ in range(3 if len(low) <= 24 else 1):
                 low, high = self._split(low, high)
@@ -268,7 +285,7 @@ class Search:
             self.best, self.best_x = goal.value, x
 
     def _split(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Halve every box along its relatively widest side; boxes too small to halve are left out."""
+        """Halve every box along its relatively widest side."""
         program = self.judge.program
         least = np.maximum(program.high * 1e-12, 1e-300)
         whole = np.log(np.maximum(program.high, 1e-300)) - np.log(np.maximum(program.low, least))
