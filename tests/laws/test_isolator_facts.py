@@ -233,3 +233,30 @@ def test_a_sag_says_whose_it_is_and_when() -> None:
         assert machine is not None
         heads.append(isolator_block(design, machine).heads[-2])
     assert heads == ["Static sag\nif vertical", "Static sag", "Static sag,\nworst mount"]
+
+
+SIZES = st.tuples(*[st.floats(1.0, 2e3)] * 3, *[st.floats(1e3, 1e7)] * 2)
+
+
+@settings(max_examples=30)
+@given(SIZES)
+def test_what_a_damper_alone_holds_has_the_frequency_zero_and_strains_nothing(sizes: tuple[float, ...]) -> None:
+    """Rounding of 1e-16 Hz was told, and springs were said to be strained in that mode."""
+    *masses, low, up = sizes
+    document = fan(1.0, 1.0, 0.1, 1)
+    document["bodies"] = {
+        name: {"mass": f"{mass!r} kg"} for name, mass in zip(("fan", "top", "rider"), masses, strict=True)
+    }
+    document["links"] = {
+        "low": {"between": ["fan", "ground"], "stiffness": f"{low!r} N/m"},
+        "up": {"between": ["top", "fan"], "stiffness": f"{up!r} N/m"},
+        "side": {"between": ["top", "ground"], "stiffness": "70 kN/m"},
+        "dash": {"between": ["rider", "fan"], "damping": "20 N s/m"},
+    }
+    document["inerters"] = {"wheel": {"between": ["rider", "fan"], "inertance": "40 kg"}}
+    scene = from_dict(document)
+    machine = machine_of(scene, {})
+    found = machine.natural_frequencies()
+    assert found[0] == 0.0
+    assert found[1] > 0.0
+    assert all(one.mode is not None and one.mode[0] > 1 for one in isolators_of(scene, machine))

@@ -8,6 +8,8 @@ from vibopt.arrays import ComplexArray, FloatArray
 
 _ROUNDING = 1e-13
 """Part of what springs take from each other below which what is left of them is rounding."""
+_NOTHING = 1e-14
+"""Part of the greatest singular value up to which one is rounding."""
 
 
 def pencil_poles(mass: FloatArray, damping: FloatArray, stiffness: ComplexArray) -> ComplexArray:
@@ -45,6 +47,16 @@ def inverse_root(mass: FloatArray) -> FloatArray:
     if np.count_nonzero(mass) == len(own):
         return np.diag(1.0 / np.sqrt(own))
     return np.asarray(np.linalg.inv(np.linalg.cholesky(mass)))
+
+
+def singular(columns: FloatArray) -> FloatArray:
+    """Singular values, ascending; of those that are nothing but rounding beside the greatest zero."""
+    return settled(np.asarray(np.linalg.svd(columns, compute_uv=False), dtype=float)[::-1])
+
+
+def settled(sizes: FloatArray) -> FloatArray:
+    """Singular values with zero for what is rounding beside the greatest."""
+    return np.where(sizes > _NOTHING * sizes.max(initial=0.0), sizes, 0.0)
 
 
 def nullity(*matrices: FloatArray) -> int:

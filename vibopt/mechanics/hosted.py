@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.built import Motion
-from vibopt.mechanics.built_algebra import inverse_root
+from vibopt.mechanics.built_algebra import inverse_root, singular
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices
 from vibopt.mechanics.host.matrices import Dashed
@@ -176,7 +176,7 @@ class HostedMachine(Machine):
         if self.joints:
             stiffness = np.array([joint.stiffness for joint in self.joints])
             columns.append(self._extensions().T * np.sqrt(stiffness))
-        return np.sort(np.linalg.svd(inverse_root(mass) @ np.hstack(columns), compute_uv=False))[: len(mass)]
+        return singular(inverse_root(mass) @ np.hstack(columns))
 
     def _host_roots(self) -> list[FloatArray]:
         return [np.sqrt(carrier.coordinates.stiffness) for carrier in self.carriers.values()]

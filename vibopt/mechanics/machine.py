@@ -14,7 +14,15 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.built import GROUND, Course, Joint, Motion, Tuned
-from vibopt.mechanics.built_algebra import inverse_root, inverted, nullity, pencil_poles, steady_solution
+from vibopt.mechanics.built_algebra import (
+    inverse_root,
+    inverted,
+    nullity,
+    pencil_poles,
+    settled,
+    singular,
+    steady_solution,
+)  # fmt: skip
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.turning import of_two
@@ -352,7 +360,7 @@ class Machine:
         K = B diag(k) B^T, so the frequencies are the singular values of M^-1/2 B diag(k)^1/2:
         no squares are taken and small ones keep their digits.
         """
-        return np.sort(np.linalg.svd(self._spring_columns(), compute_uv=False))
+        return singular(self._spring_columns())
 
     def grows(self, spin: float) -> bool:
         """Whether a whirl grows at a spin [rad/s] that is beyond the `threshold`."""
@@ -395,7 +403,7 @@ class Machine:
     def mode_shapes(self) -> tuple[FloatArray, FloatArray]:
         """Undamped natural frequencies, ascending (n_bodies,) [rad/s], and their shapes (n_bodies, n_modes)."""
         left, values, _ = np.linalg.svd(self._spring_columns())
-        shapes = (self._root.T @ left)[:, ::-1]
+        values, shapes = settled(values), (self._root.T @ left)[:, ::-1]
         if not self.jointed.any():
             return values[::-1], shapes
         stiffness, light, whole = self.matrices()[2], self.jointed, np.zeros((len(self.jointed), shapes.shape[1]))

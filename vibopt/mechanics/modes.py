@@ -16,6 +16,8 @@ _TOGETHER = 1_000_000
 """Entries of matrices that are taken at once."""
 _MIXED = 1e-9
 """Part of itself by which the square of a frequency differs at least from that of a mode that mixes with it."""
+_FREE = 1e-14
+"""Part of the greatest square of a frequency up to which one is rounding, of a mode that nothing holds."""
 _STILL = 1e-12
 """Part of the longest period below which one is rounding."""
 
@@ -257,7 +259,7 @@ def sag_slope(model: Model, asked: FloatArray, x: FloatArray) -> FloatArray:
 
 
 def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Natural frequencies (n_modes,) [rad/s] and the slopes of their logs (n_modes, n_vars)."""
+    """Natural frequencies (n_modes,) [rad/s] and the slopes of their logs (n_modes, n_vars), zero of free motion."""
     p = model.values(x)
     omega, shapes = mode_shapes(model, p)
     share = (model.vectors[:, : model.n_free] @ shapes) ** 2
@@ -265,6 +267,7 @@ def frequency_slopes(model: Model, x: FloatArray) -> tuple[FloatArray, FloatArra
     masses = p * (model.kinds == INERTIA)
     with np.errstate(divide="ignore", invalid="ignore"):
         slope = 0.5 * ((share.T * springs) / (omega**2)[:, None] - share.T * masses) @ model.exponents
+    slope[omega**2 <= _FREE * (omega**2).max(initial=0.0)] = 0.0
     return omega, np.nan_to_num(slope)
 
 
@@ -285,6 +288,9 @@ def frequency_bends(model: Model, x: FloatArray, indices: Sequence[int]) -> list
     reads, held, found = model.vectors[:, :n] @ shapes, p * (model.kinds == lower), []
     for index in indices:
         own, value = reads[:, index], values[index]
+        if value <= _FREE * values.max():
+            found.append(np.zeros((model.n_vars, model.n_vars)))
+            continue
         moved = p * (model.kinds == upper) - value * held
         mixed = (reads * (moved * own)[:, None]).T @ slopes
         gaps = value - values

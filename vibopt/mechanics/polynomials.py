@@ -43,7 +43,7 @@ def roots(ascending: FloatArray) -> ComplexArray:
 
             found = eigvals(companion, np.diag(np.append(rows[-1], np.ones(n - 1))))
         found = np.asarray(1.0 / found if turned else found, dtype=complex)
-    return found[np.isfinite(found) & (found != 0.0)]
+    return np.asarray(found[np.isfinite(found) & (found != 0.0)])
 
 
 def real_roots(ascending: FloatArray, near: float, steps: int, least: float = 0.0) -> FloatArray:

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import GROUND, Joint, Motion
-from vibopt.mechanics.built_algebra import inverse_root, steady_solution
+from vibopt.mechanics.built_algebra import inverse_root, singular, steady_solution
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.vectors import cross
@@ -415,8 +415,8 @@ class SpaceMachine(Machine):
             stretches.append(row)
         n = len(self.columns)
         springs = np.array(stretches).reshape(-1, n) @ inverse_root(self._four[0]).T
-        found = np.linalg.svd(springs, compute_uv=False)
-        return np.sort(np.concatenate([found, np.zeros(max(n - len(found), 0))]))
+        found = singular(springs)
+        return np.concatenate([np.zeros(max(n - len(found), 0)), found])
 
     def sag(self) -> dict[str, float] | None:
         """Displacement of every place under the weights, along each axis; z of them downward, by equilibrium."""
