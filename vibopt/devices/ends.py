@@ -36,6 +36,8 @@ def _chosen(given: object) -> Ends:
     if not isinstance(given, Mapping):
         return given if isinstance(given, OpenEnds) else _pair(given)
     listed = given.get("one_of")
+    if "value" in given:
+        return _pair(given)
     if set(given) != {"one_of"} or not isinstance(listed, (list, tuple)) or not listed:
         raise complaint(
             'is a choice without pairs. Write between = { one_of = [["machine", "joint"], ["joint", "ground"]] }.'

@@ -171,8 +171,8 @@ def choose(from_: Bound | None = None, to: Bound | None = None, *, whole: bool |
     return {key: value for key, value in words.items() if value is not None}
 
 
-def one_of(*values: Bound) -> dict[str, object]:
-    """A design variable, `{ one_of = [...] }` in the file: one of the listed values, as from a catalogue."""
+def one_of(*values: Bound | Sequence[object]) -> dict[str, object]:
+    """A choice, `{ one_of = [...] }` in the file: one of the listed values, as from a catalogue, or pairs of ends."""
     return {"one_of": list(values)}
 
 
