@@ -11,7 +11,7 @@ import tomli
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibopt.document import toml_alike
+from vibopt.document import toml_alike, toml_reading
 from vibopt.document.toml_reading import toml_of
 
 PLAIN = ('name = "{}"', 'speed = "{} rpm"', 'readings = {{ a = "{} mm @ 3 deg", b = "{}" }}', 'weights={{p="{} g"}}')
@@ -47,7 +47,7 @@ ODD = {
 
 def same(text: str) -> None:
     """The document is that of TOML, its keys in the same order; or both complain alike."""
-    with mock.patch.object(toml_alike, "_FEW", 0):
+    with mock.patch.object(toml_reading, "_FEW_RUNS", 0):
         try:
             said = tomli.loads(text)
         except tomli.TOMLDecodeError as error:

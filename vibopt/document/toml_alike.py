@@ -10,8 +10,6 @@ from collections.abc import Callable
 from typing import Any
 
 _HEADING = "\n[[runs]]\n"
-_FEW = 8
-"""Runs up to which it does not pay."""
 _SIGNS = bytes({*range(256)} - {*range(32), 127} | {*b"\n\t"})
 """Bytes of the signs that a text may have."""
 Parse = Callable[[str], dict[str, Any]]
@@ -22,7 +20,7 @@ Shapes = dict[tuple[str, ...], tuple[str, tuple[str, ...]] | None]
 def read_alike(text: str, parse: Parse) -> dict[str, Any]:
     """What `parse` makes of a TOML text; ValueError where it is none."""
     head, *runs = text.replace("\r\n", "\n").split(_HEADING)
-    if len(runs) > _FEW:
+    if runs:
         runs[-1], _, rest = runs[-1].partition("\n[")
         shapes: Shapes = {}
         try:

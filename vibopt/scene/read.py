@@ -20,7 +20,6 @@ from vibopt.responses import KINDS as RESPONSES
 from vibopt.scene.assemble import tuning_notes
 from vibopt.scene.check_scene import check
 from vibopt.scene.drives import with_own_bounds
-from vibopt.scene.layouts import check_layouts
 from vibopt.scene.open_places import MOST, combinations, has_open_ends, open_places, open_positions, positioned, settled
 from vibopt.scene.scene import MAXIMISE, MINIMISE, OWN_FIELDS, Goal, Scene, Variable
 from vibopt.units import show
@@ -102,6 +101,8 @@ def _check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
             "one. Name fewer places.",
         )
     elif has_open_ends(scene):
+        from vibopt.scene.layouts import check_layouts
+
         check_layouts(scene, mistakes, broken)
     else:
         for _, one in settled(scene):
