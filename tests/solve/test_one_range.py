@@ -186,3 +186,26 @@ def test_a_half_open_range_of_one_variable_is_decided_too(bound: str) -> None:
     assert design.status == "optimal"
     least = 100.0 / (4.0 * 90e3 * (1e-3 * float(bound.split()[0])) ** 2)
     assert design.x[0] == pytest.approx(max(least, 1.0), rel=1e-6)
+
+
+def test_a_goal_that_is_rounding_alone_is_settled_at_once() -> None:
+    """Nothing loads the feet across: no value of the spring is better than another, and none is looked for."""
+    feet = [[f"{x} m", f"{y} m", "0 m"] for x in (0.8, -0.8) for y in (0.5, -0.5)]
+    foot = {"between": ["machine", "ground"], "at": feet, "shear_ratio": 0.62}
+    document = {
+        "title": "machine whose feet carry nothing across",
+        "bodies": {
+            "machine": {
+                "mass": "2440 kg",
+                "centre": ["0.07 m", "0.04 m", "0.25 m"],
+                "inertia": ["300 kg m2", "500 kg m2", "600 kg m2"],
+            }
+        },
+        "mounts": {"foot": {**foot, "stiffness": {"from": "0.3 MN/m", "to": "8 MN/m"}, "damping": "3.7 kN s/m"}},
+        "goal": {"minimise": "static_load", "of": "foot.1", "direction": "y"},
+    }
+    design = solve(from_dict(document))
+    assert design.status == "optimal"
+    assert design.details["pieces"] < 100
+    assert design.goal is not None
+    assert abs(design.goal[1].value) < 1e-9

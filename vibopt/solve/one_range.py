@@ -48,6 +48,8 @@ part of the range that is too narrow to be told beside a leap."""
 _PIECES, _FEWEST, _WORK = 20_000, 500, 1e5
 """Most pieces, and how many where each is dear: work of all of them [nominal ms]."""
 _GAP = 1e-9
+_ROUNDED = 1e-12, 1e-10
+"""Part by which coefficients may be off, and of the size that a goal is given which is nothing but that."""
 _SLOW = 1e-2
 """Part of the goal that it may still gain towards an open end and yet come near to a best value there."""
 
@@ -345,8 +347,10 @@ class _Run:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             values = np.abs([self.judge.goal(self.x(end)).value for end in ends])
-        good = values[np.isfinite(values) & (values > 0.0)]
-        self.size = float(np.exp(np.log(good).mean())) if len(good) else 1.0
+        aim = self.program.aim
+        rounded = 0.0 if aim is None else aim.form.room(aim.model, self.x(ends[0]), 0.0, 0.0, _ROUNDED[0])
+        good = values[np.isfinite(values) & (values > rounded)]
+        self.size = float(np.exp(np.log(good).mean())) if len(good) else rounded / _ROUNDED[1] or 1.0
 
     def _ends(self) -> list[float]:
         """Ends of the first pieces: evenly spread, and where a natural frequency meets one that is looked at."""
