@@ -20,8 +20,9 @@ from vibopt.document.mistakes import Mistakes
 from vibopt.jobs import from_text, of_document
 from vibopt.report.figures import tradeoff_figure
 from vibopt.study import tradeoff
+from vibopt.study.against import bounded
 from vibopt.study.sweep_series import front_of
-from vibopt.study.tradeoff import Tradeoff, bounded
+from vibopt.study.tradeoff import Tradeoff
 
 ROOT = Path(__file__).parents[2] / "problems"
 PRESS = ROOT / "isolation" / "rao_9_34.toml"

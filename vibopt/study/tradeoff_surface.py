@@ -14,9 +14,10 @@ from vibopt.errors import InputError
 from vibopt.jobs import fact_at, is_open, with_changes
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
+from vibopt.study.against import bounded
 from vibopt.study.points import Heads, Point, varied_at
 from vibopt.study.seen import goal_word
-from vibopt.study.tradeoff import CLOSE, FAR, MOST_WORK, RATIO, MovedBound, bounded
+from vibopt.study.tradeoff import CLOSE, FAR, MOST_WORK, RATIO, MovedBound
 from vibopt.units import si_unit
 from vibopt.values.fact_at import FactAt
 
