@@ -20,6 +20,7 @@ from vibopt.charts.isolation_cases import METHODS as CHARTED
 from vibopt.charts.isolation_cases import STOCK, ends_of, families, hidden_peak, on_the_edge, slivers
 from vibopt.charts.machines import fan, hall, press, star
 from vibopt.charts.own_scenes import referenced
+from vibopt.charts.random_cases import drawn
 from vibopt.charts.scene_rivals import RIVALS
 from vibopt.charts.trial import DEFAULT, Case, Said, judged, trial
 from vibopt.charts.verdicts import FEASIBLE, INFEASIBLE, MISSING, REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
@@ -30,6 +31,7 @@ from vibopt.program.pose import pose
 from vibopt.report.figures import saved
 from vibopt.solve.method import METHODS, OWN
 from vibopt.solve.rivals import population
+from vibopt.solve.rivals.grid import Grid
 
 DIGITS = 40
 
@@ -257,12 +259,22 @@ def test_rivals_get_within_their_sampling_of_the_press() -> None:
     """They are set up well: what is left of their error is the grid of speeds."""
     case = STOCK[1]
     scene = case.scene()
-    names = ("slsqp 200", "slsqp 1000", "slsqp exchange 1e-11", "slsqp peaks 1e-11", "ipopt 200", "cvxpy 1e-08")
+    names = (
+        "slsqp 200",
+        "slsqp 500",
+        "slsqp 1000",
+        "slsqp exchange 1e-11",
+        "slsqp peaks 1e-11",
+        "ipopt 200",
+        "cvxpy 1e-08",
+    )
     trials = {name: trial(case, scene, name, 1) for name in names}
     errors = {name: one.error for name, one in trials.items()}
     assert max(errors["slsqp exchange 1e-11"], errors["slsqp peaks 1e-11"]) < 1e-8
     assert max(errors["slsqp 200"], errors["ipopt 200"]) < 1e-3
-    assert errors["slsqp 1000"] < 1e-4, trials["slsqp 1000"].claim
+    fine = [one for name in ("slsqp 500", "slsqp 1000") if math.isfinite(one := errors[name])]
+    assert fine, "SLSQP may give up one of them by rounding, and says so, but not both"
+    assert max(fine) < 1e-4
     assert errors["cvxpy 1e-08"] < 1e-6
 
 
@@ -352,3 +364,12 @@ def test_figures_of_stability_and_fidelity_are_drawn() -> None:
         figure = fidelity_figure(rows)
         assert [text.get_text() for text in figure.axes[0].texts] == ["5 → 1", "passage → steady"][-len(rows) :]
         assert saved(figure, "svg").startswith(b"<?xml")
+
+
+def test_a_grid_refuses_what_takes_minutes() -> None:
+    """40 values of each of four numbers: two and a half million points."""
+    scene = drawn("absorbers", 2, 1)[0].scene()
+    assert len(scene.variables) == 4
+    assert Grid(per_axis=40).refuses(pose(scene)) == (
+        "grid takes at most 100000 points, and 40 of each number are 2560000."
+    )

@@ -15,6 +15,8 @@ from vibopt.solve.rivals.sampled import outside_rows, values_on
 from vibopt.work import late
 
 _PER_AXIS = {1: 2000, 2: 121, 3: 25, 4: 11, 5: 7, 6: 5}
+_MOST = 100_000
+"""Points of a grid: 40 values of each of three numbers are fewer, and those of four take minutes."""
 
 
 @dataclass
@@ -31,9 +33,16 @@ class Grid:
     summary: str = "grid search, limits on 200 sampled speeds"
 
     def refuses(self, program: Program) -> str | None:
-        """More than six variables."""
+        """More than six variables, or a hundred thousand points."""
         free = sum(axis.values is None and axis.high > axis.low for axis in program.axes)
-        return f"grid takes at most 6 continuous variables, and there are {free}." if free > 6 else None
+        if free > 6:
+            return f"grid takes at most 6 continuous variables, and there are {free}."
+        many = self.per_axis**free
+        return (
+            f"grid takes at most {_MOST} points, and {self.per_axis} of each number are {many}."
+            if many > _MOST
+            else None
+        )
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Walk the grid; the goal decides the order, so the first point that holds is the best."""
