@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
 
 from vibopt.document.mistakes import Mistakes
 from vibopt.excitations.release import Release
@@ -24,14 +26,18 @@ class Layouts:
         Places and ends by path, and the scene in which they are chosen.
     refused
         Those that are not answered, and the words why not.
+    bare
+        In place of layouts with joints that carry nothing: names of these and of what they join to one thing alone, and
+        the scene without all of them.
     """
 
     built: list[tuple[Mapping[str, str], Scene]]
     refused: list[tuple[Mapping[str, str], str]]
+    bare: list[tuple[tuple[str, ...], Scene]]
 
 
 def layouts(scene: Scene) -> Layouts:
-    """As `settled` gives them, without layouts with joints that carry nothing, or seen before from their other end.
+    """As `settled` gives them, without those seen before from their other end; joints that carry nothing are left out.
 
     Parameters
     ----------
@@ -39,18 +45,46 @@ def layouts(scene: Scene) -> Layouts:
         Read without mistakes.
     """
     seen: set[object] = set()
-    found = Layouts([], [])
+    found = Layouts([], [], [])
     sifts = has_open_ends(scene)
-    for words, one in settled(scene):
+    for words, whole in settled(scene):
+        names, one = _without_idle(whole) if sifts else ((), whole)
         if sifts:
             faults = _faults(one, Mistakes(scene.name), set()).found
-            if faults and not idle_joints(one):
+            if faults and not names:  # of what is left out something else may be asked: then it has to carry
                 found.refused.append((words, faults[0][1].removeprefix(f"{scene.name}: ")))
-            if faults or (kind := _network(one)) in seen:
+            if faults or (kind := (names, _network(one))) in seen:
                 continue
             seen.add(kind)
-        found.built.append((words, one))
+        if names:
+            found.bare.append((names, one))
+        else:
+            found.built.append((words, one))
     return found
+
+
+def _without_idle(scene: Scene) -> tuple[tuple[str, ...], Scene]:
+    """Names of joints that carry nothing and of what ends at them, and the scene without these."""
+    gone: list[str] = []
+    while idle := idle_joints(scene):
+        more = {*idle, *(way for ways, _ in idle.values() for way in ways)}
+        gone += sorted(more)
+
+        def kept(tables: Mapping[str, Any], more: set[str] = more) -> dict[str, Any]:
+            return {name: table for name, table in tables.items() if name not in more}
+
+        scene = replace(
+            scene,
+            bodies=kept(scene.bodies),
+            links=kept(scene.links),
+            others={family: kept(tables) for family, tables in scene.others.items()},
+            variables=tuple(one for one in scene.variables if one.path.split(".")[1] not in more),
+            document={
+                family: kept(table) if family in ("bodies", "links", *scene.others) else table
+                for family, table in scene.document.items()
+            },
+        )
+    return tuple(gone), scene
 
 
 def _network(scene: Scene) -> frozenset[object]:

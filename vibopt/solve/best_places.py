@@ -33,7 +33,8 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
 
     Notes
     -----
-    "optimal" and "infeasible" only where that is proven of every place, and none is refused.
+    "optimal" and "infeasible" only where that is proven of every place, none is refused, and nothing is better without
+    the parts that some layouts leave without anything to carry.
     """
     possible = layouts(scene)
     variants, refused = possible.built, possible.refused
@@ -46,6 +47,9 @@ def best_place(scene: Scene, answer: Answer, progress: Progress | None = None) -
     designs = [design for _, design in found]
     status, claim = _verdict(best, designs, "layout" if has_open_ends(scene) else "place")
     claim += _exchanged(scene) + _left_out(combinations(scene) - len(variants) - len(refused))
+    if possible.bare:
+        status, more = _beside(best, [(names, with_goal(answer(one))) for names, one in possible.bare], status)
+        claim += more
     if refused:
         status = _UNPROVEN.get(status, status)
         claim += _unanswered(refused)
@@ -76,6 +80,18 @@ def _left_out(many: int) -> str:
         if many
         else ""
     )
+
+
+def _beside(best: Design, bare: Sequence[tuple[tuple[str, ...], Design]], status: str) -> tuple[str, str]:
+    """The status beside what the machine is without parts that carry nothing, and what is said of that."""
+    names, least = min(bare, key=lambda pair: _rank(pair[1]))
+    without = f"; without {', '.join(names)}"
+    if _rank(least) < _rank(best):
+        value = "every limit holds" if least.goal is None else f"the goal is {least.goal[1].shown}, which is better"
+        return _UNPROVEN.get(status, status), f"{without} {value}: leave them out"
+    if all(design.status in _PROVEN for _, design in bare):
+        return status, f"{without} nothing is better"
+    return _UNPROVEN.get(status, status), f"{without} it is not proven that nothing is better"
 
 
 def _unanswered(refused: Sequence[tuple[Mapping[str, str], str]]) -> str:
