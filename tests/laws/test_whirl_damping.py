@@ -298,6 +298,18 @@ def test_both_roads_meet_every_damped_critical_speed_of_films_that_leap(seed: in
     assert len(found) >= 3
 
 
+@pytest.mark.parametrize("crossed", [0.0, pytest.param(-0.25, marks=pytest.mark.slow)])
+def test_as_many_are_found_as_are_counted_also_where_some_are_met_twice(crossed: float) -> None:
+    stiff = 1e6, crossed * 1e6, crossed * 1e6, 1.4e6, 200.0, 0.0, 0.0, 200.0
+    scene = from_dict(up_to(borne(friswell(), *stiff), "1500 rad/s"))
+    rotor, machine = spun(model_of(scene), NONE), in_planes(machine_of(scene, {}))
+    every = [one.speed for one in synchronous(rotor, 0.0, 1500.0)]
+    assert len(every) >= 5
+    for many in (2, len(every)):
+        assert [one.speed for one in synchronous(rotor, 0.0, 0.0, many)][:many] == pytest.approx(every[:many], rel=1e-9)
+        assert as_fast(machine, 0.0, NO_PEAK, 0.0, many)[:many] == pytest.approx(every[:many], rel=1e-9)
+
+
 def test_a_whirl_along_a_line_goes_either_way() -> None:
     """A light shaft that tilts no disc: each plane moves by itself, and its whirl is forward and backward alike."""
     document = borne(light(), 4e6, 0.0, 0.0, 12e6, 1e3, 0.0, 0.0, 1e3)

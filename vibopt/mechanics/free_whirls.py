@@ -214,7 +214,12 @@ def synchronous(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> l
     """
     halves = [rotor] if rotor.model.bearings else [Half(rotor, value) for value in (1.0, -1.0) if value * sense >= 0.0]
     found = [one for half in halves for one in _met_by(half, sense, top, most)]
-    found.sort(key=lambda one: one.speed)
+    return _apart(found)
+
+
+def _apart(found: list[Synchronous]) -> list[Synchronous]:
+    """Each once, the slowest first."""
+    found = sorted(found, key=lambda one: one.speed)
     alone = np.diff([one.speed for one in found], prepend=0.0) > [_EQUAL * one.speed for one in found]
     return [one for one, kept in zip(found, alone.tolist(), strict=True) if kept]
 
@@ -235,7 +240,7 @@ def _met_by(rotor: Spun, sense: float, top: float, most: int) -> list[Synchronou
             ):
                 found.append(synchronous)
         before = after
-        if most and len(found) >= most + 1:  # one may be met twice
+        if most and len(_apart(found)) > most:
             break
     return found
 

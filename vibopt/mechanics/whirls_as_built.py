@@ -167,8 +167,13 @@ def as_fast(machine: OrbitingMachine, sense: float, most_damped: float, top: flo
             if low <= rate.real <= high and rate.imag < most_damped * abs(rate) and _goes(machine, rate, sense):
                 found.append(rate.real)
         before = after
-        if many and len(found) >= many + 1:  # one may be met twice
+        if many and len(_apart(found)) > many:
             break
+    return _apart(found)
+
+
+def _apart(found: list[float]) -> FloatArray:
+    """Each once, ascending."""
     every = np.unique(found)
     return every[np.diff(every, prepend=0.0) > _ONE * every]
 
