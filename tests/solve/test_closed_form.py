@@ -4,10 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from texts import ANY_DAMPING, ANY_STIFFNESS, floor, moves, press
+from vibopt.program.pose import pose
 from vibopt.scene.read import from_text
 from vibopt.scene.scene import Scene
+from vibopt.solve.closed_form import INFEASIBLE, OPTIMAL, alone, answer
+from vibopt.solve.closed_program import question
+from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
 
 DAMPING = f"damping = {ANY_DAMPING}"
@@ -101,3 +107,55 @@ def test_two_limits_that_just_touch_end_the_rounds(mass: float, unbalance: float
     text = FAN.replace("480 kg", f"{mass} kg").replace("0.12 kg m", f"{unbalance!r} kg m").replace("5 mm", "1.2 mm")
     design = solve(from_text(text + 'maximise = "stiffness"\nof = "feet"\n'))
     assert (design.status, design.method) == ("optimal", "closed_form_kc")
+
+
+@st.composite
+def fans(draw: st.DrawFn) -> Scene:
+    """A fan of any size, on a mount whose damping is chosen, tied to its stiffness, a fact, structural or none."""
+
+    def size(usual: float, *units: str) -> str:
+        return f"{usual * 10.0 ** draw(st.floats(-1.0, 1.0)):.6g} {draw(st.sampled_from(units))}"
+
+    damping = draw(
+        st.sampled_from(
+            [
+                'damping = { from = "10 N s/m", to = "20 kN s/m" }',
+                "damping_ratio = 0.1", 'damping = "800 N s/m"', "loss_factor = 0.2", "",
+            ]
+        )
+    )  # fmt: skip
+    text = FAN.replace('damping = { from = "10 N s/m", to = "20 kN s/m" }', damping)
+    kind = draw(st.sampled_from(['kind = "unbalance"', 'kind = "force"\nvaries = "speed"\namplitude_at = "1450 rpm"']))
+    text = text.replace('kind = "unbalance"', kind)
+    pushed = size(0.12, "kg m") if "unbalance" in kind else size(2770.0, "N")
+    text = text.replace('unbalance = "0.12', 'amplitude = "0.12') if "force" in kind else text
+    for old, new in (
+        ("480 kg", size(480.0, "kg")), ("0.12 kg m", pushed), ("800 N", size(800.0, "N")), ("5 mm", size(5.0, "mm")),
+        (', to = "5 MN/m"', draw(st.sampled_from([', to = "5 MN/m"', ""]))), ("15 mm", size(15.0, "mm")),
+        ('"0..1450 rpm"', draw(st.sampled_from(['"0..1450 rpm"', '"start-up"', '"600..700 rpm"', '"1450 rpm"']))),
+    ):  # fmt: skip
+        text = text.replace(old, new)
+    return from_text(text + f'{draw(st.sampled_from(["maximise", "minimise"]))} = "stiffness"\nof = "feet"\n')
+
+
+@given(scene=fans())
+def test_a_question_alone_is_answered_as_one_of_many(scene: Scene) -> None:
+    """Plain floats begin at fewer speeds than arrays, and end at the same design."""
+    asked = question(closed(pose(scene)))
+    known, many = alone(asked), answer(asked, asked.numbers, 1)
+    if known is None:
+        return
+    assert many.status[0] == (INFEASIBLE if known[0] is None else OPTIMAL)
+    if known[0] is not None:
+        assert known[0] == pytest.approx(many.x[:, 0].tolist(), rel=1e-6)
+        assert known[0][0] == pytest.approx(float(many.x[0, 0]), rel=1e-10)
+        assert known[1] == tuple(many.reach[:, 0].tolist())
+
+
+def test_a_range_without_end_in_which_no_stiffness_will_do_is_infeasible() -> None:
+    text = FAN.replace(', to = "5 MN/m"', "").replace(
+        'damping = { from = "10 N s/m", to = "20 kN s/m" }', "damping_ratio = 0.6"
+    )
+    text = text.replace("800 N", "8 N")
+    design = solve(from_text(text + 'minimise = "stiffness"\nof = "feet"\n'))
+    assert (design.status, design.method) == ("infeasible", "closed_form")

@@ -6,7 +6,8 @@ and design are the same.  All questions that differ in numbers alone are answere
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from math import inf
 
 import numpy as np
 
@@ -14,9 +15,9 @@ from vibopt.arrays import FloatArray, IntArray, every, some
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
-from vibopt.solve.closed_peaks import worst
+from vibopt.solve.closed_peaks import worst, worst_alone
 from vibopt.solve.closed_program import NotClosedError, Numbers, Question, RowKind, question
-from vibopt.solve.closed_rows import Rows, ends_of_damping, extreme, harmonic_row, plain_row, take
+from vibopt.solve.closed_rows import LoneRows, Rows, ends_of_damping, extreme, harmonic_row, plain_row, stacked, take
 from vibopt.solve.method import Found, Progress
 
 OPEN, OPTIMAL, INFEASIBLE = 0, 1, 2
@@ -32,6 +33,8 @@ _CHUNK = 1024
 _BEGIN, _EACH = np.linspace(0.0, 1.0, 129)[:, None], 8
 """Parts of each range of speeds at which a limit is looked at first, where nothing better is known; of many every 8th.
 """
+_PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
+"""The same of one question in plain floats."""
 
 Memory = dict[int, FloatArray]
 """Worst speeds of the last round, squared frequencies (count,), by the index of their limit."""
@@ -134,17 +137,23 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
 
 
 def _first_rows(asked: Question, numbers: Numbers, count: int, first: Speeds) -> FloatArray:
-    rows = [ends_of_damping(asked, count)]
+    ends = ends_of_damping(asked)
+    rows = [np.array(ends).reshape(-1, 4).T[:, :, None] + np.zeros(count)]
     for index, kind in enumerate(asked.rows):
         if kind.kind != "harmonic":
-            rows.append(plain_row(asked, numbers, index, count))
+            rows.append(stacked(plain_row(asked, numbers, index), 1, count))
         for b, point in enumerate(kind.points):
             low, high = numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"]
             each = len(_BEGIN) - 1 if first else _EACH if count > 1 or asked.goal[0] else 1
             parts = _BEGIN[:1] if point else _BEGIN[::each]
-            rows.append(harmonic_row(asked, numbers, index, (low + parts * (high - low) + np.zeros(count)) ** 2))
-    rows += [harmonic_row(asked, numbers, index, w[None]) for index, w in first]
+            rows.append(_at_speeds(asked, numbers, index, (low + parts * (high - low) + np.zeros(count)) ** 2))
+    rows += [_at_speeds(asked, numbers, index, w[None]) for index, w in first]
     return np.concatenate(rows, axis=1)
+
+
+def _at_speeds(asked: Question, numbers: Numbers, index: int, w: FloatArray) -> FloatArray:
+    """Rows of a limit at squared frequencies of each question, w (n, count); shape (4, n, count)."""
+    return stacked(harmonic_row(asked, numbers, index, w), *w.shape)
 
 
 def _learn(asked: Question, numbers: Numbers, x: FloatArray, before: Memory) -> tuple[FloatArray, list[FloatArray]]:
@@ -160,12 +169,69 @@ def _learn(asked: Question, numbers: Numbers, x: FloatArray, before: Memory) -> 
             missed, w = worst(asked, numbers, index, x)
             greatest = np.maximum(greatest, missed)
             if some(missed > _DONE):
-                rows.append(harmonic_row(asked, numbers, index, w[None]))
+                rows.append(_at_speeds(asked, numbers, index, w[None]))
             if index in before and some(sharp := missed > _SHARP):
                 step = np.where(sharp, np.clip(w / before[index], 0.5, 2.0), 1.0)
                 ahead = [_within(kind, numbers, index, np.sqrt(w * step**n)) ** 2 for n in range(1, _AHEAD + 1)]
-                rows.append(harmonic_row(asked, numbers, index, np.array(ahead)))
+                rows.append(_at_speeds(asked, numbers, index, np.array(ahead)))
             before[index] = w
+    return greatest, rows
+
+
+def alone(asked: Question) -> tuple[tuple[float, ...] | None, tuple[float, ...], int] | None:
+    """One question in plain floats: x (None where there is none) in the order (k, c), reach and rounds as of `Answers`.
+
+    None where that settles nothing: then arrays do.
+    """
+    if asked.goal[0] or any(kind.tabled is not None for kind in asked.rows):
+        return None
+    rows, before, last = LoneRows(asked), dict[int, float](), None
+    try:
+        for row in _begun(asked):
+            rows.add(row)
+        for rounds in range(1, _ROUNDS + 1):
+            found = rows.extreme()
+            if found is None:
+                return None, (), rounds
+            missed, fresh = _learnt(asked, found[0], before)
+            if missed <= (_STILL if found[0] == last else _DONE):
+                return *found, rounds
+            for row in fresh:
+                rows.add(row)
+            last = found[0]
+    except ArithmeticError:  # a number beyond floats
+        pass
+    return None
+
+
+def _begun(asked: Question) -> Iterator[list[float]]:
+    """Rows of one question at first: fewer than of many, as a round of it costs little."""
+    numbers = asked.numbers
+    yield from ends_of_damping(asked)
+    for index, kind in enumerate(asked.rows):
+        if kind.kind != "harmonic":
+            yield plain_row(asked, numbers, index)
+        for b, point in enumerate(kind.points):
+            low, high = numbers[f"{index}.low{b}"], numbers[f"{index}.high{b}"]
+            for part in _PARTS[:1] if point else _PARTS:
+                yield harmonic_row(asked, numbers, index, (low + part * (high - low)) ** 2)
+
+
+def _learnt(asked: Question, x: tuple[float, ...], before: dict[int, float]) -> tuple[float, list[list[float]]]:
+    """As `_learn`, of one question."""
+    greatest, rows, numbers = -inf, list[list[float]](), asked.numbers
+    for index, kind in enumerate(asked.rows):
+        if not kind.over_speeds:
+            continue
+        missed, w = worst_alone(asked, index, x)
+        greatest = max(greatest, missed)
+        if missed > _DONE:
+            rows.append(harmonic_row(asked, numbers, index, w))
+        if index in before and missed > _SHARP:
+            step = min(max(w / before[index], 0.5), 2.0)
+            ahead = _within(kind, numbers, index, np.array([w * step**n for n in range(1, _AHEAD + 1)]) ** 0.5)
+            rows += [harmonic_row(asked, numbers, index, one * one) for one in ahead.tolist()]
+        before[index] = w
     return greatest, rows
 
 
@@ -195,14 +261,18 @@ class StiffnessAndDamping:
 
 def closed_found(program: Program, asked: Question, name: str) -> Found:
     """The answer to one question."""
-    answers = answer(asked, asked.numbers, 1)
-    if answers.status[0] == OPEN:
-        return Found("unproven", None, "the worst speeds did not settle", name)
-    if answers.status[0] == INFEASIBLE:
-        return none_found(name, answers.rounds)
-    x, reach = np.zeros(len(asked.order)), np.zeros(len(asked.order))
-    x[list(asked.order)], reach[list(asked.order)] = answers.x[:, 0], answers.reach[:, 0]
-    return best_found(program, name, x, answers.rounds, tuple(reach.tolist()))
+    known = alone(asked)
+    if known is None:
+        answers = answer(asked, asked.numbers, 1)
+        if answers.status[0] == OPEN:
+            return Found("unproven", None, "the worst speeds did not settle", name)
+        here = tuple(answers.x[:, 0].tolist()) if answers.status[0] == OPTIMAL else None
+        known = here, tuple(answers.reach[:, 0].tolist()), answers.rounds
+    here, far, rounds = known
+    if here is None:
+        return none_found(name, rounds)
+    x, reach = ([one[i] for i in asked.order] for one in (here, far))  # an order of two is its own inverse
+    return best_found(program, name, np.array(x), rounds, tuple(reach))
 
 
 def none_found(name: str, rounds: int) -> Found:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from math import copysign, inf, sqrt
+from typing import Any
+
 import numpy as np
 
 from vibopt.arrays import FloatArray, some
@@ -22,16 +25,7 @@ def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple
     kind = asked.rows[index]
     if kind.tabled is not None:
         return _searched(asked, kind.tabled, x)
-    m, k, c, h = machine_at(numbers, x)
-    top: Number = 1.0
-    slope: Number = 0.0
-    if kind.through:
-        _, part, damper, loss = machine_at(numbers, x, f"{index}.")
-        top, slope = part**2 + loss**2, damper**2
-    size = numbers[f"{index}.size"] / (1.0 if kind.inertia else m)
-    natural, decay, lossy = k / m, (c / m) ** 2, (h / m) ** 2
-    centre = natural - 0.5 * decay
-    width = lossy + decay * (natural - 0.25 * decay)
+    size, top, slope, natural, decay, lossy, centre, width = _about(asked, numbers, index, x)
     w, v = _candidates(asked, numbers, index, (top, slope, centre, width), x.shape[1])
     bottom = np.where(decay > 0.5 * natural, (natural - w) ** 2 + decay * w + lossy, v * v + width)
     square = (top + slope * w) / bottom
@@ -43,6 +37,56 @@ def worst(asked: Question, numbers: Numbers, index: int, x: FloatArray) -> tuple
     columns = np.arange(x.shape[1])
     bound = numbers[f"{index}.bound"]
     return kind.sign * (value[at, columns] - bound) / bound, w[at, columns]
+
+
+def worst_alone(asked: Question, index: int, x: tuple[float, ...]) -> tuple[float, float]:
+    """As `worst`, of one question and its design in plain floats."""
+    kind, numbers = asked.rows[index], asked.numbers
+    size, top, slope, natural, decay, lossy, centre, width = _about(asked, numbers, index, x)
+    inner, best, at = _turns(kind.power, top, slope, centre, width), -inf, 0.0
+    for b, point in enumerate(kind.points):
+        low, high = numbers[f"{index}.low{b}"] ** 2, numbers[f"{index}.high{b}"] ** 2
+        tried = [(low, low - centre)]
+        if not point:
+            tried += [(high, high - centre), *((v + centre, v) for v in inner if low <= v + centre <= high)]
+        for w, v in tried:
+            bottom = (natural - w) ** 2 + decay * w + lossy if decay > 0.5 * natural else v * v + width
+            square = (top + slope * w) / bottom * w**kind.power if bottom else inf
+            value = kind.sign * size * sqrt(max(square, 0.0))
+            if value > best:
+                best, at = value, w
+    bound = numbers[f"{index}.bound"]
+    return (best - kind.sign * bound) / bound, at
+
+
+def _turns(power: int, top: float, slope: float, centre: float, width: float) -> list[float]:
+    """As `stationary`."""
+    if not slope and power in (0, 2):
+        return [0.0, width / centre] if power else [0.0]
+    if power:
+        with np.errstate(all="ignore"):
+            return list(stationary(power, top, slope, np.array([centre]), np.array([width]), 1)[:, 0].tolist())
+    b = -2.0 * (top + slope * centre)
+    square = b * b + 4.0 * slope * slope * width
+    large = -0.5 * (b + copysign(sqrt(max(square, 0.0)), b))
+    return [0.0, -large / slope, slope * width / large] if square >= 0.0 and large else [0.0]
+
+
+def _about(asked: Question, numbers: Numbers, index: int, x: Any) -> tuple[Number, ...]:
+    """A limit about its resonance: |r|^2 = size^2 w^power (top + slope w) / ((w - centre)^2 + width)."""
+    kind = asked.rows[index]
+    m, k, c, h = machine_at(numbers, x)
+    top: Number = 1.0
+    slope: Number = 0.0
+    if kind.through:
+        _, part, damper, loss = machine_at(numbers, x, f"{index}.")
+        top, slope = part**2 + loss**2, damper**2
+    size = numbers[f"{index}.size"] / (1.0 if kind.inertia else m)
+    natural, decay, lossy = k / m, (c / m) ** 2, (h / m) ** 2
+    return (
+        size, top, slope, natural, decay, lossy,
+        natural - 0.5 * decay, lossy + decay * (natural - 0.25 * decay),
+    )  # fmt: skip
 
 
 def _searched(asked: Question, limit: Limit, x: FloatArray) -> tuple[FloatArray, FloatArray]:

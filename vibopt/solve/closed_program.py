@@ -330,5 +330,5 @@ def machine_at(numbers: Numbers, x: Number, prefix: str = "") -> tuple[Number, N
     m0, m1, k0, k1, c0, c1, ch, h0, h1 = coefficients(prefix)(numbers)
     damper = c1 * x[-1] + c0
     if some(ch):
-        damper = damper + ch * np.sqrt(x[0])
+        damper = damper + ch * x[0] ** 0.5
     return m0 + m1 * x[0], k0 + k1 * x[0], damper, h0 + h1 * x[0]

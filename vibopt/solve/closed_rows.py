@@ -1,9 +1,11 @@
 """Limits of one-mass questions as rows a k^2 + b k + g + d q <= 0, q = c^2, and the extreme point of many such sets.
 
-With one variable k is that variable, and d = 0.
+With one variable k is that variable, and d = 0.  Of one question alone (`LoneRows`) all are plain floats.
 """
 
 from __future__ import annotations
+
+from math import copysign, inf, isfinite, sqrt
 
 import numpy as np
 
@@ -23,8 +25,8 @@ def take(numbers: Numbers, chosen: IntArray | BoolArray | slice) -> dict[str, Nu
     return {name: number[chosen] if isinstance(number, np.ndarray) else number for name, number in numbers.items()}
 
 
-def plain_row(asked: Question, numbers: Numbers, index: int, count: int) -> FloatArray:
-    """Row of a limit without speeds, shape (4, 1, count)."""
+def plain_row(asked: Question, numbers: Numbers, index: int) -> list[Number]:
+    """Row of a limit without speeds: a, b, g, d."""
     kind = asked.rows[index]
     bound = numbers[f"{index}.bound"]
     k0, k1, m0, m1 = (numbers[name] for name in ("K0", "K1", "M0", "M1"))
@@ -44,7 +46,7 @@ def plain_row(asked: Question, numbers: Numbers, index: int, count: int) -> Floa
             a, b = a + c1**2, b + 2.0 * c0 * c1 + ch**2
     else:
         a, b, g, d = _monomial(asked, numbers, index)
-    return _stacked(kind.sign, [a, b, g, d], (1, count))
+    return [a, b, g, d] if kind.sign > 0.0 else [-a, -b, -g, -d]
 
 
 def _monomial(asked: Question, numbers: Numbers, index: int) -> tuple[Number, Number, Number, Number]:
@@ -59,14 +61,14 @@ def _monomial(asked: Question, numbers: Numbers, index: int) -> tuple[Number, Nu
     return parts[2], parts[1], parts[0] - bound, 0.0
 
 
-def harmonic_row(asked: Question, numbers: Numbers, index: int, w: FloatArray) -> FloatArray:
-    """Rows of a limit at squared frequencies of each question, w (n, count); shape (4, n, count)."""
+def harmonic_row(asked: Question, numbers: Numbers, index: int, w: Number) -> list[Number]:
+    """Rows of a limit at squared frequencies: a, b, g, d, each of the shape of w, or one number for all of them."""
     kind = asked.rows[index]
     bound = numbers[f"{index}.bound"] ** 2
     row = [-bound * one for one in _square(numbers, "", w, inertia=True)]
     lead = numbers[f"{index}.size"] ** 2
     if kind.tabled is not None:
-        lead = lead * kind.amplitude(np.sqrt(w)) ** 2
+        lead = lead * kind.amplitude(w**0.5) ** 2
     if kind.power:
         lead = lead * w ** float(kind.power)
     if kind.inertia:
@@ -75,15 +77,15 @@ def harmonic_row(asked: Question, numbers: Numbers, index: int, w: FloatArray) -
         top = _square(numbers, f"{index}.", w, inertia=False)
         bare = row[3]
         row = [lead * t + one for t, one in zip(top, row, strict=True)]
-        row[3] = np.where(np.abs(row[3]) <= _FLAT * np.abs(bare), 0.0, row[3])
+        row[3] = row[3] * (abs(row[3]) > _FLAT * abs(bare))
     else:
         row[2] = row[2] + lead
     if not asked.plane:
         row[0], row[3] = row[0] + row[3], 0.0
-    return _stacked(kind.sign, row, w.shape)
+    return row if kind.sign > 0.0 else [-one for one in row]
 
 
-def _square(numbers: Numbers, prefix: str, w: FloatArray, *, inertia: bool) -> list[Number]:
+def _square(numbers: Numbers, prefix: str, w: Number, *, inertia: bool) -> list[Number]:
     """|z|^2 of an impedance: coefficients of k^2, k, 1 and of the damping that is chosen, squared."""
     m0, m1, k0, k1, c0, c1, ch, h0, h1 = coefficients(prefix)(numbers)
     if inertia:
@@ -95,7 +97,7 @@ def _square(numbers: Numbers, prefix: str, w: FloatArray, *, inertia: bool) -> l
     if some(ch):
         b = b + ch**2 * w
     if some(h0) or some(h1) or some(c0):
-        omega = np.sqrt(w)
+        omega = w**0.5
         real, steep = omega * c0 + h0, h1
         a = a + steep**2 + 2.0 * omega * c1 * steep
         b = b + 2.0 * real * (omega * c1 + steep)
@@ -103,10 +105,11 @@ def _square(numbers: Numbers, prefix: str, w: FloatArray, *, inertia: bool) -> l
     return [a, b, g, d]
 
 
-def _stacked(sign: float, parts: list[Number], shape: tuple[int, ...]) -> FloatArray:
-    table = np.empty((4, *shape))
+def stacked(parts: list[Number], n: int, count: int) -> FloatArray:
+    """Rows of many questions, (4, n, count)."""
+    table = np.empty((4, n, count))
     for place, part in enumerate(parts):
-        table[place] = part if sign > 0.0 else -part
+        table[place] = part
     return table
 
 
@@ -147,12 +150,12 @@ def _chosen(rows: FloatArray, here: BoolArray) -> FloatArray:
     return rows if every(here) else np.where(here, rows, _NO_ROW)
 
 
-def ends_of_damping(asked: Question, count: int) -> FloatArray:
-    """Rows for the range of the damping (4, n, count), an open end left out; of one variable none."""
+def ends_of_damping(asked: Question) -> list[list[float]]:
+    """Rows for the range of the damping, an open end left out; of one variable none."""
     if not asked.plane:
-        return np.zeros((4, 0, count))
+        return []
     rows = [[0.0, 0.0, asked.low[1] ** 2, -1.0], [0.0, 0.0, -(asked.high[1] ** 2), 1.0]]
-    return np.array(rows[: 1 if _damping_open(asked) else 2]).T[:, :, None] + np.zeros(count)
+    return rows[: 1 if _damping_open(asked) else 2]
 
 
 def _damping_open(asked: Question) -> bool:
@@ -169,9 +172,7 @@ def extreme(asked: Question, rows: Rows) -> tuple[FloatArray, FloatArray]:
         k, and c where there is one, nan where no point meets all rows; the far end of an open range where the best
         point lies on it, else infinity.
     """
-    place, sense = asked.goal
-    k_open, count = asked.opened[:1] == (True,) and place == 0, rows.walls.shape[2]
-    span = (asked.low[0], np.inf if k_open else asked.high[0], asked.high[0])
+    (place, sense), span, count = asked.goal, _span(asked), rows.walls.shape[2]
     if not asked.plane:
         k, reach = _outermost(rows.walls, span, sense)
         return k[None], reach[None]
@@ -187,6 +188,76 @@ def extreme(asked: Question, rows: Rows) -> tuple[FloatArray, FloatArray]:
     c = np.sqrt(np.maximum(q, asked.low[1] ** 2)) + 0.0 * k  # nan where k is
     most = np.inf if _damping_open(asked) else asked.high[1]
     return np.array([k, np.minimum(c, most)]), np.array([reach, np.full(count, most)])
+
+
+def _span(asked: Question) -> tuple[float, float, float]:
+    """Least and greatest k, infinite where an open end is looked for, and the far end that stands for it."""
+    opened = asked.opened[:1] == (True,) and asked.goal[0] == 0
+    return asked.low[0], inf if opened else asked.high[0], asked.high[0]
+
+
+class LoneRows:
+    """`Rows` and `extreme` of one question, of which k is looked for: the same in plain floats.
+
+    Rows are only added, so that k goes on from where it was.
+    """
+
+    def __init__(self, asked: Question) -> None:
+        self.asked, self.sense = asked, asked.goal[1]
+        low, high, self.far = _span(asked)
+        self.start, self.stop = (high, low) if self.sense > 0.0 else (-low, -high)
+        self.k = self.start
+        self.upper: list[tuple[float, float, float]] = []
+        self.lower: list[tuple[float, float, float]] = []
+        self.steps: list[tuple[float, float, float, float]] = []
+
+    def add(self, row: list[float]) -> None:
+        """One row a, b, g, d more."""
+        a, b, g, d = row
+        if d == 0.0:
+            self.steps.append(_step(a, self.sense * b, g))
+            return
+        own, others = (self.upper, self.lower) if d > 0.0 else (self.lower, self.upper)
+        a, b, g = a / abs(d), b / abs(d), g / abs(d)
+        own.append((a, b, g))
+        self.steps += [_step(a + one[0], self.sense * (b + one[1]), g + one[2]) for one in others]
+
+    def extreme(self) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+        """The best point, and how far its ranges were looked through; None where no point meets all rows."""
+        asked, new, reach = self.asked, self.k, inf
+        for _ in range(2 * len(self.steps) + 2):
+            k = new
+            for first, cap, rest, _ in self.steps:
+                new = min(new, cap if k >= first else rest)
+            if new == k:
+                break
+        self.k = k = new
+        if k == inf:
+            k = reach = max(4.0 * max((abs(one[3]) for one in self.steps if isfinite(one[3])), default=0.0), self.far)
+        if not k >= self.stop or k == -inf:
+            return None
+        k *= self.sense
+        if not asked.plane:
+            return (k,), (reach,)
+        q = max((a * k + b) * k + g for a, b, g in self.lower)
+        most = inf if _damping_open(asked) else asked.high[1]
+        return (k, min(sqrt(max(q, asked.low[1] ** 2)), most)), (reach, most)
+
+
+def _step(a: float, b: float, g: float) -> tuple[float, float, float, float]:
+    """As in `_outermost`: from where on k may be as great as what comes next, or else what then; its greater root."""
+    a += 0.0
+    four, squared = 4.0 * a * g, b * b
+    square = squared - four + copysign(_TOUCH * (squared + abs(four)), a)
+    if not square >= 0.0 or (a == 0.0 and b == 0.0):
+        good = g <= 0.0 if a == 0.0 else a < 0.0
+        return (-inf, inf, -inf, inf) if good else (inf, -inf, -inf, inf)
+    large = -0.5 * (b + copysign(sqrt(square), b))
+    one = large / a if a else copysign(inf, large)
+    two = g / large if large else one
+    left, right = (one, two) if one <= two else (two, one)
+    first, cap, rest = (left, right, -inf) if a >= 0.0 else (right, inf, left)
+    return first - _ROOM * abs(first), cap, rest, right
 
 
 def _roots(a: FloatArray, b: FloatArray, g: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -230,7 +301,7 @@ def _outermost(rows: FloatArray, span: tuple[float, float, float], sense: float)
         ends = 4.0 * np.where(np.isfinite(right), np.abs(right), 0.0).max(axis=0, initial=0.0)
         reach = np.where(np.isposinf(k), np.maximum(ends, far), np.inf)
         k = np.minimum(k, reach)
-    return np.where(k >= stop, sense * k, np.nan), reach
+    return np.where((k >= stop) & (k > -inf), sense * k, np.nan), reach
 
 
 def _outermost_damping(
