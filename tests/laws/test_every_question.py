@@ -39,7 +39,7 @@ def test_every_question_about_a_machine_is_answered_or_refused(motion: str, many
             asked = {name: one for name, one in asked.items() if name not in {two for one in refused for two in one}}
     design = solve(scene, explain=False)
     assert design.status == "met"
-    assert len(design.measures) == many
+    assert len(design.measures) == many, f"not {many} questions are answered; if new ones are, write how many above"
     assert not any(np.isnan(one.value.value) for one in design.measures.values())
 
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import importlib
 import pkgutil
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -28,12 +29,17 @@ from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.modes import poles
+from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses import GOALS, HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses import KINDS as RESPONSES
+from vibopt.scene import places
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
+from vibopt.scene.scene import Scene
+from vibopt.scene.uncertain import uncertain
 from vibopt.solve import solve
-from vibopt.units import DIMENSIONS
+from vibopt.units import DIMENSIONS, si_unit
+from vibopt.values.fields import Fact, numbers_in, rule_of
 from vibopt.verify.as_built import machine_of
 
 REGISTRIES: dict[str, tuple[Any, type, Mapping[str, type]]] = {
@@ -64,12 +70,13 @@ def silent(kind: type[Device]) -> list[str]:
 @pytest.mark.parametrize("family", REGISTRIES)
 def test_every_kind_can_be_named(family: str) -> None:
     package, base, registry = REGISTRIES[family]
-    assert unregistered(package, base, registry, package.__name__) == []
+    names = unregistered(package, base, registry, package.__name__)
+    assert not names, f"{', '.join(names)}: no line of {package.__name__}/__init__.py names it"
 
 
 @pytest.mark.parametrize("family", FAMILIES)
 def test_every_device_says_both_routes(family: str) -> None:
-    assert silent(FAMILIES[family]) == []
+    assert not (routes := silent(FAMILIES[family])), f"{FAMILIES[family].__name__} has no {' and no '.join(routes)}"
 
 
 @pytest.mark.parametrize("name", RESPONSES)
@@ -202,7 +209,32 @@ SPINNING = {"rotors", "bearings"}
 
 
 def test_every_family_is_in_some_machine() -> None:
-    assert {family for one in machines().values() for family in one} >= set(FAMILIES) - SPINNING
+    missing = set(FAMILIES) - SPINNING - {family for one in machines().values() for family in one}
+    assert not missing, f"no machine of `machines` above has any {', '.join(missing)}: put one into it"
+
+
+def _alone(some: Iterable[str], others: Iterable[str]) -> list[str]:
+    """Names of some that no other is, or belongs to: foot.1.z is of foot.1."""
+    ends = [f"{two}." for two in others]
+    return [one for one in some if not any(f"{one}.".startswith(two) or two.startswith(f"{one}.") for two in ends)]
+
+
+@pytest.mark.parametrize("name", machines())
+def test_what_a_device_says_of_itself_is_what_it_adds(name: str) -> None:
+    """Checks of a file ask the words of a device before anything is built."""
+    scene = from_dict(machines()[name])
+    model, built = model_of(scene), machine_of(scene, {})
+    mounts = built.mounts if isinstance(built, SpaceMachine) else ()
+    springs = {term.owner for term in model.terms if term.kind == STIFFNESS and term.across and term.scale}
+    assert set(places.links(scene)) == set(places.ends(scene)), "links_in and joins name other links"
+    for words, said, there in (
+        ("joins and add_to", places.ends(scene), model.links),
+        ("joins and built", places.ends(scene), [one.name for one in (*built.joints, *mounts)]),
+        ("springs and add_to", places.springs(scene), springs),
+    ):
+        assert not (apart := _alone(said, there) + _alone(there, said)), f"{words} differ in {', '.join(apart)}"
+    moving = int((~model.massless).sum())
+    assert places.freedoms(scene) == moving, f"freedoms_in counts {places.freedoms(scene)} coordinates, add_to {moving}"
 
 
 @pytest.mark.parametrize("name", machines())
@@ -210,16 +242,69 @@ def test_energy_is_kinetic_potential_and_lost_and_both_routes_have_it(name: str)
     """M is positive, C, K and H take nothing from nobody; free motion is that of the machine as built."""
     scene = from_dict(machines()[name])
     model, built = model_of(scene), machine_of(scene, {})
-    p, n = model.values(np.zeros(0)), model.n_free
-    kinds = (INERTIA, DAMPING, STIFFNESS, HYSTERETIC)
-    own = [model.matrix(kind, p)[:n, :n] for kind in kinds]
-    for routes in (own, built.matrices()):
-        for index, one in enumerate(routes):
-            assert np.allclose(one, one.T, rtol=0.0, atol=1e-12 * np.abs(one).max())
-            least = np.linalg.eigvalsh(one).min()
-            assert least > 0.0 if index == 0 else least >= -1e-12 * np.abs(one).max()
+    p, n, heavy = model.values(np.zeros(0)), model.n_free, ~model.massless
+    kinds = {"inertia": INERTIA, "damping": DAMPING, "stiffness": STIFFNESS, "hysteretic stiffness": HYSTERETIC}
+    own = [model.matrix(kind, p)[:n, :n] for kind in kinds.values()]
+    for route, four in (("add_to", own), ("built", built.matrices())):
+        for (word, kind), one in zip(kinds.items(), four, strict=True):
+            assert np.allclose(one, one.T, rtol=0.0, atol=1e-12 * np.abs(one).max()), f"{route}: {word} not symmetric"
+            least = np.linalg.eigvalsh(one[np.ix_(heavy, heavy)] if kind == INERTIA else one).min()
+            lost = least <= 0.0 if kind == INERTIA else least < -1e-12 * np.abs(one).max()
+            assert not lost, f"{route}: a {word} below zero gives energy that nobody put in; is a sign wrong?"
     one, other = (_sorted(found) for found in (poles(model, p), built.poles()))
-    assert np.abs(one - other).max() <= 1e-9 * np.abs(one).max()
+    assert np.abs(one - other).max() <= 1e-9 * np.abs(one).max(), "add_to and built do not move freely alike"
+
+
+def _numbers(name: str) -> dict[str, tuple[float, str]]:
+    """Of a machine by path every number of a device that may be chosen [SI], and its SI unit."""
+    found = {}
+    for family, device, table in places.devices(from_dict(machines()[name])):
+        for path, one, holder in numbers_in(f"{family}.{device}", table):
+            rule = rule_of(type(holder), path.rpartition(".")[2])
+            if rule is not None and rule.choice and isinstance(one, Fact) and one.value:
+                found[path] = one.value, si_unit(rule.dimension)
+    return found
+
+
+def _saying(name: str, path: str, value: Any) -> Scene | None:
+    """The machine with a number said otherwise; None where that is refused in words, or another key says it."""
+    document = machines()[name]
+    *steps, key = path.split(".")
+    table: Any = document
+    for step in steps:
+        table = table[int(step) - 1] if isinstance(table, list) else table[step]
+    if key not in table:
+        return None
+    table[key] = value
+    try:
+        return from_dict(document)
+    except InputError:
+        return None
+
+
+def _both(scene: Scene, chosen: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+    """Poles of a machine by either route at a design."""
+    model = model_of(scene)
+    own = poles(model, model.values(np.array([chosen[one.path] for one in scene.variables])))
+    return _sorted(own), _sorted(machine_of(scene, chosen).poles())
+
+
+@pytest.mark.parametrize(("name", "path"), [(name, path) for name in machines() for path in _numbers(name)])
+def test_a_number_that_is_chosen_or_off_does_the_same_by_both_routes(name: str, path: str) -> None:
+    """Chosen it is the machine of that fact; off as built it is another one, the same by either route."""
+    value, unit = _numbers(name)[path]
+    other, words = 1.25 * value, {end: f"{part * value!r} {unit}" for end, part in (("from", 0.5), ("to", 2.0))}
+    fact, chosen = _saying(name, path, f"{other!r} {unit}"), _saying(name, path, words)
+    if fact is not None and chosen is not None:
+        for route, one, right in zip(("add_to", "built"), _both(chosen, {path: other}), _both(fact, {}), strict=True):
+            assert np.abs(one - right).max() <= 1e-9 * np.abs(right).max(), f"{route}: {path} is not what was chosen"
+    off = _saying(name, path, {"value": f"{value!r} {unit}", "tolerance": "25 %"})
+    if off is not None:
+        assert [one.path for one in uncertain(off)] == [path]
+        one, same = _both(replace(off, off={path: 1.25}), {})
+        assert np.abs(one - same).max() <= 1e-9 * np.abs(same).max(), f"add_to and built: {path} is off by one alone"
+        still = fact is None or np.array_equal(_both(fact, {})[0], _both(off, {})[0])
+        assert still or not np.array_equal(one, _both(off, {})[0]), f"add_to and built: {path} is never off"
 
 
 def _sorted(found: Any) -> FloatArray:
@@ -276,18 +361,19 @@ def test_every_excitation_shakes() -> None:
 
 
 def questions(kind: str) -> dict[str, dict[str, Any]]:
-    """Each response that the excitation can cause, at each place, along and about some ways."""
-    asked, combine = {}, {"combine": "peak"} if "harmonics" in kind else {}
+    """Each response that the excitation can cause, of each place and of the whole, along and about some ways."""
     asker = {"steady": HarmonicResponse, "random": RandomResponse, "transient": TransientResponse}
+    added = [{"combine": one} for one in ("peak", "sum")] if "harmonics" in kind else [{}]
+    found: list[dict[str, Any]] = []
     for name, response in RESPONSES.items():
-        if not issubclass(response, asker[EXCITATIONS[kind].sort]):
-            continue
-        for key in ("of", "into", "through", "across"):
-            for place in PLACES if key in response.model_fields else ():
-                for way in ({}, {"direction": [0.6, 0, 0.8]}, {"axis": "y"}):
-                    if set(way) <= set(response.model_fields):
-                        asked[f"q{len(asked)}"] = {"response": name, key: place, **way, **combine}
-    return asked
+        if issubclass(response, asker[EXCITATIONS[kind].sort]):
+            keys = [key for key in ("of", "into", "through", "across") if key in response.model_fields]
+            read = [{}, *({key: place} for key in keys for place in PLACES)]
+            ways = [
+                way for way in ({}, {"direction": [0.6, 0, 0.8]}, {"axis": "y"}) if {*way} <= {*response.model_fields}
+            ]
+            found += [{"response": name, **at, **way, **more} for at in read for way in ways for more in added]
+    return {f"q{number}": one for number, one in enumerate(found)}
 
 
 PLACES = ("pump", "floor", "disc", "eye", "girder", "shaft", "foot.2", "wheel", "tmd", "ground", "deck")

@@ -93,7 +93,7 @@ def _checked_scene(file: str, scene: Scene) -> dict[str, Any]:
         "status": "ok",
         "messages": [],
         "title": scene.title,
-        **{family: len(getattr(scene, family)) for family in _COUNTED if hasattr(scene, family)},
+        **{family: len(getattr(scene, family)) for family in (*_COUNTED, *scene.others) if hasattr(scene, family)},
         "asked": asked(scene),
         "choices": ranges_of(scene),
         "notes": notes_of(scene),
@@ -118,9 +118,12 @@ def _tell(one: dict[str, Any], bought: tuple[Bound, ...]) -> None:
     if one["messages"]:
         complain("\n".join(one["messages"]))
         return
+    from vibopt.devices import FAMILIES
+
     columns = {path for part in bought for path in part.paths}
     numbers = {**one, "variables": one["variables"] - len(columns)} if columns else one
-    counts = [f"{numbers[key]} {words[numbers[key] != 1]}" for key, words in _COUNTED.items() if numbers.get(key)]
+    words = {**_COUNTED, **{key: (key[:-1], key) for key in FAMILIES if key not in _COUNTED}}
+    counts = [f"{numbers[key]} {said[numbers[key] != 1]}" for key, said in words.items() if numbers.get(key)]
     chosen = [counted(len(bought), "choices")] if bought else []
     say(f"{one['file']}: no mistakes. {'; '.join(filter(None, [', '.join([*counts, *chosen]), one['asked']]))}.")
     for part in bought:

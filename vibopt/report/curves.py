@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked
 from vibopt.arrays import BoolArray, FloatArray
-from vibopt.forms import Form, Modulus
+from vibopt.forms import Form
 from vibopt.forms.drive_response import drive_extreme
 from vibopt.forms.form import Against
 from vibopt.mechanics.model import Model
@@ -66,14 +66,20 @@ def panels(design: Design) -> list[Panel]:
 
         return orbit_panels(design, model) + histories(design, model)
     drawn = []
-    for excitation, entries in _groups(design):
+    for excitation, entries in _groups(design, model):
         panel = _Drawing(design, model, without, excitation, entries).panel()
         if panel is not None:
             drawn.append(panel)
     return drawn + histories(design, model) + limiting_panels(design)
 
 
-def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:
+def _drawable(scene: Scene, model: Model, response: Response) -> list[tuple[Form, Form, Response]]:
+    """Per place that a response stands for its form, what of that is one over speeds, and what it is there."""
+    asked = [(form := form_of(scene, model, each), form.swings or form, each) for each in members(scene, response)]
+    return [one for one in asked if one[1].drives]
+
+
+def _groups(design: Design, model: Model) -> list[tuple[str, list[_Entry]]]:
     """Entries that share one panel, limits first."""
     scene = design.scene
     entries = [
@@ -88,7 +94,7 @@ def _groups(design: Design) -> list[tuple[str, list[_Entry]]]:
     limited = {_same(scene, one) for one in entries if one.is_limit}
     entries += [one for one in _aimed(design) if _same(scene, one) not in {_same(scene, other) for other in entries}]
     groups: dict[tuple[object, ...], list[_Entry]] = {}
-    for one in entries:
+    for one in (each for each in entries if _drawable(scene, model, each.response)):
         alike = _same(scene, one)
         for excitation in names_for(scene, one.response):
             key = (excitation, *alike) if alike in limited else (excitation, _quantity(one.response), "measures")
@@ -348,20 +354,18 @@ class _Drawing:
         return member.beside(machine_of(self.scene, chosen)) if isinstance(member, HarmonicResponse) else 0.0
 
     def _member(self, entry: _Entry) -> tuple[Form, Response]:
-        """Of the places that a response stands for the one where it is greatest, and what it is there."""
-        asked = [(form_of(self.scene, self.model, each), each) for each in members(self.scene, entry.response)]
-        swings = [two for two in asked if two[0].swings is not None]
-        return max(swings, key=lambda two: two[0].value(self.model, self.x)) if len(swings) > 1 else swings[0]
+        """Of the places that a response stands for the one where it is greatest: over speeds, and what it is there."""
+        asked = _drawable(self.scene, self.model, entry.response)
+        return (max(asked, key=lambda one: one[0].value(self.model, self.x)) if len(asked) > 1 else asked[0])[1:]
 
-    def _form(self, entry: _Entry) -> tuple[Modulus, Drive]:
-        form = self._member(entry)[0].swings
-        assert form is not None
+    def _form(self, entry: _Entry) -> tuple[Form, Drive]:
+        form, _ = self._member(entry)
         return form, next(drive for drive in form.drives if drive.name == self.excitation)
 
-    def _against(self, model: Model, form: Modulus) -> Against:
+    def _against(self, model: Model, form: Form) -> Against:
         return form.against(model, self.x, self.excitation, least_wanted=False)
 
-    def _drawn(self, entry: _Entry, unit: str, model: Model, form: Modulus, speeds: FloatArray, label: str) -> Curve:
+    def _drawn(self, entry: _Entry, unit: str, model: Model, form: Form, speeds: FloatArray, label: str) -> Curve:
         """A response of some model at given speeds, the other excitations at their worst."""
         values = self._against(model, form)(speeds) + self._beside(entry)
         known = np.ones(speeds.shape, dtype=bool)
@@ -375,8 +379,10 @@ class _Drawing:
         if not self.scene.absorbers or entry.response.complement:
             return []
         form, drive = self._form(entry)
+        if form.harmonic is None:
+            return []
         against, marks = self._against(self.model, form), []
-        for peak in equal_peaks(self.model, form, drive, self.x):
+        for peak in equal_peaks(self.model, form.harmonic, drive, self.x):
             value = float(against.whole(np.array(peak.value)))
             height = float(_in_unit(np.array([value]), unit, entry.response.dimension)[0])
             marks.append(Mark(entry.name, self._words(entry, value, peak.speed), self._to_x(peak.speed), height))
@@ -428,13 +434,14 @@ class _Drawing:
     def _goal_mark(self, entry: _Entry, unit: str) -> Mark | None:
         """The worst that the goal speaks of."""
         here = self._at(self._off(entry))
-        form, drive = here._form(entry)
+        form, _ = here._form(entry)
         least_wanted = self.scene.goal is not None and self.scene.goal.sense != MINIMISE
-        worst = drive_extreme(here.model, form, drive, self.x, least_wanted)
-        value = float(self._against(here.model, form).whole(np.array(worst.value)))
+        worst = form.worst(here.model, self.x, least_wanted=least_wanted)
+        speed = worst.speeds[self.excitation]
+        value = worst.value if len(form.drives) == 1 else float(self._against(here.model, form)(np.array([speed]))[0])
         height = float(_in_unit(np.array([value]), unit, entry.response.dimension)[0])
-        words = f"goal {self._words(entry, value, worst.speed)}"
-        return Mark("goal", words, self._to_x(worst.speed), height) if not entry.response.complement else None
+        words = f"goal {self._words(entry, value, speed)}"
+        return Mark("goal", words, self._to_x(speed), height) if not entry.response.complement else None
 
 
 def _inside(band: Band, speeds: FloatArray) -> BoolArray:

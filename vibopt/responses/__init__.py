@@ -6,10 +6,12 @@ A new response:
    attributes: dimension, whether it is an amplitude, of what moves along a line or about an axis (`moves`, `twin`),
    how it is asked of a body in space (`in_space`) or of a mount, how many `modes` it needs.
 2. `form(model, ...)` (of a harmonic one `output(model)`), the first route: one of the forms of `vibopt.forms`.
+   One over speeds that is none of these has `drives` and `against`, by which its curve is drawn.
 3. `measure_static(machine)` (of a harmonic one `measure(machine, motion)`), the second route: by other physics
-   where there is some.
-4. A line below, and a dimension in `units/dimensions.py` where it has a new one; words for each key under
-   "Keys" in its docstring, of which the manual is made.
+   where there is some.  A motion is of one harmonic, and knows its frequency but not its order.
+4. A line below, and where it has a new dimension one in `units/dimensions.py`, behind any other of the same units,
+   and the units in `units/definitions.txt`; words for each key under "Keys" in its docstring, of which the manual is
+   made.
 
 `tests/laws/test_kinds.py` and `test_every_question.py` then ask it of every place, way, motion and excitation by
 both routes; `tests/generator` asks it of random scenes.

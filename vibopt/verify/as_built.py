@@ -17,7 +17,7 @@ from vibopt.devices.symbols import Numbers
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.machine import Machine
 from vibopt.scene.assemble import bare
-from vibopt.scene.places import devices
+from vibopt.scene.places import devices, ends
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import bodies_in_space, guides, is_spatial, pins, spatial_bases
 
@@ -63,7 +63,7 @@ def built(scene: Scene, chosen: Mapping[str, Any]) -> Machine:
         assembly.fixed[name] = (body, np.array(at))
     numbers = Numbers(chosen, scene.off)
     waiting = {name: table for _, name, table in devices(scene)}
-    order = {name: place for place, name in enumerate(waiting)}
+    order = {link: place for place, link in enumerate(ends(scene))}
     while waiting:
         there = assembly.points
         ready = [name for name, table in waiting.items() if table.needs(name) <= there]
