@@ -263,3 +263,23 @@ def test_tops_between_the_steps_of_the_turning_engine_refuse_nothing() -> None:
     }
     document["goal"] = {"minimise": "force"}
     assert solved(document).status == "optimal"
+
+
+@pytest.mark.parametrize("cylinders", [3, 5, 6])
+@pytest.mark.parametrize("force", [None, "primary_force", "force"])
+def test_a_limit_that_only_rounding_comes_near_leaves_the_best_share(cylinders: int, force: str | None) -> None:
+    """The forces of an even engine cancel, so that a share does nothing to a limit on them; its couples are in hand."""
+    document = engine(
+        [f"{k * 360.0 / cylinders} deg" for k in range(cylinders)], counterweight_share={"from": 0, "to": 1}
+    )
+    shaft = {"order": 1, "turns": "against rotation", "at": "0 mm", "unbalance": {"from": "0 g mm", "to": "2 kg mm"}}
+    document |= {"balance_shafts": {"one": shaft}, "goal": {"minimise": "primary_couple"}}
+    document["limits"] = {} if force is None else {"loose": {"response": force, "at_most": "100 kN"}}
+    places = 0.09 * (np.arange(cylinders) - 0.5 * (cylinders - 1))
+    couple = abs(np.sum(places * np.exp(2j * np.pi * np.arange(cylinders) / cylinders)))
+    square = (6000.0 * np.pi / 30.0) ** 2
+    least = 0.5 * 0.5 * 0.045 * square * couple - 0.002 * square * abs(places[0])  # what turns back, less the shaft's
+    answer = solved(document)
+    assert answer.status == "optimal"
+    assert number_at(answer, "goal") == pytest.approx(least, rel=1e-7)
+    assert number_at(answer, "counterweight_share") == pytest.approx(0.5, rel=1e-6)

@@ -22,6 +22,7 @@ from texts import ANY_DAMPING, ANY_STIFFNESS, STIFFEST, moves, press
 from texts import floor as floor_of
 from vibopt.cli.main import main
 from vibopt.jobs import answer, fact_at, from_text, open_job, with_changes
+from vibopt.study.nearest import with_nearest
 from vibopt.study.remedies import Remedies, remedies
 from vibopt.units import to_unit
 
@@ -164,6 +165,20 @@ def test_a_change_of_a_thousandth_is_said_as_that() -> None:
     assert 0.0 <= 30e3 * 0.9987 - force.value <= 0.01 * 30e3 * 0.0013
     assert 0.0 <= limit.value - handed_on <= 0.01 * (handed_on - wanted)
     assert [row.change for row in found.helpful] == sorted(row.change for row in found.helpful)
+
+
+def test_a_bound_of_nothing_is_loosened_by_no_part_of_it() -> None:
+    """No factor widens 0 N; what the floor takes at least is the remedy that the answer itself names."""
+    job = from_text(pressed(floor=0.0, run_up=20e-3), "press.toml")
+    found = remedies(job, found=with_nearest(vo.solve(job)), only=["limits.floor.at_most"])
+    conflict, near, (row,) = found.found.conflict, found.found.nearest, found.helpful
+    assert conflict is not None
+    assert near is not None
+    assert row.then is not None
+    assert (near.together, near.limits["floor"].margin_shown, row.part) == ((), "", "")
+    assert [then for _, _, then in conflict.loosenings] == [row.then]
+    assert missed(row.then.value, 20e-3, 300.0, 30e3, 3000.0) < 1.03
+    assert missed(0.97 * row.then.value, 20e-3, 300.0, 30e3, 3000.0) > 1.0
 
 
 def test_what_is_left_out_is_said_and_a_job_with_a_design_is_refused(

@@ -295,6 +295,8 @@ class Nearest:
         rows = list(self.limits.values())
         worst = max((-row.margin for row in rows), default=0.0)
         sides = {row.side for row in rows}
+        if any(not row.met and not row.margin_shown for row in rows):  # nothing, however much wider, is nothing
+            return ()
         if len(rows) < 2 or not 0.0 < worst < (_ENDLESS if sides == {"at_most"} else 1.0) or "outside" in sides:
             return ()
         if not self.soft:

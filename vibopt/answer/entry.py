@@ -284,8 +284,8 @@ class Checked:
 
     @property
     def margin_shown(self) -> str:
-        """How much of the bound is left over: "48 %"; "" where a share makes no sense."""
-        if not isfinite(self.margin):
+        """How much of the bound is left over: "48 %"; "" where a share makes no sense, as what is missed of nothing."""
+        if not isfinite(self.margin) or (self.limit is not None and not self.limit.value and not self.met):
             return ""
         percent = 100.0 * self.margin
         return f"{plain(0.0 if abs(percent) < 1e-4 else percent, 2 if abs(percent) < 10 else 3)} %"

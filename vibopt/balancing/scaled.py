@@ -177,7 +177,8 @@ def scaled(question: Question, *, merge: bool = True) -> Scaled:
     if len(limited):
         seen = (np.abs(F) / _tightness(as_found / limits)[:, None]).max(axis=0)
     size = float((weights * np.abs(question.y0)).max(initial=0.0))
-    far = np.where(seen > 0.0, 1.0 / np.maximum(seen, 1e-300), np.where(np.isfinite(question.caps), question.caps, 0.0))
+    far = np.minimum(np.where(seen > 0.0, 1.0 / np.maximum(seen, 1e-300), np.inf), question.caps)
+    far = np.where(np.isfinite(far), far, 0.0)
     pulls = weights[:, None] * np.abs(question.H)
     room = float((pulls * far).max(initial=0.0))
     size = (size if size > _ROUNDING * room else room) or 1.0  # what weights may do, where as found it is nothing

@@ -77,7 +77,7 @@ class Remedy:
     @property
     def part(self) -> str:
         """The change with its sign: "-23 %"; "" where there is none."""
-        if self.then is None:
+        if self.then is None or not math.isfinite(self.change):
             return ""
         sign = "+" if self.then.value > self.now.value else "-"
         return f"{sign}{100.0 * self.change:.3g} %"
@@ -239,7 +239,7 @@ class _Search:
         """The nearest value of one number with which there is a design."""
         now, axis = shown_value(fact, fact.value), axis_of(fact, lambda: self.extent, self.job)
         if axis is None:
-            return Remedy(fact.path, sort, now, why=NO_STEP)
+            return self._known(fact, now) or Remedy(fact.path, sort, now, why=NO_STEP)
         if is_scene(self.job) and open_positions(self.job) and self.spent + self.each > self.most:
             return Remedy(fact.path, sort, now, why=_LEFT)
         road = Road(self.job, fact, None, self.most - self.spent)
