@@ -21,6 +21,7 @@ from vibopt.arrays import FloatArray
 from vibopt.devices import FAMILIES
 from vibopt.devices.device import Device
 from vibopt.devices.inerter import InerterTable
+from vibopt.devices.link import LinkTable
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import InputError
 from vibopt.excitations import KINDS as EXCITATIONS
@@ -98,7 +99,7 @@ def test_every_response_has_its_facts(name: str) -> None:
     assert kind.of_mount in ("", "each", "axis", "axes", "alike", "group")
 
 
-# Three mistakes of a new device, each caught
+# Mistakes of a new device, each caught
 
 
 class Ballast(Device):
@@ -151,6 +152,49 @@ def test_a_device_whose_routes_differ_is_caught(kind: type[Device], monkeypatch:
         "the two routes to an answer do not agree: mode (natural_frequency) is 35.3553 rad/s in the model, "
         f"{other} rad/s on the machine as built"
     )
+
+
+class Exact(InerterTable):
+    """An inerter that is built as said, however far it may be off."""
+
+    def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
+        super().built(assembly, name, numbers.said)
+
+
+class Sure(LinkTable):
+    """A link that does not say what of it may be off."""
+
+    def parts(self) -> dict[str, str]:
+        return {}
+
+
+class Anonymous(InerterTable):
+    """An inerter that does not say the name of its link."""
+
+    @classmethod
+    def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
+        return ()
+
+
+@pytest.mark.parametrize(
+    ("family", "kind", "words"),
+    [
+        ("inerters", Exact, "wheel.inertance is off otherwise by add_to"),
+        ("links", Sure, "parts: nothing of links.girder is off"),
+    ],
+)
+def test_a_device_that_is_off_otherwise_than_it_says_is_caught(
+    family: str, kind: type[Device], words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(FAMILIES, family, kind)
+    with pytest.raises(AssertionError, match=words):
+        test_a_number_that_is_off_is_so_by_both_routes("line")
+
+
+def test_a_device_that_does_not_name_its_link_is_caught(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(FAMILIES, "inerters", Anonymous)
+    with pytest.raises(AssertionError, match="links_in and joins name other links"):
+        test_what_a_device_says_of_itself_is_what_it_adds("line")
 
 
 def test_a_family_that_is_registered_is_read_checked_and_answered(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -251,8 +295,7 @@ def test_energy_is_kinetic_potential_and_lost_and_both_routes_have_it(name: str)
             least = np.linalg.eigvalsh(one[np.ix_(heavy, heavy)] if kind == INERTIA else one).min()
             lost = least <= 0.0 if kind == INERTIA else least < -1e-12 * np.abs(one).max()
             assert not lost, f"{route}: a {word} below zero gives energy that nobody put in; is a sign wrong?"
-    one, other = (_sorted(found) for found in (poles(model, p), built.poles()))
-    assert np.abs(one - other).max() <= 1e-9 * np.abs(one).max(), "add_to and built do not move freely alike"
+    assert _alike(*_both(scene, {})), "add_to and built do not move freely alike"
 
 
 def _numbers(name: str) -> dict[str, tuple[float, str]]:
@@ -273,7 +316,7 @@ def _saying(name: str, path: str, value: Any) -> Scene | None:
     table: Any = document
     for step in steps:
         table = table[int(step) - 1] if isinstance(table, list) else table[step]
-    if key not in table:
+    if key not in table and key != "tolerance":
         return None
     table[key] = value
     try:
@@ -289,22 +332,45 @@ def _both(scene: Scene, chosen: Mapping[str, float]) -> tuple[FloatArray, FloatA
     return _sorted(own), _sorted(machine_of(scene, chosen).poles())
 
 
-@pytest.mark.parametrize(("name", "path"), [(name, path) for name in machines() for path in _numbers(name)])
-def test_a_number_that_is_chosen_or_off_does_the_same_by_both_routes(name: str, path: str) -> None:
-    """Chosen it is the machine of that fact; off as built it is another one, the same by either route."""
-    value, unit = _numbers(name)[path]
-    other, words = 1.25 * value, {end: f"{part * value!r} {unit}" for end, part in (("from", 0.5), ("to", 2.0))}
-    fact, chosen = _saying(name, path, f"{other!r} {unit}"), _saying(name, path, words)
-    if fact is not None and chosen is not None:
-        for route, one, right in zip(("add_to", "built"), _both(chosen, {path: other}), _both(fact, {}), strict=True):
-            assert np.abs(one - right).max() <= 1e-9 * np.abs(right).max(), f"{route}: {path} is not what was chosen"
-    off = _saying(name, path, {"value": f"{value!r} {unit}", "tolerance": "25 %"})
-    if off is not None:
-        assert [one.path for one in uncertain(off)] == [path]
-        one, same = _both(replace(off, off={path: 1.25}), {})
-        assert np.abs(one - same).max() <= 1e-9 * np.abs(same).max(), f"add_to and built: {path} is off by one alone"
-        still = fact is None or np.array_equal(_both(fact, {})[0], _both(off, {})[0])
-        assert still or not np.array_equal(one, _both(off, {})[0]), f"add_to and built: {path} is never off"
+def _alike(one: FloatArray, other: FloatArray) -> bool:
+    return one.shape == other.shape and bool(np.abs(one - other).max() <= 1e-9 * np.abs(one).max())
+
+
+@pytest.mark.parametrize("name", machines())
+def test_a_number_that_is_chosen_is_that_number_by_both_routes(name: str) -> None:
+    for path, (value, unit) in _numbers(name).items():
+        ends = {end: f"{part * value!r} {unit}" for end, part in (("from", 0.5), ("to", 2.0))}
+        fact, chosen = _saying(name, path, f"{1.25 * value!r} {unit}"), _saying(name, path, ends)
+        if fact is not None and chosen is not None:
+            own, built = map(_alike, _both(chosen, {path: 1.25 * value}), _both(fact, {}))
+            assert own, f"add_to: {path} is not what was chosen"
+            assert built, f"built: {path} is not what was chosen"
+
+
+@pytest.mark.parametrize("name", machines())
+def test_a_number_that_is_off_is_so_by_both_routes(name: str) -> None:
+    """Off by itself, or as a part of a table that has a tolerance."""
+    for path, (value, unit) in _numbers(name).items():
+        fact, off = (
+            _saying(name, path, said)
+            for said in (f"{1.25 * value!r} {unit}", {"value": f"{value!r} {unit}", "tolerance": "25 %"})
+        )
+        if fact is not None and off is not None and not _alike(_both(fact, {})[0], _both(off, {})[0]):
+            assert [one.path for one in uncertain(off)] == [path]
+            _off(off)
+    for family, device, table in places.devices(from_dict(machines()[name])):
+        if "tolerance" in type(table).model_fields:
+            wide = _saying(name, f"{family}.{device}.tolerance", "25 %")
+            assert wide is not None, f"parts: nothing of {family}.{device} is off with its tolerance"
+            _off(wide)
+
+
+def _off(scene: Scene) -> None:
+    """Each part of a scene that may be off is so, by either route alike."""
+    for path in (one.path for one in uncertain(scene)):
+        (own, built), still = _both(replace(scene, off={path: 1.25}), {}), _both(scene, {})[0]
+        assert _alike(own, built), f"{path} is off otherwise by add_to than by built"
+        assert not _alike(own, still), f"{path} is off neither by add_to nor by built"
 
 
 def _sorted(found: Any) -> FloatArray:
