@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
+
+from vibopt.errors import InputError
+from vibopt.scene.read import from_dict
+from vibopt.scene.scene import Scene
 
 WAYS: tuple[dict[str, Any], ...] = (
     {},
@@ -85,3 +90,17 @@ def questions(kinds: dict[str, Any]) -> Iterator[dict[str, Any]]:
                         if set(way) <= set(cls.model_fields):
                             yield {"response": kind, key: name, **way}
         yield {"response": kind}
+
+
+def answerable(document: dict[str, Any]) -> Scene:
+    """The document without the measures that a message names; each message names some."""
+    while True:
+        try:
+            return from_dict(document)
+        except InputError as error:  # a file tells of so many mistakes at once
+            told = [message for message in error.messages if "only the first" not in message]
+            named = [re.findall(r"measures\.(q\d+)", message) for message in told]
+            if not all(named):
+                raise
+            gone = {name for one in named for name in one}
+            document = {**document, "measures": {k: one for k, one in document["measures"].items() if k not in gone}}
