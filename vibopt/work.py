@@ -131,8 +131,11 @@ def worked(cost: float) -> None:
 def metered(most: float = inf) -> Iterator[Meter]:
     """The work done inside; counted outside, too.  Inside, SpentError ends what does more than `most` [nominal ms]."""
     inner = Meter(most=most, outer=_METER.get())
-    with within(_METER, inner):
+    before = _METER.set(inner)
+    try:
         yield inner
+    finally:
+        _METER.reset(before)
 
 
 def done() -> float:

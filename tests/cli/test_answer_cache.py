@@ -185,6 +185,17 @@ def test_a_machine_that_is_sooner_solved_is_not_kept(
     assert (kept(asked, "answer") is not None) is is_kept
 
 
+def test_the_press_and_what_its_limits_buy_are_sooner_found_than_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nor are the files of the program looked through where nothing of a file is kept."""
+    monkeypatch.setenv(answer_cache.OFF, str(tmp_path / "kept"))
+    monkeypatch.setattr(answer_cache, "program", lambda: pytest.fail("looked through"))
+    answer = answered(Asked(str(PRESS), jobs.open_job(PRESS)), fresh=False, prices=True)
+    assert answer.limits["floor_force"].price is not None
+    assert not (tmp_path / "kept").exists()
+
+
 def test_two_runs_at_once_read_whole_answers_or_none(home: Path) -> None:
     job = jobs.open_job(PRESS)
     answer, asked = jobs.answer(job), Asked(str(PRESS), job)

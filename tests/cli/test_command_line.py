@@ -51,13 +51,18 @@ ROTORS = (
     "vibopt.mechanics.shaft_waves",
     "vibopt.mechanics.host",
 )
+SEARCHES = ("vibopt.solve.sqp", "vibopt.solve.relaxed", "vibopt.solve.passive", "vibopt.solve.loosen")
+ABSORBERS = ("vibopt.devices.absorber", "vibopt.devices.inertia")
 SLOW = ("scipy", "numpy.typing", "numpy.random", "multiprocessing", "concurrent", *HEAVY)
 STARTS = {
-    ("check",): ("vibopt.solve", "vibopt.study", "vibopt.verify", *AREAS, *SLOW),
-    ("solve",): ("vibopt.solve.plane", "vibopt.solve.catalogue", "vibopt.responses.damping", *ROTORS, *AREAS, *SLOW),
+    ("check",): ("vibopt.solve", "vibopt.study", "vibopt.verify", *ABSORBERS, *AREAS, *SLOW),
+    ("solve",): (
+        "vibopt.solve.plane", "vibopt.solve.catalogue", "vibopt.responses.damping",
+        *SEARCHES, *ABSORBERS, *ROTORS, *AREAS, *SLOW,
+    ),
     ("--version",): ("numpy", "pydantic", "tomli", "vibopt.answer", *AREAS, *SLOW),
     ("help",): ("vibopt.study", "vibopt.cli.solve_command", "vibopt.solve.plane", *SLOW),
-}
+}  # fmt: skip
 """What a command must not load before it has said its word, a trailing dot standing for all that lies inside."""
 
 

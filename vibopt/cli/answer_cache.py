@@ -27,6 +27,8 @@ MANY_VALUES, WORK_OF_ONE = 2_000, 0.1
 """From how many values on it counts what it takes to keep one [nominal ms]: rotors have as many as coefficients."""
 LEAST_WORK = 12.0
 """What an answer to a machine takes at least to be kept [nominal ms]: the press on its mount is sooner solved."""
+_PRICED = 4.0
+"""Times as much with its prices: the answers behind them are found sooner than the first."""
 OFF = "VIBOPT_CACHE"
 """Environment variable that turns it off ("off") or names another folder."""
 _ANY = Kind("a file", 1_000_000_000, "", "")
@@ -47,14 +49,14 @@ class Asked:
     whole: bool = False
 
     def key(self, stage: str) -> str:
-        """SHA-256 [hex] of all of it and of the program; "" where a file is gone."""
+        """SHA-256 [hex] of all of it; "" where a file is gone."""
         from hashlib import sha256
 
         try:
             held = {name: sha256(content_of(path, _ANY, counts=False)).hexdigest() for name, path in self._files()}
         except FileFault:
             return ""
-        told = [program(), stage, self.job.name, self.method, list(self.changes), held, self.whole]
+        told = [stage, self.job.name, self.method, list(self.changes), held, self.whole]
         return sha256(json.dumps(told).encode()).hexdigest()
 
     def stamps(self) -> list[Stamp]:
@@ -77,7 +79,7 @@ class Asked:
 
 @cache
 def program() -> list[Any]:
-    """The state of the program's files: after a change nothing kept is used."""
+    """The state of the program's files, hundreds of them: after a change nothing kept is used."""
     home = Path(__file__).parents[1]
     files = list(_sources(str(home)))
     return [str(home), len(files), max(file.st_mtime_ns for file in files), sum(file.st_size for file in files)]
@@ -110,8 +112,6 @@ def folder() -> Path | None:
 
 def kept(asked: Asked, stage: str) -> Answer[Any] | None:
     """The answer that was kept; None where there is none, or what is there is damaged."""
-    from vibopt.answer.stored import unpacked
-
     home = folder()
     key = asked.key(stage) if home is not None else ""
     if home is None or not key:
@@ -121,6 +121,8 @@ def kept(asked: Asked, stage: str) -> Answer[Any] | None:
         digest, _, text = file.read_text(encoding="utf-8").partition("\n")
         if digest != _digest(text):
             return None
+        from vibopt.answer.stored import unpacked
+
         answer: Answer[Any] = unpacked(json.loads(text), lambda told: _job(asked.job, told))
         os.utime(file)  # looked at last, thrown away last
     except (OSError, ValueError, KeyError, TypeError, AttributeError, RecursionError):
@@ -141,7 +143,7 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: Sequence[Stamp],
         What it took [nominal ms]: what is sooner found again than kept is not.
     """
     home = folder()
-    if home is None or not before or _is_sooner_found(answer, work):
+    if home is None or not before or _is_sooner_found(answer, work / (_PRICED if stage == "prices" else 1.0)):
         return
     from vibopt.answer.stored import NotStoredError, alike, packed, unpacked
     from vibopt.files.writing import replace_file
@@ -164,9 +166,10 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: Sequence[Stamp],
 
 
 def _digest(text: str) -> str:
+    """SHA-256 [hex] of what is kept, and of the program that keeps it."""
     from hashlib import sha256
 
-    return sha256(text.encode()).hexdigest()
+    return sha256(f"{json.dumps(program())}\n{text}".encode()).hexdigest()
 
 
 def _is_sooner_found(answer: Answer[Any], work: float) -> bool:

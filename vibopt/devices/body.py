@@ -270,6 +270,8 @@ class BodyTable(Device):
         return {axis: far for axis, far in wide if far > 0.0}
 
     def offsets(self) -> dict[str, float]:
+        if self.centre_tolerance is None:
+            return {}
         return {f"centre.{axis}": SPAN for axis in self.reaches if self.moves == "space" or axis != "y"}
 
     @property

@@ -104,7 +104,7 @@ class LinkTable(OneLink):
     @classmethod
     def _of_part(cls, given: Any) -> Any:
         """The columns of a part that are keys of a link stand there as if they had been written there."""
-        if not isinstance(given, Mapping) or given.get("part") is None or isinstance(given["part"], Table):
+        if not isinstance(given, (dict, Mapping)) or given.get("part") is None or isinstance(given["part"], Table):
             return given
         from vibopt.devices.part import DYNAMIC, Part
 

@@ -84,7 +84,12 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
         tables = new.get(family)
         if isinstance(tables, (dict, Mapping)):
             new[family] = {name: _with_part(table, folder) for name, table in tables.items()}
-    return _with_data(new, folder)
+    level = [new]
+    while level:
+        if [table for table in level if "tolerance" in table]:
+            return _with_data(new, folder)
+        level = [one for table in level for one in table.values() if isinstance(one, dict)]
+    return new
 
 
 def _with_data(table: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:

@@ -64,7 +64,8 @@ def stamp_of(file: str | Path, kind: Kind, *, counts: bool = True) -> Stamp:
     FileFault
         It is not there, no regular file, or too large.
     """
-    if "\0" in str(file):
+    file = str(file)
+    if "\0" in file:
         raise FileFault("has a sign of number 0 in its name, which no file name has. Take it out.")
     try:
         found = os.stat(file)
@@ -72,12 +73,13 @@ def stamp_of(file: str | Path, kind: Kind, *, counts: bool = True) -> Stamp:
         raise _fault(error, kind) from None
     _check(found, kind)
     if counts:
-        _read[found.st_dev, found.st_ino] = os.path.abspath(file)
+        _read[found.st_dev, found.st_ino] = file if os.path.isabs(file) else os.path.abspath(file)
     return Stamp(found.st_mtime_ns, found.st_size)
 
 
 def content_of(file: str | Path, kind: Kind, *, counts: bool = True) -> bytes:
     """All bytes of a file, which counts as an input of this run unless said otherwise; errors as of `stamp_of`."""
+    file = str(file)
     stamp_of(file, kind, counts=counts)  # a device is not even opened: some act on that
     flags = os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
     parts: list[bytes] = []

@@ -155,14 +155,14 @@ def _some_design(scene: Scene, model: Model) -> FloatArray:
 
 def form_of(scene: Scene, model: Model, response: Response) -> Form:
     """The form of one response on a model; those on the last model are kept."""
-    last, kept = vars(scene).get("forms", (None, {}))
+    last, kept = scene.__dict__.get("forms", (None, {}))
     if last is not model:
         kept = dict[int, tuple[Response, Form]]()
-        vars(scene)["forms"] = model, kept
-    if id(response) not in kept:
-        kept[id(response)] = response, _form_of(scene, model, response)  # the response stays, and so its number
-    form: Form = kept[id(response)][1]
-    return form
+        scene.__dict__["forms"] = model, kept
+    known: tuple[Response, Form] | None = kept.get(id(response))
+    if known is None:
+        known = kept[id(response)] = response, _form_of(scene, model, response)  # it stays, and so does its number
+    return known[1]
 
 
 def _form_of(scene: Scene, model: Model, response: Response) -> Form:

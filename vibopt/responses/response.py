@@ -508,7 +508,7 @@ def place_of(response: Response) -> str:
 def _way(response: Response) -> str:
     """The direction or the axis that a question in space names: " along z", " about x"."""
     for key, preposition in (("direction", "along"), ("axis", "about")):
-        way = vars(response).get(key) if key in response.model_fields_set else None
-        if way is not None:
+        way = vars(response).get(key)
+        if way is not None and key in response.model_fields_set:
             return f" {preposition} {way_words(way)}"
     return ""

@@ -70,8 +70,10 @@ def _further(scene: Scene, name: str, mistakes: Mistakes) -> None:
     excitation = scene.excitations[name]
     others, known = excitation.everywhere[1:], places.moving(scene)
     path, said = ("excitations", name, "or_on" if excitation.anywhere else "also"), vars(excitation)
-    spun = {point for table in scene.rotors.values() for point in table.names}
     only = next((key for key in ("or_on", "angles") if said.get(key)), "")
+    if not others and not only:
+        return
+    spun = {point for table in scene.rotors.values() for point in table.names}
     off = next((on for on in excitation.everywhere if on in known and on not in spun), "")
     if only and off:
         mistakes.add(

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.devices import Device
-from vibopt.devices.absorber import AbsorberTable
+from vibopt.devices import FAMILIES, Device
 from vibopt.devices.body import BodyTable
 from vibopt.devices.link import LinkTable
 from vibopt.document.mistakes import Mistakes, Path, dotted
@@ -37,7 +36,7 @@ def check_friction(scene: Scene, mistakes: Mistakes) -> None:
     lossy = [
         f"{family}.{one}"
         for family, one, table in places.devices(scene)
-        if one != name and isinstance(table, (LinkTable, AbsorberTable)) and table.loss_factor is not None
+        if one != name and family in ("links", "absorbers") and getattr(table, "loss_factor", None) is not None
     ]
     if lossy:
         mistakes.add(
@@ -130,7 +129,7 @@ def _linear(table: Device) -> bool:
         return not table.rubs and not table.spreads_mass
     if isinstance(table, BodyTable):
         return not table.turns and table.geared_to is None
-    return isinstance(table, AbsorberTable)
+    return isinstance(table, FAMILIES["absorbers"])
 
 
 def _loose(scene: Scene) -> list[str]:

@@ -12,6 +12,8 @@ from vibopt.scene.space import is_spatial
 def check_gears(scene: Scene, mistakes: Mistakes) -> None:
     """Add what is wrong with bodies that are geared to others."""
     geared = {name: body.geared_to for name, body in scene.bodies.items() if body.geared_to is not None}
+    if not geared:
+        return
     for name, to in geared.items():
         path, known = ("bodies", name, "geared_to"), [one for one in places.raw(scene, "bodies") if one != name]
         if to == name:
@@ -25,7 +27,7 @@ def check_gears(scene: Scene, mistakes: Mistakes) -> None:
                 path, to, f"is geared to {name} in turn. One body of a train of gears is geared to no other."
             )
     for link, ends in places.ends(scene).items():
-        if geared and ends[0] != ends[1] and places.gear_root(scene, ends[0]) == places.gear_root(scene, ends[1]):
+        if ends[0] != ends[1] and places.gear_root(scene, ends[0]) == places.gear_root(scene, ends[1]):
             family = next(kind for kind, one, _ in places.devices(scene) if one == link)
             mistakes.value(
                 (family, link, "between" if family != "absorbers" else "on"),
@@ -33,7 +35,7 @@ def check_gears(scene: Scene, mistakes: Mistakes) -> None:
                 "joins two bodies of one train of gears, which turn as one already. Leave it out, or one of the gears.",
             )
     beside = next((name for name in places.raw(scene, "structures")), "a machine in space" * is_spatial(scene))
-    if geared and beside:
+    if beside:
         mistakes.add(
             ("bodies", next(iter(geared)), "geared_to"),
             f"bodies.{next(iter(geared))} is geared beside {beside}. Gears are answered among bodies that turn about "

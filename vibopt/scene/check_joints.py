@@ -60,10 +60,9 @@ def check_joints(scene: Scene, mistakes: Mistakes) -> None:
 
 def check_beams(scene: Scene, mistakes: Mistakes) -> None:
     """Add what is wrong with beams that have a mass: it is spread between the body that each carries and a support."""
-    along = {name for name, body in scene.bodies.items() if not body.freedoms}
-    for name, link in scene.links.items():
-        if not link.spreads_mass:
-            continue
+    heavy = {name: link for name, link in scene.links.items() if link.spreads_mass}
+    along = {name for name, body in scene.bodies.items() if not body.freedoms} if heavy else set()
+    for name, link in heavy.items():
         first, second = link.between
         path, where = ("links", name, "between"), f"links.{name}"
         if first == GROUND:

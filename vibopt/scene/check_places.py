@@ -36,10 +36,10 @@ def check_places(scene: Scene, path: Path, response: Response, mistakes: Mistake
 
 def _kind(scene: Scene, path: Path, response: Response, place: str, mistakes: Mistakes) -> None:
     """A response of motion along a line is not one of what turns, and the other way round."""
-    if not response.moves:
+    around = response.moves == "axis"
+    if not response.moves or not (around or places.turning(scene)):
         return
     kinds = _kinds_at(scene, place)
-    around = response.moves == "axis"
     where = dotted(path)
     if len(kinds) > 1:
         mistakes.add(

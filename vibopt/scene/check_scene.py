@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response, TransientResponse
@@ -21,7 +19,7 @@ from vibopt.scene.check_room import check_room
 from vibopt.scene.check_rotors import check_rotors, whirl_fault
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
-from vibopt.scene.check_spin import check_spin, check_stable, spins_in
+from vibopt.scene.check_spin import THRESHOLD, check_spin, check_stable, spins_in, turning
 from vibopt.scene.check_whole import check_price, check_tolerances
 from vibopt.scene.drives import loose_in
 from vibopt.scene.open_places import asked_positions, open_places
@@ -45,14 +43,15 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_joints(scene, mistakes)
     check_beams(scene, mistakes)
     check_spin(scene, mistakes)
-    for path, response in _responses(scene):
+    asked = [(tuple(where.split(".", 1)), response) for where, response in scene.responses.items()]
+    for path, response in asked:
         check_response(scene, path, response, mistakes, broken)
     if not broken:
-        check_probabilities(scene, _responses(scene), mistakes)
+        check_probabilities(scene, asked, mistakes)
     _question(scene, mistakes, broken)
     if not mistakes.found and not broken:
         check_stable(scene, mistakes)
-    if not mistakes.found and not broken and any(isinstance(one, TransientResponse) for _, one in _responses(scene)):
+    if not mistakes.found and not broken and any(isinstance(one, TransientResponse) for _, one in asked):
         from vibopt.scene.check_whole import check_turns
 
         check_turns(scene, mistakes)
@@ -67,8 +66,10 @@ def check_response(scene: Scene, path: Path, response: Response, mistakes: Mista
             "or write [rotors.NAME].",
         )
         return
-    one = scene, path, response.reading or response, mistakes
-    if rubs_in(*one) or spins_in(*one) or whirl_fault(*one) or gear_fault(*one):
+    asked = response.reading or response
+    one = scene, path, asked, mistakes
+    odd = _is_odd(scene) or asked.whirls or asked.spins or asked.response == THRESHOLD
+    if odd and (rubs_in(*one) or spins_in(*one) or whirl_fault(*one) or gear_fault(*one)):
         return
     if response.reading is not None and (loose := loose_in(scene, response.reading)):
         mistakes.add(
@@ -82,19 +83,23 @@ def check_response(scene: Scene, path: Path, response: Response, mistakes: Mista
     if response.free_vibration:
         check_lossy(scene, path, response.free_vibration, mistakes)
     check_places(scene, path, response, mistakes, broken)
-    check_price(scene, path, response, mistakes)
+    if response.priced:
+        check_price(scene, path, response, mistakes)
     _bounds(scene, path, response, mistakes, broken)
-    _moved(scene, path, response.reading or response, mistakes, broken)
+    _moved(scene, path, asked, mistakes, broken)
+
+
+@places.once
+def _is_odd(scene: Scene) -> bool:
+    """Whether something rubs, spins or is geared, which not everything may be asked of."""
+    geared = any(body.geared_to is not None for body in scene.bodies.values())
+    return bool(geared or scene.rotors or places.rubbing(scene) or turning(scene))
 
 
 def _free(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
     from vibopt.scene.check_whole import check_free
 
     return check_free(scene, path, response, mistakes)
-
-
-def _responses(scene: Scene) -> Iterable[tuple[Path, Response]]:
-    return ((tuple(where.split(".", 1)), response) for where, response in scene.responses.items())
 
 
 def _bounds(scene: Scene, path: Path, response: Response, mistakes: Mistakes, broken: set[str]) -> None:

@@ -7,7 +7,7 @@ from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import HarmonicResponse, RandomResponse, TransientResponse
 from vibopt.responses.response import START_UP
 from vibopt.scene import places
-from vibopt.scene.drives import bands_for, line_count, loose_in, names_for, speeds_for
+from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
 from vibopt.scene.scene import MAXIMISE, Scene
 from vibopt.units import show
 from vibopt.units.spelling import split_detector
@@ -35,8 +35,11 @@ def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes:
         mistakes.add((*path, "due_to"), f"{name}.due_to is an empty list. Name an excitation, or leave it out.")
         return
     _ranges(scene, path, response, names, mistakes)
-    _several(scene, path, response, names, mistakes)
-    _ratio(scene, path, response, names, mistakes)
+    lines, _, somewhere, many = _acting(scene, *names)
+    if somewhere or lines > 1 or len(names) > 1:
+        _several(scene, path, response, names, mistakes)
+    if many or response.normalised:
+        _ratio(scene, path, response, names, many, mistakes)
     if not any(one.split(".")[0] in FAMILIES for one in broken) and _joined(scene):
         reached(scene, path, response, names, mistakes)
 
@@ -105,10 +108,18 @@ def _known(scene: Scene, path: Path, response: HarmonicResponse, name: str, mist
         return
 
 
+@places.once
+def _acting(scene: Scene, *names: str) -> tuple[int, str, str, str]:
+    """Of what acts together the number of harmonics, and the first of loose parts, at any place, and at several."""
+    loose, anywhere, many = (
+        next((name for name in names if has(scene.excitations[name])), "")
+        for has in (lambda one: len(one.loose) > 1, lambda one: one.anywhere, lambda one: len(one.everywhere) > 1)
+    )
+    return line_count(scene, names), loose, loose or anywhere, many
+
+
 def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
-    lines, where = line_count(scene, names), dotted(path)
-    loose = loose_in(scene, response)
-    somewhere = loose or next((name for name in names if scene.excitations[name].anywhere), "")
+    (lines, loose, somewhere, _), where = _acting(scene, *names), dotted(path)
     most = path == ("goal",) and scene.goal is not None and scene.goal.sense == MAXIMISE
     if somewhere and (most or response.at_least is not None or response.worst == "least"):
         mistakes.add(
@@ -124,8 +135,6 @@ def _several(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[
             f"does not fit excitations.{loose}, whose unbalances stand at any angles: the worst is their sum. Write "
             'combine = "sum".',
         )
-        return
-    if lines == len(names) == 1:
         return
     if lines > 1 and response.combine is None and not response.normalised:
         what = f"{len(names)} excitations" if len(names) > 1 else f"{lines} harmonics of {names[0]}"
@@ -169,8 +178,9 @@ def _detected(path: Path, response: HarmonicResponse, combine: str, mistakes: Mi
             )
 
 
-def _ratio(scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], mistakes: Mistakes) -> None:
-    many = next((name for name in names if len(scene.excitations[name].everywhere) > 1), "")
+def _ratio(
+    scene: Scene, path: Path, response: HarmonicResponse, names: tuple[str, ...], many: str, mistakes: Mistakes
+) -> None:
     if many and (response.normalised or response.rigid_link):
         more = "places (or_on)" if scene.excitations[many].anywhere else "unbalances (also)"
         mistakes.add(
@@ -221,10 +231,10 @@ def reached(
     mistakes: Mistakes,
 ) -> bool:
     """Whether something arrives at a response; where nothing does it is a mistake, and not a limit that holds."""
-    before, known = len(mistakes.found), [*places.raw(scene, "bodies")]
+    before = len(mistakes.found)
     geared = [(name, body.geared_to) for name, body in scene.bodies.items() if body.geared_to is not None]
-    if any(to == name or to not in known for name, to in geared):  # told already; what it turns is not known
-        return True
+    if any(to == name or to not in places.raw(scene, "bodies") for name, to in geared):
+        return True  # told already; what it turns is not known
     for place in sorted({name for name, _ in response.places().values()}):
         if _still(scene, place, *names):
             where = dotted(path)

@@ -13,7 +13,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.space import is_spatial
 from vibopt.units import show
 
-_THRESHOLD = "stability_threshold"
+THRESHOLD = "stability_threshold"
 _ROUNDING = 1e-5
 """Part by which a speed may differ from the one that a message shows."""
 
@@ -45,11 +45,11 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
             f"{where} turns with a shaft, beside the dry friction of links.{places.rubbing(scene)[0]}, which rubs in "
             "another direction at every instant of a whirl. Keep one of them.",
         )
-    if not scene.excitations and not any(response.response == _THRESHOLD for response in asked):
+    if not scene.excitations and not any(response.response == THRESHOLD for response in asked):
         mistakes.add(
             path,
             f'{where} turns with a shaft, but nothing spins. Add an excitation with kind = "unbalance", whose speed is '
-            f'the spin, or ask for the response = "{_THRESHOLD}".',
+            f'the spin, or ask for the response = "{THRESHOLD}".',
         )
     for one, table in scene.excitations.items():
         if table.kind != "unbalance" or (table.ramp is not None and not scene.rotors):
@@ -85,7 +85,7 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
     if not turns or not scene.variables:
         return
     asked = [((family, name), one) for family in ("limits", "measures") for name, one in vars(scene)[family].items()]
-    limits = [one.at_least for _, one in asked if one.response == _THRESHOLD and one.at_least is not None]
+    limits = [one.at_least for _, one in asked if one.response == THRESHOLD and one.at_least is not None]
     known = max((limit.value for limit in limits), default=0.0)
     for path, response in [*asked, *goal]:
         driven = response.reading or response
@@ -99,7 +99,7 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
                 path,
                 f"{dotted(path)} asks for a steady whirl at up to {spin}, but {name}.{turns[name]} makes it grow "
                 "without end beyond a threshold that hangs on what is chosen. Forbid such designs: add a limit with "
-                f'response = "{_THRESHOLD}" and at_least = "{spin}".',
+                f'response = "{THRESHOLD}" and at_least = "{spin}".',
             )
             return
 
@@ -107,7 +107,7 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
 def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:
     """Whether a response has no meaning with, or without, dampers that turn with a shaft; adds the mistake."""
     turns = turning(scene)
-    if response.response == _THRESHOLD:
+    if response.response == THRESHOLD:
         if not turns and not in_planes(scene) and set(places.raw(scene, "links")) <= set(scene.links):
             mistakes.add(
                 path,
@@ -119,7 +119,7 @@ def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -
         mistakes.add(
             path,
             f"{dotted(path)} asks for the {response.free_vibration}, which is another at every spin where "
-            f"{next(iter(turns))} has a damping that turns with the shaft. Ask for the {_THRESHOLD}, or leave "
+            f"{next(iter(turns))} has a damping that turns with the shaft. Ask for the {THRESHOLD}, or leave "
             "the rotating damping out.",
         )
         return True

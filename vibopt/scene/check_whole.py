@@ -137,8 +137,6 @@ def _fastest(against: FloatArray, matrix: FloatArray, among: BoolArray) -> float
 
 def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
     """A price is asked for only where every part has one, all in one currency."""
-    if not response.priced:
-        return
     tables = {f"links.{name}": link.part for name, link in scene.links.items()}
     tables |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}
     bought = {path: part for path, part in tables.items() if part is not None}

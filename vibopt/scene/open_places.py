@@ -12,6 +12,7 @@ from pydantic import BaseModel
 
 from vibopt.document.toml_reading import changed
 from vibopt.records import dataclass
+from vibopt.scene.places import once
 from vibopt.scene.scene import Scene, Variable
 from vibopt.units import to_unit
 from vibopt.values.directions import AXES, OpenVector, Span
@@ -61,6 +62,7 @@ class Option:
     said: Any
 
 
+@once
 def open_places(scene: Scene) -> dict[str, tuple[str, ...]]:
     """What may be chosen, by path: {"absorbers.tmd.on": ("floor1", "floor2")}."""
     return {path: tuple(options) for path, options in _options(scene).items()}
@@ -172,6 +174,7 @@ def _with_options(scene: Scene, made: Mapping[str, Option]) -> Scene:
     return replace(scene, **families, others=others)
 
 
+@once
 def open_positions(scene: Scene) -> dict[str, Variable]:
     """Coordinates and shifts to be chosen, by path: "mounts.front.at.1.x", "mounts.front.shift.x"."""
     found = {}

@@ -84,7 +84,7 @@ def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Loca
 
 def _names(table: object) -> list[str]:
     """Names of a family of a document."""
-    return list(table) if isinstance(table, Mapping) else []
+    return list(table) if isinstance(table, (dict, Mapping)) else []
 
 
 def _check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
@@ -147,7 +147,8 @@ class _Parts:
 
     def scene(self, name: str, locator: Locator | None) -> Scene:
         self._top()
-        devices: dict[str, Any] = {family: self._family(family) for family in FAMILIES}
+        known = self.document
+        devices: dict[str, Any] = {family: self._family(family) if family in known else {} for family in FAMILIES}
         own = {family: devices.pop(family) for family in OWN_FIELDS}
         excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
         excitations = {name: self._weighed(name, excitation, own["rotors"]) for name, excitation in excitations.items()}
@@ -209,7 +210,9 @@ class _Parts:
         self._text("source", "")
 
     def _tables(self, family: str) -> dict[str, dict[str, Any]]:
-        tables = self.document.get(family, {})
+        if family not in self.document:
+            return {}
+        tables = self.document[family]
         if not isinstance(tables, (dict, Mapping)):
             self.broken.add(family)
             self.mistakes.value((family,), tables, f"is not a table. Write [{family}.NAME].")

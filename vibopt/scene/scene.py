@@ -10,7 +10,7 @@ from vibopt.answer.answer import Answer
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.locate import Locator
 from vibopt.excitations import Excitation
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.responses import Response
 from vibopt.values.fields import Choice
 
@@ -113,7 +113,7 @@ class Scene:
                 return self.others.get(family, {})
             raise AttributeError(f"Scene has no {family}")
 
-    @property
+    @cached_property
     def responses(self) -> dict[str, Response]:
         """Everything that is asked, by path: limits, measures and the goal."""
         families = ("limits", self.limits), ("measures", self.measures)

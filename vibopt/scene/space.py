@@ -25,6 +25,8 @@ def is_spatial(scene: Scene) -> bool:
 @once
 def spatial_bases(scene: Scene) -> tuple[str, ...]:
     """Bases that carry mounts, or move in a direction."""
+    if not scene.bases:
+        return ()
     placed = [two for _, name, table in devices(scene) if table.placed for two in table.joins(name).values()]
     ends = {end for two in placed for end in two}
     told = {
@@ -74,6 +76,8 @@ def place_in_space(scene: Scene, name: str) -> bool:
 
 def members(scene: Scene, response: Response) -> tuple[Response, ...]:
     """The questions that one stands for: one a mount, an axis, a place of a rotor or of an unbalance; else itself."""
+    if _single(scene):
+        return (response,)
     asked, driven = _places_of(scene, response), response.reading or response
     for name in names_for(scene, driven) if isinstance(driven, HarmonicResponse) else ():
         if every := scene.excitations[name].anywhere:
@@ -81,6 +85,12 @@ def members(scene: Scene, response: Response) -> tuple[Response, ...]:
                 one.model_copy(update={"placed": {**one.placed, name: place}}) for one in asked for place in every
             )
     return asked
+
+
+@once
+def _single(scene: Scene) -> bool:
+    """Whether every question is a single one."""
+    return not (scene.rotors or scene.mounts or any(one.anywhere for one in scene.excitations.values()))
 
 
 def _places_of(scene: Scene, response: Response) -> tuple[Response, ...]:

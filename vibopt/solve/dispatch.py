@@ -13,8 +13,6 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.choose import choose, closed_form
 from vibopt.solve.method import OPEN, Found, Method, Progress
-from vibopt.solve.passive import with_bound
-from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
 from vibopt.solve.spared import sure_of_none
 from vibopt.solve.without_search import as_goal, endless_limit, no_design, without_goal
@@ -39,7 +37,11 @@ def best_of(
     finite = closed(program)
     outright = closed_form(finite) if method is None and not program.ties else None
     sure = outright.solve(finite, progress) if outright is not None else None  # sooner than to ask what cannot be
-    clash = impossible(finite) if method is None and (sure is None or sure.status != "optimal") else None
+    clash = None
+    if method is None and (sure is None or sure.status != "optimal"):
+        from vibopt.solve.physical import impossible
+
+        clash = impossible(finite)
     if clash is not None:
         from vibopt.solve.impasse import physical_words
 
@@ -87,6 +89,8 @@ def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
     """The answer with the better of what boxes and what any passive device say of the best possible."""
     if found.status not in OPEN:
         return found
+    from vibopt.solve.passive import with_bound
+
     passive = cache(partial(with_bound, program, found))  # only asked for where boxes do not prove all of it
     boxes = found
     if by_boxes:

@@ -18,7 +18,6 @@ from vibopt.program.held import held
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
-from vibopt.solve.least_missed import nearest_to
 from vibopt.solve.method import Found
 from vibopt.work import late
 
@@ -107,6 +106,8 @@ class _Most:
         if not self.counted:
             return x
         kept = [i for i in range(len(self.bare.limits)) if i not in self.counted]
+        from vibopt.solve.least_missed import nearest_to
+
         there = nearest_to(self.bare, (x,), kept, **given)
         return there if self.judge.feasible(there) and self.room(there) > self.room(x) else x
 

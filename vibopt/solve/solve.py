@@ -19,6 +19,7 @@ from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.report.machine_notes import notes_of
 from vibopt.scene.open_places import open_places, open_positions
+from vibopt.scene.places import rubbing
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.space import members
 from vibopt.scene.uncertain import likely, uncertain
@@ -27,7 +28,6 @@ from vibopt.solve.boundable import with_reason
 from vibopt.solve.dispatch import best_of
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.most_room import spread_out, with_most_room
-from vibopt.solve.physical import impossible
 from vibopt.solve.ranges import closed
 from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import at_own_bound
@@ -106,9 +106,11 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
     if open_positions(scene) or open_places(scene):
         return _where_best(scene, wish)
     clock = _Clock()
-    from vibopt.solve.loosen import beside
+    program = pose(scene)
+    if rubbing(scene):
+        from vibopt.solve.loosen import beside
 
-    program, wish = pose(scene), replace(wish, patience=beside(scene, wish.patience))
+        wish = replace(wish, patience=beside(scene, wish.patience))
     clock.stage("pose")
     if scene.find_all is not None:
         return _permitted(scene, program, clock)
@@ -116,7 +118,9 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
         return _analysis(scene, program, clock)
     if likely(scene):
         return _by_chance(scene, program, clock, wish)
-    found, why = best_of(replace(program, room=()), scene, wish.method, wish.progress, wish.near)
+    found, why = best_of(
+        replace(program, room=()) if program.room else program, scene, wish.method, wish.progress, wish.near
+    )
     reason_text = "" if wish.brief else why()
     found = at_own_bound(scene, program, in_order(scene, program, found))
     doubtful = uncertain(scene)
@@ -412,6 +416,7 @@ def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clo
     from vibopt.solve.advice import mass_words
     from vibopt.solve.impasse import conflict_of
     from vibopt.solve.loosen import with_conflict
+    from vibopt.solve.physical import impossible
 
     def again(one: Scene, near: Sequence[float] | None = None) -> Design:
         return solve(one, explain=False, near=near)

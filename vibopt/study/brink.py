@@ -17,7 +17,6 @@ from vibopt.jobs import is_scene, with_changes
 from vibopt.program.pose import pose
 from vibopt.scene.open_places import open_places, open_positions
 from vibopt.scene.uncertain import uncertain
-from vibopt.solve.least_missed import slid
 from vibopt.solve.ranges import closed
 
 if TYPE_CHECKING:
@@ -65,6 +64,8 @@ def brink(
         program = closed(pose(with_changes(job, fact.changes(value(t)))))
         if program.ties or len(program.axes) != len(design):
             return math.nan
+        from vibopt.solve.least_missed import slid
+
         there, least = slid(replace(program, aim=None), design)
         design = there if least <= 0.0 else design
         return least

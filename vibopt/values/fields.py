@@ -376,10 +376,8 @@ def read_number(rule: Rule, given: object) -> Value:
     if isinstance(given, (Fact, Choice, Table)):
         return given  # type: ignore[return-value]  # a table of such values, read by its own kind
     try:
-        if isinstance(given, Mapping) and ("tolerance" in given or "value" in given):
-            return _read_off(rule, given)
-        if isinstance(given, Mapping):
-            return _read_choice(rule, given)
+        if isinstance(given, (dict, Mapping)):
+            return read_value(rule, given)
         if isinstance(given, str) and is_range(given):
             way = ', or { from = "...", to = "..." } to let vibopt choose one' if rule.choice else ""
             raise QuantityError(
@@ -398,9 +396,9 @@ def read_value(rule: Rule, given: object) -> Value:
     QuantityError
         It is none.
     """
-    if isinstance(given, Mapping) and ("tolerance" in given or "value" in given):
-        return _read_off(rule, given)
-    return _read_choice(rule, given) if isinstance(given, Mapping) else _read_fact(rule, given)
+    if not isinstance(given, (dict, Mapping)):
+        return _read_fact(rule, given)
+    return (_read_off if "tolerance" in given or "value" in given else _read_choice)(rule, given)
 
 
 def _read_off(rule: Rule, given: Mapping[str, object]) -> Value:

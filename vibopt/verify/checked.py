@@ -158,17 +158,23 @@ class Built:
             row = replace(row, value=replace(row.value, text=text)) if text else row
         return row, measured
 
+    @cached_property
+    def _may_grow(self) -> bool:
+        return bool(turning(self.scene) or in_planes(self.scene))
+
+    @cached_property
+    def _has_beams(self) -> bool:
+        return any(link.spreads_mass for link in self.scene.links.values())
+
     def _grown(self, measured: Measured) -> str:
         """Why there is no steady motion, as a whirl grows; "" where there is."""
         driven = measured.response.reading or measured.response
-        if not isinstance(driven, HarmonicResponse) or not (turning(self.scene) or in_planes(self.scene)):
+        if not isinstance(driven, HarmonicResponse):
             return ""
         return beyond_threshold(self.scene, self.machine, driven, self.threshold)
 
     def _beyond(self, row: Checked, measured: Measured) -> str:
         """Why a value is beyond what the model of a part is good for; "" where it is not."""
-        if not any(link.spreads_mass for link in self.scene.links.values()):
-            return ""
         known = {name: speed for name, speed in measured.speeds.items() if measured.response.sort == "steady"}
         lines = {name: unit_lines(self.scene, name) for name in known}
         highest = [speed * max(line.order for line in lines[name]) for name, speed in known.items()]
@@ -188,10 +194,10 @@ class Built:
         """The row, with what the model says of it where that is another number."""
         differs, own = self.modelled.differs(measured.response, measured), None
         if not differs and (own := self.modelled.elsewhere(measured.response, measured)) is None:
-            if grown := self._grown(measured):
+            if self._may_grow and (grown := self._grown(measured)):
                 none = replace(row.value, value=-inf if measured.response.complement else inf, text="not known")
                 return replace(row, unsteady=f"{row.name} {grown}", value=none, margin=-inf, worst_at={})
-            beyond = self._beyond(row, measured)
+            beyond = self._beyond(row, measured) if self._has_beams else ""
             return replace(row, unknown=f"{row.name} {beyond}") if beyond else row
         value = self.modelled.at(measured.response, measured)[0] if own is None else own.value
         one, other = _told_apart(measured.response, value, measured.value)
