@@ -231,6 +231,35 @@ def test_a_link_to_what_weighs_nothing_is_proven(mass: str) -> None:
     assert min(every) >= best * (1.0 - 2e-6)
 
 
+@pytest.mark.parametrize("said", [{"damping_ratio": 0.1}, {"loss_factor": 0.2}, {}])
+def test_a_mount_is_chosen_beside_an_absorber_whose_spring_goes_with_its_mass(said: dict[str, float]) -> None:
+    """No design drawn at random is stiffer; the absorber's own spring moves with the third variable."""
+    chosen = {"stiffness": {"from": "10 kN/m", "to": "1 MN/m"}, "damping": {"from": "100 N s/m", "to": "10 kN s/m"}}
+    document = scene(
+        bodies={"machine": {"mass": "100 kg"}},
+        links={"base": {"between": ["ground", "machine"], **chosen}},
+        absorbers={
+            "small": {"on": "machine", "mass": {"from": "1 kg", "to": "20 kg"}, "frequency": "30 rad/s", **said}
+        },
+        limits={"floor": {"response": "transmitted_force", "into": "ground", "at": "100 rad/s", "at_most": "200 N"}},
+        goal={"maximise": "stiffness", "of": "base"},
+    )
+    answer: Any = vo.solve(from_dict(document), explain=False)
+    assert answer.status in ("optimal", "feasible")
+    least, most, w = np.array([1e4, 1e2, 1.0]), np.array([1e6, 1e4, 20.0]), 100.0
+    drawn = (least * (most / least) ** np.random.default_rng(5).random((20000, 3))).T
+
+    def floor(k: Any, c: Any, mass: Any) -> Any:
+        spring = 900.0 * (1.0 + 1j * said.get("loss_factor", 0.0)) + 60j * w * said.get("damping_ratio", 0.0)
+        held, moved = k + 1j * w * c, spring * -(w**2) / (spring - w**2)
+        return 1e3 * np.abs(held / (held - 100.0 * w**2 + mass * moved))
+
+    paths = "links.base.stiffness", "links.base.damping", "absorbers.small.mass"
+    best = [answer.variables[path].value.value for path in paths]
+    assert floor(best[0], best[1], best[2]) <= 200.0 * (1.0 + 1e-8)
+    assert drawn[0][floor(*drawn) <= 200.0].max() <= best[0]
+
+
 def test_the_least_mass_under_a_limit_is_proven() -> None:
     document = scene(
         bodies={"machine": {"mass": "100 kg"}, "small": {"mass": {"from": "0.5 kg", "to": "20 kg"}}},

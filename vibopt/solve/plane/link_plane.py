@@ -94,7 +94,8 @@ class LinkPlane:
         """The plane per unit of the third variable's mass, where every response allows it."""
         moved = [t for t in self.program.model.terms if self.other >= 0 and t.exponents[self.other]]
         masses = [t for t in moved if t.kind == INERTIA]
-        if len(masses) != 1 or any(t not in (self.k_term, self.c_term, masses[0]) for t in moved):
+        own = {id(term) for term in (self.k_term, self.c_term, *masses)}
+        if len(masses) != 1 or any(id(term) not in own for term in moved):
             return self
         mass = masses[0]
         if mass.exponents[[self.spring, self.damper]].any() or not all(
