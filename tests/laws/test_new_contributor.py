@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import vibopt as vo
+from refusals import refused
 from vibopt.answer.answer_page import html
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.cli.main import main
@@ -120,6 +121,10 @@ class StrutTable(OneLink):
 
     between_points: ClassVar[bool] = True
     in_space: ClassVar[str] = "Put it on a body on a line."
+
+    @property
+    def massless(self) -> bool:
+        return True
 
     @classmethod
     def links_in(cls, name: str, given: Mapping[str, Any]) -> tuple[str, ...]:
@@ -241,6 +246,30 @@ def test_a_device_may_bring_a_point_and_several_links() -> None:
     assert design.status == "met", design.claim
     speeds = 2.0 * np.pi * np.linspace(5.0, 30.0, 200001)
     assert design.measures["e"].value.value == pytest.approx(lost(2e3, speeds).max(), rel=1e-8)
+
+
+def test_a_point_without_mass_of_a_device_is_refused_what_a_joint_is() -> None:
+    modes = [{"frequency": "4 Hz", "damping_ratio": 0.02, "modal_mass": "3 t", "shape": {"mid": 1.0}}]
+    measures = {"x": {"response": "displacement", "of": "pump"}, "f": {"response": "free_displacement", "of": "pump"}}
+    measures["f"] |= {"released": {"pump": {"velocity": "0.3 m/s"}}, "after": "0.1 s"}
+    spin = {"kind": "unbalance", "on": "strut", "unbalance": "3 g m", "speed": "20 Hz"}
+    sole = {**with_strut("2 kN s/m"), "measures": measures, "excitations": {"spin": spin}}
+    for document, words in (
+        (
+            {**sole, "structures": {"slab": {"modes": modes}}},
+            "struts.strut has no mass, beside slab. A joint without mass",
+        ),
+        (sole, "excitations.spin is an unbalance on strut, which has no mass."),
+        (
+            {**sole, "excitations": {}, "measures": {"f": measures["f"]}},
+            "and struts.strut has no mass that would keep one.",
+        ),
+    ):
+        assert words in str(refused(from_dict, document))
+    opened = with_strut({"from": "1 kN s/m", "to": "20 kN s/m"})
+    scene = from_dict({**opened, "goal": {"minimise": "displacement", "of": "pump"}})
+    assert solve(scene).status == "optimal"
+    assert "struts.strut has no mass, and programs take" in str(refused(vo.posed(scene).cvxpy))
 
 
 @pytest.mark.parametrize("asked", ["limits", "goal"])

@@ -10,7 +10,7 @@ A new device:
 3. `add_to(builder, name, symbols)`, the first route: coordinates, points, and terms b b^T whose coefficients are
    products of powers (`add_link`, `add_stiffness`, `add_damping`, `add_hysteretic`, `add_inertance`,
    `add_inertia`).  With the frequency these go as 1, i w, i and -w^2 alone; what goes otherwise has a point without
-   mass inside (`declare`, `moving_in`, and `freedoms_in` of 0).
+   mass inside (`massless`, `declare`, `moving_in`, and `freedoms_in` of 0).
 4. `built(assembly, name, numbers)`, the second route: masses, and forces between points by how far, how fast and
    how suddenly these move apart (`Joint`, `Spring3`, or one with a `dynamic` and `four` of its own), from the
    file's own words by other formulas.

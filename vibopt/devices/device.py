@@ -96,6 +96,11 @@ class Device(Table):
         return False
 
     @property
+    def massless(self) -> bool:
+        """Whether its name is that of a point without mass, a joint between links."""
+        return False
+
+    @property
     def placed(self) -> bool:
         """Whether it stands at a place in space."""
         return False

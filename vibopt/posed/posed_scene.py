@@ -14,7 +14,7 @@ from vibopt.posed.smooth import Exchange, not_smooth
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.open_places import open_places, open_positions
-from vibopt.scene.places import bound_parts, joints
+from vibopt.scene.places import bound_parts, empty, joints
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import uncertain
@@ -65,8 +65,8 @@ def _not_one_program(scene: Scene) -> str:
         return "nothing is to be chosen: it is an analysis"
     if scene.goal is not None and scene.goal.response.of_limits:
         return "the most room in the limits is a row of programs, each with tighter ones. Let vibopt solve it"
-    if joints(scene):
-        return f"bodies.{joints(scene)[0]} has no mass, and programs take every body to have one. Let vibopt solve it"
+    if light := joints(scene):
+        return f"{empty(scene)[light[0]]} has no mass, and programs take every body to have one. Let vibopt solve it"
     for path in [*open_positions(scene), *open_places(scene)]:
         return f"{path} leaves places open, and each has a program of its own. Name one place"
     for part in bound_parts(scene):

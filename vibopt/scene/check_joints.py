@@ -13,9 +13,10 @@ from vibopt.scene.scene import Scene
 
 def check_joints(scene: Scene, mistakes: Mistakes) -> None:
     """Add what is wrong with bodies of no mass: each is held by springs, and nothing refers to a mass of theirs."""
-    empty = [name for name, body in scene.bodies.items() if body.massless]
+    empty = places.empty(scene)
     if not empty:
         return
+    first = next(iter(empty.values()))
     light = places.joints(scene)
     others = [
         *places.raw(scene, "structures"),
@@ -24,18 +25,18 @@ def check_joints(scene: Scene, mistakes: Mistakes) -> None:
     ]
     if others:
         mistakes.add(
-            ("bodies", empty[0], "mass"),
-            f"bodies.{empty[0]} has no mass, beside {others[0]}. A joint without mass is answered among bodies "
+            (*first.split("."), "mass"),
+            f"{first} has no mass, beside {others[0]}. A joint without mass is answered among bodies "
             "along one line. Give it its mass, or leave the other out.",
         )
-    if set(empty) == {*scene.bodies, *scene.absorbers}:
+    if {*scene.bodies, *scene.absorbers} <= {*empty}:
         mistakes.add(
-            ("bodies", empty[0]), 'nothing has a mass, so that nothing vibrates. Give a body its mass: "300 kg".'
+            tuple(first.split(".")), 'nothing has a mass, so that nothing vibrates. Give a body its mass: "300 kg".'
         )
     if len(places.devices(scene)) == len(places.raw_devices(scene)):  # else one that could not be read may end there
         _carrying(scene, _held(scene, light, mistakes), mistakes)
         _braked(scene, light, mistakes)
-    _ratios(scene, empty, mistakes)
+    _ratios(scene, [*empty], mistakes)
     wheels = [
         (name, ends)
         for _, name, table in places.devices(scene)
@@ -111,7 +112,8 @@ def _carrying(scene: Scene, loose: set[str], mistakes: Mistakes) -> None:
             else f"{', '.join(ways[:-1])} and {ways[-1]} join it to {others[0]} alone, so that they carry nothing. "
             "Join one of them to something else, or leave them out."
         )
-        mistakes.add(("bodies", name), f"bodies.{name} has no mass, and {text}")
+        where = places.empty(scene)[name]
+        mistakes.add(tuple(where.split(".")), f"{where} has no mass, and {text}")
 
 
 def idle_joints(scene: Scene) -> dict[str, tuple[list[str], list[str]]]:
@@ -123,7 +125,7 @@ def idle_joints(scene: Scene) -> dict[str, tuple[list[str], list[str]]]:
     heavy = {end for name, link in scene.links.items() if link.spreads_mass for end in ends.get(name, ())}
     found = {}
     heavy |= {places.gear_root(scene, name) for name, body in scene.bodies.items() if not body.massless}
-    light = [name for name, body in scene.bodies.items() if body.massless and body.geared_to is None]
+    light = [name for name in places.empty(scene) if places.gear_root(scene, name) == name]
     for name in (name for name in light if name not in shaken | heavy):
         ways = [link for link, two in ends.items() if name in two]
         others = sorted({end for link in ways for end in ends[link]} - {name})
@@ -146,7 +148,8 @@ def _held(scene: Scene, light: list[str], mistakes: Mistakes) -> set[str]:
             )
         else:
             text = "nothing holds it. Join links with stiffness and damping to it, or leave it out."
-        mistakes.add(("bodies", name), f"bodies.{name} has no mass, and {text}")
+        where = places.empty(scene)[name]
+        mistakes.add(tuple(where.split(".")), f"{where} has no mass, and {text}")
     return loose
 
 
@@ -158,9 +161,10 @@ def _braked(scene: Scene, light: list[str], mistakes: Mistakes) -> None:
     for name in light:
         other = next((two[0] if two[1] == name else two[1] for two in dampers if name in two), None)
         if other is not None and name not in reached:
+            where = places.empty(scene)[name]
             mistakes.add(
-                ("bodies", name),
-                f"bodies.{name} has no mass, and a damper joins it to {other}, which has none either, with springs "
+                tuple(where.split(".")),
+                f"{where} has no mass, and a damper joins it to {other}, which has none either, with springs "
                 "alone on both sides. Springs and a damper in a row act in any order: put the springs in a row, as "
                 "1/k = 1/k1 + 1/k2, and leave one joint out.",
             )

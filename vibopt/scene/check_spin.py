@@ -64,11 +64,11 @@ def check_spin(scene: Scene, mistakes: Mistakes) -> None:
     from vibopt.mechanics.whirl import MOST
 
     other = [*turns][1].partition(".")[2]
-    empty = [body for body, body_table in scene.bodies.items() if body_table.massless]
+    empty = [*places.empty(scene).values()]
     if empty:
         mistakes.add(
             path,
-            f"{where} turns with a shaft, and so does {other}, beside bodies.{empty[0]} without a mass: where "
+            f"{where} turns with a shaft, and so does {other}, beside {empty[0]} without a mass: where "
             "several do, thresholds are found among bodies with a mass. Give it one, or leave one of the dampers out.",
         )
     if places.freedoms(scene) > MOST:

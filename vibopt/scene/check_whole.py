@@ -189,10 +189,10 @@ def check_free(scene: Scene, path: Path, response: Response, mistakes: Mistakes)
         whose = "with rotors" if scene.rotors else "in space or on structures"
         mistakes.add(path, f"{where}: {key} is not supported for machines {whose} yet. Remove it.")
         return False
-    if places.joints(scene) and "after" in type(response).model_fields:
+    if (light := places.joints(scene)) and "after" in type(response).model_fields:
         mistakes.add(
             path,
-            f"{where}: {key} begins with the velocity of every body, and bodies.{places.joints(scene)[0]} has no mass "
+            f"{where}: {key} begins with the velocity of every body, and {places.empty(scene)[light[0]]} has no mass "
             "that would keep one. Give it its mass, or remove the response.",
         )
         return False

@@ -133,7 +133,7 @@ def links(scene: Scene) -> list[str]:
 @once
 def freedoms(scene: Scene) -> int:
     """Number of free coordinates; a body without mass has one where an inerter or a beam with a mass ends."""
-    carried = [name for name, body in scene.bodies.items() if body.massless and body.geared_to is None]
+    carried = [name for name in empty(scene) if gear_root(scene, name) == name]
     own = sum(kind.freedoms_in(name, table) for _, kind, name, table in raw_devices(scene))
     return own + len(set(carried).difference(joints(scene)))
 
@@ -199,15 +199,21 @@ def gear_root(scene: Scene, name: str) -> str:
 
 
 @once
+def empty(scene: Scene) -> dict[str, str]:
+    """Points without mass, each with how a message calls it: "bodies.joint"."""
+    return {name: f"{family}.{name}" for family, name, table in devices(scene) if table.massless}
+
+
+@once
 def joints(scene: Scene) -> list[str]:
-    """Bodies without mass at which no inerter and no beam with a mass ends: what joins links, and nothing else.
+    """Points without mass at which no inerter and no beam with a mass ends: what joins links, and nothing else.
 
     Of bodies that are geared to each other the one that turns freely, where none has a mass.
     """
     bring = [(name, table) for _, name, table in devices(scene) if table.passes > 1 or table.spreads_mass]
     heavy = {gear_root(scene, end) for name, table in bring for end in table.joins(name)[name]}
     heavy |= {gear_root(scene, name) for name, body in scene.bodies.items() if not body.massless}
-    return [name for name, body in scene.bodies.items() if body.geared_to is None and name not in heavy]
+    return [name for name in empty(scene) if gear_root(scene, name) == name and name not in heavy]
 
 
 @once
