@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.balancing import interior
 from vibopt.balancing.interior import least_within
 
 Rows = tuple[ComplexArray, ComplexArray]
@@ -65,6 +66,18 @@ def test_nearly_all_settle(worst: bool) -> None:
     asked = [discs(seed, *size) for seed, size in enumerate(sizes)]
     settled = [least_within(*goal, *limits, caps, worst=worst) is not None for goal, limits, caps in asked]
     assert np.mean(settled) >= 0.95
+
+
+@pytest.mark.parametrize(("n", "many"), [(8, 40), (20, 53), (20, 100)])
+def test_steps_are_few(monkeypatch: pytest.MonkeyPatch, n: int, many: int) -> None:
+    """Of a worst residual under caps that are much smaller than what is read."""
+    monkeypatch.setattr(interior, "STEPS", 13)
+    settled = []
+    for seed in range(40):
+        (G, g), (F, f), _ = discs(seed, n, many, 0)
+        caps = np.full(n, 0.7 * np.median(np.abs(np.linalg.lstsq(G, -g, rcond=None)[0])))
+        settled.append(least_within(G, g, F, f, caps, worst=True) is not None)
+    assert np.mean(settled) >= 0.6
 
 
 def test_limits_that_nothing_keeps_are_not_answered() -> None:

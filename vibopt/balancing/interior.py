@@ -15,8 +15,8 @@ from vibopt.cones import over_parts
 
 STEPS = 30
 CLOSED = 1e-11  # of the goal's square
-_TO_EDGE = 0.999  # how much of the way to where a slack or a multiplier is zero
-_BEGIN = 0.1  # slack of rows exceeded at x = 0, as a part of their bound
+_TO_EDGE = 0.9999  # how much of the way to where a slack or a multiplier is zero
+_BEGIN = (0.01, 0.3)  # least slack of rows kept, and of rows exceeded, at x = 0 as parts of their bounds
 _SHORT = 0.01  # no way is left
 
 
@@ -58,33 +58,31 @@ class _Squares:
             squares[: self.n_goal] -= size
         return r, squares[self.first :], size
 
-    def step(self, pair: FloatArray, off: FloatArray, pull: FloatArray, least: float) -> tuple[FloatArray, FloatArray]:
-        """A step of x, and of slacks and multipliers `pair` (2, n_held): first without, then with what it changes.
+    def step(
+        self, pair: FloatArray, beyond: FloatArray, pull: FloatArray, least: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """A step of x, and of slacks and multipliers `pair` (2, n_held), which looks ahead first.
 
-        The sum of their products goes to `least` and no further, where slacks would lose their digits.
+        The sum of their products goes to `least` and no further, where slacks would lose their digits.  Ahead slacks
+        change by the parts `ahead`, and multipliers by -1 - `ahead` of them: no product would be left.
         """
         slack, multipliers = pair
-        self.weights[2, self.first :] = multipliers / slack
-        K = (self.every.T * self.weights.ravel()) @ self.every
-        step, products = np.empty_like(pair), slack * multipliers
-        wanted = -products
-        for again in (True, False):
-            move = np.linalg.solve(K, -((wanted + multipliers * off) / slack) @ self.held - pull)
-            step[0] = -off - self.held @ move
-            step[1] = (wanted - multipliers * step[0]) / slack
-            if again:
-                part = _room(pair, step)
-                after, bent = pair + part * step, self.along(move)[:, self.first :]
-                off = off + 0.5 * part**2 * (bent[0] * bent[0] + bent[1] * bent[1])
-                gap = float(slack @ multipliers)
-                centre = max((float(after[0] @ after[1]) / gap) ** 3 * gap, least)
-                wanted = centre / len(slack) - part**2 * step[0] * step[1] - products
-        return move, step
-
-
-def _room(pair: FloatArray, step: FloatArray) -> float:
-    """The part of a step after which the first slack or multiplier is zero, one at most."""
-    return 1.0 / max(-float((step / pair).min()), 1.0)
+        rate, off, products = multipliers / slack, beyond + slack, slack * multipliers
+        self.weights[2, self.first :] = rate
+        rows = self.every * np.sqrt(self.weights).reshape(-1, 1)
+        K = rows.T @ rows
+        right = (rate * beyond) @ self.held + pull
+        move = np.linalg.solve(K, -right)
+        ahead = -(off + self.held @ move) / slack
+        part = 1.0 / max(-float(ahead.min()), 1.0 + float(ahead.max()), 1.0)
+        bent, moved = self.along(move)[:, self.first :], part**2 * products * ahead * (1.0 + ahead)
+        gap = float(products.sum())
+        centre = max((1.0 - part - float(moved.sum()) / gap) ** 2 * gap, least)
+        curve = 0.5 * part**2 * (bent[0] * bent[0] + bent[1] * bent[1])
+        more = (moved + centre / len(slack)) / slack
+        move = np.linalg.solve(K, -right - (more + rate * curve) @ self.held)
+        down = off + curve + self.held @ move
+        return move, np.array([-down, more - multipliers + rate * down])
 
 
 @np.errstate(all="ignore")  # a step that overflows proves nothing
@@ -118,16 +116,17 @@ def least_within(
     for _ in range(STEPS):
         r, beyond, size = rows.at(x)
         if not len(pair):
-            slack = np.maximum(-beyond, _BEGIN * np.maximum(rows.half, size)[rows.first :])
+            bounds = np.maximum(rows.half, size)[rows.first :]
+            slack = np.maximum(-beyond, np.where(beyond < 0.0, *_BEGIN) * bounds)
             pair = np.array([slack, size / slack / len(slack)])
-        off, rows.weights[:2, rows.first :] = beyond + pair[0], pair[1]
+        rows.weights[:2, rows.first :] = pair[1]
         pull = rows.cost + rows.weights[0] @ rows.slopes
         least = CLOSED * size
-        if pair[0] @ pair[1] <= least and max(np.abs(off).max(), np.abs(pull).max()) <= least:
+        if pair[0] @ pair[1] <= least and max(np.abs(beyond + pair[0]).max(), np.abs(pull).max()) <= least:
             pulls = rows.weights[0] * (r[0] + 1j * r[1])
             return x[:n] + 1j * x[n : 2 * n], pulls[:k], pulls[k : k + len(f)]
-        move, step = rows.step(pair, off, pull, 0.1 * least)
-        part = _room(pair, step / _TO_EDGE)
+        move, step = rows.step(pair, beyond, pull, 0.1 * least)
+        part = 1.0 / max(-float((step / pair).min()) / _TO_EDGE, 1.0)  # the first slack or multiplier stays above zero
         if not part > _SHORT:
             return None
         x, pair = x + part * move, pair + part * step
