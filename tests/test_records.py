@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from vibopt.records import cached_property, dataclass
+from vibopt.records import cached_property, dataclass, replace
 
 OPTIONS = [
     {"frozen": frozen, "eq": eq, "slots": slots, "kw_only": kw_only}
@@ -54,6 +54,9 @@ def test_a_record_is_that_of_the_standard_library(options: dict[str, bool], befo
     assert ours.__match_args__ == theirs.__match_args__
     for change in ({"mass": 2.0}, {"mass": 3.0}, {"seen": 9}, {"name": "fan"}):
         assert (one == dataclasses.replace(one, **change)) is (other == dataclasses.replace(other, **change))
+        assert dataclasses.asdict(replace(one, **change)) == dataclasses.asdict(dataclasses.replace(other, **change))
+    with pytest.raises(TypeError, match="argument"):
+        replace(one, weight=1.0)
     assert (one == other) is False
     assert (ours.__hash__ is None) is (theirs.__hash__ is None)
     assert dataclasses.asdict(copy.copy(one)) == dataclasses.asdict(copy.copy(other))

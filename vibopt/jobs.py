@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
-from dataclasses import replace
 from math import isclose
 from pathlib import Path as FilePath
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
@@ -21,6 +20,7 @@ from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import FileText, changed, inside, parsed, placed, text_of
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
+from vibopt.records import replace
 from vibopt.work import answering, each_answer_within, metered
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def open_job(path: str | FilePath, changes: Mapping[str, Any] | None = None) -> 
     """
     if not str(path):
         raise InputError(NO_NAME)
-    file = FilePath(path)
+    file = path if isinstance(path, FilePath) else FilePath(path)
     text, name = text_of(file), shown_name(file.name)
     document = placed(parsed(text, name), file.parent)
     job = _whole(document, Mistakes(name, located(text)))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import MISSING, Field, FrozenInstanceError
 from functools import cache
 from operator import attrgetter
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from dataclasses import dataclass as dataclass
+    from dataclasses import replace as replace
     from functools import cached_property as cached_property
 else:
 
@@ -35,6 +36,11 @@ else:
             return _made(given, frozen=frozen, eq=eq, slots=slots, kw_only=kw_only)
 
         return made if cls is None else made(cls)
+
+    def replace(given, /, **changes):
+        """As `dataclasses.replace`: a new object with the values of another one but for changes; read all at once."""
+        names, values = _told(given.__class__)
+        return given.__class__(**{**dict(zip(names, values(given))), **changes})  # noqa: B905  # as many as names
 
 
 _NO_FIELD = ("ClassVar", "typing.ClassVar")
@@ -225,7 +231,18 @@ def _value(field: Field[Any]) -> str:
 @cache
 def _compared(kind: Any) -> Callable[[Any], Any]:
     """What of an object is compared, as one tuple."""
-    names = [field.name for field in dataclasses.fields(kind) if field.compare]
+    return _tuple_of([field.name for field in dataclasses.fields(kind) if field.compare])
+
+
+@cache
+def _told(kind: Any) -> tuple[list[str], Callable[[Any], Any]]:
+    """Names of what an object of a kind is made of, and their values as one tuple."""
+    names = [field.name for field in dataclasses.fields(kind) if field.init]
+    return names, _tuple_of(names)
+
+
+def _tuple_of(names: Sequence[str]) -> Callable[[Any], Any]:
+    """Attributes of an object as one tuple."""
     if len(names) == 1:
         return lambda given: (getattr(given, names[0]),)
     return attrgetter(*names) if names else lambda given: ()

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,11 +13,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rotor_jobs import messages, read_text
-from vibopt.balancing import parse_runs
+from vibopt.balancing import csv_runs, parse_runs
 from vibopt.balancing.csv_runs import Cells
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.solve_rotor import solve_job
 from vibopt.balancing.written import numbers, short_numbers
+from vibopt.document.mistakes import Mistakes
+from vibopt.document.mistakes import Path as Place
 
 HEAD = """title = "sheet"
 readings = "job.csv"
@@ -103,6 +106,55 @@ def test_a_sheet_in_one_piece_is_what_its_cells_are(
         )  # fmt: skip
         np.testing.assert_allclose(one.readings, other.readings, rtol=1e-14)
         np.testing.assert_array_equal(one.weights, other.weights)
+
+
+WORDS = st.tuples(
+    st.sampled_from(["1500", "1500 rpm", "3000", "", "fast"]), st.sampled_from(["", "yes", "no", "perhaps", "-"])
+)
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    words=st.lists(WORDS, min_size=2, max_size=6), names=st.lists(st.sampled_from(["", "-", "2,5", "a"]), min_size=6),
+    named=st.booleans(), comma=st.booleans(),
+)  # fmt: skip
+def test_rows_with_the_words_of_others_are_what_their_cells_are(
+    words: list[tuple[str, str]], names: list[str], named: bool, comma: bool
+) -> None:
+    """Speeds and stays that stand in several rows, readable or not, with names, without any, or with some."""
+    sizes = [f"{one} amplitude [{'mm/s' if one == 'b' else 'mil pp'}]" for one in "abc"]
+    heads = ["speed [rpm]", "p", "stayed", *sizes, *(f"{one} angle [deg]" for one in "abc")]
+    trials = [[speed, f"10 g @ {k % 2}0 deg", stayed, *"753987"] for k, (speed, stayed) in enumerate(words)]
+    rows = [heads, ["1500", "", "", *"864123"], *trials]
+    if named:
+        rows = [[name, *row] for name, row in zip(["run", *names, *names], rows, strict=False)]
+    with TemporaryDirectory() as made:
+        folder = Path(made)
+        (folder / "job.csv").write_text("\n".join((";" if comma else ",").join(row) for row in rows))
+        text = head().replace('[planes.q]\nradius = "0.3 ft"\n', "")
+        said, job = cell_by_cell(text, folder)
+        assert messages(text, folder) == said
+        whole = None if job is None else read_text(text, folder)
+    for one, other in zip(whole.runs if whole else (), job.runs if job else (), strict=True):
+        for key in ("name", "given_speed", "fitted", "stayed"):
+            assert getattr(one, key) == getattr(other, key)
+        np.testing.assert_array_equal(one.weights, other.weights)
+
+
+def test_a_word_of_many_rows_is_read_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[str] = []
+    read = csv_runs._own
+
+    def counted(column: csv_runs.Column, cell: str, path: Place, mistakes: Mistakes) -> dict[str, Any]:
+        asked.append(cell)
+        return read(column, cell, path, mistakes)
+
+    monkeypatch.setattr(csv_runs, "_own", counted)
+    head_row, found, *trials = sheet(SOUND, ",", False).splitlines()
+    rows = [head_row, found, *trials, *(f"again {k}{row[5:]}" for k in range(20) for row in trials)]
+    (tmp_path / "job.csv").write_text("\n".join(rows))
+    assert len(read_text(head(), tmp_path).runs) == 43
+    assert asked.count("1500") == 3
 
 
 SOUND = [

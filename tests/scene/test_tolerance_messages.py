@@ -244,6 +244,17 @@ def test_deviations_stand_in_a_file_as_in_a_list(tmp_path: Path, cells: str, sam
     assert 'data = "../measured.csv"' in saved
 
 
+def test_a_tolerance_with_an_escape_in_its_key_has_its_data_beside_the_file(tmp_path: Path) -> None:
+    """What the text does not spell out may still be said."""
+    (tmp_path / "measured.csv").write_text("-6 %\n4 %\n", encoding="utf-8")
+    file = tmp_path / "press.toml"
+    text = SCENE.replace('"5 %"', '{ data = "measured.csv" }').replace("tolerance", '"tol\\u0065rance"')
+    file.write_text(text, encoding="utf-8")
+    job = open_job(file)
+    assert is_scene(job)
+    assert uncertain(job) == uncertain(from_text(SCENE.replace('"5 %"', '{ data = ["-6 %", "4 %"] }')))
+
+
 @pytest.mark.parametrize(
     ("cells", "words"),
     [

@@ -99,7 +99,7 @@ class PlaneAnswer:
         Internal unbalance added [kg m].
     mass
         Of all its weights together [kg]; of a plane in unbalance what they do together [kg m].
-    angle
+    turn
         Where they act together [rad as counted].
     weights
         What is really fitted.
@@ -113,11 +113,16 @@ class PlaneAnswer:
     action: str
     u: complex
     mass: Entry
-    angle: Entry
+    turn: float
     radius: Entry | None
     weights: tuple[Weight, ...]
     say: Callable[[], str]
     acts_as: Entry | None = None
+
+    @property
+    def angle(self) -> Entry:
+        """Where they act together."""
+        return direction(self.turn)
 
     @property
     def words(self) -> str:

@@ -9,7 +9,6 @@ whose squares are not too rare; the odd runs are known where one such set alone 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import combinations
 from math import comb
 
@@ -19,7 +18,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.influence import Identified, Learnt, leverage
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.trust import Noise
-from vibopt.records import dataclass
+from vibopt.records import dataclass, replace
 from vibopt.work import Budget
 
 ODD = 0.01

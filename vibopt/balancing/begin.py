@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from math import tau
 from typing import Any
 
@@ -25,6 +24,7 @@ from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import impasse, limits_at, rates_of
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise, conditioning
+from vibopt.records import replace
 from vibopt.units import show
 from vibopt.units.showing import show_angle
 

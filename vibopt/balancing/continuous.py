@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
 
 import numpy as np
 
@@ -28,7 +27,7 @@ from vibopt.balancing.question import (
 )
 from vibopt.balancing.scaled import Scaled, into_wedge, scaled
 from vibopt.frontier import Frontier
-from vibopt.records import dataclass
+from vibopt.records import dataclass, replace
 from vibopt.work import Budget
 
 Wedge = tuple[float, float]

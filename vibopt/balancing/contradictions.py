@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise, bands, noise_of, seen_noise
-from vibopt.records import dataclass
+from vibopt.records import dataclass, replace
 
 MOST_BESIDE = 6
 """Plans shown side by side."""

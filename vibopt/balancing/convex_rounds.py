@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from math import sqrt
 
 import numpy as np
 
@@ -11,7 +11,7 @@ from vibopt.balancing.interior import least_within
 from vibopt.balancing.question import held_by, together
 from vibopt.balancing.scaled import EXACT, Dual, Scaled, into_wedge, weak_duality
 from vibopt.cones import Cones, over_parts
-from vibopt.records import dataclass
+from vibopt.records import dataclass, replace
 from vibopt.work import worked
 
 Rows = IntArray
@@ -180,7 +180,7 @@ ROUNDS = 40
 TOLERANCES = (1e-10, 1e-11, 1e-8)
 CLOSE = 1e-8
 SURE = 1e-10
-ROUNDED = 1e-14
+TANGENT = 1e-7  # part of a cap from which on a step along tangents is the last: its square is rounding
 PULLS, SLACK, ALIKE = 12, 1e-6, 1e-3
 STEPS = 15
 
@@ -233,14 +233,15 @@ def _least_squares(scene: Scaled) -> Convex | None:
         return None
     try:
         with np.errstate(all="ignore"):
-            x = within_discs(scene.G.conj().T @ scene.G, scene.G.conj().T @ scene.g, scene.caps)
+            across = scene.G.conj().T
+            x = within_discs(across @ scene.G, across @ scene.g, scene.caps)
     except np.linalg.LinAlgError:
         return None
     worked(0.5)
     if x is None or not np.isfinite(x).all():
         return None
     left = scene.G @ x + scene.g
-    size = float(np.linalg.norm(left))
+    size = sqrt(np.vdot(left, left).real)
     dual = weak_duality(scene, left / (size * scene.divisor or 1.0), scene.f, float(np.abs(x).max()))
     found = Convex(x, size / scene.divisor, dual.bound, dual, rounds=1)
     return found if found.gap <= SURE else None
@@ -250,9 +251,9 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
     """The x of least x* square x + 2 Re slope* x with |x| <= caps, by Newton's method on 1/|x| of those at their caps.
 
     1/|x| is nearly a straight line in the multiplier of its cap, as in the trust region step of Moré and Sorensen
-    (1983); it takes three to eight, and None is returned where it does not settle.  Whoever asks proves the answer.
+    (1983); it takes two to seven, and None is returned where it does not settle.  Whoever asks proves the answer.
     """
-    multipliers = np.zeros(len(caps))
+    multipliers = np.maximum(np.abs(slope) / caps - square.diagonal().real, 0.0)  # right where planes act apart
     matrix = square.copy()
     for _ in range(STEPS):
         matrix.flat[:: len(caps) + 1] = square.diagonal() + multipliers
@@ -261,10 +262,14 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
         size = np.abs(x)
         off = size / caps - 1.0
         rows = np.flatnonzero((multipliers > 0.0) | (off > 0.0))
-        if not len(rows) or float(np.abs(off[rows]).max()) <= ROUNDED:
-            return np.where(size > caps, x * (caps / np.maximum(size, 1e-300)), x)
+        if not len(rows):
+            return x
         steep = (x.conj()[:, None] * inverse * x).real[rows[:, None], rows] / size[rows, None] ** 2
-        multipliers[rows] += np.linalg.solve(steep, off[rows])
+        more = np.linalg.solve(steep, off[rows])
+        if float(np.abs(off[rows]).max()) <= TANGENT:
+            x = x - inverse[:, rows] @ (more * x[rows])
+            return np.asarray(x * np.minimum(caps / np.maximum(np.abs(x), 1e-300), 1.0))
+        multipliers[rows] += more
         multipliers = np.maximum(multipliers, 0.0)
     return None
 

@@ -23,6 +23,7 @@ from vibopt.values.csv_tables import Sheet, bare, heading_of, letter, sheet_of
 
 OWN = ("run", "speed", "stayed", "verification")
 """Columns of the run itself."""
+_NAMES = {"name": "run", **{name: name for name in OWN}}
 THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:\.\d{3})+(?![\d.,])")
 """A number whose point may part thousands."""
 _YES = ("yes", "y", "true", "1", "x", "ja", "j", "wahr", "oui", "vrai", "sí", "si", "sì", "vero", "verdadero")
@@ -122,6 +123,8 @@ class Plain:
 
     others
         The other cells, whose `columns` are those of the run itself, `own` of them, and then of planes.
+    named
+        Whether the first of them are names of runs, 1 or 0.
     """
 
     names: tuple[str, ...]
@@ -132,6 +135,7 @@ class Plain:
     others: Cut
     columns: tuple[Column | None, ...]
     own: int
+    named: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,8 +148,9 @@ class Cells:
         Whether a point is the decimal sign, so that a comma parts thousands or is a slip.
     plain
         How rows of plain numbers are read in one piece; None where readings are texts.
-    known
-        Texts of weights by the cells of planes, as they were read before: most weights stand in several rows.
+    known, words
+        Texts of weights by the cells of planes, and what else but a name is said of a run by those of its own, as they
+        were read before: most stand in several rows.
     """
 
     columns: Sequence[Column | None]
@@ -155,11 +160,12 @@ class Cells:
     points: bool
     plain: Plain | None = None
     known: dict[tuple[str, ...], dict[str, str]] = field(default_factory=dict)
+    words: dict[tuple[str, ...], dict[str, Any]] = field(default_factory=dict)
 
     def readings(self, rows: Sequence[Row]) -> Sequence[Written | None]:
         """Readings of all rows, where each is a plain number beside its angle; None each where cells are looked at."""
         plain, none = self.plain, [None] * len(rows)
-        if plain is None or any(len(cells) != len(self.columns) for cells in rows):
+        if plain is None or not {*map(len, rows)} <= {len(self.columns)}:
             return none
         amounts, angles = ([side(cells) for cells in rows] for side in (plain.amounts, plain.angles))
         if self.sheet.comma:
@@ -199,14 +205,16 @@ def run_of(
     """One row as a [[runs]] table; `readings` where they are read already."""
     run: dict[str, Any] = {}
     parts: dict[str, dict[str, tuple[Column, str]]] = {}
-    own, columns = tuple(cells), said.columns
-    weights: tuple[str, ...] = ()
-    if readings is not None and said.plain is not None:
-        own, columns = said.plain.others(cells), said.plain.columns
-        weights = own[said.plain.own :]
-    values = said.known.get(weights)
-    if values is not None:
-        own = own[: len(own) - len(weights)]
+    own, columns, plain = tuple(cells), said.columns, said.plain if readings is not None else None
+    values = None
+    if plain is not None:
+        own, columns = plain.others(cells), plain.columns
+        words, weights = own[plain.named : plain.own], own[plain.own :]
+        values = said.known.get(weights)
+        if values is not None and words in said.words and (not plain.named or own[0].strip(_NONE)):
+            run = {"name": said.sheet.number(own[0])} if plain.named else {}
+            return {**run, **said.words[words], "weights": values, "readings": readings}
+        own = own[: plain.own] if values is not None else own
     before = len(mistakes.found)
     for raw, column in compress(zip(own, columns, strict=False), own):  # most cells are empty
         if column is None or not raw.strip(_NONE):
@@ -221,8 +229,8 @@ def run_of(
         values = {}
         for name, part in parts.items():
             values.update(_value(name, part, row, said, mistakes))
-        if weights and len(mistakes.found) == before:
-            said.known[weights] = values
+    if plain is not None and len(mistakes.found) == before:
+        said.known[weights], said.words[words] = values, {key: one for key, one in run.items() if key != "name"}
     run["weights"] = values if readings is not None else {one: values[one] for one in values if one in said.planes}
     run["readings"] = (
         readings if readings is not None else {one: values[one] for one in values if one not in said.planes}
@@ -353,9 +361,9 @@ def _plain(columns: Sequence[Column | None], sensors: Sequence[str]) -> Plain | 
     units, turns = (tuple(column.unit for column in map(columns.__getitem__, own) if column) for own in (sizes, angles))
     taken, run = {*sizes, *angles}, [at[name, ""] for name in OWN if (name, "") in at]
     others = [*run, *(index for index in range(len(columns)) if index not in taken and index not in run)]
-    rest = tuple(columns[index] for index in others)
+    rest, named = tuple(columns[index] for index in others), int(("run", "") in at)
     amounts, turned, beside = (_cells_at(places) for places in (sizes, angles, others))
-    return Plain(tuple(sensors), units, turns, amounts, turned, beside, rest, len(run))
+    return Plain(tuple(sensors), units, turns, amounts, turned, beside, rest, len(run), named)
 
 
 def _cells_at(places: Sequence[int]) -> Cut:
@@ -387,18 +395,20 @@ def _columns(
 
 def _known_column(column: Column, named: Container[str]) -> Column | None:
     """A column of the run itself, of a plane or of a sensor; None where the heading names none."""
-    own = column.name.lower()
-    if own in (*OWN, "name"):
-        return Column(column.heading, column.index, own.replace("name", "run"), "", column.unit)
+    own = _NAMES.get(column.name.lower())
+    if own is not None:
+        return Column(column.heading, column.index, own, "", column.unit)
     return column if column.name in named else None
 
 
 def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[str], mistakes: CsvMistakes) -> None:
     """Each column holds something of its own, and no angle stands without its amount."""
+    there = [one for one in columns if one is not None]
+    turned, sized = ({one.name for one in there if (one.what == "angle") is angle} for angle in (True, False))
+    if turned <= sized and len(turned) + len(sized) == len(there):
+        return
     first: dict[tuple[str, str], Column] = {}
-    for column in columns:
-        if column is None:
-            continue
+    for column in there:
         other = first.setdefault((column.name, column.part), column)
         if other is not column:
             what = "the angle of " if column.part == "angle" else "" if column.name in OWN else "the size of "

@@ -8,7 +8,7 @@ from math import tau
 
 import numpy as np
 
-from vibopt.answer.entry import Entry, direction
+from vibopt.answer.entry import Entry
 from vibopt.answer.plan import DeferredRows, Fitting, PlaneAnswer, RowAnswer, Weight
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.conventions import Conventions
@@ -60,7 +60,7 @@ def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | Non
         amount, angle, radius = weights[0].mass, weights[0].angle % tau, weights[0].radius
     return PlaneAnswer(
         plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit),
-        direction(angle),
+        angle,
         None if radius is None else Entry(radius, "length", plane.length_unit), weights,
         partial(_words, spoken, plane, action, weights),
         Entry(plane.amount(u), "mass", plane.unit) if len(weights) > 1 and plane.kind == MASS else None,

@@ -69,7 +69,7 @@ class Learnt:
         turn: ComplexArray = np.exp(1j * np.angle(self.read))
         return turn
 
-    @property
+    @cached_property
     def spare(self) -> int:
         """Runs beyond the unknowns."""
         return len(self.runs) - int(self.pseudo.shape[0])
@@ -165,7 +165,7 @@ def _learn(job: RotorJob, speed: int, tried: Tried) -> Learnt:
 
 def _spread(learnt: Learnt, theta: ComplexArray) -> ComplexArray:
     H = learnt.known.copy()
-    H[:, list(learnt.planes)] += theta[1:].T
+    H[:, learnt.planes if len(learnt.planes) < H.shape[1] else slice(None)] += theta[1:].T
     return H
 
 

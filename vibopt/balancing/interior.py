@@ -69,8 +69,7 @@ class _Squares:
         slack, multipliers = pair
         rate, off, products = multipliers / slack, beyond + slack, slack * multipliers
         self.weights[2, self.first :] = rate
-        rows = self.every * np.sqrt(self.weights).reshape(-1, 1)
-        K = rows.T @ rows
+        K = (self.every.T * self.weights.ravel()) @ self.every
         right = (rate * beyond) @ self.held + pull
         move = np.linalg.solve(K, -right)
         ahead = -(off + self.held @ move) / slack

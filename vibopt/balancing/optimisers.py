@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from contextvars import ContextVar
-from dataclasses import replace
 
 from vibopt.balancing.question import Question, Solved
+from vibopt.records import replace
 from vibopt.work import Budget, metered, within
 
 Solver = Callable[[Question], Solved]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from math import inf, isclose, radians
 from typing import Any, cast
 
@@ -37,6 +36,7 @@ from vibopt.balancing.rotor_tables import (
 )
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import QuantityError
+from vibopt.records import replace
 from vibopt.units import Detector
 from vibopt.units.showing import show_angle
 from vibopt.units.spelling import split_detector
@@ -85,16 +85,16 @@ def read_conventions(document: Mapping[str, Any], has_angles: bool, mistakes: Mi
 
 def _choice(key: str, given: Mapping[str, Any], has_angles: bool, mistakes: Mistakes) -> str:
     options, meaning = CHOICES[key]
-    listed = " or ".join(f'{key} = "{option}"' for option in options)
     value = given.get(key)
+    if isinstance(value, str) and value in options:
+        return value
+    listed = " or ".join(f'{key} = "{option}"' for option in options)
     if value is None:
         if key in ("detector", "angles") or (has_angles and not (key == "phase" and given.get("readings") == MARK)):
             mistakes.add(("conventions",), f"conventions has no {key}: {meaning}. Write {listed}.")
         return ""
-    if value not in options:
-        mistakes.value(("conventions", key), value, f"is no word for {meaning}. Write {listed}.")
-        return ""
-    return str(value)
+    mistakes.value(("conventions", key), value, f"is no word for {meaning}. Write {listed}.")
+    return ""
 
 
 def read_planes(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from math import tau
 from pathlib import Path as FilePath
 from typing import Any
@@ -19,11 +19,14 @@ from vibopt.balancing.rotor_tables import RunTable, listed_tables, positive, rea
 from vibopt.balancing.written import Written, numbers, phasors
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import QuantityError, way_out
-from vibopt.records import dataclass
+from vibopt.records import dataclass, replace
 from vibopt.units.parsing import LARGEST
 from vibopt.units.spelling import split_detector
-from vibopt.values import Fact
+from vibopt.values import Fact, rule_of
+from vibopt.values.fields import read_fact
 
+Fitted = tuple[tuple[int, str], ...]
+"""Weights as written, by the place of their plane."""
 SAME_SPEED = 0.01
 """Runs whose speeds differ by no more than this part belong together."""
 
@@ -99,7 +102,7 @@ def read_runs(
     before = len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1])
     in_arrays = _in_arrays(raws, conventions, declared)
     sensors, readings, notes, written = in_arrays or _all_readings(raws, conventions, declared)
-    weights = _all_weights(raws, conventions, planes)
+    weights, fitted = _all_weights(raws, conventions, planes)
     speeds = [_speed(raw, document, mistakes) for raw in raws]
     _check_names(raws, [speed for speed, _ in speeds])
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
@@ -107,18 +110,19 @@ def read_runs(
     initial = [not any(weight.tolist()) for weight in weights]
     groups, units = _groups([speed[0] for speed in speeds], [speed[1] for speed in speeds], initial)
     near = {speed: [abs(group - speed) for group in groups] for speed, _ in dict.fromkeys(speeds)}
-    places = {plane.name: place for place, plane in enumerate(planes)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
-        Run(raw.label, of_speed[speed], speed, total, bare, y, _fitted(raw, places), own, raw.stayed, raw.verification)
-        for raw, (speed, _), total, bare, y, own in zip(raws, speeds, weights, initial, readings, written, strict=True)
+        Run(raw.label, of_speed[speed], speed, total, bare, y, texts, own, raw.stayed, raw.verification)
+        for raw, (speed, _), total, bare, y, texts, own in zip(
+            raws, speeds, weights, initial, readings, fitted, written, strict=True
+        )
     )
     return Measured(runs, tuple(sensors), groups, units, tuple(raw.path for raw in raws), tuple(dict.fromkeys(notes)))
 
 
 def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
     raws = []
-    speeds: dict[Any, Fact | None] = {}
+    speeds: dict[str, Fact] = {}
     for index, given in enumerate(tables):
         path: Path = ("runs", index)
         if _is_plain(given, speeds):
@@ -128,8 +132,6 @@ def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
         table = read_table(RunTable, given, path, mistakes)
         if table is None:
             continue
-        if isinstance(given.get("speed"), str):
-            speeds[given["speed"]] = table.speed
         weights = _mapping((*path, "weights"), table.weights, mistakes, 'weights = { left = "10 g @ 270 deg" }')
         readings = _mapping((*path, "readings"), table.readings, mistakes, 'readings = { a = "8.6 mil pp @ 63 deg" }')
         if not readings and table.readings is None:
@@ -145,16 +147,19 @@ _NONE: dict[str, Any] = {}
 _PLAIN = frozenset(("name", "speed", "weights", "readings"))
 
 
-def _is_plain(given: Any, speeds: Mapping[Any, Fact | None]) -> bool:
-    """Whether a run has nothing but a name of its own, a speed that was read before, weights and readings."""
+def _is_plain(given: Any, speeds: dict[str, Fact]) -> bool:
+    """Whether a run has nothing but a name, a speed, which is then among `speeds`, weights and readings of its own."""
     if type(given) is not dict or not given.keys() <= _PLAIN:
         return False
-    name, speed, readings = given.get("name"), given.get("speed"), given.get("readings")
-    if type(speed) is not str or speed not in speeds or not (name is None or type(name) is str):
+    speed, readings = given.get("speed"), given.get("readings")
+    if type(speed) is not str or (type(readings) is not Written and not (type(readings) is dict and readings)):
         return False
-    if type(given.get("weights", _NONE)) is not dict:
+    if type(given.get("name", "")) is not str or type(given.get("weights", _NONE)) is not dict:
         return False
-    return type(readings) is Written or (type(readings) is dict and bool(readings))
+    if speed not in speeds and (rule := rule_of(RunTable, "speed")) is not None:
+        with suppress(QuantityError):
+            speeds[speed] = read_fact(rule, speed)
+    return speed in speeds
 
 
 def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
@@ -170,6 +175,8 @@ def _in_one_piece(raws: list[Raw], document: Mapping[str, Any]) -> list[Raw]:
 
 def _check_names(raws: Sequence[Raw], speeds: Sequence[float]) -> None:
     """Messages and reports name runs: at one speed each needs a name of its own."""
+    if len({raw.name for raw in raws}) == len(raws):
+        return
     first: dict[str, list[tuple[int, float]]] = {}
     for index, (raw, speed) in enumerate(zip(raws, speeds, strict=True)):
         if raw.name is None:
@@ -210,7 +217,7 @@ def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[
     first = rows[0] if rows else None
     if not conventions.readings or first is None:
         return None
-    if any(row is None or row.units != first.units or row.turns != first.turns for row in rows):
+    if len({None if row is None else (row.units, row.turns) for row in rows}) > 1:
         return None
     values = [
         numbers([*row.amounts, *row.angles], (2, len(names))) if row.parsed is None else row.parsed
@@ -333,53 +340,68 @@ def _completed(sensor: Sensor, amplitude: Amplitude) -> Sensor:
     )  # fmt: skip
 
 
-def _all_weights(raws: Sequence[Raw], conventions: Conventions, planes: Sequence[Plane]) -> list[ComplexArray]:
-    """Everything fitted in each run, those that stayed on included."""
-    index = {plane.name: position for position, plane in enumerate(planes)}
+def _all_weights(
+    raws: Sequence[Raw], conventions: Conventions, planes: Sequence[Plane]
+) -> tuple[list[ComplexArray], list[Fitted]]:
+    """Everything fitted in each run, those that stayed on included; and the weights of its own as they are written."""
+    places = {plane.name: place for place, plane in enumerate(planes)}
     totals: list[ComplexArray] = []
-    known: dict[tuple[str, str], complex] = {}
-    for raw, own in zip(raws, np.zeros((len(raws), len(planes)), dtype=complex), strict=True):
-        for name, given in raw.weights.items():
-            path = (*raw.path, "weights", name)
-            if name not in index:
-                raw.mistakes.add(path, _stranger(raw, f"a weight in plane {name}", name, list(index)))
-                continue
-            for text in given if isinstance(given, list) else [given]:
-                weight = known.get((name, str(text)))
-                if weight is None:
-                    weight = read_value(path, text, raw.mistakes, read_weight, planes[index[name]], conventions)
-                if weight is not None:
-                    known[name, str(text)] = weight
-                    own[index[name]] += weight
+    fitted: list[Fitted] = []
+    known: dict[tuple[int, str], complex] = {}
+    done: dict[int, tuple[ComplexArray, Fitted]] = {}  # rows of a sheet share their tables
+    for raw in raws:
+        found = done.get(id(raw.weights))
+        if found is None:
+            before = len(raw.mistakes.found)
+            found = _weights_of(raw, places, planes, conventions, known)
+            if len(raw.mistakes.found) == before:
+                done[id(raw.weights)] = found
         if raw.stayed and not totals:
             raw.mistakes.add(
                 (*raw.path, "stayed"), "the first run has stayed = true, but no run is before it. Remove stayed."
             )
-        totals.append(own + totals[-1] if raw.stayed and totals else own)
-    return totals
+        totals.append(found[0] + totals[-1] if raw.stayed and totals else found[0])
+        fitted.append(found[1])
+    return totals, fitted
 
 
-def with_units(planes: Sequence[Plane], weights: Sequence[tuple[str, Any]]) -> tuple[Plane, ...]:
+def _weights_of(
+    raw: Raw, places: Mapping[str, int], planes: Sequence[Plane], conventions: Conventions,
+    known: dict[tuple[int, str], complex],
+) -> tuple[ComplexArray, Fitted]:  # fmt: skip
+    """Unbalances of the weights of a run (n_planes,) and their texts by plane; `known` are those read before."""
+    total = np.zeros(len(planes), dtype=complex)
+    fitted = []
+    for name, given in raw.weights.items():
+        path, place = (*raw.path, "weights", name), places.get(name)
+        if place is None:
+            raw.mistakes.add(path, _stranger(raw, f"a weight in plane {name}", name, list(places)))
+            continue
+        for text in given if isinstance(given, list) else [given]:
+            key = place, str(text)
+            weight = known.get(key) or read_value(path, text, raw.mistakes, read_weight, planes[place], conventions)
+            if weight is not None:
+                known[key] = weight
+                total[place] += weight
+                fitted.append(key)
+    return total, tuple(fitted)
+
+
+def with_units(planes: Sequence[Plane], weights: Iterable[tuple[str, Any]]) -> tuple[Plane, ...]:
     """Planes shown in the unit of their shelf, else of the first of the weights (by name), else of their cap."""
-    first: dict[str, list[Any]] = {}
-    for name, given in weights:
-        first.setdefault(name, []).append(given)
-    shown = []
-    for plane in planes:
-        texts = (one for given in first.get(plane.name, ()) for one in (given if isinstance(given, list) else [given]))
-        own = plane.unit if plane.shelf or plane.fitted else ""
-        usual = plane.unit or ("g" if plane.dimension == "mass" else "g mm")
-        unit = own or next((one for text in texts if (one := unit_of(text, plane))), usual)
-        shown.append(plane if unit == plane.unit else replace(plane, unit=unit))
-    return tuple(shown)
-
-
-def _fitted(raw: Raw, places: Mapping[str, int]) -> tuple[tuple[int, str], ...]:
-    """The weights of a run as written, by the place of their plane."""
-    if not raw.weights:
-        return ()
-    listed = [(places[name], given if isinstance(given, list) else [given]) for name, given in raw.weights.items()]
-    return tuple([(place, str(text)) for place, texts in listed for text in texts])
+    units: dict[str, str] = {}
+    missing = {plane.name: plane for plane in planes if not (plane.unit and (plane.shelf or plane.fitted))}
+    for name, given in weights if missing else ():
+        if name in missing:
+            texts = given if isinstance(given, list) else [given]
+            units[name] = next((one for text in texts if (one := unit_of(text, missing[name]))), "")
+            if units[name]:
+                missing.pop(name)
+        if not missing:
+            break
+    usual = {plane.name: plane.unit or ("g" if plane.dimension == "mass" else "g mm") for plane in planes}
+    shown = [(plane, units.get(plane.name) or usual[plane.name]) for plane in planes]
+    return tuple(plane if unit == plane.unit else replace(plane, unit=unit) for plane, unit in shown)
 
 
 def _written(raw: Raw, names: tuple[str, ...]) -> Written | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from math import inf, isclose, pi, tau
 from typing import Any
 
@@ -15,7 +14,7 @@ from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Options, Question
-from vibopt.records import dataclass
+from vibopt.records import dataclass, replace
 from vibopt.units.showing import show_angle
 from vibopt.work import worked
 

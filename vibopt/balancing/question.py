@@ -7,7 +7,7 @@ peak amplitude * exp(i angle) in the internal sense of `vibopt.balancing.convent
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import field
 from math import isfinite
 from typing import Any, Literal
 
@@ -16,7 +16,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.fan import Fan
 from vibopt.errors import InputError
-from vibopt.records import cached_property, dataclass
+from vibopt.records import cached_property, dataclass, replace
 
 _ROUNDING = 1e-13
 Goal = Literal["rms", "worst", "sum", "huber", "correction"]
@@ -139,7 +139,7 @@ class Question:
     def n_planes(self) -> int:
         return int(self.H.shape[1])
 
-    @property
+    @cached_property
     def is_discrete(self) -> bool:
         """Whether any plane chooses from a list."""
         return any(option is not None for option in self.options)

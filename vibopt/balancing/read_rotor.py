@@ -135,7 +135,7 @@ def read_rotor(
     if planes == ():
         mistakes.add(("planes",), 'there is no correction plane. Write [planes.NAME] with radius = "150 mm".')
     if conventions is not None and planes:
-        planes = with_units(planes, [(name, given) for raw in raws for name, given in raw.weights.items()])
+        planes = with_units(planes, ((name, given) for raw in raws for name, given in raw.weights.items()))
         if not raws and whole and not mistakes.found:
             way = "Add [[runs]] with speed and readings as found, and without weights."
             mistakes.add(("runs",), f"there is no initial run. {way}")

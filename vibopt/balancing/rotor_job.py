@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Container, Mapping
-from dataclasses import field, replace
+from dataclasses import field
 from itertools import product
 from math import inf
 from typing import Any, ClassVar
@@ -15,7 +15,7 @@ from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.grades import Quality
 from vibopt.balancing.planes import Corrected, Plane
 from vibopt.balancing.written import Written
-from vibopt.records import cached_property, dataclass
+from vibopt.records import cached_property, dataclass, replace
 from vibopt.units import Detector, show
 from vibopt.units.showing import show_angle
 

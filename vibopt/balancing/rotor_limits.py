@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import numpy as np
 
 from vibopt.answer.answer import Conflict, Least, Nearest
 from vibopt.answer.entry import Checked, Entry, at_most
+from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.balancing.fitting import fitting_of, greatest_readings, put_back
 from vibopt.balancing.impasses import LOOSER, Step, clash, narrowest
@@ -20,6 +20,7 @@ from vibopt.balancing.question import Question, Solved, first_greatest, left_ove
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import caps, row_limits, rows_of
+from vibopt.records import replace
 from vibopt.values.soft import softness, widened
 from vibopt.work import Budget
 
@@ -48,14 +49,24 @@ def bounds_of(job: RotorJob, posed: Posed) -> dict[str, Bounding]:
     return known
 
 
-def rates_of(job: RotorJob, posed: Posed, solved: Solved) -> dict[str, float] | None:
-    """What the goal falls by per unit of each limit and cap, by their names in the file [SI]."""
+def rates_of(job: RotorJob, posed: Posed, solved: Solved) -> Mapping[str, float] | None:
+    """What the goal falls by per unit of each limit and cap, by their names in the file [SI]: when they are asked for.
+
+    None of a search, of a robust goal, and where limits have a probability.
+    """
     question = posed.question
-    found = None if job.goal.robust or job.asks_shares else rates(question, solved, bounds_of(job, posed))
-    if found is None or question.goal != "huber" or not solved.value > 0.0:
-        return found
-    steep = 2.0 * question.n_readings * question.amount(solved.value)  # of its square, beside that of the amplitude
-    return {name: rate / steep for name, rate in found.items()}
+    if job.goal.robust or job.asks_shares or question.is_search or solved.u is None:
+        return None
+
+    def made() -> dict[str, float]:
+        found = rates(question, solved, bounds_of(job, posed)) or {}
+        if question.goal != "huber" or not solved.value > 0.0:
+            return found
+        steep = 2.0 * question.n_readings * question.amount(solved.value)  # of its square, beside that of the amplitude
+        return {name: rate / steep for name, rate in found.items()}
+
+    capped = sum(plane.is_open and plane.cap < np.inf for plane in job.planes)
+    return DeferredMapping({}, len(job.every_limit) + capped, made)
 
 
 def measured(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from math import inf
 from typing import cast
 
@@ -15,6 +14,7 @@ from vibopt.balancing.plane_options import Posed, caps_of, posed
 from vibopt.balancing.question import Goal, Question
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.trust import Noise, mean_rows, scenario_rows
+from vibopt.records import replace
 
 
 def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle: Sequence[int] = ()) -> Posed:

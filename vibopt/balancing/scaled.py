@@ -12,14 +12,15 @@ solver answered, this number is a bound; a wrong multiplier makes it weak, never
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import field
+from math import sqrt
 
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.question import Goal, Question, combined, greatest, held_by, together
-from vibopt.records import cached_property, dataclass
+from vibopt.records import cached_property, dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -167,22 +168,22 @@ def scaled(question: Question, *, merge: bool = True) -> Scaled:
         caps = np.array([shares.get(plane, cap) for plane, cap in enumerate(question.caps)])
         question = replace(question, y0=question.residual(question.base), caps=caps, ends=())
     weights = np.zeros(question.n_readings) if question.goal == "correction" else question.importance
-    as_found = float(np.abs(question.y0).max(initial=0.0))
-    limited = np.flatnonzero(np.isfinite(question.limits))
-    limits = np.maximum(
-        question.limits[limited], 1e-12 * (as_found or float(np.abs(question.H).max(initial=0.0))) or 1e-300
-    )
+    found, felt = np.abs(question.y0), np.abs(question.H)
+    as_found = float(found.max(initial=0.0))
+    limited = np.flatnonzero(question.limits < np.inf)
+    limits = np.maximum(question.limits[limited], 1e-12 * (as_found or float(felt.max(initial=0.0))) or 1e-300)
     F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
-    seen = np.zeros(question.n_planes)
+    seen, far = np.zeros(question.n_planes), question.caps
     if len(limited):
         seen = (np.abs(F) / _tightness(as_found / limits)[:, None]).max(axis=0)
-    size = float((weights * np.abs(question.y0)).max(initial=0.0))
-    far = np.minimum(np.where(seen > 0.0, 1.0 / np.maximum(seen, 1e-300), np.inf), question.caps)
-    far = np.where(np.isfinite(far), far, 0.0)
-    pulls = weights[:, None] * np.abs(question.H)
+        far = np.minimum(np.where(seen > 0.0, 1.0 / np.maximum(seen, 1e-300), np.inf), far)
+    far = np.where(far < np.inf, far, 0.0)
+    size = float((weights * found).max(initial=0.0))
+    pulls = weights[:, None] * felt
     room = float((pulls * far).max(initial=0.0))
     size = (size if size > _ROUNDING * room else room) or 1.0  # what weights may do, where as found it is nothing
-    G, g = question.H * (weights / size)[:, None], question.y0 * (weights / size)
+    parts = weights / size
+    G, g = question.H * parts[:, None], question.y0 * parts
     if question.goal in ("worst", "sum") and not weights.all():  # rows of limits alone are no rows of these goals
         G, g = G[weights > 0.0], g[weights > 0.0]
     most = np.maximum(pulls.max(axis=0, initial=0.0) / size, seen)
@@ -243,8 +244,8 @@ class Dual:
 def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) -> Dual:
     """The bound of the multipliers z, v; `reach` is the size of the answer |x| (for planes without a cap)."""
     z, v = _stationary(scene, z, v)
-    shrink = _shrink(scene, z)
-    z, v = z * shrink, v * shrink
+    if (shrink := _shrink(scene, z)) < 1.0:
+        z, v = z * shrink, v * shrink
     constant, pull = float((z.conj() @ scene.g).real), scene.G.conj().T @ z
     if len(v):
         constant += float((v.conj() @ scene.f).real) - held_by(np.abs(v), scene.sums)
@@ -349,15 +350,14 @@ def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[Comple
 
 def _shrink(scene: Scaled, z: ComplexArray) -> float:
     """Factor <= 1 that brings z into the domain of the goal's conjugate; for "correction" there is nothing to bring."""
-    sizes = np.abs(z)
     if scene.goal == "rms":
-        reached = float(np.linalg.norm(z)) * scene.divisor
+        reached = sqrt(np.vdot(z, z).real) * scene.divisor
     elif scene.goal == "worst":
-        reached = held_by(sizes, scene.goal_sums)
+        reached = held_by(np.abs(z), scene.goal_sums)
     elif scene.goal == "sum":
-        reached = float(sizes.max(initial=0.0))
+        reached = float(np.abs(z).max(initial=0.0))
     elif scene.goal == "huber":
-        reached = float(sizes.max(initial=0.0)) / (2.0 * scene.huber)
+        reached = float(np.abs(z).max(initial=0.0)) / (2.0 * scene.huber)
     else:
         reached = 0.0
     return 1.0 / max(reached, 1.0)

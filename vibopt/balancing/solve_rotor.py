@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from vibopt.answer.answer import Answer
@@ -23,6 +21,7 @@ from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import AGREES, nearest_plan
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise
+from vibopt.records import replace
 
 _ROUNDING = 1e-12
 

@@ -195,15 +195,16 @@ class Conditioning:
 
 def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
     """Condition number over the `free` planes, and which of them are to be confused."""
-    square = question.square[list(free)][:, list(free)]
-    size = np.sqrt(square.diagonal().real)
-    felt = np.flatnonzero(size > 1e-12 * size.max(initial=0.0)).tolist()
+    size = np.sqrt(question.square.diagonal().real)
+    least = 1e-12 * size[list(free)].max(initial=0.0)
+    felt = [plane for plane in free if size[plane] > least]
     if len(felt) < 2:
         return Conditioning(1.0)
-    squares = np.linalg.eigvalsh(square[felt][:, felt] / (size[felt, None] * size[felt]))
+    level = question.square[felt][:, felt] / (size[felt, None] * size[felt])
+    squares = 1.0 + np.array([-1.0, 1.0]) * abs(level[0, 1]) if len(felt) == 2 else np.linalg.eigvalsh(level)
     if squares[-1] < NEAR**2 * squares[0]:  # so small a number loses no digits by its square
         return Conditioning(float(np.sqrt(squares[-1] / squares[0])))
-    A = question.triangle[:, [free[column] for column in felt]]
+    A = question.triangle[:, felt]
     level = A / np.sqrt((A.real**2 + A.imag**2).sum(axis=0))
     values = np.linalg.svd(level, compute_uv=False)
     values = np.append(values, np.zeros(len(felt) - len(values)))
@@ -211,5 +212,5 @@ def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
     if number < NEAR:
         return Conditioning(number)
     weak = np.abs(np.linalg.svd(level)[2][-1])
-    near = tuple(free[felt[column]] for column in np.flatnonzero(weak > 0.3 * weak.max()))
+    near = tuple(felt[column] for column in np.flatnonzero(weak > 0.3 * weak.max()))
     return Conditioning(number, near if number >= ALIKE else (), near)

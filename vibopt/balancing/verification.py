@@ -115,12 +115,14 @@ def kept_with(job: RotorJob, plan: PlanText, bounds: Sequence[tuple[IntArray, fl
 def _states(job: RotorJob) -> ComplexArray:
     """Everything fitted during each run, read again from its text (n_runs, n_planes) [kg m]."""
     states = np.zeros((len(job.runs), len(job.planes)), dtype=complex)
-    known = {one: _weight(job, *one) for one in {one for run in job.runs for one in run.fitted}}
+    known: dict[tuple[int, str], complex] = {}
     for index, run in enumerate(job.runs):
         if run.stayed and index:
             states[index] = states[index - 1]
-        for plane, text in run.fitted:
-            states[index, plane] += known[plane, text]
+        for one in run.fitted:
+            if one not in known:
+                known[one] = _weight(job, *one)
+            states[index, one[0]] += known[one]
     return states
 
 

@@ -57,7 +57,7 @@ def sheet_of(file: FilePath) -> Sheet:
         raise InputError(f"{file.name} row {row} has a quotation mark that is never closed. Close it, or remove it.")
     sign = (lines[0][4:5] if offset else separator(lines[0] if lines else "")) or ";"
     try:
-        cells = [tuple(map(str.strip, row)) for row in _cells(lines[offset:], sign)]
+        cells = [tuple(map(str.strip, row)) for row in _cells(lines[offset:], sign, quoted='"' in text)]
     except csv.Error as error:
         raise InputError(f"{file.name} is no CSV file: {error}.") from None
     widest = max(map(len, cells), default=0)
@@ -67,9 +67,9 @@ def sheet_of(file: FilePath) -> Sheet:
     return Sheet(rows, sign != "," or ('"' in text and _quoted(cells)))
 
 
-def _cells(lines: list[str], sign: str) -> Iterator[list[str]]:
+def _cells(lines: list[str], sign: str, *, quoted: bool) -> Iterator[list[str]]:
     """The cells of each line; without quotation marks they need no more than to be parted."""
-    if any('"' in line for line in lines) or max(map(len, lines), default=0) > csv.field_size_limit():
+    if quoted or max(map(len, lines), default=0) > csv.field_size_limit():
         return csv.reader(io.StringIO("\n".join(lines)), delimiter=sign)
     return (line.split(sign) for line in lines)
 

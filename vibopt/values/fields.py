@@ -383,7 +383,7 @@ def read_number(rule: Rule, given: object) -> Value:
             raise QuantityError(
                 f"asks for every value in a range, which is not supported for this fact yet. Write one value{way}."
             )
-        return _read_fact(rule, given)
+        return read_fact(rule, given)
     except QuantityError as error:
         raise complaint(str(error)) from None
 
@@ -397,7 +397,7 @@ def read_value(rule: Rule, given: object) -> Value:
         It is none.
     """
     if not isinstance(given, (dict, Mapping)):
-        return _read_fact(rule, given)
+        return read_fact(rule, given)
     return (_read_off if "tolerance" in given or "value" in given else _read_choice)(rule, given)
 
 
@@ -424,7 +424,7 @@ def _read_off(rule: Rule, given: Mapping[str, object]) -> Value:
         return replace(_read_choice(rule, rest), tolerance=tolerance)
     if isinstance(rest["value"], Mapping):
         raise QuantityError('has a table as its value. Write { value = "...", tolerance = "5 %" }.')
-    return replace(_read_fact(rule, rest["value"]), tolerance=tolerance)
+    return replace(read_fact(rule, rest["value"]), tolerance=tolerance)
 
 
 def _as_ratio(rule: Rule, rest: Mapping[str, object], given: object) -> str:
@@ -432,13 +432,14 @@ def _as_ratio(rule: Rule, rest: Mapping[str, object], given: object) -> str:
     if list(rest) != ["value"] or not isinstance(given, str):
         return ""
     try:
-        part = read_quantity(given, rule.dimension).value / _read_fact(rule, rest["value"]).value
+        part = read_quantity(given, rule.dimension).value / read_fact(rule, rest["value"]).value
     except (QuantityError, ZeroDivisionError):
         return ""
     return f'has a tolerance that is no ratio. Write tolerance = "{100.0 * part:.6g} %".' if 0.0 < part < 1.0 else ""
 
 
-def _read_fact(rule: Rule, given: object) -> Fact:
+def read_fact(rule: Rule, given: object) -> Fact:
+    """A fact by its rule; QuantityError where it is none."""
     quantity = read_quantity(given, rule.dimension, amplitude=rule.amplitude)
     if not (rule.zero and quantity.value == 0.0):
         rule.check(quantity.value)
