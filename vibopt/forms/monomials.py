@@ -90,11 +90,11 @@ class Monomials(Form):
         return self.exponents
 
     def rises(self, model: Model, index: int) -> float | None:
-        one = self.exponents[:, index]
-        others = [i for i in range(model.n_vars) if i != index]
-        if np.any(self.exponents[:, others]) or not ((one > 0).all() or (one < 0).all()):
+        rows = self.exponents.tolist()
+        own = [row.pop(index) for row in rows]
+        if any(map(any, rows)):
             return None
-        return 1.0 if (one > 0).all() else -1.0
+        return 1.0 if all(one > 0.0 for one in own) else -1.0 if all(one < 0.0 for one in own) else None
 
     def held(self, x: FloatArray, free: list[int]) -> Monomials:
         fixed = [i for i in range(len(x)) if i not in free]

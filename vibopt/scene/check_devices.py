@@ -99,6 +99,8 @@ def _one_mass(scene: Scene, said: str, path: tuple[str, ...], base: str, mistake
 def _one_kind(scene: Scene, path: tuple[str, str], table: Device, between: Ends, mistakes: Mistakes) -> None:
     """A link joins what moves along a line, or what turns about an axis, and has values of that kind."""
     turning = places.turning(scene)
+    if not turning and not table.says_axis:
+        return
     around = [end for end in between if end in turning]
     along = [end for end in between if end not in turning and end in _lines(scene)]
     relative = getattr(table, "relative_to", None) if getattr(table, "mass_ratio", None) is not None else None

@@ -214,7 +214,13 @@ def _joined(scene: Scene) -> bool:
 @places.once
 def _still(scene: Scene, place: str, *names: str) -> bool:
     """Whether excitations lead to no motion of a place, or of what ends there; not of a place that is not there."""
-    ends, moved = places.ends(scene), places.shaken(scene, *names)
+    acts = {on for name in names for on in scene.excitations[name].everywhere}
+    return _rests(scene, place, acts) and _rests(scene, place, places.shaken(scene, *names))
+
+
+def _rests(scene: Scene, place: str, moved: set[str]) -> bool:
+    """The same, where points move."""
+    ends = places.ends(scene)
     if place in places.moving(scene):
         return place not in moved
     if place in ends:

@@ -172,7 +172,7 @@ def _machine(model: Model, order: tuple[int, ...], prefix: str, chosen: range | 
     sums = {f"{prefix}{letter}{part}": 0.0 for letter in "MKCH" for part in "01"} | {f"{prefix}Ch": 0.0}
     for t in chosen:
         term = model.terms[t]
-        powers = [float(e) for e in term.exponents if e]
+        powers = [e for e in term.exponents.tolist() if e]
         if powers and (len(powers) > 1 or not term.exponents[order[-1] if term.kind == DAMPING else order[0]]):
             raise NotClosedError(_OTHER)
         part = {(): "0", (1.0,): "1", (0.5,): "h"}.get(tuple(powers), "")

@@ -88,15 +88,16 @@ def harmonic_row(asked: Question, numbers: Numbers, index: int, w: Number) -> li
 def _square(numbers: Numbers, prefix: str, w: Number, *, inertia: bool) -> list[Number]:
     """|z|^2 of an impedance: coefficients of k^2, k, 1 and of the damping that is chosen, squared."""
     m0, m1, k0, k1, c0, c1, ch, h0, h1 = coefficients(prefix)(numbers)
+    has = some if isinstance(w, np.ndarray) else bool
     if inertia:
         k0 = k0 - m0 * w
-        if some(m1):
+        if has(m1):
             k1 = k1 - m1 * w
     a, b, g = k1**2, 2.0 * k0 * k1, k0**2
     d = c1**2 * w
-    if some(ch):
+    if has(ch):
         b = b + ch**2 * w
-    if some(h0) or some(h1) or some(c0):
+    if has(h0) or has(h1) or has(c0):
         omega = w**0.5
         real, steep = omega * c0 + h0, h1
         a = a + steep**2 + 2.0 * omega * c1 * steep

@@ -282,7 +282,7 @@ def _checked(scene: Scene, measured: Measured, name: str, response: Response, si
         side=side,
         value=shown_value(response, measured.value, unit),
         limit=limit,
-        margin=float(margin) if np.isfinite(margin) else float("-inf") if margin < 0 else float("inf"),
+        margin=float(margin) if isfinite(margin) else float("-inf") if margin < 0 else float("inf"),
         worst_at={key: _speed(scene, key, speed, measured.response) for key, speed in measured.speeds.items()},
     )
 

@@ -101,7 +101,8 @@ class Search:
         return found
 
     def _values(self, speeds: list[float]) -> list[float]:
-        return [float(one) for one in self.response(np.array(speeds))] if speeds else []
+        found: list[float] = self.response(np.array(speeds)).tolist() if speeds else []
+        return found
 
     def _best(self, speeds: list[float], values: list[float]) -> Reached:
         """The best of some values, at the slowest of the speeds at which it is as good."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import hypot
+from math import hypot, isinf
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from vibopt.verify.certify import Measured, nearest
 
 _SAME = 1e-9
 """Part of a value by which the routes may always differ."""
-_ROUNDINGS = 1e4
+_EPS, _ROUNDINGS = float(np.finfo(float).eps), 1e4
 """Roundings of every coefficient that either route may add up."""
 LOADS = 1e-7
 """Part of its rating by which the static load of a mount may differ."""
@@ -45,8 +45,8 @@ def rated_loads(model: Model, x: FloatArray) -> dict[tuple[str, str], list[float
 
 
 def _within(value: float, other: float, room: float) -> bool:
-    if np.isinf(other) or np.isinf(value):
-        finite = value if np.isinf(other) else other
+    if isinf(other) or isinf(value):
+        finite = value if isinf(other) else other
         return bool(value == other or room >= 1e-3 * abs(finite))
     return abs(value - other) <= max(_SAME * max(abs(value), abs(other)), room)
 
@@ -217,4 +217,4 @@ class Modelled:
 
     @property
     def _rounding(self) -> float:
-        return _ROUNDINGS * max(float(np.finfo(float).eps), self.full.precision)
+        return _ROUNDINGS * max(_EPS, self.full.precision)
