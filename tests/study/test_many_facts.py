@@ -182,3 +182,16 @@ def test_thousands_set_off_are_no_list() -> None:
         '--vary limits.start_up.at_most="100,200 mm" is no range. Write "5 mm..30 mm", a list "10, 12, 15 mm", or '
         'parts of what it is now, "-20 %..+20 %".'
     )
+
+
+def test_parts_of_a_ratio_are_meant_where_it_can_have_no_such_value() -> None:
+    """20 % of a ratio may be what it is to be, -20 % may not: the same words are parts of it then."""
+    document = PRESS.read_text(encoding="utf-8")
+    scene = from_text(document.replace('damping = { from = "10 N s/m", to = "1 MN s/m" }', "loss_factor = 0.2"))
+    path = "links.mount.loss_factor"
+    parts, absolute = (
+        [one.varied[path].value for one in sweep(scene, {path: text}, points=2).points]
+        for text in ("-20 %..+20 %", "10 %..20 %")
+    )
+    assert parts == pytest.approx([0.16, 0.24])
+    assert absolute == pytest.approx([0.1, 0.2])

@@ -186,7 +186,7 @@ def _varied(job: Job, path: str, text: str, held: bool) -> Varied:
     fact = fact_at(job, path)
     match = re.fullmatch(_HOW, text.strip())
     assert match is not None
-    values, how = _absolute(fact, match["values"]), match["how"]
+    values, how = _absolute(job, fact, match["values"]), match["how"]
     try:
         many = fact.ends(values) if is_range(values) else _listed(fact, _parts_of(values))
     except QuantityError as error:
@@ -214,7 +214,7 @@ def _listed(fact: FactAt, parts: Sequence[str]) -> tuple[Quantity, ...]:
     return tuple(found[value] for value in sorted(found))
 
 
-def _absolute(fact: FactAt, text: str) -> str:
+def _absolute(job: Job, fact: FactAt, text: str) -> str:
     """A range or list of parts of a number, "-20 %..+20 %", as that of the number."""
     parts = [re.fullmatch(_PART, one) for one in _parts_of(text)]
     if len(parts) > 1 and fact.dimension not in ("ratio", "level") and parts[-1] is not None and None in parts:
@@ -223,11 +223,19 @@ def _absolute(fact: FactAt, text: str) -> str:
             said = [one if one[0] in "+-−" or not float(one) else f"+{one}" for one in each]
             way = ("..".join if is_range(text) else ", ".join)(f"{one} %" for one in said)
             raise InputError(f'--vary {fact.path}="{text}": each part needs its %. Write "{way}".')
-    if len(parts) < 2 or fact.dimension in ("ratio", "level") or None in parts:
+    if len(parts) < 2 or None in parts or (fact.dimension in ("ratio", "level") and _readable(job, fact, text)):
         return text
     percents = [float(part[1].replace(" ", "").replace("−", "-")) for part in parts if part is not None]
     said = [fact.now(1.0 + percent / 100.0) for percent in percents]
     return "..".join(said) if is_range(text) else ", ".join(said)
+
+
+def _readable(job: Job, fact: FactAt, text: str) -> bool:
+    """Whether the first part is what a ratio itself may be: 20 % mostly is, -20 % is not."""
+    try:
+        return bool(with_changes(job, {fact.path: _parts_of(text)[0].strip()}))
+    except InputError:
+        return False
 
 
 def points_of(facts: tuple[Varied, ...], count: int | None, sample: Sample) -> Points:
