@@ -52,6 +52,16 @@ class Rows:
         """The least of each row on its box, shape (n_boxes, n_rows)."""
         return np.asarray(self.value - (np.abs(self.slope) * half[:, None]).sum(axis=-1))
 
+    def within(self, level: FloatArray, half: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """How far from the low and from the high end of each side no row is above its level (n_rows,).
+
+        Each of shape (n_boxes, n_vars).
+        """
+        with np.errstate(divide="ignore", invalid="ignore"):
+            reach = np.where(self.slope == 0.0, np.inf, (level - self.lows(half))[..., None] / np.abs(self.slope))
+        up, down = (np.where(way, reach, np.inf).min(axis=1) for way in (self.slope > 0.0, self.slope < 0.0))
+        return up, down
+
     def highest(self, most: int) -> Rows:
         """Those that are highest at the middle of each box."""
         best = np.argsort(-self.value, axis=1, kind="stable")[:, :most]
@@ -148,13 +158,15 @@ class _Turned:
 
     def discs(self, terms: _Terms) -> tuple[ComplexArray, FloatArray]:
         """Discs of what is in the place of kappa, by middles and radii; without end where one holds a pole."""
-        kappa, radius = terms.discs()
+        kappa, sides = terms.discs()
+        radius = np.abs(sides)
         for place, mass, reach in terms.masses:
-            middle, wide = _inverse_disc(1.0 + kappa[..., place], radius[..., place])
+            middle, wide = _inverse_disc(1.0 + kappa[..., place], radius[..., place], sides[..., place])
             size, even, odd = np.abs(1.0 - middle), np.cosh(reach), np.sinh(reach)
             kappa[..., place] = mass * even * (1.0 - middle)
             radius[..., place] = np.abs(mass) * (even * wide + odd * (size + wide))
-        middle, wide = _inverse_disc(kappa + self.shift, radius)
+            sides[..., place] = (1.0 + 1.0j) * radius[..., place]
+        middle, wide = _inverse_disc(kappa + self.shift, radius, sides)
         return np.where(self.on, middle, kappa), np.where(self.on, wide, radius)
 
     def ways(self, terms: _Terms) -> _Moving:
@@ -241,17 +253,21 @@ class _Terms:
             tuple(steps),
         )
 
-    def discs(self) -> tuple[ComplexArray, FloatArray]:
-        """Discs around all that each group may be."""
-        wide, each = np.abs(self.p) * np.sinh(self.reach), self.each
-        real, imag = (_summed(wide, np.abs(one)) for one in (each.real, each.imag))
-        return _summed(self.p * np.cosh(self.reach), each), np.hypot(real, imag)
+    def discs(self) -> tuple[ComplexArray, ComplexArray]:
+        """Middles of all that each group may be, and half widths of its real and imaginary part."""
+        wide = np.abs(self.p) * np.sinh(self.reach)
+        return _summed(self.p * np.cosh(self.reach), self.each), self._across(wide)
+
+    def _across(self, sizes: FloatArray) -> ComplexArray:
+        """Sums of real and of imaginary parts of terms of these sizes (n_boxes, n_terms)."""
+        return np.asarray(_summed(sizes, np.abs(self.each.real) + 1j * np.abs(self.each.imag)))
 
     def ways(self) -> _Moving:
         """Each group as it moves; shapes (n_boxes, n_samples, G), the slopes with n_vars behind."""
         turn = _summed(self.p, self.each[..., None] * self.exponents[:, None, None])
-        beyond = _summed(np.abs(self.p) * (np.expm1(self.reach) - self.reach), np.abs(self.each))
-        size = (np.abs(turn) * self.half[:, None, None, :]).sum(axis=-1) + beyond
+        beyond = np.abs(self._across(np.abs(self.p) * (np.expm1(self.reach) - self.reach)))
+        real, imag = ((np.abs(way) * self.half[:, None, None, :]).sum(axis=-1) for way in (turn.real, turn.imag))
+        size = np.hypot(real, imag) + beyond
         return _summed(self.p, self.each), turn, beyond, size
 
 
@@ -293,11 +309,21 @@ def _hangs(cut: ComplexArray, ratio: FloatArray) -> bool:
     return bool((none & (np.abs(cut[:, 0, 1] - cut[:, 1, 0] * ratio) <= room * (1.0 + ratio))).all())
 
 
-def _inverse_disc(middle: ComplexArray, radius: FloatArray) -> tuple[ComplexArray, FloatArray]:
-    """One over a disc; without end where it holds zero."""
+def _inverse_disc(middle: ComplexArray, radius: FloatArray, sides: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+    """A disc around one over what is in a disc and no farther from its middle than `sides` along both axes.
+
+    Without end where that may be zero.  One over what is beyond a is in the disc from zero to 1 / a.
+    """
     with np.errstate(divide="ignore", invalid="ignore"):
         room = np.abs(middle) ** 2 - radius**2
-        return np.asarray(np.conj(middle) / room, dtype=complex), np.where(room > 0.0, radius / room, np.inf)
+        found = np.asarray(np.conj(middle) / room, dtype=complex)
+        wide = np.where(room > 0.0, radius / room, np.inf)
+        for at, half, way in ((middle.real, sides.real, 1.0), (middle.imag, sides.imag, -1.0j)):
+            beyond = np.abs(at) - half
+            other = np.where(beyond > 0.0, 0.5 / beyond, np.inf)
+            less = other < wide
+            found, wide = np.where(less, way * np.sign(at) * other, found), np.where(less, other, wide)
+        return found, wide
 
 
 def _inverse(value: ComplexArray, turn: ComplexArray, beyond: FloatArray, size: FloatArray) -> _Moving:

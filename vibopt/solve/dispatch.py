@@ -12,7 +12,7 @@ from vibopt.program.program import Limit, Program
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.choose import choose, closed_form
-from vibopt.solve.method import OPEN, Found, Method, Progress
+from vibopt.solve.method import OPEN, Found, Method, Progress, Told
 from vibopt.solve.ranges import closed
 from vibopt.solve.spared import sure_of_none
 from vibopt.solve.without_search import as_goal, endless_limit, no_design, without_goal
@@ -53,7 +53,8 @@ def best_of(
         again = partial(_chosen, method=method, progress=progress)
         found = sure_of_none(finite, _not_proven(finite, again(finite)), again)
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
-    chosen = outright or choose(finite, method, near)
+    told: Told | None = {} if method is None and near is None and not uncertain(scene) else None
+    chosen = outright or _with_proof(finite, choose(finite, method, near), told)
     found = sure or _hopeless(finite, chosen, method, near) or chosen.solve(finite, progress)
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
@@ -70,9 +71,7 @@ def best_of(
         if OneRange().refuses(finite) is None:
             found = _one_variable(finite, found, progress)
             said = _open_ends(finite, found, exact=bool(found.details.get("settled")))
-    found = _bounded(
-        finite, _not_proven(finite, said), by_boxes=method is None and near is None and not uncertain(scene)
-    )
+    found = _bounded(finite, _not_proven(finite, said), told)
     found = sure_of_none(finite, found, partial(_chosen, method=method, progress=progress))
     if found.status == "infeasible":
         from vibopt.solve.impasse import hopeless_words
@@ -85,18 +84,33 @@ def _chosen(program: Program, *, method: str | Method | None, progress: Progress
     return choose(program, method).solve(program, progress)
 
 
-def _bounded(program: Program, found: Found, *, by_boxes: bool) -> Found:
-    """The answer with the better of what boxes and what any passive device say of the best possible."""
+def _with_proof(program: Program, chosen: Method, told: Told | None) -> Method:
+    """The method, which asks boxes of the first design found whether others need be looked for."""
+    if told is None or chosen.name != "nlp":
+        return chosen
+    from vibopt.solve.nlp import Nlp
+    from vibopt.solve.passive import with_bound
+    from vibopt.solve.relaxed import with_least
+
+    def proof(found: Found) -> Found:
+        passive = cache(partial(with_bound, program, found))
+        return with_least(program, found, lambda: passive().bound, told)
+
+    return replace(chosen, proof=proof) if isinstance(chosen, Nlp) else chosen
+
+
+def _bounded(program: Program, found: Found, told: Told | None) -> Found:
+    """The answer with the better of what boxes (beyond what they `told`) and any passive device say of the best."""
     if found.status not in OPEN:
         return found
     from vibopt.solve.passive import with_bound
 
     passive = cache(partial(with_bound, program, found))  # only asked for where boxes do not prove all of it
     boxes = found
-    if by_boxes:
+    if told is not None:
         from vibopt.solve.relaxed import with_least
 
-        boxes = with_least(program, found, lambda: passive().bound)
+        boxes = with_least(program, found, lambda: passive().bound, told)
     if boxes.status != "feasible" or boxes.bound >= passive().bound or np.isnan(passive().bound):
         return boxes
     return passive()

@@ -10,8 +10,11 @@ from typing import Any, Protocol
 from vibopt.arrays import FloatArray
 from vibopt.program.program import Program
 from vibopt.records import dataclass
+from vibopt.work import Budget
 
 Progress = Callable[[str, float], None]
+Told = dict[float, tuple[float, Budget]]
+"""Of logs of goals the log that none is below, as boxes told, and these."""
 OPEN = "feasible", "unproven"
 """Statuses that prove nothing."""
 

@@ -6,7 +6,7 @@ exact peaks, the worst speeds are added, and what is left is done by Newton on t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -27,7 +27,7 @@ from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import corners, halton, log_box, on_ends, starts
 from vibopt.solve.screen import left_out, promising, screenable
 from vibopt.solve.sqp import Sqp
-from vibopt.work import Budget, late, worked
+from vibopt.work import Budget, is_limited, late, worked
 
 TOLERANCE = 1e-9
 Design = tuple[float, tuple[float, ...]]
@@ -46,6 +46,8 @@ _AGREED, _BATCHES, _PER_VARIABLE = 4, 3, 2
 """Starts that should agree on the best, how many batches of them there may be, and how many there are per variable.
 
 Where like devices are exchanged one start per variable is enough: all orders of them follow from one."""
+_PROVABLE = 4
+"""Continuous variables up to which the first design found may be proven."""
 _MEASUREMENTS = 5000
 """Exact measurements of designs."""
 _HOPS, _HOP = 8, 0.8
@@ -72,12 +74,15 @@ class Nlp:
         Exact measurements after which no new start is tried.
     brief
         Whether what leads nowhere better than the first design found is left as it is, and no start is added.
+    proof
+        Says of the first design found, in the best order of like devices, whether it is proven: then no more are tried.
     """
 
     count: int = 8
     most: int = _MEASUREMENTS
     given: tuple[FloatArray, ...] = ()
     brief: bool = False
+    proof: Callable[[Found], Found] | None = None
     name: str = "nlp"
     summary: str = "nonlinear programming (IPOPT on sampled speeds, Newton on the exact peaks), best of several starts"
 
@@ -147,9 +152,12 @@ class _Run:
         self.bar = np.inf
         self.orders: list[float] = []
         self.likes = [] if self.method.brief else _likes(self.program)
+        self.proven: Found | None = None
 
     def answer(self) -> Found:
         good = self._straight() or self._searched(self._starts())
+        if self.proven is not None:
+            return self.proven
         if not good:
             claim = f"no design found from {counted(self.starts, 'starts')}, which proves nothing"
             return Found("unproven", None, claim, self.method.name, details=self._details(0))
@@ -186,14 +194,29 @@ class _Run:
             return []
         least = max(int(self.exact.free.sum()) * (1 if self.likes else _PER_VARIABLE), _AGREED)
         better = list[Design]()
+        told = self.method.proof is None or int(self.exact.free.sum()) > _PROVABLE or is_limited()
         for y in promising(self.program, _BATCHES * self.method.count):
             self._sharpened([y])
             last = self.starts >= least
-            better += self._mirrored([*self.ends, *better]) if self.ends and last else []
+            better += self._mirrored([*self.ends, *better]) if self.ends and (last or not told) else []
+            if self.ends and not told and self._is_proven([*self.ends, *better]):
+                break
+            told = told or bool(self.ends)
             last = last and (not self.ends or self._agree(better) >= _AGREED)
             if last or self.budget.over or (self.ends and self.program.is_best(min(self.ends)[0])):
                 break
         return [*self.ends, *better]
+
+    def _is_proven(self, good: list[Design]) -> bool:
+        """Whether the best is proven, by what is asked before further starts."""
+        goal, y = _first(good)
+        if self.method.proof is not None and np.isfinite(goal) and not self.program.is_best(goal):
+            begun = Found(
+                "feasible", self._x(np.array(y)), "", self.method.name, details=self._details(self._agree(good))
+            )
+            found = self.method.proof(begun)
+            self.proven = found if found.status == "optimal" else None
+        return self.proven is not None
 
     def _mirrored(self, good: list[Design]) -> list[Design]:
         """What the best leads to with the numbers of two like devices exchanged, as long as that is better.

@@ -23,7 +23,7 @@ from vibopt.records import dataclass
 from vibopt.solve.boundable import FAR, no_rows, refusal
 from vibopt.solve.branch import first_speeds
 from vibopt.solve.interchange import orders
-from vibopt.solve.method import Found
+from vibopt.solve.method import Found, Told
 from vibopt.work import Budget
 
 NAME = "boxes"
@@ -34,7 +34,7 @@ _WORK, _COST = 120_000, 0.02
 _PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
 """Part of the boxes by which something must be known, the log within which it counts as such, and boxes that are
 looked at before any search whether there is a design."""
-_EARLY, _LITTLE = 0.33, 0.1
+_EARLY, _LITTLE = 0.33, 0.7
 """Part of these boxes after which so much of the way to the goal must be gained for the others to be looked at."""
 _PLANE = 2
 """Variables up to which a search for a design is as quick as boxes that say there is none."""
@@ -43,21 +43,27 @@ _ROWS, _STEPS = 16, 10
 """Rows of the goal and of the limits that are weighed, and steps of it."""
 _LOW, _TINY = 1e3, 1e-14
 """How far below the others a row says nothing, in slopes over a box, and what rounding may take of these."""
-_NOTHING, _LONG = -1e3, 1e-9
-"""A bound that is none, and the weight of the length of a side beside what its halves promise."""
+_NOTHING, _LONG = -1e3, 0.5
+"""A bound that is none, and the part of what is open that the length of a side counts beside what its halves promise:
+halves of a long side promise little at first, and halves of a short one less each time."""
 _TOLD = 0.02
 """Part of what is open by which the speeds known may miss a peak."""
 _TURNS, _AGAIN, _NEAR = 3, 0.25, 0.02
 """How often a box is cut by what its sides promised before they are tried again, what is left of it for a side, and how
 near (in logs) to what is to be proven: farther away promises are not kept."""
 _HOLDS = 1e-8
+_SAME = 1e-9
+"""Difference of logs that rounding may make."""
 
 
-def with_least(program: Program, found: Found, known: Callable[[], float] = lambda: float("nan")) -> Found:
+def with_least(
+    program: Program, found: Found, known: Callable[[], float] = lambda: float("nan"), told: Told | None = None
+) -> Found:
     """An answer that starts have led to with what boxes prove about it: optimal, or how far from it at most.
 
     They are not looked at to the end where they promise no better bound than the one `known`, which is asked for only
-    then.  Where nothing was found and no box may hold a design, that there is none.
+    then, nor again for a goal that they have `told` of.  Where nothing was found and no box may hold a design, that
+    there is none.
     """
     aim = program.aim
     if found.status == "unproven":
@@ -67,8 +73,6 @@ def with_least(program: Program, found: Found, known: Callable[[], float] = lamb
     value = max(piece.sense * piece.form.value(piece.model, found.x) for piece in aim.pieces)
     if not 0.0 < abs(value) < np.inf:
         return found
-    boxes = _Relaxed(program, aim.pieces)
-    boxes.learn(found.x)
     sign = float(np.sign(value))
     best = sign * float(np.log(abs(value)))
 
@@ -76,11 +80,17 @@ def with_least(program: Program, found: Found, known: Callable[[], float] = lamb
         bounds = [sign * float(np.log(abs(one))) for one in (known(), found.bound) if one * sign > 0.0]
         return max([*bounds, best - _HOPELESS])
 
-    least = boxes.search(best + float(np.log1p(-_GAP)), floor)
+    told = {} if told is None else told
+    goal = next((one for one in told if abs(one - best) <= _SAME), best)
+    if goal not in told:
+        boxes = _Relaxed(program, aim.pieces)
+        boxes.learn(found.x)
+        told[goal] = boxes.search(best + float(np.log1p(-_GAP)), floor), boxes.budget
+    least, budget = told[goal]
     bound = sign * float(np.exp(sign * least))
-    details = {**found.details, "boxes": boxes.budget.spent, "bound": bound}
+    details = {**found.details, "boxes": budget.spent, "bound": bound}
     if best - least <= 1.01 * _GAP:
-        claim = f"proven by {boxes.budget} of all variables: nothing is better by more than {_GAP:.0e} of the goal"
+        claim = f"proven by {budget} of all variables: nothing is better by more than {_GAP:.0e} of the goal"
         return replace(found, status="optimal", claim=claim, bound=bound, details=details)
     part = 100.0 * abs(float(np.expm1(sign * (best - least))))
     if not best - least < np.inf or found.bound >= bound:
@@ -167,18 +177,22 @@ class _Relaxed:
         sides, rows = np.flatnonzero((high > low).any(axis=0)), np.arange(len(low))
         halves = [self._halves(low, high, np.full(len(low), side)) for side in sides]
         lows, highs = (np.stack(one, axis=1) for one in zip(*halves, strict=True))  # (2 n_boxes, n_sides, n_vars)
-        bound = self._on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]), bar)
+        bound, lows, highs = self._on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]), bar)
+        lows, highs = (one.reshape(len(low), 2, len(sides), -1) for one in (lows, highs))
         bound = np.maximum(bound.reshape(len(low), 2, -1), boxes.bound[:, None, None])
-        gain = np.zeros(low.shape)
-        gain[:, sides] = (np.clip(bound, _NOTHING, bar) - np.clip(boxes.bound, _NOTHING, bar)[:, None, None]).sum(
-            axis=1
-        )
-        gain += _LONG * (high - low)
-        best, twice = gain[:, sides].argmax(axis=1), np.repeat(rows, 2)
-        at, every = best[twice], np.arange(len(twice))
+        some = (bound < bar)[..., None]  # what is left of the halves across any side holds all designs
+        low = np.where(some, lows, np.inf).min(axis=1).max(axis=1)
+        high = np.where(some, highs, -np.inf).max(axis=1).min(axis=1)
+        begun = np.clip(boxes.bound, _NOTHING, bar)[:, None]
+        gain = _LONG * (bar - begun) * np.minimum(boxes.high - boxes.low, 1.0)
+        gain[:, sides] += (np.clip(bound, _NOTHING, bar) - begun[:, None]).sum(axis=1)
+        gain[boxes.high <= boxes.low] = 0.0
+        best = gain[:, sides].argmax(axis=1)
         gain[rows, sides[best]] *= _AGAIN
-        found = bound.swapaxes(1, 2)[rows, best].ravel()
-        return _Boxes(found, lows[every, at], highs[every, at], gain[twice], np.full(len(twice), float(_TURNS)))
+        low, high = np.maximum(lows[rows, :, best], low[:, None]), np.minimum(highs[rows, :, best], high[:, None])
+        found = np.where((low > high).any(axis=-1), np.inf, bound[rows, :, best]).ravel()
+        low, high = (one.reshape(-1, one.shape[-1]) for one in (low, high))
+        return _Boxes(found, low, high, gain.repeat(2, axis=0), np.full(len(found), float(_TURNS)))
 
     def _next_side(self, boxes: _Boxes, bar: float) -> _Boxes:
         """Both halves of every box across the side that would have gained most."""
@@ -188,23 +202,29 @@ class _Relaxed:
         gain = boxes.gain.copy()
         gain[rows, side] *= _AGAIN
         twice = np.repeat(rows, 2)
-        bound = np.maximum(self._on(low, high, bar), boxes.bound[twice])
-        return _Boxes(bound, low, high, gain[twice], boxes.turns[twice] - 1)
+        bound, low, high = self._on(low, high, bar)
+        return _Boxes(np.maximum(bound, boxes.bound[twice]), low, high, gain[twice], boxes.turns[twice] - 1)
 
-    def _on(self, low: FloatArray, high: FloatArray, bar: float) -> FloatArray:
+    def _on(self, low: FloatArray, high: FloatArray, bar: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Bound of the log of the goal on boxes of logs (n_boxes, n_vars), (n_boxes,); above `bar` any is enough.
 
+        With what is left of each without what its rows say is above `bar`, or breaks a limit.
         Each box counts; inf where they hold the other order of devices that are alike.
         """
         self.budget.spend(len(low))
         x, half = np.exp(0.5 * (low + high)), 0.5 * (high - low)
         goals = Rows.joined([self._rows(goal, x, half) for goal in self.goals]).highest(_ROWS)
         limits = [self._rows(limit, x, half) for limit in self.limits]
-        bound = _weighed(goals, Rows.joined(limits).highest(_ROWS) if limits else None, half, bar)
+        every = Rows.joined([goals, Rows.joined(limits).highest(_ROWS)]) if limits else goals
+        aims = np.arange(every.value.shape[1]) < goals.value.shape[1]
+        bound = _weighed(every, aims, half, bar)
         for i, j in self.orders:  # what boxes that touch share is in others, too
             gap, wide = low[:, i] - high[:, j], (high > low)[:, i] & (high > low)[:, j]
             bound[(gap > 0.0) | (wide & (gap == 0.0))] = np.inf
-        return bound
+        up, down = every.within(np.where(aims, bar, _HOLDS), half)
+        listed = [i for i, _ in self.lists]
+        up[:, listed] = down[:, listed] = np.inf
+        return bound, np.maximum(low, high - down), np.minimum(high, low + up)
 
     def _halves(self, low: FloatArray, high: FloatArray, side: IntArray) -> tuple[FloatArray, FloatArray]:
         """Boxes (n_boxes, n_vars) cut in two across a side of each; what is listed goes from one value to another.
@@ -217,8 +237,8 @@ class _Relaxed:
         lows = np.stack([low, second], axis=1).reshape(-1, low.shape[1])
         highs = np.stack([first, high], axis=1).reshape(-1, low.shape[1])
         for i, values in self.lists:
-            lows[:, i] = values[np.searchsorted(values, lows[:, i] - _LONG)]
-            highs[:, i] = values[np.searchsorted(values, highs[:, i] + _LONG) - 1]
+            lows[:, i] = values[np.searchsorted(values, lows[:, i] - _SAME)]
+            highs[:, i] = values[np.searchsorted(values, highs[:, i] + _SAME) - 1]
         return lows, highs
 
     def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray) -> Rows:
@@ -303,16 +323,14 @@ class _Speeds:
             self.known += fresh
 
 
-def _weighed(goal: Rows, limits: Rows | None, half: FloatArray, bar: float) -> FloatArray:
+def _weighed(rows: Rows, goal: BoolArray, half: FloatArray, bar: float) -> FloatArray:
     """The greatest bound that rows say alone or weighed against each other, (n_boxes,); above `bar` any is enough."""
-    bound = goal.lows(half).max(axis=1)
-    if limits is not None:
-        bound[(limits.lows(half) > _HOLDS).any(axis=1)] = np.inf
-    some = np.flatnonzero(bound < bar)
+    lows = rows.lows(half)
+    bound = lows[:, goal].max(axis=1)
+    bound[(lows[:, ~goal] > _HOLDS).any(axis=1)] = np.inf
+    some = np.flatnonzero((bound < bar) & rows.slope.any(axis=(1, 2)))  # the highest of level rows says it all
     if len(some):
-        every = goal if limits is None else Rows.joined([goal, limits])
-        weighed = _best_weighed(every.of(some), np.arange(every.value.shape[1]) < goal.value.shape[1], half[some])
-        bound[some] = np.maximum(bound[some], weighed)
+        bound[some] = np.maximum(bound[some], _best_weighed(rows.of(some), goal, half[some]))
     return np.asarray(bound)
 
 
