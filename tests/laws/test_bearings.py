@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from refusals import refused
 from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
 from vibopt.cli.picture_command import _picture
+from vibopt.forms.whirling import WhirlThreshold
 from vibopt.mechanics.free_whirls import synchronous
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbits import spun
@@ -465,3 +466,35 @@ def test_a_plot_of_what_grows_alone_says_why_it_is_none() -> None:
     assert refused(lambda: _picture(solve(from_dict(document)), None)).messages == (
         "scene: there is nothing to draw: a whirl grows without end, and nothing that is asked has a steady motion.",
     )
+
+
+def fit_on_a_disc(**limits: dict[str, Any]) -> dict[str, Any]:
+    """A disc of any mass with a fit, in bearings that are nearly rigid: it grows from w_n (1 + c_e / c_i) on."""
+    document = borne(light(), 1e12, 0.0, 0.0, 2e12, 0.0, 0.0, 0.0, 0.0)
+    document["links"] = {"fit": {"between": ["disc", "ground"], "damping": "60 N s/m", "rotating_damping": "40 N s/m"}}
+    document["rotors"]["rotor"]["discs"][0]["mass"] = {"from": "5 kg", "to": "100 kg"}
+    return {**document, "limits": limits, "goal": {"find_all": "rotors.rotor.discs.1.mass"}}
+
+
+def test_a_threshold_that_is_found_no_more_does_not_cut_what_is_permitted() -> None:
+    stable = {"response": "stability_threshold", "at_least": "400 rad/s"}
+    design = solve(from_dict(fit_on_a_disc(stable=stable)))
+    assert design.status == "met", design.claim
+    heaviest = 48.0 * BENDING * (2.5 / 400.0) ** 2
+    assert [[end.value for end in two] for two in design.found or ()] == [pytest.approx([5.0, heaviest], rel=1e-5)]
+    model = model_of(from_dict(friswell()))
+    for top, other, agreed in ((600.0, 599.0, True), (600.0, 500.0, False), (0.0, 599.0, False)):
+        assert (WhirlThreshold(top).room(model, NONE, math.inf, other, 1e-12) == other) == agreed
+
+
+DRIVEN = (4e6, 2e5, -2e5, 4e6, 1e3, 0.0, 0.0, 1e3)
+
+
+def test_values_at_which_a_whirl_grows_are_told_with_the_limit_that_is_missing() -> None:
+    document = borne(light(shear_modulus="80 GPa", shear_coefficient=0.9, density="1e-5 kg/m3"), *DRIVEN)
+    document["rotors"]["rotor"]["discs"][0]["mass"] = {"from": "5 kg", "to": "100 kg"}
+    far = {"response": "displacement", "of": "disc", "at_most": "1 mm"}
+    design = solve(from_dict({**document, "limits": {"far": far}, "goal": {"find_all": "rotors.rotor.discs.1.mass"}}))
+    assert (design.status, design.found) == ("unproven", None)
+    assert design.claim.startswith("far is not known: excitations.imbalance spins the rotor up to 3000 rpm, beyond its")
+    assert 'Add a limit with response = "stability_threshold", at_least = "3000 rpm"' in design.claim

@@ -185,15 +185,17 @@ def test_a_sharp_peak_is_kept_out_of_a_band_and_a_broad_one_may_be_in_it() -> No
         assert design.status == status, design.claim
 
 
-def test_all_masses_whose_peak_lies_beside_a_band_are_told_from_just_inside_where_it_comes_in() -> None:
+@pytest.mark.parametrize("beside", [{}, {"loose": {"response": "total_mass", "at_most": "1 t"}}])
+def test_all_masses_whose_peak_lies_beside_a_band_are_told_from_just_inside_where_it_comes_in(beside: Any) -> None:
     """Its factor leaps there: the peak is where w^2 = 2 k^2 / (2 k m - c^2)."""
     stiffness, damping, band = 48.0 * BENDING, 300.0, (150.0, 200.0)
     document = {**light(), "links": {**held(1e12), "seal": {"between": ["disc", "ground"], "damping": "300 N s/m"}}}
     document["rotors"]["rotor"]["discs"][0]["mass"] = {"from": "5 kg", "to": "100 kg"}
     sharp = {"response": "amplification_factor", "of": "disc", "over": "150..200 rad/s", "at_most": 2.5}
     goal = {"find_all": "rotors.rotor.discs.1.mass"}
-    design = solve(from_dict({**document, "limits": {"sharp": sharp}, "goal": goal}))
-    assert design.status == "met"
+    design = solve(from_dict({**document, "limits": {"sharp": sharp, **beside}, "goal": goal}))
+    assert design.status == "met", design.claim
+    assert [[end.ended_by for end in two] for two in design.details["ends"]] == [["", "sharp"], ["sharp", ""]]
     assert "or just inside of one where a limit leaps" in design.claim
     light_one, heavy_one = [tuple(end.value for end in pair) for pair in design.found or ()]
     slow, fast = ((2.0 * stiffness**2 / speed**2 + damping**2) / (2.0 * stiffness) for speed in band)

@@ -22,7 +22,8 @@ class BaseMotion(Excitation):
     direction: In space the direction in which it moves: `direction = "z"`.
     varies: How the amplitude changes away from its own speed: `varies = "constant"`, "speed", "speed^2" or a table.
     amplitude_at: The speed to which the amplitude belongs: `amplitude_at = "2000 rpm"`.
-    begins: `begins = "suddenly"`: for responses in time a sine from zero at its one speed, from rest and for ever.
+    begins: `begins = "suddenly"`: for responses in time its displacement is a sine from zero at its one speed, from
+        rest and for ever, whichever of the three is given.
     """
 
     displacement: Fact | None = number("length", amplitude=True, choice=False)

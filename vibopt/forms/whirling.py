@@ -13,6 +13,9 @@ from vibopt.mechanics.orbits import spun
 from vibopt.mechanics.whirl import rotor_threshold, threshold
 from vibopt.records import dataclass
 
+_END = 0.99
+"""Part of the highest spin that is looked at, from which on a growth may lie beyond it as well."""
+
 
 @dataclass(frozen=True, slots=True)
 class WhirlThreshold(Form):
@@ -33,6 +36,11 @@ class WhirlThreshold(Form):
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        """As of all, and all of it where one route finds a growth that begins where the other looks no farther."""
+        least = min(value, other)
+        return least if least >= _END * self.top > 0.0 else Form.room(self, model, x, value, other, rounding)
 
     def value(self, model: Model, x: FloatArray) -> float:
         if model.bearings:

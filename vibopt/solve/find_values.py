@@ -12,7 +12,7 @@ from vibopt.report.machine_notes import notes_of, static_shapes
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve.one_range import Permitted, permitted
 from vibopt.solve.spared import NONE_WITH, known_to, spared, widened
-from vibopt.verify.checked import Built, disagreement
+from vibopt.verify.checked import Built, disagreement, unsteady
 
 _SHAPES = " for beams in their static shape, the model in the note below"
 _NUMBER = re.compile(r"\d[\d.e+-]*")
@@ -76,18 +76,26 @@ def permitted_values(scene: Scene, program: Program) -> Design:
     )
     ends = [one for two in intervals for one in two]
     tried = _between(found, variable.low, variable.high) if found.complete else ()
-    wrong = [Entry(value, variable.dimension, variable.unit).shown for value, good in tried
-             if _good(measured(value)) != good]  # fmt: skip
-    wrong += [one.value.shown for one in ends if found.complete and not one.as_found]
-    alone = [f"the limits hold on one of model and machine as built alone at {', '.join(wrong)}"] if wrong else []
-    doubt = disagreement(*(one.rows for one in ends), besides=alone)
+    wrong = [(Entry(value, variable.dimension, variable.unit).shown, rows)
+             for value, good in tried if _good(rows := measured(value)) != good]  # fmt: skip
+    wrong += [(one.value.shown, one.rows) for one in ends if found.complete and not one.as_found]
+    grown = unsteady(*(rows for _, rows in wrong))
+    there = ", ".join(shown for shown, _ in wrong)
+    alone = [f"the limits hold on one of model and machine as built alone at {there}"] if wrong and not grown else []
+    doubt = disagreement(*(one.rows for one in ends), besides=alone) or grown
     near = any(static_shapes(scene, {variable.path: one.value.value}) for one in ends)
     claim, complete = _claim(program, found, variable.path, any(one.leaps for one in ends), _SHAPES if near else "")
     proven, unsettled = ("met", "feasible") if intervals else ("infeasible", "unproven")
     notes = [(one.value.shown, note) for one in ends for note in notes_of(scene, {variable.path: one.value.value})]
     return Design(
         job=scene,
-        status="check_failed" if doubt else proven if complete else unsettled,
+        status="unproven"
+        if doubt and doubt == grown
+        else "check_failed"
+        if doubt
+        else proven
+        if complete
+        else unsettled,
         claim=doubt or claim,
         method="one_range",
         found=None if doubt else tuple((low.value, high.value) for low, high in intervals),

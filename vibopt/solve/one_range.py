@@ -42,9 +42,9 @@ _FLOOR = 1e-12
 _SAFETY = 4.0
 _NARROW = 1e-12
 """Part of the range below which nothing is halved."""
-_SHORT, _LEAP, _SPECK = 1.0 / 64.0, 0.6, 1e-10
+_SHORT, _LEAP, _SPECK, _LEAPT = 1.0 / 64.0, 0.6, 1e-10, 1e-6
 """Part of the range from which down leaps of a limit are looked for; part of all of its changes on a piece that one is;
-part of the range that is too narrow to be told beside a leap."""
+part of the range that is too narrow to be told beside a leap; by which limits hold where one of them leaps."""
 _PIECES, _FEWEST, _WORK = 20_000, 500, 1e5
 """Most pieces, and how many where each is dear: work of all of them [nominal ms]."""
 _GAP = 1e-9
@@ -243,12 +243,14 @@ class _Run:
                 left += self._halves(piece)[::-1]
         merged = _without_specks(joined(good))
         values = tuple((float(self.x(low)[0]), float(self.x(high)[0])) for low, high in merged)
-        return Permitted(values, tuple((self._holder(low), self._holder(high)) for low, high in merged), not left)
+        ended = tuple((self._holder(low, -1.0), self._holder(high, 1.0)) for low, high in merged)
+        return Permitted(values, ended, not left)
 
     def _good(self, piece: _Piece) -> list[tuple[float, float]]:
         """Parts of a known piece on which every limit holds, and places where the worst of them just does."""
         if piece.high - piece.low <= _NARROW:  # a leap: nothing is told of between
-            return [(end, end) for end in (piece.low, piece.high) if self._holds(end)]
+            held = [end for end in (piece.low, piece.high) if self._holds(end)]
+            return [(held[0], held[-1])] if held else []
         places = [self._cross(row, place, piece) for row, place in piece.turns() if row < len(self.program.limits)]
         cuts = sorted({piece.low, piece.high, *places})
         parts = [two for two in pairwise(cuts) if self._holds(0.5 * (two[0] + two[1]))]
@@ -257,10 +259,15 @@ class _Run:
     def _holds(self, place: float) -> bool:
         return bool(self.row(place)[:-1].max(initial=-1.0) <= 2.0 * _MET)
 
-    def _holder(self, place: float) -> str:
+    def _holder(self, place: float, outward: float) -> str:
         """The limit that ends an interval at a place; "" where the range itself does."""
         row = self.row(place)[:-1]
-        return "" if place in (0.0, 1.0) or not len(row) else self.program.limits[int(row.argmax())].name
+        if place in (0.0, 1.0) or not len(row):
+            return ""
+        broken = [one for one in self.rows if outward * (one - place) > 0.0 and not self._holds(one)]
+        if row.max() < -_LEAPT and broken:
+            row = self.row(min(broken, key=lambda one: abs(one - place)))[:-1]
+        return self.program.limits[int(row.argmax())].name
 
     def _done(self, goal: float) -> bool:
         """Whether nothing from here on is better: pieces come with the least goal first."""
