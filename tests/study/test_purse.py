@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from vibopt.errors import PoolError
-from vibopt.jobs import facts, open_job
+from vibopt.jobs import facts, open_job, with_changes
 from vibopt.study import purse
 from vibopt.study.prices import prices
 from vibopt.study.workers import Lost
@@ -99,3 +99,14 @@ def test_of_an_angle_that_is_the_rounding_of_zero_nothing_buys_anything() -> Non
     found = prices(open_job(PROBLEMS / "mounts/compressor_on_sliding_feet.toml"), only={path}, most=800.0)
     assert [way.change for way in found.find(path).ways] == [0.0, 0.0]
     assert found.first == "No sensible step of any number that was looked at improves the tilt."
+
+
+def test_a_number_below_zero_is_worth_what_its_mirror_image_is() -> None:
+    scene = open_job(PROBLEMS / "shock/trolley_on_buffer.toml")
+    ways = []
+    for sign in (1.0, -1.0):
+        mirrored = with_changes(scene, {"excitations.arrival.velocity": f"{sign * 1.4} m/s"})
+        rows = [one for one in prices(mirrored).table() if one["path"] == "excitations.arrival.velocity"]
+        ways.append([(sign * row["now"], sign * row["step"], row["goal"], row["then"]) for row in rows])
+    assert len(ways[0]) == 2
+    assert ways[0] == ways[1]

@@ -114,7 +114,8 @@ def axis_of(fact: FactAt, extent: Callable[[], float], job: object = None) -> Ax
     steps = fact.path.split(".")
     complement = steps[0] == "limits" and isinstance(job, Scene) and job.limits[steps[1]].complement
     size = 1.0 - fact.value if complement else fact.value
-    return Axis(fact, complement=complement) if size > 0.0 else None
+    below = fact.value < 0.0 and steps[0] != "limits"
+    return Axis(fact, complement=complement) if size > 0.0 or below else None
 
 
 def is_shelf(path: str) -> bool:
