@@ -176,6 +176,15 @@ def test_a_range_without_a_peak_has_none_and_a_peak_that_nothing_damps_no_end() 
     assert found == {"none": 0.0, "endless": math.inf}
 
 
+def test_what_bends_no_fibre_is_as_sharp_with_and_without_damping_of_its_material() -> None:
+    asks = {"response": "amplification_factor", "of": "second", "over": "500..1200 rpm"}
+    factors = [
+        asked({**friswell(**own), "links": held(1e6, 3e3)}, m=asks)["m"]
+        for own in ({}, {"material_damping": "0.002 ms"})
+    ]
+    assert factors[0] == pytest.approx(factors[1], rel=1e-9)
+
+
 def test_a_sharp_peak_is_kept_out_of_a_band_and_a_broad_one_may_be_in_it() -> None:
     """That the standard does not count it is a limit on the factor in the band."""
     broad = {"response": "amplification_factor", "of": "left", "over": "3000..4000 rpm", "at_most": 2.5}

@@ -104,7 +104,7 @@ class Spun:
         r, first = len(self.rows), len(self._lossy)
         found = np.zeros((len(spin), 2 * r, 2 * r), dtype=complex)
         turned = spin if turned is None else turned
-        own = self.p[self._lossy] * factors(self.model.kinds[self._lossy], cast("FloatArray", omega))
+        own = self._braked(omega)
         for begin, sense in ((0, 1.0), (r, -1.0)):
             at = np.arange(begin, begin + first)
             found[:, at, at] = own
@@ -117,29 +117,35 @@ class Spun:
             found[:, at[:, None], at] += stiff + 1j * omega[:, None, None] * damp
         return found
 
+    def _braked(self, omega: ComplexArray | FloatArray) -> ComplexArray:
+        """What dampers at rest act by, (k, n_lossy)."""
+        return self.p[self._lossy] * factors(self.model.kinds[self._lossy], cast("FloatArray", omega))
+
     def seen(self, lines: FloatArray, load: ComplexArray, omega: ComplexArray | FloatArray) -> ComplexArray:
         """Forward and backward motion of lines (m, n) under a force that goes round with the spin, (2, k, m).
 
         `load` (n,) is the force per unit, `omega` (k,) the speed [rad/s].
         """
-        r = len(self.rows)
-        reads, flexible, gains, moved = [], np.zeros((len(omega), 2 * r, 2 * r), dtype=complex), [], []
-        for begin, (squares, ways) in zip((0, r), self._whirls, strict=True):
+        alike = not self.model.bearings and np.isrealobj(omega)  # nothing goes backward, and what turns does nothing
+        acting, whirls = (self.rows[: len(self._lossy)], self._whirls[:1]) if alike else (self.rows, self._whirls)
+        r, both = len(acting), len(whirls) * len(acting)
+        reads, flexible, gains, moved = [], np.zeros((len(omega), both, both), dtype=complex), [], []
+        for begin, (squares, ways) in zip((0, r), whirls, strict=False):
             left = 1.0 - omega[:, None] ** 2 * squares
             gain = 1.0 / np.where(left == 0.0, _NOTHING, left)
-            rows, here = self.rows @ ways, slice(begin, begin + r)
+            rows, here = acting @ ways, slice(begin, begin + r)
             flexible[:, here, here] = (rows * gain[:, None, :]) @ rows.T
             reads.append((lines @ ways) * gain[:, None, :])
             gains.append(gain)
             moved.append(rows)
         pushed = self._whirls[0][1].T @ load
-        acts = self.coupling(omega, np.real(omega))
-        still = np.zeros((len(omega), 2 * r), dtype=complex)
+        acts = self._braked(omega)[:, None] * np.eye(r) if alike else self.coupling(omega, np.real(omega))
+        still = np.zeros((len(omega), both), dtype=complex)
         still[:, :r] = (gains[0] * pushed) @ moved[0].T
-        stretch = _solved(np.eye(2 * r) + flexible @ acts, still)
+        stretch = _solved(np.eye(both) + flexible @ acts, still)
         back = (acts @ stretch[..., None])[..., 0]
         forward = reads[0] @ pushed - np.einsum("kmn,rn,kr->km", reads[0], moved[0], back[:, :r])
-        backward = -np.einsum("kmn,rn,kr->km", reads[1], moved[1], back[:, r:])
+        backward = -np.einsum("kmn,rn,kr->km", reads[-1], moved[-1], back[:, r:]) if not alike else 0.0 * forward
         found = np.stack([forward, backward])
         close = np.flatnonzero(np.min([np.abs(1.0 / gain).min(axis=1) for gain in gains], axis=0) < _NEAR)
         for k in close:
