@@ -208,6 +208,25 @@ def test_least_mass_without_a_complete_balance_asks_for_a_limit() -> None:
     )  # fmt: skip
 
 
+@pytest.mark.parametrize("part", [0.2, 0.999, 1.001, 5.0])
+def test_a_total_below_the_lightest_balance_is_proven_to_leave_none(part: float) -> None:
+    """Of three planes the balance has one number to choose, of which the masses of all are looked at here."""
+    document = changed(planes__R={"at": "400 mm", "radius": "100 mm"}, goal={"minimise": "correction"})
+    turn = np.exp(1j * np.radians([20.0, 200.0])) * [0.012, 0.009]
+    total, moment = turn.sum(), turn @ [0.15, 0.45]
+
+    def mass(third: Any) -> Any:
+        right = -(moment + 0.4 * third - 0.05 * (total + third)) / 0.8
+        return (np.abs(third) + np.abs(right) + np.abs(total + third + right)) / 0.1
+
+    at = np.linspace(-0.03, 0.03, 1201)
+    least = float(mass(at[:, None] + 1j * at).min())
+    limit = {"response": "correction", "total": True, "at_most": f"{part * least!r} kg"}
+    answer = solved({**document, "limits": {"all": limit}})
+    assert answer.status == ("optimal" if part > 1.0 else "infeasible")
+    assert part > 1.0 or answer.claim.startswith("no weights within caps, total, holes and sectors balance")
+
+
 def test_two_planes_at_one_place_do_what_they_can() -> None:
     answer = solved(changed(planes__Q={"at": "50 mm"}))
     assert answer.status == "optimal"

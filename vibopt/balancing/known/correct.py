@@ -220,6 +220,11 @@ def _no_balance(job: KnownJob, question: Question) -> Correction:
     if len(free) == np.linalg.matrix_rank(H) and not question.is_discrete:
         claim = f"the only weights that balance the shaft completely break a cap or a forbidden sector. {way}"
         return Correction(nothing, "infeasible", claim, "program", None)
+    if not question.is_discrete and _all_balanced(question, len(rows.names)).status == "infeasible":
+        claim = (
+            f"no weights within caps, total, holes and sectors balance the shaft completely, by a convex program. {way}"
+        )
+        return Correction(nothing, "infeasible", claim, "program", None)
     claim = f"no complete balance was found within caps, holes and sectors. {way}"
     return Correction(nothing, "unproven", claim, "program", None)
 
@@ -228,13 +233,18 @@ def _lightest(question: Question, n_rows: int, free: IntArray, null: FloatArray)
     """Of all weights that leave nothing in the first rows, u + null w in the `free` planes, the lightest."""
     if any(question.sectors[k] for k in free if question.sectors):
         return None
-    limits = np.where(np.arange(question.n_readings) < n_rows, 0.0, inf)
-    solved = solve_question(replace(question, goal="correction", limits=limits))
+    solved = _all_balanced(question, n_rows)
     if solved.u is None or solved.status != "optimal":
         return None
     found = solved.u.copy()
     found[free] = sharpened(found[free], null, question.densities[free])
     return solved.u if (np.abs(found) > question.caps).any() else found
+
+
+def _all_balanced(question: Question, n_rows: int) -> Solved:
+    """The lightest weights that leave nothing in the first rows, as a program finds them."""
+    limits = np.where(np.arange(question.n_readings) < n_rows, 0.0, inf)
+    return solve_question(replace(question, goal="correction", limits=limits))
 
 
 def sharpened(near: ComplexArray, null: FloatArray, mass: FloatArray) -> ComplexArray:
