@@ -14,7 +14,9 @@ from hypothesis import strategies as st
 from rotor_jobs import correction, solve_text
 from test_rotor_laws import PLANES, SENSORS, Truth, best, job, truths
 from vibopt.answer.answer import Answer
+from vibopt.balancing.continuous import closed_form
 from vibopt.balancing.convex_rounds import within_discs
+from vibopt.balancing.question import Question
 from vibopt.balancing.rotor_job import RotorJob
 
 RADIUS = 'radius = "100 mm"'
@@ -124,3 +126,28 @@ def test_capped_least_squares_are_stationary(seed: int, n_planes: int, spare: in
     outward = pull[at] * np.exp(-1j * np.angle(x[at]))
     assert np.abs(outward.imag).max(initial=0.0) <= 1e-10 * size
     assert outward.real.min(initial=0.0) >= -1e-10 * size
+
+
+@settings(max_examples=60)
+@given(seed=st.integers(0, 10**6), n=st.integers(1, 6), rank=st.integers(1, 6), scale=st.floats(0.05, 3.0))
+def test_least_squares_answer_alone_where_no_cap_holds_them_back(seed: int, n: int, rank: int, scale: float) -> None:
+    """Planes that act alike, and planes without a cap that do nothing, among them."""
+    dice = np.random.default_rng(seed)
+    A = dice.normal(size=(9, min(rank, n))) + 1j * dice.normal(size=(9, min(rank, n)))
+    H = A @ dice.normal(size=(min(rank, n), n))
+    y0 = dice.normal(size=9) + 1j * dice.normal(size=9)
+    best = np.linalg.lstsq(H, -y0, rcond=1e-12)[0]
+    caps = scale * dice.uniform(0.5, 1.5, n) * float(np.abs(best).max())
+    if n > 1 and dice.random() < 0.3:
+        H[:, 0], best[0], caps[0] = 0.0, 0.0, np.inf
+        best[1:] = np.linalg.lstsq(H[:, 1:], -y0, rcond=1e-12)[0]
+    found = closed_form(Question(y0, H, np.ones(9), np.full(9, np.inf), caps))
+    if (np.abs(best) > caps * (1.0 + 1e-5)).any():
+        assert found is None or rank < n  # of planes that act alike other weights may do as well
+    elif (np.abs(best) < caps * (1.0 - 1e-5)).all() and rank >= n:
+        assert found is not None
+        np.testing.assert_allclose(found.u, best, rtol=1e-9, atol=1e-9 * np.abs(best).max())
+    if found is not None:
+        assert found.u is not None
+        assert (np.abs(found.u) <= caps).all()
+        assert np.abs(H.conj().T @ (y0 + H @ found.u)).max() <= 1e-9 * np.abs(H.conj().T @ y0).max()

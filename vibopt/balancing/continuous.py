@@ -321,12 +321,15 @@ def closed_form(question: Question) -> Solved | None:
 
 
 def _held_by_caps(question: Question) -> bool:
-    """Whether least squares that are well determined ask for more than the caps allow."""
-    with suppress(np.linalg.LinAlgError):
+    """Whether least squares ask for more than the caps allow: surely, or where they are well determined."""
+    slope, most = question.H.conj().T @ (question.importance**2 * question.y0), 1.0 + 1.0 / _SURE
+    with suppress(np.linalg.LinAlgError), np.errstate(invalid="ignore"):  # a plane without a cap may do nothing
+        if (np.abs(slope) > most * (np.abs(question.square) @ question.caps)).any():
+            return True  # no weights within the caps end the slope
         inverse = np.linalg.inv(question.square)
-        u = inverse @ (question.H.conj().T @ (question.importance**2 * question.y0))
+        u = inverse @ slope
         sure = float(np.abs(inverse).max() * np.abs(question.square).max()) < _SURE
-        return sure and bool((np.abs(u) > question.caps * (1.0 + 1.0 / _SURE)).any())
+        return sure and bool((np.abs(u) > question.caps * most).any())
     return False
 
 

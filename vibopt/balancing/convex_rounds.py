@@ -122,7 +122,7 @@ def _multipliers(dual: FloatArray, first: int, count: int, whole: bool) -> Compl
 def _amounts(scene: Scaled, cones: Cones, inside: float) -> None:
     """Caps, total and mass, drawn in by a part `inside`; where mass is counted each plane has its size as a helper."""
     caps, total = scene.caps * (1.0 - inside), scene.total * (1.0 - inside)
-    planes = np.flatnonzero(scene.caps < np.inf)
+    planes = (scene.caps < np.inf).nonzero()[0]
     unit, nothing = np.eye(scene.n_planes, dtype=complex), np.zeros(scene.n_planes, dtype=complex)
     whole = [plane for plane in range(scene.n_planes) if plane not in scene.fans]
     if scene.goal != "correction" and not np.isfinite(scene.total):
@@ -261,7 +261,7 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
         x = -inverse @ slope
         size = np.abs(x)
         off = size / caps - 1.0
-        rows = np.flatnonzero((multipliers > 0.0) | (off > 0.0))
+        rows = ((multipliers > 0.0) | (off > 0.0)).nonzero()[0]
         if not len(rows):
             return x
         steep = (x.conj()[:, None] * inverse * x).real[rows[:, None], rows] / size[rows, None] ** 2

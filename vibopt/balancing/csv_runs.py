@@ -178,9 +178,7 @@ class Cells:
         return columns(plain.names, plain.units, plain.turns, amounts, angles) or none
 
     def read(self, raw: str, column: Column, path: Path, mistakes: Mistakes) -> str:
-        """A cell with decimal points; asks where a point may be something else."""
-        if not self.sheet.comma:
-            return raw
+        """A cell of a sheet with decimal commas, with points; asks where a point may be something else."""
         number = column.name not in ("run", "stayed", "verification")
         if number and self.points and _COMMA.search(raw):
             mistakes.value(
@@ -220,7 +218,7 @@ def run_of(
         if column is None or not raw.strip(_NONE):
             continue
         path = ("cell", row, column.index)
-        cell = said.read(raw, column, path, mistakes)
+        cell = said.read(raw, column, path, mistakes) if said.sheet.comma else raw
         if column.name in OWN:
             run.update(_own(column, cell, path, mistakes))
         else:
@@ -379,8 +377,8 @@ def _columns(
 ) -> list[Column | None]:
     known, named = ["run", "speed [rpm]", "stayed", "verification", *planes, *sensors], {*planes, *sensors}
     columns = [_known_column(part, named) for part in parts]
-    for index, (part, column) in enumerate(zip(parts, columns, strict=True)):
-        if column is None and part.heading and any(columns) and not mistakes.full:  # of another file nothing is shown
+    for index, part in enumerate(parts if not all(columns) else ()):
+        if columns[index] is None and part.heading and any(columns) and not mistakes.full:  # else it is another file
             name = heading_of(part.heading)[0]
             mistakes.value(
                 ("header", row, index), part.heading, f"names no plane and no sensor of this job.{way_out(name, known)}"

@@ -105,7 +105,7 @@ def least_within(
         x (n_planes,), and the pulls of goal rows and limits, residuals times multipliers: their slopes and that of the
         caps add up to nothing.
     """
-    n, k, capped = G.shape[1], len(g), np.flatnonzero(caps < np.inf)
+    n, k, capped = G.shape[1], len(g), (caps < np.inf).nonzero()[0]
     M, c = np.concatenate([G, F, np.eye(n)[capped]]), np.concatenate([g, f, np.zeros(len(capped))])
     rows = _Squares(M, c, np.concatenate([np.zeros(k), np.ones(len(f)), caps[capped]]), k, worst=worst)
     if rows.first == len(M):  # nothing holds

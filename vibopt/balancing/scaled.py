@@ -95,7 +95,7 @@ class Scaled:
     @cached_property
     def exact(self) -> Exact | None:
         """x that keep the limits that are next to nothing, as equations; None where there are none, or no such x."""
-        rows = np.flatnonzero(self.tightness > EXACT)
+        rows = (self.tightness > EXACT).nonzero()[0]
         if not len(rows):
             return None
         A, c = self.F[rows] / self.tightness[rows, None], self.f[rows] / self.tightness[rows]
@@ -170,7 +170,7 @@ def scaled(question: Question, *, merge: bool = True) -> Scaled:
     weights = np.zeros(question.n_readings) if question.goal == "correction" else question.importance
     found, felt = np.abs(question.y0), np.abs(question.H)
     as_found = float(found.max(initial=0.0))
-    limited = np.flatnonzero(question.limits < np.inf)
+    limited = (question.limits < np.inf).nonzero()[0]
     limits = np.maximum(question.limits[limited], 1e-12 * (as_found or float(felt.max(initial=0.0))) or 1e-300)
     F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
     seen, far = np.zeros(question.n_planes), question.caps
@@ -331,7 +331,7 @@ def knapsack(gains: FloatArray, caps: FloatArray, mass: FloatArray, total: float
 
 def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """The nearest multipliers along whose slope planes without a cap gain nothing (only rows in use are moved)."""
-    open_planes = np.flatnonzero(scene.reach == np.inf)
+    open_planes = (scene.reach == np.inf).nonzero()[0]
     if not len(open_planes) or scene.goal == "correction":
         return z, v
     used = np.concatenate([np.abs(z), np.abs(v)])
