@@ -53,11 +53,11 @@ def _places(kind: str, made: Drawn) -> list[str]:
         "road": bases if not made.spatial else [],
         "moment": [*made.turning, *rigid],
         "moment_harmonics": rigid,
-        "pulse": [] if made.spatial or made.turning else [*lines, *bases],
-        "drop": [] if made.spatial else bases,
-        "release": [] if made.spatial or made.turning else lines,
-        "record": [] if made.spatial or made.turning else [*lines, *bases],
-        "white_noise": [*([] if made.spatial or made.turning else lines), *(bases if not made.spatial else [])],
+        "pulse": [] if made.turning else [*lines, *bases],
+        "drop": bases,
+        "release": [one for one in lines if one not in made.names("points")] if not made.turning else [],
+        "record": [] if made.turning else [*lines, *bases],
+        "white_noise": [*([] if made.turning else lines), *bases],
     }
     return sorted(named.get(kind, lines))
 
@@ -93,6 +93,13 @@ def _way(draw: Draw, made: Drawn, on: str) -> Table:
         return {}
     at = {"at": ["0.3 m", "0.1 m", "0.4 m"]} if on in made.names("bodies") and draw.chance(0.3) else {}
     return {"direction": draw.pick(["x", "y", "z", "z", [0.5, 0, 0.866]]), **at}
+
+
+def _along(draw: Draw, made: Drawn, on: str) -> Table:
+    """The direction of what comes once, or of noise, on a body in space or on a base that carries one."""
+    if on in made.names("bases") and made.spatial:
+        return {"direction": draw.pick(["x", "y", "z", [0.5, 0, 0.866]])}
+    return _way(draw, made, on)
 
 
 def _begins(made: Drawn, steady: Table) -> Table:
@@ -157,7 +164,7 @@ def _road(draw: Draw, made: Drawn, on: str) -> Table:
 def _white_noise(draw: Draw, made: Drawn, on: str) -> Table:
     force = on not in made.names("bases")
     unit, size = ("N²/Hz", draw.size(0.1, 100.0)) if force else ("(m/s²)²/Hz", draw.size(1e-4, 0.1))
-    return {"density": f"{size} {unit}"}
+    return {"density": f"{size} {unit}", **_along(draw, made, on)}
 
 
 def _pushed(draw: Draw, made: Drawn, on: str) -> tuple[str, str]:
@@ -169,7 +176,7 @@ def _pushed(draw: Draw, made: Drawn, on: str) -> tuple[str, str]:
 
 def _pulse(draw: Draw, made: Drawn, on: str) -> Table:
     key, size = _pushed(draw, made, on)
-    period = 1.0 / made.frequency
+    way, period = _along(draw, made, on), 1.0 / made.frequency
     shape = draw.pick(list(get_args(Shape)))
     if key == "acceleration" and shape in SMOOTH and (other := aside({shape: size})).chance(0.4):
         key, size = "displacement", other.said(other.size(1e-4, 0.1), "length")
@@ -179,23 +186,26 @@ def _pulse(draw: Draw, made: Drawn, on: str) -> Table:
             key: size,
             "frequency": f"{made.frequency:.3g} Hz",
             "damping_ratio": draw.size(0.05, 0.5),
+            **way,
         }
     if shape == "step":
-        return {"shape": shape, key: size}
+        return {"shape": shape, key: size, **way}
     duration = period * draw.size(0.05, 3.0)
     again = {"times": 3, "every": f"{duration * draw.size(1.0, 3.0):.4g} s"} if draw.chance(0.2) else {}
-    return {"shape": shape, key: size, "duration": f"{duration:.4g} s", **again}
+    return {"shape": shape, key: size, "duration": f"{duration:.4g} s", **again, **way}
 
 
 def _drop(draw: Draw, made: Drawn, on: str) -> Table:
     rebound = {"rebound": draw.size(0.1, 0.9)} if draw.chance(0.5) else {}
-    return {"height": draw.said(draw.size(0.01, 1.0), "length"), **rebound}
+    way = _along(draw, made, on) if made.spatial else {}
+    return {"height": draw.said(draw.size(0.01, 1.0), "length"), **rebound, **way}
 
 
 def _release(draw: Draw, made: Drawn, on: str) -> Table:
     away = {"displacement": draw.said(draw.size(1e-4, 0.05) * draw.pick([-1, 1]), "length")}
     fast = {"velocity": draw.said(draw.size(1e-3, 1.0) * draw.pick([-1, 1]), "velocity")}
-    return draw.pick([away, fast, {**away, **fast}])
+    way = {"direction": draw.pick(["x", "y", "z"])} if on in made.spatial else {}
+    return {**draw.pick([away, fast, {**away, **fast}]), **way}
 
 
 def _record(draw: Draw, made: Drawn, on: str) -> Table:
@@ -203,7 +213,7 @@ def _record(draw: Draw, made: Drawn, on: str) -> Table:
     step = 0.2 / made.frequency
     rows = "".join(f"{index * step:.6g};{draw.size(0.1, 50.0) * draw.pick([-1, 1]):.4g}\n" for index in range(8))
     made.files[f"record_{on}.csv"] = f"time [s];shake [{unit}]\n{rows}".encode()
-    return {"file": f"record_{on}.csv"}
+    return {"file": f"record_{on}.csv", **_along(draw, made, on)}
 
 
 RECIPES: dict[str, Callable[[Draw, Drawn, str], Table]] = {

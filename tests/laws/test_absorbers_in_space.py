@@ -204,9 +204,9 @@ def test_what_the_force_puts_in_the_dampers_take_out(plant: Damped, omega: float
     assert isinstance(machine, SpaceMachine)
     excitation = scene.excitations["shaker"]
     motion = machine.shake(np.array([omega]), {k: np.array([v]) for k, v in excitation.acts.items()}, {})
-    moved = machine.moved(excitation.place, tuple(plant.push.tolist()), motion)[0]
+    moved = machine.moved(excitation.place, tuple(plant.push.tolist()), motion.points)[0]
     lost = sum(
-        0.5 * omega**2 * float(mount.damping @ np.abs(machine.stretch(mount, motion)[0]) ** 2)
+        0.5 * omega**2 * float(mount.damping @ np.abs(machine.stretch(mount, motion.points)[0]) ** 2)
         for mount in machine.mounts
     )
     assert 0.5 * omega * -moved.imag == pytest.approx(lost, rel=1e-9)

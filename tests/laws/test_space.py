@@ -128,10 +128,10 @@ def test_what_the_force_puts_in_the_dampers_take_out(plant: Plant, omega: float)
     at = np.array([omega])
     excitation = scene.excitations["shaker"]
     motion = machine.shake(at, {key: np.array([one]) for key, one in excitation.acts.items()}, {})
-    moved = machine.moved(excitation.place, tuple(plant.push.tolist()), motion)[0]
+    moved = machine.moved(excitation.place, tuple(plant.push.tolist()), motion.points)[0]
     power = 0.5 * omega * -moved.imag
     lost = sum(
-        0.5 * omega**2 * float(mount.damping @ np.abs(machine.stretch(mount, motion)[0]) ** 2)
+        0.5 * omega**2 * float(mount.damping @ np.abs(machine.stretch(mount, motion.points)[0]) ** 2)
         for mount in machine.mounts
     )
     assert power == pytest.approx(lost, rel=1e-9)

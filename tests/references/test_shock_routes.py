@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 
 from vibopt.units import read_quantity
 
@@ -22,7 +23,7 @@ SOURCES["compressor"] = (25e-6, 40.0, 40.0 * np.pi, 0.0)
 
 def recorded(stem: str, dimension: str) -> float:
     document = tomllib.loads((PROBLEMS / f"{stem}.toml").read_text(encoding="utf-8"))
-    return read_quantity(document["expected"][0]["value"], dimension).value
+    return read_quantity(next(one["value"] for one in document["expected"] if one["path"] != "status"), dimension).value
 
 
 def ground(names: tuple[str, ...], time: float) -> complex:
@@ -94,3 +95,44 @@ def test_the_record_of_the_cushion() -> None:
     document = tomllib.loads((PROBLEMS / "packaging_cushion.toml").read_text(encoding="utf-8"))
     assert recorded("packaging_cushion", "stiffness") == pytest.approx(4.0 * rate**2, rel=1e-7)
     assert read_quantity(document["expected"][1]["value"], "length").value == pytest.approx(room, rel=1e-7)
+
+
+MASS, CENTRE, INERTIA = 20.0, np.array([0.02, 0.01, 0.15]), np.diag([0.5, 0.6, 0.7])
+FEET = [np.array([x, y, 0.0]) - CENTRE for x in (0.2, -0.2) for y in (0.15, -0.15)]
+SHOCK, LONG = 30.0 * 9.80665, 0.011
+
+
+def _moved(arm: Any) -> Any:
+    """How a place moves with the centre of the case and its turns, (3, 6)."""
+    x, y, z = arm
+    return np.array([[1, 0, 0, 0, z, -y], [0, 1, 0, -z, 0, x], [0, 0, 1, y, -x, 0.0]])
+
+
+def case_struck(k: float, c: float) -> tuple[float, float]:
+    """Greatest upward acceleration of the screen [m/s^2] and travel of a foot [m], by exponentials of its states."""
+    mass = np.block([[MASS * np.eye(3), np.zeros((3, 3))], [np.zeros((3, 3)), INERTIA]])
+    ways = np.diag([0.7, 0.7, 1.0])
+    whole: Any = sum(_moved(arm).T @ ways @ _moved(arm) for arm in FEET)
+    inverse = np.linalg.inv(mass)
+    a = np.block([[np.zeros((6, 6)), np.eye(6)], [-inverse @ whole * k, -inverse @ whole * c]])  # counted from the deck
+    signal = np.zeros((14, 14))
+    signal[:12, :12], signal[8, 12] = a, -SHOCK
+    signal[12, 13], signal[13, 12] = np.pi / LONG, -np.pi / LONG
+    now, states = np.concatenate([np.zeros(13), [1.0]]), []
+    for count, step in ((1100, expm(signal * 1e-5)), (12_000, expm(np.pad(a, (0, 2)) * 1e-5))):
+        for _ in range(count):
+            states.append(now)
+            now = step @ now
+    every = np.array(states)[:, :12]
+    travel = max(float(np.abs(every[:, :6] @ _moved(arm).T).max()) for arm in FEET)
+    forces = -(every[:, :6] * k + every[:, 6:] * c) @ whole @ inverse
+    return float(np.abs(forces @ _moved(np.array([0.2, 0.0, 0.35]) - CENTRE)[2]).max()), travel
+
+
+def test_the_record_of_the_case_on_four_mounts() -> None:
+    """It meets the travel, and no other design near it that does shakes the screen less."""
+    best, k, c = recorded("case_on_four_mounts", "acceleration"), 13781.958, 230.490555
+    fast, travel = case_struck(k, c)
+    assert (fast, travel) == pytest.approx((best, 0.025), rel=1e-5)
+    around = [case_struck(k * p, c * q) for p in (0.93, 0.98, 1.0, 1.02, 1.07) for q in (0.93, 0.98, 1.0, 1.02, 1.07)]
+    assert all(other > best * (1.0 - 1e-5) for other, room in around if room <= 0.025 * (1.0 + 1e-6))

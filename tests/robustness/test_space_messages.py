@@ -236,7 +236,26 @@ CASES: list[tuple[Edit, str]] = [
     ),
     (
         shaken(kind="white_noise", on="box", density="1 N²/Hz"),
-        "box.toml: excitations.shaker is white noise, which machines in space do not take yet. Remove it.",
+        'box.toml: excitations.shaker acts on box, which moves in space, but in no direction. Add direction = "z".',
+    ),
+    (
+        lambda document: document.update(
+            points={"eye": {"on": "box", "at": ["0 m", "0 m", "0.1 m"]}},
+            excitations={"shaker": {"kind": "release", "on": "eye", "velocity": "1 m/s", "direction": "z"}},
+        ),
+        'box.toml: excitations.shaker releases a place. Release the body: on = "box".',
+    ),
+    (
+        shaken(
+            kind="unbalance",
+            on="box",
+            axis="y",
+            unbalance="2 g m",
+            speed="25 Hz",
+            run_up={"from": "0 Hz", "to": "25 Hz", "acceleration": "1 Hz/s"},
+        ),
+        "box.toml: excitations.shaker goes round an axis and runs up, but in space a run-up is answered of a force "
+        'along one direction, at a known rate. Write direction = "z" instead of axis.',
     ),
     (
         lambda document: document.update(points={"eye": {"on": "bix", "at": ["0 m", "0 m", "0 m"]}}),

@@ -22,7 +22,7 @@ from vibopt.values.fields import Choice, Later, complaint
 
 if TYPE_CHECKING:
     from vibopt.devices.inertia import Disc, Piece, Principal, Shape, Solid, Tensor
-    from vibopt.mechanics.rigid import Rigid
+    from vibopt.mechanics.rigid_parts import Rigid
 
     Inertia = Value | Principal | Tensor
 else:
@@ -390,7 +390,7 @@ class BodyTable(Device):
         return mass + rolls, mass
 
     def _rigid(self, name: str, numbers: Numbers) -> "Rigid":
-        from vibopt.mechanics.rigid import Rigid
+        from vibopt.mechanics.rigid_parts import Rigid
 
         off = [numbers.factor(f"bodies.{name}.centre.{axis}") for axis in AXES]
         moved = [offset_of(value, self.reaches.get(axis, 0.0)) for value, axis in zip(off, AXES, strict=True)]

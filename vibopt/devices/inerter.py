@@ -100,7 +100,7 @@ class InerterTable(OneLink):
         if self.at is None:
             assembly.add_joint(Joint(name, self.between, 0.0, 0.0, 0.0, 0.0, 1.0, inertance=inertance))
             return
-        from vibopt.mechanics.rigid import Spring3
+        from vibopt.mechanics.rigid_parts import Spring3
 
         none, axes = np.zeros(1), np.array([self.direction])
         force = Spring3(name, self.between, np.array(self.at), axes, none, none, none, inertance=np.array([inertance]))

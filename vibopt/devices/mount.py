@@ -310,7 +310,7 @@ class MountTable(Device):
 
     def built(self, assembly: Assembly, name: str, numbers: Numbers) -> None:
         """Every mount by itself, each with its own numbers off where they scatter."""
-        from vibopt.mechanics.rigid import Spring3
+        from vibopt.mechanics.rigid_parts import Spring3
 
         stiffness, damping = (self._three(key, name, numbers) for key in ("stiffness", "damping"))
         inner = f"mounts.{name}.part" if self.part is not None else f"mounts.{name}"

@@ -5,13 +5,13 @@ from typing import ClassVar, Literal
 from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Excitation, Once, OneSpeed, Varies, unit_line
+from vibopt.excitations.directed import Along
+from vibopt.excitations.excitation import Once, OneSpeed, Varies, unit_line
 from vibopt.signals import Line
 from vibopt.values import Fact, number, word
-from vibopt.values.directions import AXES, Direction
 
 
-class BaseMotion(Excitation):
+class BaseMotion(Along):
     """`kind = "base_motion"`: amplitude of displacement, velocity or acceleration, peak.
 
     Keys
@@ -19,7 +19,6 @@ class BaseMotion(Excitation):
     displacement: Amplitude of the base. One of `displacement`, `velocity`, `acceleration`.
     velocity: Amplitude of its velocity.
     acceleration: Amplitude of its acceleration.
-    direction: In space the direction in which it moves: `direction = "z"`.
     varies: How the amplitude changes away from its own speed: `varies = "constant"`, "speed", "speed^2" or a table.
     amplitude_at: The speed to which the amplitude belongs: `amplitude_at = "2000 rpm"`.
     begins: `begins = "suddenly"`: for responses in time its displacement is a sine from zero at its one speed, from
@@ -29,7 +28,6 @@ class BaseMotion(Excitation):
     displacement: Fact | None = number("length", amplitude=True, choice=False)
     velocity: Fact | None = number("velocity", amplitude=True, choice=False)
     acceleration: Fact | None = number("acceleration", amplitude=True, choice=False)
-    direction: Direction | None = None
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
     begins: Literal["suddenly"] | None = None
@@ -49,12 +47,6 @@ class BaseMotion(Excitation):
         from vibopt.excitations.begun import begun
 
         return begun(self)
-
-    @property
-    def acts(self) -> dict[str, complex]:
-        if self.direction is None:
-            return super().acts
-        return {f"{self.on}.{axis}": complex(part) for axis, part in zip(AXES, self.direction, strict=True) if part}
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         for power, given in ((0, self.displacement), (-1, self.velocity), (-2, self.acceleration)):

@@ -18,8 +18,8 @@ from vibopt.signals import Segment
 class Begun(Once):
     """What an excitation of one speed is from its beginning on.
 
-    on
-        What it acts on.
+    on, acts
+        What it acts on, in space along which directions.
     size
         Amplitude of its force [N], or of the displacement of its base [m].
     omega
@@ -32,6 +32,7 @@ class Begun(Once):
     size: float
     omega: float
     base: bool
+    acts: dict[str, complex]
 
     @property
     def family(self) -> str:  # type: ignore[override]  # that of the excitation
@@ -77,4 +78,4 @@ def begun(excitation: Excitation) -> Begun:
     [line], speed = excitation.lines(np.ones(1)), excitation.own_bands()[0].low
     size = float(abs(line.amplitude.at(np.array(speed))))
     on_base = excitation.family == "bases"
-    return Begun(excitation.on, size, speed, on_base)
+    return Begun(excitation.on, size, speed, on_base, excitation.acts)

@@ -14,30 +14,38 @@ from vibopt.values.fields import Later
 RunUp = Annotated[Any, Later("vibopt.excitations", "run_up.RunUp")]
 
 
-class Directed(Excitation):
-    """Words of a force at a place: `at` (else the centre of mass, or the point that it is on), `direction`.
+class Along(Excitation):
+    """Words of what acts along a direction.
 
     Keys
     ----
-    direction: In space the direction in which it goes to and fro: `direction = "z"`, or three numbers. Refused
-        along a line.
-    at: In space its place; without it the centre of mass, or the point it is on: `at = ["0.2 m", "0 m", "0.4 m"]`.
-        Refused along a line.
+    direction: In space the direction in which it acts: `direction = "z"`, or three numbers. Refused along a line.
     """
 
     direction: Direction | None = None
-    at: Place | None = None
-
-    @property
-    def place(self) -> str:
-        """Name of the place where it acts: a body, a point, or one that only this excitation knows."""
-        return self.on if self.at is None else place_name(self.on, self.at)
 
     @property
     def acts(self) -> dict[str, complex]:
         if self.direction is None:
             return super().acts
         return {f"{self.place}.{axis}": complex(part) for axis, part in zip(AXES, self.direction, strict=True) if part}
+
+
+class Directed(Along):
+    """Words of a force at a place: `at` (else the centre of mass, or the point that it is on), `direction`.
+
+    Keys
+    ----
+    at: In space its place; without it the centre of mass, or the point it is on: `at = ["0.2 m", "0 m", "0.4 m"]`.
+        Refused along a line.
+    """
+
+    at: Place | None = None
+
+    @property
+    def place(self) -> str:
+        """Name of the place where it acts: a body, a point, or one that only this excitation knows."""
+        return self.on if self.at is None else place_name(self.on, self.at)
 
 
 def place_name(body: str, at: Vector) -> str:

@@ -8,13 +8,14 @@ import numpy as np
 from pydantic import model_validator
 
 from vibopt.excitations.at_once import AtOnce
+from vibopt.excitations.directed import Along
 from vibopt.excitations.segments import AFTER, line
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
 
 
-class Drop(AtOnce):
+class Drop(AtOnce, Along):
     """`kind = "drop"`: the velocity of a base changes at once: it falls and comes to rest, or it is struck.
 
     Keys

@@ -238,8 +238,8 @@ class Excitation(Table):
         """Whether it is noise, as the displacement of a base."""
         return False
 
-    def noise(self, name: str, points: Mapping[str, FloatArray]) -> Noise:
-        """What random vibration counts of it; `points` are rows of the model by name, (n_coords,) each."""
+    def noise(self, name: str, row: FloatArray) -> Noise:
+        """What random vibration counts of it, which acts along a row over the coordinates (n_coords,)."""
         raise NotImplementedError(f"{type(self).__name__} is no noise")
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
@@ -294,13 +294,16 @@ class Excitation(Table):
 class Once:
     """What comes once: a force on a body [N], or an acceleration of a base [m/s^2], from rest.
 
-    on, family
+    on, family, acts
         Where it acts, as of an excitation.
     """
 
     if TYPE_CHECKING:
         on: str
         family: ClassVar[str]
+
+        @property
+        def acts(self) -> dict[str, complex]: ...
 
     def segments(self) -> tuple[Segment, ...]:
         """Its signal from the beginning to the end [N] or [m/s^2]; it acts along the row of `on`."""

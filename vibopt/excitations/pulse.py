@@ -8,6 +8,7 @@ import numpy as np
 from pydantic import field_validator, model_validator
 
 from vibopt.arrays import FloatArray
+from vibopt.excitations.directed import Directed
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import AFTER, line, moved, sine
 from vibopt.signals import Segment
@@ -57,7 +58,7 @@ _OF_BASES = (("an acceleration", "acceleration", "acceleration"), ("a length", "
 """What is no force but the motion of a base: noun, dimension, key."""
 
 
-class Pulse(Transient):
+class Pulse(Transient, Directed):
     """`kind = "pulse"`: a force on a body, or an acceleration of a base, that comes once or a few times and is over.
 
     Keys

@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, WithJsonSchem
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError, QuantityError
+from vibopt.excitations.directed import Directed
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
 from vibopt.files.reading import FileFault, stamp_of
@@ -52,7 +53,7 @@ RecordFile = Annotated[
 ]
 
 
-class Record(Transient):
+class Record(Transient, Directed):
     """`kind = "record"`: acceleration of a base or force on a body from a CSV file, straight between its samples.
 
     Keys

@@ -7,12 +7,13 @@ import numpy as np
 from pydantic import model_validator
 
 from vibopt.excitations.at_once import AtOnce
+from vibopt.excitations.directed import Along
 from vibopt.excitations.segments import AFTER, line
 from vibopt.signals import Segment
 from vibopt.values import Fact, number, word
 
 
-class Release(AtOnce):
+class Release(AtOnce, Along):
     """`kind = "release"`: a body is let go from a place beside its rest, or with a velocity; no force acts on it.
 
     Keys

@@ -1,12 +1,12 @@
 """White noise: a force on a body, or the acceleration or displacement of a base, of one density at every frequency."""
 
 import re
-from collections.abc import Mapping
 from typing import Annotated, Any
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
-from vibopt.excitations.excitation import EVERYWHERE, Excitation
+from vibopt.excitations.directed import Directed
+from vibopt.excitations.excitation import EVERYWHERE
 from vibopt.signals import Line, Noise
 from vibopt.units import DIMENSIONS, Quantity, read_quantity
 from vibopt.values import Fact, SpeedRange
@@ -61,7 +61,7 @@ Density = Annotated[
 ]
 
 
-class WhiteNoise(Excitation):
+class WhiteNoise(Directed):
     """`kind = "white_noise"`: one-sided spectral density, of a force on a body or of a motion of a base.
 
     Inside, densities are over the angular frequency [N^2 s/rad, (m/s^2)^2 s/rad, m^2 s/rad].
@@ -98,8 +98,8 @@ class WhiteNoise(Excitation):
         """Where it acts: a force on bodies, a motion on bases."""
         return "bodies" if self.quantity == FORCE else "bases"
 
-    def noise(self, name: str, points: Mapping[str, FloatArray]) -> Noise:
-        return Noise(name, points[self.on], self.density.value, self.displaced)
+    def noise(self, name: str, row: FloatArray) -> Noise:
+        return Noise(name, row, self.density.value, self.displaced)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         """None: noise has no lines."""

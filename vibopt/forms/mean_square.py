@@ -42,11 +42,13 @@ _LIGHT = 1e-9
 _SLOW = 1e-9
 """Part of its size below which the answer to a slow drift is rounding."""
 _STEP = 1e-30
+LOST = 1e-15
+"""Part of what the states would come to together below which a mean square is rounding."""
 
 
 def root_mean_square(model: Model, form: RootMeanSquare, x: FloatArray) -> float:
     """Root mean square of the response at design x (n_vars,); inf where it is infinite."""
-    return float(np.sqrt(sum(_squares(model, form, x)))) / mount_count(model, form.output, x)
+    return float(np.sqrt(max(sum(_squares(model, form, x)), 0.0))) / mount_count(model, form.output, x)
 
 
 def _squares(model: Model, form: RootMeanSquare, x: FloatArray) -> list[float]:
@@ -219,7 +221,20 @@ def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> f
     rates = np.linalg.eigvals(a)
     if np.max(rates.real / np.maximum(np.abs(rates), 1e-300)) > -_LIGHT:
         return np.pi * noise.density * _by_modes(frame, p)
-    return float(np.pi * noise.density * (c @ _lyapunov(a, b) @ c))
+    states = _lyapunov(a, b)
+    square, parts = float(c @ states @ c), float(np.abs(c) @ np.sqrt(np.abs(np.diag(states)))) ** 2
+    return float(np.pi * noise.density * square) if square > LOST * parts else 0.0  # as where all is symmetric
+
+
+def reached(model: Model, form: RootMeanSquare, x: FloatArray) -> float:
+    """How great the reading could be of states as large; zero beside joints and displacements of a base."""
+    total, p = 0.0, model.values(x)
+    for noise in form.noises if not model.massless.any() else ():
+        frame = _frame(model, form.output, noise, p) if not noise.displaced else None
+        if frame is not None and frame.basis.shape[1]:
+            a, b, c = frame.matrices(p)
+            total += np.pi * noise.density * float(c @ c) * float(np.abs(np.trace(_lyapunov(a, b))))
+    return float(np.sqrt(total)) / mount_count(model, form.output, x)
 
 
 def _of_displacement(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:

@@ -145,17 +145,27 @@ class PeakInTime(Form):
         if near is None:
             return []
         exponents = model.exponents[active]
-        slopes = self._changes(model, p, np.eye(p.shape[1])[active], within, part)
+        alike, group = np.unique(exponents, axis=0, return_inverse=True)  # what follows the same numbers goes as one
+        ways = (np.arange(len(alike))[:, None] == group.ravel()) @ np.eye(p.shape[1])[active]
+        slopes = self._changes(model, p, ways, within, part)
         boxes = reach[:, None] * np.vstack([np.ones(x.shape[1]), np.eye(x.shape[1])])  # (n, 1 + n_vars, n_vars)
         bends = bent(exponents, boxes)
         rests = near.rests(p[:, None, active] * (boxes @ np.abs(exponents).T + bends))
-        rests = rests + (bends @ np.abs(slopes)[..., None])[..., 0]
+        rests = rests + (bent(alike, boxes) @ np.abs(slopes)[..., None])[..., 0]
         share = np.copysign(1.0, near.value) / mount_count(model, self.output, x[0])
-        slopes, rests = slopes @ exponents * share[:, None], rests * np.abs(share)[:, None]
+        slopes, rests = slopes @ alike * share[:, None], rests * np.abs(share)[:, None]
         return [
             Tangent(float(value), slope, float(rest[0]), rest[1:])
             for value, slope, rest in zip(near.value * share, slopes, rests, strict=True)
         ]
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        """What all motions together hardly leave of a reading is rounding of theirs."""
+        from vibopt.mechanics.harmonic import mount_count
+
+        machine, read = self.transient(model, model.values(x))
+        parts = rounding * machine.reached(read) / mount_count(model, self.output, x)
+        return max(Form.room(self, model, x, value, other, rounding), parts if max(value, other) <= parts else 0.0)
 
     def reach(self, model: Model) -> Reach | None:
         from vibopt.forms.reduce import driven

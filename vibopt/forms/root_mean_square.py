@@ -57,6 +57,16 @@ class RootMeanSquare(Form):
 
         return root_mean_square_slope(model, self, x)
 
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        """What all states together hardly leave of a reading is rounding of theirs."""
+        from vibopt.forms.mean_square import LOST, reached
+
+        known = Form.room(self, model, x, value, other, rounding)
+        if not 0.0 <= max(value, other) < np.inf:
+            return known
+        parts = (rounding if value else max(rounding, float(np.sqrt(LOST)))) * reached(model, self, x)
+        return max(known, parts if max(value, other) <= parts else 0.0)
+
     def groups(self, model: Model) -> Groups:
         return Groups.of(model, self.output.signs)
 

@@ -17,7 +17,7 @@ from vibopt.records import dataclass
 if TYPE_CHECKING:
     from vibopt.mechanics.hosted import Carrier
     from vibopt.mechanics.matrix_shaft import MatrixShaft
-    from vibopt.mechanics.rigid import Guided, Rigid, Spring3
+    from vibopt.mechanics.rigid_parts import Guided, Rigid, Spring3
     from vibopt.mechanics.shaft_waves import WhirlingShaft
 
 
@@ -85,7 +85,7 @@ class Assembly:
 
     def add_slider(self, joint: Joint, way: Sequence[float], mass: float, said: float) -> None:
         """A mass that slides along a direction in space on a spring and a damper, and its mass as the file says it."""
-        from vibopt.mechanics.rigid import Guided, Spring3
+        from vibopt.mechanics.rigid_parts import Guided, Spring3
 
         name, (host, at) = joint.name, self.guides[joint.name]
         self.guided[name] = Guided(host, np.array(at), np.array(way), mass, joint)

@@ -120,10 +120,12 @@ def nearby(
     every = [*(Reading(*_split(element), power=0) for element in elements), reading]
     vectors = np.array([element.vector[: machine.n_free] for element in elements])
     pushes = (machine.struck @ vectors.T).mT
+    _, first, same = np.unique(vectors, axis=0, return_index=True, return_inverse=True)  # spring and damper push alike
+    same = same.ravel()
     rows = _rows(machine, every, machine.own) / wide(machine.scale)
     count = len(elements)
     begins = np.cumsum([0.0, *(segment.length for segment in machine.segments)])
-    kernels, sums = _kernels(machine, pushes, rows, begins[within] + part)
+    kernels, sums = (one[..., same] for one in _kernels(machine, pushes[:, first], rows, begins[within] + part))
     direct = np.abs(np.stack([_at_once(machine, one, pushes) for one in every], axis=1))
     squares, now = _along(machine, every, within, part)
     return Nearby(
@@ -176,7 +178,7 @@ def _kernels(
     own, spans = machine.own[:, index[:, None], index], machine.rate * times
     starts, rows = pushes[..., index], rows[..., index]
     integrals = _integrals(own, starts, spans)
-    squares = np.einsum("nri,neij,nrj->nre", rows, integrals, rows, optimize=True)
+    squares = ((rows[:, None] @ integrals) * rows[:, None]).sum(axis=-1).mT
     kernels = np.asarray(np.sqrt(np.maximum(squares, 0.0) / wide(machine.rate)))
     return kernels, np.minimum(wide(np.sqrt(times)) * kernels, _sizes(own, starts, rows, spans) / wide(machine.rate))
 
@@ -202,8 +204,7 @@ def _along(
     for stretch in machine.stretches:
         rows, each = _rows(machine, readings, stretch.a / wide(machine.rate * stretch.length)), stretch.starts.shape[1]
         kept = stretch.starts * (np.arange(each) <= (within - begun)[:, None])[..., None]
-        seen = _integrals(stretch.a.mT, rows[:, :-1], np.ones(count))
-        squares += stretch.length * np.einsum("nsi,nsj,neij->ne", kept, kept, seen, optimize=True)
+        squares += stretch.length * _squares(stretch.a, rows[:, :-1], kept, np.ones(count))
         inside = (within >= begun) & (within < begun + each)
         if inside.any():
             start = kept[np.arange(count), np.clip(within - begun, 0, each - 1)]
@@ -215,10 +216,18 @@ def _along(
         return squares, now
     a, state = machine.onward(machine.left)
     rows, spans = _rows(machine, readings, a), machine.rate * np.where(behind, part, 0.0)
-    seen = _integrals(a.mT, rows[:, :-1], spans)
-    squares += np.einsum("ni,neij,nj->ne", state, seen, state, optimize=True) / machine.rate[:, None]
+    squares += _squares(a, rows[:, :-1], state[:, None], spans) / machine.rate[:, None]
     moved = (rows @ exponential(a * wide(spans)) @ state[..., None])[..., 0]
     return squares, np.where(behind[:, None], moved, now)
+
+
+def _squares(a: FloatArray, rows: FloatArray, starts: FloatArray, spans: FloatArray) -> FloatArray:
+    """Integral of (row . z)^2 over times 0 to a span with z' = a z, of all starts (n, k, N) together: (n, n_rows)."""
+    if starts.shape[1] <= rows.shape[1]:
+        moved = _integrals(a, starts, spans).sum(axis=1)
+        return np.asarray(((rows @ moved) * rows).sum(axis=-1))
+    seen = _integrals(a.mT, rows, spans)
+    return np.asarray(np.einsum("nsi,nsj,neij->ne", starts, starts, seen, optimize=True))
 
 
 def _integrals(a: FloatArray, starts: FloatArray, spans: FloatArray) -> FloatArray:

@@ -219,12 +219,49 @@ class Machine:
             return np.zeros(motion.omega.shape, dtype=complex)
         return motion.points[point]
 
+    def stretch_course(self, joint: Joint, course: Course) -> FloatArray:
+        """Second end of a joint less its first in time, with its first two rates, (3, n_times) [m, m/s, m/s^2]."""
+        first, second = (course.points.get(end, np.zeros((3, 1))) for end in joint.ends)
+        return np.asarray(second - first)
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Coordinates of what moves freely, those of the bases behind them."""
+        return (*self.masses, *self.bases)
+
+    def pushes(self, acts: Mapping[str, complex]) -> FloatArray:
+        """Forces on coordinates, accelerations of those of bases, of what acts on places by their names, (n,)."""
+        return np.array([acts.get(place, 0.0).real for place in self.coordinate_names])
+
+    def begins(self, acts: Mapping[str, complex]) -> FloatArray:
+        """Displacements of coordinates (n,) of a body that is released along the directions of `acts` by one."""
+        return self.pushes(acts)
+
+    def parts_in_time(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Inertia, damping and stiffness over all coordinates, each (n, n); those of bases as links pull on bodies."""
+        number = {name: i for i, name in enumerate(self.coordinate_names)}
+        found = np.zeros((3, len(number), len(number)))
+        for i, mass in enumerate(self.masses.values()):
+            found[0, i, i] = mass
+        for joint in self.joints:
+            row = np.zeros(len(number))
+            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
+                if end in number:
+                    row[number[end]] = sign
+            for kind, value in enumerate((joint.inertance, joint.damping, joint.stiffness)):
+                found[kind] += value * np.outer(row, row)
+        return found[0], found[1], found[2]
+
+    def points_in_time(self, moved: FloatArray) -> dict[str, FloatArray]:
+        """Displacement and its two rates (3, n_times) of every place, from those of coordinates (3, n, n_times)."""
+        return dict(zip(self.coordinate_names, moved.transpose(1, 0, 2), strict=True))
+
     def joint_course(self, joint: Joint, course: Course) -> FloatArray:
         """Force of the whole joint on its second end in time [N], (n_times,); positive along the coordinate."""
-        first, second = (course.points.get(end, np.zeros((3, 1))) for end in joint.ends)
-        apart = second - first
+        apart = self.stretch_course(joint, course)
         pulled = joint.stiffness * apart[0] + joint.damping * apart[1] + joint.inertance * apart[2]
-        pulled = pulled + joint.carried[1] * second[2]
+        if joint.carried[1]:
+            pulled = pulled + joint.carried[1] * course.points.get(joint.ends[1], np.zeros((3, 1)))[2]
         return np.asarray(-(pulled + course.rubbing.get(joint.name, 0.0)))
 
     def force_course(self, place: str, course: Course) -> FloatArray:

@@ -9,106 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.mechanics.built import GROUND, Joint, Motion
+from vibopt.mechanics.built import GROUND, Course, Joint, Motion
 from vibopt.mechanics.built_algebra import inverse_root, singular, steady_solution
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.rigid_parts import LETTERS, Guided, Rigid, Spring3
 from vibopt.mechanics.vectors import cross
 from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_LETTERS = "xyz"
-
-
-@dataclass(frozen=True, eq=False)
-class Rigid:
-    """A body in space.
-
-    mass, centre, tensor
-        [kg], (3,) [m], (3, 3) [kg m^2] about the centre.
-    freedoms
-        Words of its coordinates, of x, y, z, rx, ry, rz.
-    mark
-        Place that the name of the body means (3,) [m]: its centre as said, which may be off.
-    """
-
-    mass: float
-    centre: FloatArray
-    tensor: FloatArray
-    freedoms: tuple[str, ...]
-    mark: FloatArray
-
-    @cached_property
-    def moves(self) -> list[tuple[FloatArray, FloatArray, float]]:
-        """Per coordinate the velocity of the centre, the angular velocity (3,), and what resists it."""
-        found = []
-        for k in range(3):
-            if _LETTERS[k] in self.freedoms:
-                found.append((np.eye(3)[k], np.zeros(3), self.mass))
-        turns = [k for k in range(3) if f"r{_LETTERS[k]}" in self.freedoms]
-        values, axes = np.linalg.eigh(self.tensor[np.ix_(turns, turns)])
-        for value, axis in zip(values, axes.T, strict=True):
-            spin = np.zeros(3)
-            spin[turns] = axis
-            found.append((np.zeros(3), spin, float(value)))
-        return found
-
-
-@dataclass(frozen=True, eq=False)
-class Spring3:
-    """Forces between two places, of one mount: own axes as rows (d, 3), and along them (d,) stiffness and static
-    stiffness [N/m], damping [N s/m] and inertance [kg].
-
-    `price` is what one costs.
-    """
-
-    name: str
-    ends: tuple[str, str]
-    at: FloatArray
-    axes: FloatArray
-    stiffness: FloatArray
-    static_stiffness: FloatArray
-    damping: FloatArray
-    loss_factor: float = 0.0
-    price: float = 0.0
-    inertance: FloatArray | float = 0.0
-
-    def dynamic(self, omega: FloatArray) -> ComplexArray:
-        """Force per relative motion along its axes at frequencies [rad/s], shape (..., d) [N/m]."""
-        w = np.asarray(omega)[..., None]
-        spring = self.stiffness * (1.0 + 1j * self.loss_factor)
-        return np.asarray(spring + 1j * w * self.damping - w**2 * self.inertance, dtype=complex)
-
-    @property
-    def hysteretic(self) -> FloatArray:
-        """Imaginary stiffness along its axes (d,) [N/m]."""
-        return self.stiffness * self.loss_factor
-
-
-@dataclass(frozen=True, eq=False)
-class Guided:
-    """The mass of an absorber in space: free along one direction of what carries it, and taken along across it.
-
-    host, at, way
-        What carries it, where (3,) [m], and which way it is free (3,).
-    mass
-        [kg], whose own coordinate is how far it is along `way`, counted in space and not from its host.
-    joint
-        Its spring and damper.
-    """
-
-    host: str
-    at: FloatArray
-    way: FloatArray
-    mass: float
-    joint: Joint
+Vector = tuple[float, float, float]
+Points = Mapping[str, Any]
+"""Motion of places along each axis, and turns: "pump.x", "pump.rx"; of one shape."""
 
 
 @dataclass(frozen=True)
@@ -146,7 +65,7 @@ class SpaceMachine(Machine):
     @property
     def places(self) -> tuple[str, ...]:
         bodies = (*self.rigid, *self.guided, *self.fixed)
-        return (*self.line, *(f"{name}.{turn}{axis}" for name in bodies for turn in ("", "r") for axis in _LETTERS))
+        return (*self.line, *(f"{name}.{turn}{axis}" for name in bodies for turn in ("", "r") for axis in LETTERS))
 
     @cached_property
     def columns(self) -> list[tuple[str, FloatArray, FloatArray]]:
@@ -243,12 +162,12 @@ class SpaceMachine(Machine):
         points = {name: state[..., i] for i, name in enumerate(self.line)}
         for name in (*self.rigid, *self.guided, *self.fixed):
             for k in range(3):
-                points[f"{name}.{_LETTERS[k]}"] = state @ self._row(name)[:, k]
-                points[f"{name}.r{_LETTERS[k]}"] = state @ self._turn(name)[:, k]
+                points[f"{name}.{LETTERS[k]}"] = state @ self._row(name)[:, k]
+                points[f"{name}.r{LETTERS[k]}"] = state @ self._turn(name)[:, k]
         zero = np.zeros(omega.shape, dtype=complex)
         for base in self.bases:
             points[base] = bases.get(base, zero) + bases.get(f"{base}.z", zero)
-            for axis in _LETTERS:
+            for axis in LETTERS:
                 points[f"{base}.{axis}"] = bases.get(f"{base}.{axis}", zero)
         return Motion(points, forces, omega)
 
@@ -266,7 +185,7 @@ class SpaceMachine(Machine):
             return None
         moved = np.zeros((len(supports[keys[0]]), 3), dtype=complex)
         for key in keys:
-            moved[:, 2 if key == place else _LETTERS.index(key[-1])] += supports[key]
+            moved[:, 2 if key == place else LETTERS.index(key[-1])] += supports[key]
         return moved
 
     def _body(self, place: str) -> tuple[str, FloatArray]:
@@ -291,45 +210,42 @@ class SpaceMachine(Machine):
             return np.array([1.0 if name == key else 0.0 for name, _, _ in self.columns])
         place, _, axis = key.rpartition(".")
         if axis.startswith("r"):
-            return self._turn(place)[:, _LETTERS.index(axis[1])]
+            return self._turn(place)[:, LETTERS.index(axis[1])]
         body, at = self._body(place)
-        return self._against(body, at, np.eye(3)[[_LETTERS.index(axis)]])[:, 0]
+        return self._against(body, at, np.eye(3)[[LETTERS.index(axis)]])[:, 0]
 
-    def moved(self, place: str, way: tuple[float, float, float], motion: Motion, *, turn: bool = False) -> ComplexArray:
-        """Motion of a place along a direction [m], or rotation about it [rad]."""
+    def moved(self, place: str, way: Vector, points: Points, *, turn: bool = False) -> Any:
+        """Motion of a place along a direction [m], or rotation about it [rad], of the shape of `points`."""
         kind = ".r" if turn else "."
-        parts = [part * motion.points[f"{place}{kind}{axis}"] for part, axis in zip(way, _LETTERS, strict=True) if part]
-        value: ComplexArray = np.sum(parts, axis=0)
-        return value
+        parts = [part * points[f"{place}{kind}{axis}"] for part, axis in zip(way, LETTERS, strict=True) if part]
+        return np.sum(parts, axis=0)
 
-    def _end(self, place: str, at: FloatArray, motion: Motion) -> ComplexArray:
+    def _end(self, place: str, at: FloatArray, points: Points) -> Any:
         """Displacement at a place on a body, base or line (..., 3), from translation and rotation."""
-        zero = np.zeros((*motion.omega.shape, 3), dtype=complex)
         if place in self.rigid or place in self.guided:
-            slide = np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
-            turn = np.stack([motion.points[f"{place}.r{axis}"] for axis in _LETTERS], axis=-1)
-            moved: ComplexArray = slide + cross(turn, at - self._body(place)[1])
-            return moved
+            slide = np.stack([points[f"{place}.{axis}"] for axis in LETTERS], axis=-1)
+            turn = np.stack([points[f"{place}.r{axis}"] for axis in LETTERS], axis=-1)
+            return slide + cross(turn, at - self._body(place)[1])
         if place in self.spatial:
-            return np.stack([motion.points[f"{place}.{axis}"] for axis in _LETTERS], axis=-1)
-        if place != GROUND and place in motion.points:
-            zero[..., 2] = motion.points[place]
-        return zero
+            return np.stack([points[f"{place}.{axis}"] for axis in LETTERS], axis=-1)
+        some = next(iter(points.values()))
+        along = points[place] if place != GROUND and place in points else np.zeros_like(some)
+        return np.stack([np.zeros_like(some), np.zeros_like(some), along], axis=-1)
 
     def mount(self, name: str) -> Spring3:
         """The single mount of a name."""
         return next(one for one in self.mounts if one.name == name)
 
-    def stretch(self, mount: Spring3, motion: Motion) -> ComplexArray:
-        """Second end less first along the own axes (..., 3) [m]."""
-        apart = self._end(mount.ends[1], mount.at, motion) - self._end(mount.ends[0], mount.at, motion)
-        value: ComplexArray = apart @ mount.axes.T
-        return value
+    def stretch(self, mount: Spring3, points: Points) -> Any:
+        """Second end less first along the own axes (..., 3) [m]; in time with its first two rates in front."""
+        return (self._end(mount.ends[1], mount.at, points) - self._end(mount.ends[0], mount.at, points)) @ mount.axes.T
 
-    def mount_force(self, mount: Spring3, motion: Motion) -> ComplexArray:
-        """Force of a mount on its second end in space (..., 3) [N]."""
-        force: ComplexArray = -(mount.dynamic(motion.omega) * self.stretch(mount, motion)) @ mount.axes
-        return force
+    def mount_force(self, mount: Spring3, motion: Motion | Course) -> Any:
+        """Force of a mount on its second end in space (..., 3) [N], at each speed or time."""
+        apart = self.stretch(mount, motion.points)
+        if isinstance(motion, Motion):
+            return -(mount.dynamic(motion.omega) * apart) @ mount.axes
+        return -(mount.stiffness * apart[0] + mount.damping * apart[1] + mount.inertance * apart[2]) @ mount.axes
 
     def joint(self, name: str) -> Joint:
         """A link; of a mount one own axis as a link, "front.1.z"; of a group its number."""
@@ -339,8 +255,8 @@ class SpaceMachine(Machine):
             many = float(len(self.groups[name]))
             return Joint(name, self.mount(self.groups[name][0]).ends, 0.0, 0.0, 0.0, 0.0, many)
         single, _, axis = name.rpartition(".")
-        if axis in _LETTERS and any(mount.name == single for mount in self.mounts):
-            own, k = self.mount(single), _LETTERS.index(axis)
+        if axis in LETTERS and any(mount.name == single for mount in self.mounts):
+            own, k = self.mount(single), LETTERS.index(axis)
             numbers = own.stiffness[k], own.damping[k], own.loss_factor, own.static_stiffness[k]
             stiff, dash, lossy, still = (float(number) for number in numbers)
             return Joint(name, own.ends, stiff, dash, lossy, still, 1.0)
@@ -354,42 +270,49 @@ class SpaceMachine(Machine):
     def stretch_of(self, joint: Joint, motion: Motion) -> ComplexArray:
         """Second end of a joint less its first [m]; of one that stands in space along its own axis."""
         if any(mount.name == joint.name for mount in self.mounts):
-            return self.stretch(self.mount(joint.name), motion)[..., 0]
+            return np.asarray(self.stretch(self.mount(joint.name), motion.points)[..., 0])
         return super().stretch_of(joint, motion)
+
+    def stretch_course(self, joint: Joint, course: Course) -> FloatArray:
+        if any(mount.name == joint.name for mount in self.mounts):
+            return np.asarray(self.stretch(self.mount(joint.name), course.points)[..., 0])
+        return super().stretch_course(joint, course)
 
     def _hanging_on(self, place: str) -> set[str] | None:
         """As of a machine on a line; None too where a mount holds or pushes any of it."""
         group = super()._hanging_on(place)
         return None if group is None or any(group & set(mount.ends) for mount in self.mounts) else group
 
-    def force_along(self, place: str, way: tuple[float, float, float], motion: Motion) -> ComplexArray:
-        """Dynamic force of all mounts and links into a place, along a direction [N].
+    def force_along(self, place: str, way: Vector, motion: Any) -> Any:
+        """Dynamic force of all mounts and links into a place, along a direction [N], at each speed of a `Motion` or
+        time of a `Course`.
 
         Of the only support: all forces from outside less all that goes into momentum.  Else mount by mount.
         """
-        along = np.array(way)
+        along, total = np.array(way), np.zeros(1)
         if self._only(place, along):
-            total = np.zeros(motion.omega.shape, dtype=complex)
+            faster = _accelerations(motion)
             for name, body in self.rigid.items():
-                total = total + body.mass * motion.omega**2 * (self._end(name, body.centre, motion) @ along)
+                total = total - body.mass * (self._end(name, body.centre, faster) @ along)
             for name, slider in self.guided.items():
-                total = total + slider.mass * motion.omega**2 * (self._end(name, slider.at, motion) @ along)
+                total = total - slider.mass * (self._end(name, slider.at, faster) @ along)
             for name in self.line:
-                total = total + along[2] * self.masses[name] * motion.omega**2 * motion.points[name]
+                total = total - along[2] * self.masses[name] * faster[name]
             for key, force in motion.forces.items():
                 axis = key.rpartition(".")[2]
-                pull = along[2] if key in self.line else along[_LETTERS.index(axis)] if axis in _LETTERS else 0.0
-                total = total + pull * force
+                part = along[2] if key in self.line else along[LETTERS.index(axis)] if axis in LETTERS else 0.0
+                total = total + part * force
             return total
-        total = np.zeros(motion.omega.shape, dtype=complex)
         for mount in self.mounts:
             if place in mount.ends:
                 sign = 1.0 if mount.ends[1] == place else -1.0
                 total = total + sign * self.mount_force(mount, motion) @ along
         for joint in self.joints:
             if place in joint.ends:
-                sign = 1.0 if joint.ends[1] == place else -1.0
-                total = total + sign * along[2] * self.joint_force(joint, motion)
+                sign = along[2] if joint.ends[1] == place else -along[2]
+                steady = isinstance(motion, Motion)
+                pull: Any = self.joint_force(joint, motion) if steady else self.joint_course(joint, motion)
+                total = total + sign * pull
         return total
 
     def _only(self, place: str, along: FloatArray) -> bool:
@@ -398,7 +321,7 @@ class SpaceMachine(Machine):
             end for joint in self.joints for end in joint.ends
         }
         supports = standing - set(self.rigid) - set(self.line) - set(self.guided)
-        free = all(along[k] == 0.0 or _LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3))
+        free = all(along[k] == 0.0 or LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3))
         return supports == {place} and free and (not self.line or not along[:2].any())
 
     def natural_frequencies(self) -> FloatArray:
@@ -418,6 +341,62 @@ class SpaceMachine(Machine):
         found = singular(springs)
         return np.concatenate([np.zeros(max(n - len(found), 0)), found])
 
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        return (*self.masses, *(f"{base}.{axis}" for base in self.bases for axis in LETTERS))
+
+    def pushes(self, acts: Mapping[str, complex]) -> FloatArray:
+        found = np.zeros(len(self.coordinate_names))
+        for key, part in acts.items():
+            base = key if key in self.bases else key[:-2]
+            if base in self.bases:
+                found[self.coordinate_names.index(key if key != base else f"{base}.z")] += part.real
+            else:
+                found[: len(self.columns)] += part.real * self._work(key)
+        return found
+
+    def begins(self, acts: Mapping[str, complex]) -> FloatArray:
+        """The body slides without turning."""
+        found, (names, velocities, _) = np.zeros(len(self.coordinate_names)), self._motions
+        for key, part in acts.items():
+            if key in self.line:
+                found[self.line.index(key)] += part.real
+            else:
+                found[: len(names)] += part.real * (names == key[:-2]) * velocities[:, LETTERS.index(key[-1])]
+        return found
+
+    def parts_in_time(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        n, whole = len(self.columns), np.zeros((3, *2 * (len(self.coordinate_names),)))
+        whole[:, :n, :n] = self._four[:3]
+        for k, key in enumerate(self.coordinate_names[n:]):  # a base moves by one, and mounts and links pull
+            base, axis = key[:-2], LETTERS.index(key[-1])
+            for mount in self.mounts:
+                for other in (mount.ends[1 - i] for i, end in enumerate(mount.ends) if end == base):
+                    for kind, strength in enumerate((mount.inertance, mount.damping, mount.stiffness)):
+                        pull = (strength * mount.axes[:, axis]) @ mount.axes
+                        whole[kind, :n, n + k] -= self._against(other, mount.at, pull[None])[:, 0]
+            for joint in self.joints if axis == 2 else ():
+                for other in (joint.ends[1 - i] for i, end in enumerate(joint.ends) if end == base):
+                    if other in self.line:
+                        strengths = joint.inertance, joint.damping, joint.stiffness
+                        whole[:, self.line.index(other), n + k] -= strengths
+        return whole[0], whole[1], whole[2]
+
+    def points_in_time(self, moved: FloatArray) -> dict[str, FloatArray]:
+        n = len(self.columns)
+        own, bases = np.moveaxis(moved, 1, -1)[..., :n], moved[:, n:]
+        found = {name: own[..., i] for i, name in enumerate(self.line)}
+        for name in (*self.rigid, *self.guided, *self.fixed):
+            for k, axis in enumerate(LETTERS):
+                found[f"{name}.{axis}"], found[f"{name}.r{axis}"] = (
+                    own @ self._row(name)[:, k],
+                    own @ self._turn(name)[:, k],
+                )
+        for i, base in enumerate(self.bases):
+            found |= {f"{base}.{axis}": bases[:, 3 * i + k] for k, axis in enumerate(LETTERS)}
+            found[base] = found[f"{base}.z"]
+        return found
+
     def sag(self) -> dict[str, float] | None:
         """Displacement of every place under the weights, along each axis; z of them downward, by equilibrium."""
         state = self._down
@@ -426,8 +405,8 @@ class SpaceMachine(Machine):
         found = {name: float(state[i]) for i, name in enumerate(self.line)}
         for name in (*self.rigid, *self.guided, *self.fixed):
             for k in range(3):
-                found[f"{name}.{_LETTERS[k]}"] = float(state @ self._row(name)[:, k])
-                found[f"{name}.r{_LETTERS[k]}"] = float(state @ self._turn(name)[:, k])
+                found[f"{name}.{LETTERS[k]}"] = float(state @ self._row(name)[:, k])
+                found[f"{name}.r{LETTERS[k]}"] = float(state @ self._turn(name)[:, k])
         return found
 
     @cached_property
@@ -477,3 +456,10 @@ class SpaceMachine(Machine):
             best = max(best, float(np.linalg.eigvalsh(0.5 * (share + share.T)).max()))
             start = stop
         return best
+
+
+def _accelerations(motion: Motion | Course) -> Points:
+    """Accelerations of all places [m/s^2], at each speed or time."""
+    if isinstance(motion, Motion):
+        return {name: -(motion.omega**2) * one for name, one in motion.points.items()}
+    return {name: one[2] for name, one in motion.points.items()}

@@ -237,6 +237,15 @@ class Transient:
         found[behind] = read_at(row, a * (self.rate * longest), gone / longest, begin[None, :])
         return found
 
+    def reached(self, reading: Reading) -> float:
+        """How great a reading of a lone machine could be of free motions as large as come while the load lasts."""
+        a, left = self.onward(self.left)
+        free = np.r_[: self.parts[3], self.size // 2 : self.size // 2 + self.parts[3]]
+        last = self.segments[-1]
+        every = [left, self._pushed @ last.read @ last.start, *(stretch.starts for stretch in self.stretches)]
+        largest = np.max([np.abs(one[..., free]).reshape(-1, len(free)).max(axis=0) for one in every], axis=0)
+        return float(np.linalg.norm(self.row(reading, a)[free]) * np.linalg.norm(largest))
+
     @cached_property
     def stretches(self) -> list[Stretch]:
         """The whole load, from rest on."""

@@ -24,6 +24,7 @@ from vibopt.responses import TransientResponse
 from vibopt.responses.response import place_of
 from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.scene import Design, Scene
+from vibopt.scene.space import members
 from vibopt.units import best_unit, show, to_unit
 from vibopt.verify.as_built import factors_of, machine_of
 from vibopt.verify.by_torque import ByTorque
@@ -57,7 +58,7 @@ def histories(design: Design, model: Model) -> list[Panel]:
     ]
     if scene.goal is not None and isinstance(scene.goal.response, TransientResponse):
         asked.append(_Asked("goal", scene.goal.response, None, None))
-    asked = [part for one in asked for part in _parts(scene, one)]
+    asked = [_worst_of(design, model, part) for one in asked for part in _parts(scene, one)]
     first: dict[tuple[str, str, tuple[str, ...]], _Asked] = {}
     for one in asked:
         first.setdefault((one.response.response, place_of(one.response), names_for(scene, one.response)), one)
@@ -77,6 +78,16 @@ def _parts(scene: Scene, asked: _Asked) -> list[_Asked]:
         for name, one in alone.items()
         if isinstance(one, TransientResponse)
     ]
+
+
+def _worst_of(design: Design, model: Model, asked: _Asked) -> _Asked:
+    """Of a group of mounts the one that is worst, along its own axis that is."""
+    every, x = members(design.scene, asked.response), np.array(design.x)
+    if len(every) == 1:
+        return asked
+    worst = max(every, key=lambda one: form_of(design.scene, model, one).value(model, x))
+    assert isinstance(worst, TransientResponse)
+    return replace(asked, response=worst)
 
 
 @dataclass(frozen=True, slots=True)

@@ -108,8 +108,8 @@ class Limiting:
 def limiting(design: Design) -> list[Limiting]:
     """What of a design can be compared so: a peak of one mass and a room in which it moves, under the same load.
 
-    Nothing where a pulse may have any duration, where the speed runs up, where what begins goes on for ever, and for
-    forces of a machine of several masses or of a mass that may be off: no single history of a force is the least there.
+    Nothing where a pulse may have any duration, where the speed runs up, where what begins goes on for ever, in space,
+    and for forces of a machine of several masses or of a mass that may be off: no single history is the least there.
     """
     known = vars(design)
     if "limiting" not in known:
@@ -128,7 +128,7 @@ def _compared(design: Design) -> Iterator[Limiting]:
     asked = list(_in_time(design)) if machine is not None and design.found is None else []
     rooms = [one for one in asked if one.response.response in ("peak_relative_displacement", "peak_displacement")]
     peaks = [one for one in asked if one.response.response in ("peak_acceleration", "peak_force")]
-    if machine is None or not rooms or not peaks:
+    if machine is None or machine.in_space or not rooms or not peaks:
         return
     model, told = model_of(design.scene), set[tuple[str, bytes]]()
     for peak in peaks:  # the force of a mass that only its base moves says what its acceleration said

@@ -14,6 +14,7 @@ from vibopt.scene.check_bearings import bearings
 from vibopt.scene.drives import durations_of, names_for
 from vibopt.scene.places import rubbing, turning
 from vibopt.scene.scene import Scene
+from vibopt.scene.space import members
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, plain, show
 from vibopt.verify.as_built import machine_of
@@ -262,10 +263,12 @@ def _far_later(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     model, notes = model_of(scene), []
     x = np.array([chosen[each.path] for each in scene.variables])
     for where, response in scene.responses.items():
-        form = form_of(scene, model, response).in_time if response.sort == "transient" else None
-        if form is None or not 0.0 < (value := form.value(model, x)) < np.inf:
+        asked = members(scene, response) if response.sort == "transient" else ()
+        forms = [form for one in asked if (form := form_of(scene, model, one).in_time) is not None]
+        value = max((form.value(model, x) for form in forms), default=0.0)
+        if not 0.0 < value < np.inf:
             continue
-        ratio = form.never_more(model, x) / value
+        ratio = max(form.never_more(model, x) for form in forms) / value
         if ratio > 1.0 + _LATER:
             notes.append(
                 f"{where} may come to {ratio:.4g} times that far later, the sum of its amplitudes, and never beyond."
@@ -288,8 +291,9 @@ def duration_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
         from vibopt.scene.assemble import model_of
 
         model = model_of(scene)
-        form = cast("PeakOverDurations", form_of(scene, model, response))
-        value, found = form.worst_of(model, np.array([chosen[each.path] for each in scene.variables]))
+        x = np.array([chosen[each.path] for each in scene.variables])
+        forms = [cast("PeakOverDurations", form_of(scene, model, one)) for one in members(scene, response)]
+        value, found = max(form.worst_of(model, x) for form in forms)
         if np.isfinite(value):
             low, high, at = (show(each, best_unit(each, "time"), "time") for each in (*between, found))
             over = f"from {low} to {high}" if between[0] > 0.0 else f"up to {high}"
@@ -329,7 +333,8 @@ def random_notes(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     for where, one in random.items():
         from vibopt.verify.rms import why_infinite
 
-        why = why_infinite(scene, machine, one) if machine is not None else ""
+        first = cast("RandomResponse", members(scene, one)[0])
+        why = why_infinite(scene, machine, first) if machine is not None else ""
         if why:
             notes.append(f"{where}: {one.response} is infinite, for {why}.")
     return notes

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from vibopt.devices.link import LinkTable
     from vibopt.devices.mount import MountTable
     from vibopt.devices.part import Part
-    from vibopt.mechanics.rigid import Spring3
+    from vibopt.mechanics.rigid_parts import Spring3
 
 DIGITS, MOST_DIGITS = 4, 7
 ROUNDING = 1e-7

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import Course, Motion
-from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.machine import Machine, is_in_space
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
 from vibopt.responses.response_rows import across_link, along, at_point
@@ -48,13 +48,14 @@ class MotionOf(HarmonicResponse):
         power = (1j * motion.omega) ** self.power
         if self.way is None:
             return np.asarray(motion.points[self.of] * power)
-        from vibopt.mechanics.rigid import SpaceMachine
-
-        assert isinstance(machine, SpaceMachine)
-        return machine.moved(self.of, self.way, motion, turn=self.turns) * power
+        assert is_in_space(machine)
+        return np.asarray(machine.moved(self.of, self.way, motion.points, turn=self.turns) * power)
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
-        return np.asarray(course.points[self.of][self.power])
+        if self.way is None:
+            return np.asarray(course.points[self.of][self.power])
+        assert is_in_space(machine)
+        return np.asarray(machine.moved(self.of, self.way, course.points, turn=self.turns)[self.power])
 
 
 class Displacement(MotionOf):
@@ -119,5 +120,4 @@ class RelativeDisplacement(HarmonicResponse):
         return machine.stretch_of(machine.joint(self.across), motion)
 
     def trace(self, machine: Machine, course: Course) -> FloatArray:
-        first, second = (course.points.get(end, np.zeros((3, 1))) for end in machine.joint(self.across).ends)
-        return np.asarray((second - first)[0])
+        return np.asarray(machine.stretch_course(machine.joint(self.across), course)[0])

@@ -25,6 +25,7 @@ from vibopt.values.soft import Soft
 START_UP = "start-up"
 _OTHER_WORDS = ("runup", "rundown", "coastdown", "shutdown", "startstop", "acceleration", "all", "start")
 PLACES = ("into", "through", "of", "across")
+_READ = (*PLACES, "direction")
 FEW_MODES = 6
 """Lowest modes of a structure that count where all of them are asked for."""
 
@@ -387,7 +388,9 @@ class UnsteadyResponse(Response):
     def steady(self) -> HarmonicResponse:
         """The same reading of a steady vibration."""
         name, kind = self.read_as
-        return kind(response=name, **{key: value for key, value in vars(self).items() if key in PLACES})
+        return kind(
+            response=name, **{key: value for key, value in vars(self).items() if key in _READ and value is not None}
+        )
 
     def places(self) -> dict[str, tuple[str, str]]:
         return self.steady.places()

@@ -1,27 +1,30 @@
 """What only machines in space are asked for: loads of mounts, tilt, travel, shares of energy, gaps between modes."""
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from pydantic import model_validator
 
-from vibopt.arrays import ComplexArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import EnergyShare, Form, ModeGap, StaticForce, StaticRow
-from vibopt.mechanics.built import Motion
-from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.built import Course, Motion
+from vibopt.mechanics.machine import Machine, is_in_space
 from vibopt.mechanics.model import STIFFNESS, Model
-from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.responses.response import FEW_MODES, HarmonicResponse, Response
 from vibopt.responses.response_rows import across_link, along_mount
 from vibopt.signals import Combine, Drive, Output
 from vibopt.values import word
 from vibopt.values.directions import AXES, Direction, Vector
 
+if TYPE_CHECKING:
+    from vibopt.mechanics.rigid import SpaceMachine
 
-def space(machine: Machine) -> SpaceMachine:
+
+def space(machine: Machine) -> "SpaceMachine":
     """The machine as one in space."""
-    assert isinstance(machine, SpaceMachine)
+    assert is_in_space(machine)
     return machine
 
 
@@ -124,6 +127,8 @@ class Travel(HarmonicResponse):
     amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
     of_mount: ClassVar[str] = "axes"
+    noise_twin: ClassVar[str] = "rms_travel"
+    transient_twin: ClassVar[str] = "peak_travel"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mount")}
@@ -134,14 +139,18 @@ class Travel(HarmonicResponse):
         return along_mount(model, self.of, self.direction)
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        built = space(machine)
+        return np.asarray(self._apart(space(machine), motion.points))
+
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        return np.asarray(self._apart(space(machine), course.points)[0])
+
+    def _apart(self, machine: "SpaceMachine", points: Mapping[str, Any]) -> Any:
+        """How far the mount is apart, of motion as `points` has it, shape (...)."""
         if self.direction is not None:
-            mount = built.mount(self.of)
-            value: ComplexArray = (built.stretch(mount, motion) @ mount.axes) @ np.array(self.direction)
-            return value
+            mount = machine.mount(self.of)
+            return (machine.stretch(mount, points) @ mount.axes) @ np.array(self.direction)
         single, _, axis = self.of.rpartition(".")
-        own: ComplexArray = built.stretch(built.mount(single), motion)[..., AXES.index(axis)]
-        return own
+        return machine.stretch(machine.mount(single), points)[..., AXES.index(axis)]
 
 
 class EnergyShareOfBody(Response):

@@ -9,7 +9,7 @@ from pydantic import model_validator
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import Course, Motion
-from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.machine import Machine, is_in_space
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse, Response
 from vibopt.responses.response_rows import at_point, forces_along, link_forces
@@ -108,13 +108,19 @@ class TransmittedForce(Transmitted):
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         if self.direction is None:
             return super().measure(machine, motion)
-        from vibopt.mechanics.rigid import SpaceMachine
-
-        assert isinstance(machine, SpaceMachine)
+        assert is_in_space(machine)
         if self.into is not None:
-            return machine.force_along(self.into, self.direction, motion)
+            return np.asarray(machine.force_along(self.into, self.direction, motion))
         force: ComplexArray = machine.mount_force(machine.mount(self.through or ""), motion) @ self.direction
         return force
+
+    def trace(self, machine: Machine, course: Course) -> FloatArray:
+        if self.direction is None:
+            return super().trace(machine, course)
+        assert is_in_space(machine)
+        if self.into is not None:
+            return np.asarray(machine.force_along(self.into, self.direction, course))
+        return np.asarray(machine.mount_force(machine.mount(self.through or ""), course) @ np.array(self.direction))
 
 
 class Transmissibility(HarmonicResponse):

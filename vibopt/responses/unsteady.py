@@ -4,19 +4,24 @@ from typing import ClassVar
 
 from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
 from vibopt.responses.response import RandomResponse, ReadAs, TransientResponse, UnsteadyResponse
+from vibopt.responses.space_responses import Travel
 from vibopt.responses.transmitted import IntoOrThrough, TransmittedForce
+from vibopt.values.directions import Direction
 
 
 class OfBody(UnsteadyResponse):
-    """Of a body, absolute.
+    """Of a body, absolute; in space along `direction`.
 
     Keys
     ----
-    of: The body: `of = "deck"`.
+    of: The body, or a point: `of = "deck"`.
+    direction: In space, along which it is asked: `direction = "y"`.
     """
 
     of: str
+    direction: Direction | None = None
     moves: ClassVar[str] = "line"
+    in_space: ClassVar[str] = "direction"
 
 
 class RmsDisplacement(OfBody, RandomResponse):
@@ -83,18 +88,53 @@ class PeakRelativeDisplacement(AcrossLink, TransientResponse):
     """`response = "peak_relative_displacement"`: across a link (rattle space), the greatest in time [m]."""
 
 
-class RmsForce(IntoOrThrough, RandomResponse):
-    """`response = "rms_force"`: total over all links `into` a place, or in one mount `through` a link [N] rms."""
+class ForceOfLinks(IntoOrThrough, UnsteadyResponse):
+    """Dynamic force of links and mounts; in space along `direction`.
 
+    Keys
+    ----
+    direction: In space, along which it is asked: `direction = "z"`.
+    """
+
+    direction: Direction | None = None
     moves: ClassVar[str] = "line"
+    of_mount: ClassVar[str] = "each"
     read_as: ClassVar[ReadAs] = ("transmitted_force", TransmittedForce)
 
 
-class PeakForce(IntoOrThrough, TransientResponse):
+class RmsForce(ForceOfLinks, RandomResponse):
+    """`response = "rms_force"`: total over all links `into` a place, or in one mount `through` a link [N] rms."""
+
+
+class PeakForce(ForceOfLinks, TransientResponse):
     """`response = "peak_force"`: total over all links `into` a place, or in one mount `through` a link [N].
 
     Dynamic part only, without the weight, the greatest in time.
     """
 
+
+class TravelOfMount(UnsteadyResponse):
+    """How far a mount in space moves in itself: the most along any of its own axes, or along `direction`.
+
+    Keys
+    ----
+    of: A mount, or a group: `of = "foot"`.
+    direction: Along which; the most along any of its own axes without it: `direction = "z"`.
+    """
+
+    of: str
+    direction: Direction | None = None
+    dimension: ClassVar[str] = "length"
     moves: ClassVar[str] = "line"
-    read_as: ClassVar[ReadAs] = ("transmitted_force", TransmittedForce)
+    of_mount: ClassVar[str] = "axes"
+    read_as: ClassVar[ReadAs] = ("travel", Travel)
+
+
+class RmsTravel(TravelOfMount, RandomResponse):
+    """`response = "rms_travel"`: how far a mount in space moves in itself [m] rms."""
+
+
+class PeakTravel(TravelOfMount, TransientResponse):
+    """`response = "peak_travel"`: how far a mount in space moves in itself, the greatest in time [m]."""
+
+    other_bound: ClassVar[str] = " (or give the mount its gap)"

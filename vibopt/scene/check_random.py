@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.mechanics.builder import GROUND
@@ -209,13 +211,19 @@ def _blow_handed_on(scene: Scene, response: TransientResponse, names: Sequence[s
     )
 
 
+def _led(scene: Scene, response: RandomResponse | TransientResponse, name: str) -> bool:
+    """Whether a base moves along what is read: in space it may do so across."""
+    read, moved = getattr(response, "direction", None), getattr(scene.excitations[name], "direction", None)
+    return read is None or moved is None or bool(np.dot(read, moved))
+
+
 def _moves_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
     """Reads a displacement beside a base that does not come back."""
     grows = {"peak_displacement": (True, False), "peak_velocity": (True,)}.get(response.response, ())
     moved = [
         name
         for name, one in _once(scene, names).items()
-        if one.family == "bases" and not one.returns and one.holds in grows
+        if one.family == "bases" and not one.returns and one.holds in grows and _led(scene, response, name)
     ]
     if not moved:
         return ""
@@ -266,7 +274,7 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
             )
         elif noise.displaced:
             _at_once(scene, path, response, name, mistakes)
-        elif noise.family == "bases" and power is not None and power < 2:
+        elif noise.family == "bases" and power is not None and power < 2 and _led(scene, response, name):
             mistakes.add(
                 path,
                 f"{dotted(path)} is infinite whatever the design: a base whose acceleration is white noise "

@@ -264,11 +264,32 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
             f"{scene.absorbers[on].host}.",
         )
         return True
-    if excitation.sort != "steady" and (inside or scene.mounts):
-        what = "white noise" if excitation.sort == "random" else f'of kind "{excitation.kind}"'
-        mistakes.add(path, f"excitations.{name} is {what}, which machines in space do not take yet. Remove it.")
+    if inside and (ramp := excitation.ramp) is not None and (axis is not None or ramp.torque is not None):
+        what = "goes round an axis and runs up" if axis is not None else "runs up by torque"
+        way = 'direction = "z" instead of axis' if axis is not None else 'acceleration = "50 rpm/s" instead of torque'
+        mistakes.add(
+            (*path, "run_up"),
+            f"excitations.{name} {what}, but in space a run-up is answered of a force along one direction, at a known "
+            f"rate. Write {way}.",
+        )
         return True
+    if inside and excitation.once is not None and any(excitation.once.start):
+        rides = next((one for one in sliders(scene) if _under(scene, one) == on), "")
+        if on in scene.points:
+            mistakes.add(
+                (*path, "on"), f'excitations.{name} releases a place. Release the body: on = "{scene.points[on].on}".'
+            )
+            return True
+        if rides:
+            mistakes.add(
+                (*path, "on"),
+                f"excitations.{name} releases {on}, on which absorbers.{rides} slides: nobody says where that begins. "
+                'Strike the body instead: kind = "pulse" with a short duration.',
+            )
+            return True
     if excitation.family == "bases":
+        if on in scene.bases and getattr(excitation, "at", None) is not None:
+            mistakes.add((*path, "at"), f"excitations.{name} has at, but {on} is a base and moves as one. Remove at.")
         carries = any(on in table.between for table in scene.mounts.values())
         if carries and way is None and "direction" in type(excitation).model_fields:
             mistakes.add(path, f'excitations.{name} moves {on} in no direction. Add direction = "z", or "x" or "y".')
@@ -307,6 +328,12 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
     return True
 
 
+def _under(scene: Scene, name: str) -> str:
+    """The body in space that an absorber in space sits on, or that others carry which it sits on."""
+    host = carrier(scene, name)
+    return _under(scene, host) if host in sliders(scene) else host
+
+
 @places.once
 def _half_read(scene: Scene) -> bool:
     """Whether a table of a machine in space has a mistake: then nobody knows what moves where."""
@@ -334,10 +361,6 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
     group, inside = mount_of(scene, name), name is not None and place_in_space(scene, name)
     ends = {end for table in scene.mounts.values() for end in table.between}
     way = said.get("direction") or said.get("axis")
-    if response.sort != "steady" and (inside or group or into in ends):
-        what = "white noise" if response.sort == "random" else "what comes once"
-        mistakes.add(path, f"{where}: {what} is not supported for machines in space yet. Remove it.")
-        return True
     whole = response.in_space == "whole"
     if whole and name in places.moving(scene) and name not in bodies_in_space(scene):
         what = "is an absorber" if name in sliders(scene) else "does not move in space"
@@ -391,9 +414,10 @@ def check_in_space(scene: Scene, path: Path, response: Response, mistakes: Mista
 def _of_mount(scene: Scene, path: Path, response: Response, name: str, group: str, mistakes: Mistakes) -> None:
     where, key = dotted(path), response.response
     way = getattr(response, "direction", None)
-    if key == "relative_displacement":
-        mistakes.add(path, f'{where} asks for the {key} across {name}. Write response = "travel" with of = "{name}".')
-    elif key == "transmitted_force":
+    if key.endswith("relative_displacement"):
+        travel = key.replace("relative_displacement", "travel")
+        mistakes.add(path, f'{where} asks for the {key} across {name}. Write response = "{travel}" with of = "{name}".')
+    elif "through" in response.places():
         if way is None:
             mistakes.add(
                 path, f'{where} asks for the force through {name} in no direction. Add direction = "z", or "x" or "y".'

@@ -51,7 +51,8 @@ def own_bands(scene: Scene, name: str) -> tuple[Band, ...]:
 
 def noises_for(scene: Scene, response: RandomResponse, points: Mapping[str, FloatArray]) -> tuple[Noise, ...]:
     """The white noises that the response counts; `points` are rows of the model by name, (n_coords,) each."""
-    return tuple(scene.excitations[name].noise(name, points) for name in names_for(scene, response))
+    every = ((name, scene.excitations[name]) for name in names_for(scene, response))
+    return tuple(noise.noise(name, row_of(noise, points)) for name, noise in every)
 
 
 def signals_for(
@@ -255,6 +256,6 @@ def _bounded(limit: Response, mounts: Mapping[str, MountTable]) -> Response:
         return limit
     if limit.response == "static_load" and mount.rating is not None:
         return limit.model_copy(update={"at_least": mount.rating.least, "at_most": mount.rating.most})
-    if limit.response == "travel" and mount.gap is not None:
+    if limit.response in ("travel", "peak_travel") and mount.gap is not None:
         return limit.model_copy(update={"at_most": Quantity(mount.gap.value, mount.gap.unit)})
     return limit

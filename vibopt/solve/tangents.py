@@ -36,6 +36,8 @@ _KNOWN, _APART = 3, 0.01
 """Times of a peak that are kept for the boxes that follow, and the part of itself by which they must differ."""
 _FAR = 0.5
 """Part of a floor lost for one variable from which on tangents say no more."""
+_SLACK = 4.0
+"""Reaches of a box, in parts of its bound, by which a limit is kept that says nothing there."""
 _WIDE = 4.0
 """A side whose ends are further apart than this factor is halved in logarithms."""
 
@@ -98,6 +100,14 @@ class _Part:
         time = self.of.form.greatest_at(self.of.model, x)
         if time is not None and np.isfinite(time):
             self.times = [time, *(other for other in self.times if abs(time - other) > _APART * other)][:_KNOWN]
+
+    def far(self, boxes: Sequence[_Box]) -> list[_Box]:
+        """Boxes on which a limit is kept by so much in the middle that hardly any corner comes near its bound."""
+        if not boxes:
+            return []
+        values = self.of.form.values(self.of.model, np.array([box.x for box in boxes]))
+        missed = _sign(self.of) * (values - self.bound) / self.size
+        return [box for box, one in zip(boxes, missed, strict=True) if one < -_SLACK * box.reach.max()]
 
     def tangents(self, boxes: Sequence[_Box], level: float) -> Iterator[tuple[_Box, list[Tangent]]]:
         """Each box, and what is known there."""
@@ -246,8 +256,8 @@ class _Search:
     def limited(self, boxes: list[_Box]) -> list[_Box]:
         """Take up what the limits are no less than; boxes on which they may all be kept."""
         for part in self.limits:
-            left = []
-            for box, known in part.tangents(boxes, part.bound):
+            left = part.far(boxes)
+            for box, known in part.tangents([box for box in boxes if box not in left], part.bound):
                 box.limits += known
                 box.middle_feasible &= bool(known) and max(tangent.value for tangent in known) <= 0.0
                 left += [] if any(tangent.least(box.reach) > SAFETY for tangent in known) else [box]

@@ -144,7 +144,7 @@ class Followed:
 
     @cached_property
     def _states(self) -> States:
-        return States(replace(self.machine, bases=()), (self.excitation.on,))
+        return States(replace(self.machine, bases=()), (self.excitation.acts,))
 
     @cached_property
     def _system(self) -> tuple[FloatArray, FloatArray]:
@@ -231,9 +231,11 @@ class Followed:
         """The response as a complex number at each time."""
         force: Any = self._force(times, rising)
         seen: Any = self._states.read(states, force[None, :])  # type: ignore[arg-type]
-        points: dict[str, Any] = dict(zip(self._states.places, seen.transpose(1, 0, 2), strict=True))
-        points |= {name: np.zeros((3, len(times))) for name in self.machine.bases}
-        forces: dict[str, Any] = {name: force * (name == self.excitation.on) for name in self.machine.masses}
+        points: dict[str, Any] = self._states.machine.points_in_time(seen)
+        bases = self.machine.coordinate_names[len(self.machine.masses) :]
+        points |= {name: np.zeros((3, len(times))) for name in (*self.machine.bases, *bases)}
+        forces: dict[str, Any] = dict.fromkeys(self.machine.masses, np.zeros(len(times)))
+        forces |= {place: force * part for place, part in self.excitation.acts.items()}
         read: Any = response.trace(self.machine, Course(points, forces))
         return np.asarray(read * np.ones(len(times), dtype=complex))
 

@@ -121,21 +121,27 @@ class MotionInTime:
 
     @cached_property
     def _states(self) -> States:
-        acts, bases = tuple(excitation.on for excitation in self.excitations), self.machine.bases
+        acts, bases = tuple(excitation.acts for excitation in self.excitations), self.machine.bases
         far = [
             excitation
             for excitation in self.excitations
             if excitation.on in bases and not excitation.returns and (excitation.holds or not excitation.endless)
         ]
         ends = {end for joint in self.machine.joints for end in joint.ends}
-        alone = len(bases) == 1 and bool(far) and not self._lasting and ends <= {*self.machine.masses, *bases}
+        alone = (
+            len(bases) == 1
+            and not self.machine.in_space
+            and bool(far)
+            and not self._lasting
+            and ends <= {*self.machine.masses, *bases}
+        )
         held = _LOOKS * self._look if any(excitation.holds for excitation in self.excitations) else 0.0
         long = max([held, *(excitation.length for excitation in self.excitations)]) * self._own_rate > _FAR
         return States(self.machine, acts, next(iter(bases)) if alone and long else "")
 
     @property
     def _places(self) -> list[str]:
-        """Bodies, and bases behind them."""
+        """Coordinates of bodies, and those of bases behind them."""
         return self._states.places
 
     def _fastest(self, number: int) -> float:
@@ -164,18 +170,17 @@ class MotionInTime:
         struck: FloatArray = self._states.matrices[1] @ np.array(
             [excitation.blows.get(time, 0.0) for excitation in self.excitations]
         )
+        pushed = self._states.pushed.T
         if number == 0:
-            for excitation in self.excitations:
-                place = self._places.index(excitation.on)
-                struck[[place, len(self._places) + place]] += excitation.start
-            return struck
+            begun = [_moved(self.machine.begins(one.acts), one.start) for one in self.excitations if any(one.start)]
+            return np.asarray(np.sum([struck, *begun], axis=0))
         found: FloatArray = np.asarray(self._runs[-1](time), dtype=float) + struck
-        if number == self._behind:
-            for base in self.machine.bases:
-                every = [excitation for excitation in self.excitations if excitation.on == base]
-                if all(one.returns for one in every):  # back to the last digit, or rounding would carry it away
-                    at, came = self._places.index(base), [(0.0, 0.0), *(one.course(time) for one in every)]
-                    found[[at, at + len(self._places)]] = np.sum(came, axis=0)
+        if number == self._behind:  # back to the last digit, or rounding would carry it away
+            bodies, count = len(self.machine.masses), len(self._places)
+            leaves = [not one.returns for one in self.excitations]
+            back = np.tile((np.arange(count) >= bodies) & ~pushed[leaves].any(axis=0), 2)
+            came = [_moved(row, one.course(time)) for row, one in zip(pushed, self.excitations, strict=True)]
+            found[back] = np.sum(came, axis=0)[back]
         return found
 
     @property
@@ -277,7 +282,7 @@ class MotionInTime:
         """States against time behind the load, under signals that stay, mode by mode; None where two are one."""
         system, loads = self._states.matrices
         whole = np.column_stack([system, loads @ self._signals(np.array([low + self._look]))[:, 0]])
-        count, bases = len(self._places), len(self.machine.bases)
+        count, bases = len(self._places), len(self._places) - len(self.machine.masses)
         rests = ~np.any([*loads[count:].T, start[count:]], axis=0)
         still = np.tile(rests & (np.arange(count) >= count - bases), 2)  # bases that nothing moves
         whole = np.vstack([np.where(still[:, None], 0.0, whole), np.zeros(len(start) + 1)])
@@ -368,16 +373,20 @@ class MotionInTime:
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
         signals = self._signals(time)
-        points = dict(zip(self._places, self._states.read(states, signals).transpose(1, 0, 2), strict=True))
-        return Course(points, self._forces(signals))
+        return Course(self.machine.points_in_time(self._states.read(states, signals)), self._forces(signals))
 
     def _forces(self, signals: FloatArray) -> dict[str, FloatArray]:
-        """From outside on each body [N], (n_times,) each."""
+        """From outside on each body, in space along each direction [N], (n_times,) each."""
         forces = dict.fromkeys(self.machine.masses, np.zeros(signals.shape[1]))
         for one, signal in zip(self.excitations, signals, strict=True):
-            if one.on in forces:
-                forces[one.on] = forces[one.on] + signal
+            for place, part in one.acts.items() if one.family == "bodies" else ():
+                forces[place] = forces.get(place, 0.0) + part.real * signal
         return forces
+
+
+def _moved(row: FloatArray, course: tuple[float, float]) -> FloatArray:
+    """States (2 n,) where coordinates have a displacement and a velocity along a row (n,)."""
+    return np.concatenate([course[0] * row, course[1] * row])
 
 
 def carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:

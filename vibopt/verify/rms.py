@@ -52,13 +52,10 @@ class Spectrum:
     def __call__(self, omega: FloatArray) -> FloatArray:
         """Shape of `omega` [rad/s], greater than zero."""
         one = np.ones(omega.shape, dtype=complex)
-        on = self.noise.on
         with np.errstate(all="ignore"):
-            if self.noise.family == "bodies":
-                motion = self.machine.shake(omega, {on: one}, {})
-            else:
-                moved = one if self.noise.displaced else -one / omega**2
-                motion = self.machine.shake(omega, {}, {on: np.asarray(moved, dtype=complex)})
+            moved = one if self.noise.family == "bodies" or self.noise.displaced else -one / omega**2
+            acts = {place: np.asarray(moved * part, dtype=complex) for place, part in self.noise.acts.items()}
+            motion = self.machine.shake(omega, *((acts, {}) if self.noise.family == "bodies" else ({}, acts)))
             value = np.abs(self.response.measure(self.machine, motion)) ** 2
         return np.where(np.isnan(value), np.inf, value)
 

@@ -111,7 +111,7 @@ class RubbingStates(States):
         unit = np.eye(2 * n + 1 + len(self.acts))
         places, speeds, rubs, signals = unit[:n], unit[n : 2 * n], unit[2 * n], unit[2 * n + 1 :]
         places, speeds = np.where(quick[:, None], 0.0, places), np.where(light[:, None], 0.0, speeds)
-        pushed = np.array([[float(name == on) for on in self.acts] for name in self.places]) @ signals
+        pushed = self.pushed @ signals
         moved = mass[:bodies, bodies:] @ pushed[bodies:]
         known = pushed[:bodies] - moved - stiffness[:bodies] @ places - damping[:bodies] @ speeds
         system = np.zeros((bodies + 1, bodies + 1))

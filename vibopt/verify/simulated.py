@@ -14,6 +14,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
+from vibopt.mechanics.built import Course
 from vibopt.mechanics.combine import whole_orders
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rotating import RotatingMachine
@@ -44,6 +45,8 @@ _SLOW, _AWAY, _BY_STEPS = 1e-8, 1e-6, (1e-3, 1e-4)
 fastest rate below which a motion swings no more; rates under a value that stays."""
 _FINE = 400
 """Samples of a turn of what is steady."""
+_NOTHING = 1e-13
+"""Part of what motions as great could show that is their rounding."""
 _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
 """Condition beyond which modes are no use; samples at once; part to which modes fade before nothing more is seen."""
 
@@ -55,6 +58,8 @@ class Simulated(MotionInTime):
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response, and when [s]."""
         best, loaded = (0.0, 0.0), self._behind
+        if self._is_nothing(response):
+            return 0.0, float("inf")
         ended = replace(self, excitations=self._over) if self._lasting else self
         if self._driven_at_resonance or ended._runs_away(response):
             return float("inf"), float("inf")
@@ -100,7 +105,7 @@ class Simulated(MotionInTime):
         for one in self._lasting:
             speed, own = np.array([2.0 * np.pi / one.length]), one.blows.get(0.0, 0.0) * one.length / (2.0 * np.pi)
             size = np.array([own or float(one.signal(np.array([0.25 * one.length]))[0])], dtype=complex)
-            acts = {one.on: size}
+            acts = {place: size * part for place, part in one.acts.items()}
             motion = self.machine.shake(speed, *((acts, {}) if one.family == "bodies" else ({}, acts)))
             waves.append(complex(response.steady.measure(self.machine, motion)[0]))
             speeds.append(float(speed[0]))
@@ -240,14 +245,17 @@ class Simulated(MotionInTime):
             self._seen[key] = response, self._measured(number, response)
         return self._seen[key][1]
 
-    def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
-        (low, high), run = self._spans[number], self._run(number)
+    def _inside(self, number: int) -> tuple[float, float]:
+        """The first and the last time at which a stretch is read: at its ends signals may jump."""
+        low, high = self._spans[number]
         edge = max(min(INSIDE * (high - low), _SOON / self._fastest(number)), 8.0 * np.finfo(float).eps * high)
+        return low + edge, high - edge
 
-        def value(time: Any) -> FloatArray:
-            at = np.clip(np.atleast_1d(time), low + edge, high - edge)
-            return np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
-
+    def _sampled(self, number: int) -> tuple[FloatArray, Course]:
+        """Times on a stretch, some in the shortest period, and the motion there; of few times it is kept."""
+        if number in self._courses:
+            return self._courses[number]
+        low, high = self._spans[number]
         count = int(
             np.clip(
                 _SAMPLES * self._fastest(number) * (high - low) / (2.0 * np.pi), _SAMPLES, _MANY[bool(self._lasting)]
@@ -255,8 +263,45 @@ class Simulated(MotionInTime):
         )
         bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
         times = np.union1d(np.linspace(low, high, count), bent)
+        at = np.clip(times, *self._inside(number))
+        found = times, self._course(at, self._run(number)(at))
+        if len(times) <= _CHUNK:
+            self._courses[number] = found
+        return found
+
+    @cached_property
+    def _courses(self) -> dict[int, tuple[FloatArray, Course]]:
+        """Motion at the samples of stretches, by their numbers."""
+        return {}
+
+    def _is_nothing(self, response: TransientResponse) -> bool:
+        """Whether all that a reading shows is the rounding of motions that it does not see, as where all is symmetric.
+
+        A reading is no greater than the norm of its row times that of the motion, both over roots of masses.
+        """
+        count, bodies = len(self._places), len(self.machine.masses)
+        weights = np.sqrt([one or 1.0 for one in self.machine.masses.values()])
+        rows = np.abs(self._read(response, np.eye(2 * count, dtype=complex))[1].real)
+        most, best = np.zeros(2 * count), 0.0
+        for number in range(self._behind + 1):
+            times, course = self._sampled(number)
+            best = max(best, float(np.abs(response.trace(self.machine, course)).max()))
+            at = np.clip(times[:: 1 + len(times) // _CHUNK], *self._inside(number))
+            most = np.maximum(most, np.abs(self._run(number)(at)).max(axis=1))
+        free = np.r_[:bodies, count : count + bodies]
+        both = np.tile(weights, 2)
+        return best <= _NOTHING * float(np.linalg.norm(rows[free] / both) * np.linalg.norm(most[free] * both))
+
+    def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
+        run, (times, course) = self._run(number), self._sampled(number)
+        low, high = self._inside(number)
+
+        def value(time: FloatArray) -> FloatArray:
+            at = np.clip(time, low, high)
+            return np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
+
         worked(_ALONE + _SAMPLE * len(times))
-        values, count = value(times), len(times)
+        values, count = np.abs(response.trace(self.machine, course)) * np.ones(len(times)), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
         edges = [i for i in (0, count - 1) if values[i] > _NEAR * values.max()]  # a top may hide beside an end

@@ -6,6 +6,8 @@ place.  Neither is a state of its own beyond that, and the slot of its rate, or 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
@@ -20,19 +22,24 @@ class States:
     machine
         As built, without structures.
     acts
-        Places on which signals of one act, by name.
+        Places on which each of the signals acts, by name, with the part of it.
     rides
         A base that alone carries everything and may go far: places are counted from it, and it has none.
     """
 
     machine: Machine
-    acts: tuple[str, ...]
+    acts: tuple[Mapping[str, complex], ...]
     rides: str = ""
 
     @cached_property
     def places(self) -> list[str]:
-        """Bodies, and bases behind them."""
-        return [*self.machine.masses, *self.machine.bases]
+        """Coordinates of bodies, and those of bases behind them."""
+        return list(self.machine.coordinate_names)
+
+    @cached_property
+    def pushed(self) -> FloatArray:
+        """Forces on bodies and accelerations of bases by signals of one, (n, n_signals)."""
+        return np.reshape([self.machine.pushes(one) for one in self.acts], (len(self.acts), len(self.places))).T
 
     @cached_property
     def matrices(self) -> tuple[FloatArray, FloatArray]:
@@ -69,23 +76,13 @@ class States:
     @cached_property
     def _light(self) -> BoolArray:
         """Joints at each place, (n,)."""
-        return np.concatenate([self.machine.jointed, np.zeros(len(self.machine.bases), dtype=bool)])
+        return np.concatenate(
+            [self.machine.jointed, np.zeros(len(self.places) - len(self.machine.jointed), dtype=bool)]
+        )
 
     @cached_property
     def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Inertia, damping and stiffness over all places, each (n, n); those of the bases as links pull on bodies."""
-        count, number = len(self.places), {name: i for i, name in enumerate(self.places)}
-        found = np.zeros((3, count, count))
-        for i, mass in enumerate(self.machine.masses.values()):
-            found[0, i, i] = mass
-        for joint in self.machine.joints:
-            row = np.zeros(count)
-            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
-                if end in number:
-                    row[number[end]] = sign
-            for kind, value in enumerate((joint.inertance, joint.damping, joint.stiffness)):
-                found[kind] += value * np.outer(row, row)
-        return found[0], found[1], found[2]
+        return self.machine.parts_in_time()
 
     @cached_property
     def _seen(self) -> FloatArray:
@@ -103,9 +100,7 @@ class States:
         mass, damping, stiffness = self._parts
         count, bodies, light = len(self.places), len(self.machine.masses), self._light
         quick = light & (np.diag(damping) == 0.0)
-        pushed = np.zeros((count, len(self.acts)))
-        for column, name in enumerate(self.acts):
-            pushed[self.places.index(name), column] = 1.0
+        pushed = self.pushed.copy()
         free = np.arange(bodies)
         unknown = np.where(light, damping, mass)[:bodies, :bodies]  # what multiplies accelerations, rates of joints
         unknown[:, quick[:bodies]] = 0.0

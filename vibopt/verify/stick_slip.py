@@ -86,7 +86,7 @@ class Rubbed:
 
     @cached_property
     def states(self) -> RubbingStates:
-        return RubbingStates(self.machine, (self.acts,))
+        return RubbingStates(self.machine, ({self.acts: 1.0},))
 
     @property
     def joint(self) -> Joint:

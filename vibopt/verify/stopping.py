@@ -38,7 +38,7 @@ class Stopping(Simulated):
 
     @cached_property
     def _states(self) -> RubbingStates:
-        return RubbingStates(self.machine, tuple(excitation.on for excitation in self.excitations))
+        return RubbingStates(self.machine, tuple(excitation.acts for excitation in self.excitations))
 
     @cached_property
     def _quiet(self) -> dict[float, FloatArray]:
@@ -155,7 +155,7 @@ class Stopping(Simulated):
         begins, sides = np.hstack(self._senses)
         side, signals = sides[np.maximum(np.searchsorted(begins, time, side="right") - 1, 0)], self._signals(time)
         read, rubs = self._states.read(states, signals, side)
-        points, forces = dict(zip(self._places, read.transpose(1, 0, 2), strict=True)), self._forces(signals)
+        points, forces = self.machine.points_in_time(read), self._forces(signals)
         return Course(points, forces, {self.joint.name: rubs})
 
     @cached_property

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 from vibopt.answer.answer_page import given
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.rigid import Rigid, SpaceMachine
+from vibopt.mechanics.rigid import SpaceMachine
+from vibopt.mechanics.rigid_parts import Rigid
 from vibopt.report.sheet.mount_plan import said
 from vibopt.scene.places import joints, turning
 from vibopt.scene.scene import Scene

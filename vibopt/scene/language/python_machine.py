@@ -14,6 +14,7 @@ from vibopt.scene.language.python_words import (
     BaseMotionWords,
     BearingWords,
     BodyWords,
+    Directed,
     DropWords,
     ForceWords,
     InerterWords,
@@ -176,14 +177,14 @@ class Machine(Responses):
         """A wavy road under a base, amplitude peak [m], at a speed of the vehicle.  Words: wavelength or wavenumber."""
         self._add("excitations", name, dict(kind="road", on=on, amplitude=amplitude, speed=speed, **words))
 
-    def white_noise(self, name: str, *, on: str, density: Bound) -> None:
+    def white_noise(self, name: str, *, on: str, density: Bound, **words: Unpack[Directed]) -> None:
         """White noise: a force on a body ("100 N²/Hz") or the acceleration of a base, one-sided density per Hz."""
-        self._add("excitations", name, {"kind": "white_noise", "on": on, "density": density})
+        self._add("excitations", name, dict(kind="white_noise", on=on, density=density, **words))
 
     def pulse(self, name: str, *, on: str, shape: str, **words: Unpack[PulseWords]) -> None:
         """A pulse of force on a body or of motion of a base.  Words: amplitude, acceleration or displacement; duration,
         or duration_up_to and duration_from where it is unknown, or frequency and damping_ratio of a decaying sine;
-        times, every.
+        times, every; in space direction and, on a body, at.
         """
         self._add("excitations", name, dict(kind="pulse", on=on, shape=shape, **words))
 

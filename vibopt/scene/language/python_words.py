@@ -297,7 +297,14 @@ class BaseMotionWords(Varied, total=False):
     acceleration: Bound
 
 
-class PulseWords(TypedDict, total=False):
+class Directed(TypedDict, total=False):
+    """In space: the place `at` and the `direction` of what comes once, or of noise; a base has a direction alone."""
+
+    at: Sequence[Bound]
+    direction: Way
+
+
+class PulseWords(Directed, total=False):
     """Words of a pulse."""
 
     amplitude: Bound
@@ -313,21 +320,23 @@ class PulseWords(TypedDict, total=False):
 
 
 class DropWords(TypedDict, total=False):
-    """Words of a drop."""
+    """Words of a drop; in space its direction."""
 
+    direction: Way
     height: Bound
     velocity_change: Bound
     rebound: Bound
 
 
 class ReleaseWords(TypedDict, total=False):
-    """Words of a release."""
+    """Words of a release; in space its direction."""
 
+    direction: Way
     displacement: Bound
     velocity: Bound
 
 
-class RecordWords(TypedDict, total=False):
+class RecordWords(Directed, total=False):
     """Words of a record."""
 
     column: str

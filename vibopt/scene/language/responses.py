@@ -73,9 +73,10 @@ class Whirling(Shown, total=False):
 
 
 class Random(Shown, total=False):
-    """White noises that count; without `due_to` all."""
+    """White noises that count; without `due_to` all.  In space the `direction` of a motion or a force."""
 
     due_to: Sequence[str]
+    direction: Way
 
 
 class InTime(Random, total=False):
@@ -184,6 +185,10 @@ class Responses:
         """Root mean square force: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("rms_force", into=into, through=through, **words)
 
+    def rms_travel(self, *, of: str, **words: Unpack[Random]) -> Measure:
+        """Root mean square of how far a mount in space moves in itself: the most along any of its own axes [m]."""
+        return Measure("rms_travel", of=of, **words)
+
     def rms_bending_stress(self, *, of: str, **words: Unpack[Random]) -> Measure:
         """Root mean square of the greatest stress in a beam or shaft that bends [Pa]."""
         return Measure("rms_bending_stress", of=of, **words)
@@ -207,6 +212,10 @@ class Responses:
     def peak_force(self, *, into: str | None = None, through: str | None = None, **words: Unpack[InTime]) -> Measure:
         """Greatest force in time: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("peak_force", into=into, through=through, **words)
+
+    def peak_travel(self, *, of: str, **words: Unpack[InTime]) -> Measure:
+        """Greatest in time of how far a mount in space moves in itself: the most along any of its own axes [m]."""
+        return Measure("peak_travel", of=of, **words)
 
     def peak_bending_stress(self, *, of: str, **words: Unpack[InTime]) -> Measure:
         """Greatest stress in time in a beam or shaft that bends, under what comes once [Pa]."""
