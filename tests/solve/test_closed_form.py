@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,6 +18,7 @@ from vibopt.solve.closed_program import question
 from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
 
+closed_form = import_module("vibopt.solve.closed_form")
 DAMPING = f"damping = {ANY_DAMPING}"
 SPRING = '[links.spring]\nbetween = ["press", "ground"]\nstiffness = "200 kN/m"'
 DAMPER = f'[links.damper]\nbetween = ["press", "ground"]\n{DAMPING}'
@@ -159,3 +162,23 @@ def test_a_range_without_end_in_which_no_stiffness_will_do_is_infeasible() -> No
     text = text.replace("800 N", "8 N")
     design = solve(from_text(text + 'minimise = "stiffness"\nof = "feet"\n'))
     assert (design.status, design.method) == ("infeasible", "closed_form")
+
+
+@pytest.mark.parametrize(("count", "most"), [(1000, 8.0), (3000, 8.0)])
+def test_questions_together_are_answered_with_few_rows_each(
+    monkeypatch: pytest.MonkeyPatch, count: int, most: float
+) -> None:
+    """Rows are made of those that are left alone, also about the brink of all designs; each is answered as alone."""
+    asked, made = question(closed(pose(pressed()))), []
+    place = next(i for i, row in enumerate(asked.rows) if row.over_speeds)
+    numbers = {**asked.numbers, f"{place}.bound": np.linspace(0.005, 0.03, count)}
+    rows = closed_form._at_speeds
+    monkeypatch.setattr(closed_form, "_at_speeds", lambda *given: made.append(given[-1].size) or rows(*given))
+    found = answer(asked, numbers, count)
+    assert sum(made) < most * count
+    assert set(found.status) == {OPTIMAL, INFEASIBLE}
+    for i in range(0, count, count // 25):
+        one = {**asked.numbers, f"{place}.bound": float(numbers[f"{place}.bound"][i])}
+        by_itself = answer(asked, one, 1)
+        assert by_itself.status[0] == found.status[i]
+        assert by_itself.x[:, 0] == pytest.approx(found.x[:, i], rel=1e-9, nan_ok=True)

@@ -6,7 +6,7 @@ and design are the same.  All questions that differ in numbers alone are answere
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from math import inf
 
 import numpy as np
@@ -27,6 +27,9 @@ _SHARP, _AHEAD = 0.5, 8
 """Part of its bound by which a limit is missed at a sharp resonance; how many steps of it are looked ahead."""
 _ROUNDS = 40
 _COARSE = (33, 513)
+_ROUGH = 1e3
+"""By what part of its bound a limit may be missed in a coarse round, times the fourth power of its questions: straight
+lines between their worst speeds are as far off."""
 _FEWER = 4
 """Times as many questions as a coarse round has, for it to be worth its time."""
 _CHUNK = 1024
@@ -38,6 +41,8 @@ _PARTS = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 Memory = dict[int, FloatArray]
 """Worst speeds of the last round, squared frequencies (count,), by the index of their limit."""
+Seen = tuple[int, FloatArray, FloatArray]
+"""Index of a limit, how far it is missed at its worst as a part of its bound, and the squared frequency there."""
 Speeds = list[tuple[int, FloatArray]]
 """Squared frequencies at which limits are looked at first: (index of the limit, one per question)."""
 
@@ -63,7 +68,7 @@ def answer(asked: Question, numbers: Numbers, count: int, progress: Callable[[fl
     first: Speeds = []
     for size in (n for n in _COARSE if _FEWER * n <= count):
         few = np.unique(np.round(np.linspace(0, count - 1, size)).astype(int))
-        answers = _answer(asked, take(numbers, few), _at(first, few), len(few))
+        answers = _answer(asked, take(numbers, few), _at(first, few), len(few), _ROUGH / size**4)
         first = _speeds(asked, numbers, few, answers, count)
     parts = []
     for begin in range(0, count, _CHUNK):
@@ -106,8 +111,8 @@ def _within(kind: RowKind, numbers: Numbers, index: int, omega: FloatArray) -> F
     return found
 
 
-def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Answers:
-    """Answer some questions, beginning at the speeds `first`."""
+def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int, enough: float = _DONE) -> Answers:
+    """Answer some questions, beginning at the speeds `first`; of each limit that part of its bound may be missed."""
     status, left, rounds = np.zeros(count, dtype=int), np.arange(count), 0
     before: Memory = {}
     last = np.full((len(asked.low), count), np.nan)
@@ -121,17 +126,21 @@ def _answer(asked: Question, numbers: Numbers, first: Speeds, count: int) -> Ans
             if every(none):
                 status[left] = INFEASIBLE
                 break
-            missed, fresh = _learn(asked, numbers, best, before)
-            done = ~none & (missed <= np.where((best == last).all(axis=0), _STILL, _DONE))
+            seen = [(i, *worst(asked, numbers, i, best)) for i, kind in enumerate(asked.rows) if kind.over_speeds]
+            missed = np.max([one for _, one, _ in seen], axis=0, initial=-np.inf)
+            done = ~none & (missed <= np.where((best == last).all(axis=0), max(_STILL, enough), enough))
             status[left[none]], status[left[done]] = INFEASIBLE, OPTIMAL
             x[:, left[done]], reach[:, left[done]] = best[:, done], ends[:, done]
             rest = ~(none | done)
             if not some(rest):
                 break
-            rows = rows.plus(Rows.of(asked, np.concatenate(fresh, axis=1))) if fresh else rows
-            if not every(rest):
+            if not every(rest):  # before rows are made: most questions are done after two rounds
                 left, numbers, rows = left[rest], take(numbers, rest), rows.some(rest)
                 before = {index: w[rest] for index, w in before.items()}
+                seen = [(index, one[rest], w[rest]) for index, one, w in seen]
+            fresh = _learn(asked, numbers, seen, before)
+            rows = rows.plus(Rows.of(asked, np.concatenate(fresh, axis=1))) if fresh else rows
+            before = {index: w for index, _, w in seen}
             last = best[:, rest]
     return Answers(status, x, reach, rounds)
 
@@ -156,26 +165,22 @@ def _at_speeds(asked: Question, numbers: Numbers, index: int, w: FloatArray) -> 
     return stacked(harmonic_row(asked, numbers, index, w), *w.shape)
 
 
-def _learn(asked: Question, numbers: Numbers, x: FloatArray, before: Memory) -> tuple[FloatArray, list[FloatArray]]:
-    """Greatest miss of each question, and rows per limit that some question misses, (4, n, count).
+def _learn(asked: Question, numbers: Numbers, seen: Sequence[Seen], before: Memory) -> list[FloatArray]:
+    """Rows per limit that some question misses, (4, n, count), from what was `seen` of them this round.
 
     A limit without a range of speeds is a row of its own, which x meets already.  A sharp resonance that is missed by
     far moves on by its own width at each round: rows of the next ones are asked for at once.  `before` has the worst
-    speeds of the last round, and gets those of this one.
+    speeds of the last round.
     """
-    greatest, rows = np.full(x.shape[1], -np.inf), []
-    for index, kind in enumerate(asked.rows):
-        if kind.over_speeds:
-            missed, w = worst(asked, numbers, index, x)
-            greatest = np.maximum(greatest, missed)
-            if some(missed > _DONE):
-                rows.append(_at_speeds(asked, numbers, index, w[None]))
-            if index in before and some(sharp := missed > _SHARP):
-                step = np.where(sharp, np.clip(w / before[index], 0.5, 2.0), 1.0)
-                ahead = [_within(kind, numbers, index, np.sqrt(w * step**n)) ** 2 for n in range(1, _AHEAD + 1)]
-                rows.append(_at_speeds(asked, numbers, index, np.array(ahead)))
-            before[index] = w
-    return greatest, rows
+    rows = []
+    for index, missed, w in seen:
+        if some(missed > _DONE):
+            rows.append(_at_speeds(asked, numbers, index, w[None]))
+        if index in before and some(sharp := missed > _SHARP):
+            kind, step = asked.rows[index], np.where(sharp, np.clip(w / before[index], 0.5, 2.0), 1.0)
+            ahead = [_within(kind, numbers, index, np.sqrt(w * step**n)) ** 2 for n in range(1, _AHEAD + 1)]
+            rows.append(_at_speeds(asked, numbers, index, np.array(ahead)))
+    return rows
 
 
 def alone(asked: Question) -> tuple[tuple[float, ...] | None, tuple[float, ...], int] | None:
