@@ -433,6 +433,41 @@ def test_the_best_spring_and_damper_for_a_drop_are_those_of_the_books() -> None:
     assert answer.goal[1].value * 0.04 / (2.0 * 9.80665 * 0.3) == pytest.approx(0.521, abs=1e-3)
 
 
+@pytest.mark.parametrize("pace", [0.03, 1.0, 1e3, 1e5, 1e6])
+@pytest.mark.parametrize("blow", ["drop", "release"])
+def test_a_blow_has_no_length_of_its_own_on_a_machine_of_any_pace(blow: str, pace: float) -> None:
+    """A machine so many times as fast, of a camera or of a sensor of silicon, is braked as the book says."""
+    size, mass, speed = pace**-2, pace**-3, 4.0 / pace
+    loads = {
+        "drop": f'on = "case"\nvelocity_change = "{speed!r} m/s"',
+        "release": f'on = "camera"\nvelocity = "{speed!r} m/s"',
+    }
+    answer: Any = vo.solve(
+        vo.from_text(f"""
+[bases.case]
+[bodies.camera]
+mass = "{0.8 * mass!r} kg"
+[links.foam]
+between = ["camera", "case"]
+stiffness = {{ from = "{100.0 * mass * pace**2!r} N/m", to = "{1e5 * mass * pace**2!r} N/m" }}
+damping = {{ from = "{0.1 * mass * pace!r} N s/m", to = "{1e3 * mass * pace!r} N s/m" }}
+[excitations.load]
+kind = "{blow}"
+{loads[blow]}
+[limits.room]
+response = "peak_relative_displacement"
+across = "foam"
+at_most = "{0.04 * size!r} m"
+[goal]
+minimise = "peak_force"
+through = "foam"
+"""),
+        explain=False,
+    )
+    assert answer.status == "optimal"
+    assert answer.goal[1].value * 0.04 * size / (0.8 * mass * speed**2) == pytest.approx(0.521, abs=1e-3)
+
+
 @pytest.mark.parametrize("turns", [40.0, 1e3, 1e4])
 def test_a_base_that_is_pushed_far_away_leaves_the_digits_of_what_rides_on_it(turns: float) -> None:
     """Two masses in a row, undamped, under a constant acceleration for so many turns: by modes; and slopes."""

@@ -12,7 +12,7 @@ from vibopt.arrays import FloatArray
 from vibopt.mechanics.panels import exponential
 from vibopt.signals import Segment
 
-AFTER = 1e-3
+AFTER = 1e-6
 """What is written out behind a blow [s]; nothing happens in it."""
 _NOTHING = 1e-12
 _STRAIGHT = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[1.0, 0.0]]), np.zeros(1)
