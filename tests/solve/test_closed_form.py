@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import weakref
 from importlib import import_module
 
 import numpy as np
@@ -153,6 +155,20 @@ def test_a_question_alone_is_answered_as_one_of_many(scene: Scene) -> None:
         assert known[0] == pytest.approx(many.x[:, 0].tolist(), rel=1e-6)
         assert known[0][0] == pytest.approx(float(many.x[0, 0]), rel=1e-10)
         assert known[1] == tuple(many.reach[:, 0].tolist())
+
+
+def test_a_scene_that_is_answered_is_freed_with_its_answer() -> None:
+    """Nothing in it leads back to it, so that a sweep keeps no scene until rubbish is collected."""
+    gc.collect()
+    gc.disable()
+    try:
+        scene = pressed()
+        gone = weakref.ref(scene)
+        assert solve(scene).proven
+        del scene
+        assert gone() is None
+    finally:
+        gc.enable()
 
 
 def test_a_range_without_end_in_which_no_stiffness_will_do_is_infeasible() -> None:

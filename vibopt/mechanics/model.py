@@ -125,6 +125,11 @@ class Model:
         return np.array([term.kind for term in self.terms], dtype=int)
 
     @cached_property
+    def alone(self) -> tuple[list[int], list[float]]:
+        """Kind of each term, and its part in the first coordinate, as plain numbers."""
+        return self.kinds.tolist(), self.vectors[:, 0].tolist()
+
+    @cached_property
     def across(self) -> BoolArray:
         """Whether each term acts between the two ends of its owner, shape (n_terms,)."""
         return np.array([term.across for term in self.terms], dtype=bool)

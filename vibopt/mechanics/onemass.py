@@ -154,8 +154,8 @@ def reading(model: Model, p: FloatArray, output: Output, line: Line, omega: floa
         moved, still = (model.vectors[:, 1:] @ line.vector[1:]).tolist(), complex(output.row[1:] @ line.vector[1:])
     stiff, load, read = 0j, complex(line.vector[0]), complex(output.row[0])
     size = 0.0
-    kinds, scales, vectors, signs = (one.tolist() for one in (model.kinds, p, model.vectors[:, 0], output.signs))
-    for kind, scale, own, other, sign in zip(kinds, scales, vectors, moved, signs, strict=True):
+    kinds, vectors = model.alone
+    for kind, scale, own, other, sign in zip(kinds, p.tolist(), vectors, moved, output.signs.tolist(), strict=True):
         z = scale * factors[kind]
         stiff += z * own * own
         size += abs(z) * own * own

@@ -28,13 +28,14 @@ def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes:
             if f"excitations.{one}" not in broken:
                 mistakes.unknown_name((*path, "due_to"), one, "excitation", list(scene.excitations))
             return
-    if any(one.startswith("excitations.") for one in broken):
+    if broken and any(one.startswith("excitations.") for one in broken):
         return
     names = names_for(scene, response)
     if not names:
         mistakes.add((*path, "due_to"), f"{name}.due_to is an empty list. Name an excitation, or leave it out.")
         return
-    _ranges(scene, path, response, names, mistakes)
+    if response.at is not None or response.over is not None:
+        _ranges(scene, path, response, names, mistakes)
     lines, _, somewhere, many = _acting(scene, *names)
     if somewhere or lines > 1 or len(names) > 1:
         _several(scene, path, response, names, mistakes)

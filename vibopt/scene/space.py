@@ -47,14 +47,15 @@ def pins(scene: Scene) -> dict[str, tuple[str, Vector]]:
 
 def guides(scene: Scene) -> dict[str, tuple[str, Vector]]:
     """Per absorber in space what carries it, a body or another absorber, and where [m]."""
+    return {name: (carrier(scene, name), _place(scene, name)) for name in sliders(scene)}
 
-    def place(name: str) -> Vector:
-        host, at = scene.absorbers[name].host, scene.absorbers[name].at
-        if host in scene.points:
-            return scene.points[host].at
-        return at or (place(host) if host in scene.absorbers else scene.bodies[host].place)
 
-    return {name: (carrier(scene, name), place(name)) for name in sliders(scene)}
+def _place(scene: Scene, name: str) -> Vector:
+    """Where an absorber in space sits [m]; a function within one that calls itself would keep the scene alive."""
+    host, at = scene.absorbers[name].host, scene.absorbers[name].at
+    if host in scene.points:
+        return scene.points[host].at
+    return at or (_place(scene, host) if host in scene.absorbers else scene.bodies[host].place)
 
 
 def carrier(scene: Scene, name: str) -> str:

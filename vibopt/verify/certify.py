@@ -240,7 +240,7 @@ class Shaken:
 
     def _steady(self, machine: Machine, line: Line, omega: FloatArray, size: FloatArray) -> ComplexArray:
         every = self._acts if machine is self.machine else self._acts_on(machine)
-        part = int(np.abs(line.vector).argmax())
+        part = int(np.abs(line.vector).argmax()) if len(every) > 1 else 0
         worked(_CALL + _SPEED * np.size(omega))
         drive = line.vector[part] * size.astype(complex)
         shaken = {key: weight * drive for key, weight in every[part].items()}
