@@ -412,6 +412,35 @@ def test_data_without_a_price_are_named_with_a_way_that_works() -> None:
     assert "measured have" not in said
 
 
+def test_of_two_limits_that_hold_in_one_place_none_is_said_to_do_it_alone() -> None:
+    """The softest spring that keeps the motion has the least natural frequency that is wanted, too."""
+    job = vo.from_text("""
+[bodies.m]
+mass = "1 kg"
+[links.k]
+between = ["m", "ground"]
+stiffness = { from = "100 N/m", to = "400 N/m" }
+[excitations.f]
+kind = "force"
+on = "m"
+amplitude = "1 N"
+speed = "10 rad/s"
+[limits.x]
+response = "displacement"
+of = "m"
+at_most = "10 mm"
+[limits.frequency]
+response = "natural_frequency"
+at_least = "14.142135623730951 rad/s"
+[goal]
+minimise = "stiffness"
+of = "k"
+""")
+    assert prices(job).first.startswith(
+        "No limit alone holds it back; of the facts bodies.m.mass first: 1 kg -> 0.9 kg "
+    )
+
+
 def test_a_limit_whose_steps_buy_nothing_but_that_holds_back_farther_on_is_named() -> None:
     found = prices_of("isolation/rao_9_34.toml")
     row = found.find("limits.start_up.at_most")

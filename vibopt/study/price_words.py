@@ -115,10 +115,11 @@ def _without_gain(prices: Prices) -> str:
         if row.sort != FACTS and way.ends is not None and way.beyond == GAIN
         if (way.ends.value - row.now.value) * (way.value.value - row.now.value) > 0.0
     ]
-    if not holding:
-        return "No limit holds it back"
-    said = ", ".join(f"{row.name} holds it back up to {ends.shown}" for row, ends in holding)
-    row, ends = holding[0]
+    far = [(row, ends) for row, ends in holding if ends.shown != row.now.shown]  # not where two hold in one place
+    if not far:
+        return f"No limit {'alone ' * bool(holding)}holds it back"
+    said = ", ".join(f"{row.name} holds it back up to {ends.shown}" for row, ends in far)
+    row, ends = far[0]
     return (
         f"The steps looked at of limits buy nothing, but {said} (vibopt sweep FILE --vary "
         f'{row.path}="{row.now.shown}..{ends.shown}")'
