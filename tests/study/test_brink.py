@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -17,6 +18,7 @@ from vibopt.solve import solve
 from vibopt.study.brink import brink
 from vibopt.study.prices import Prices, prices
 
+PROBLEMS = Path(__file__).parents[2] / "problems"
 GOALS = (
     'maximise = "stiffness"\nof = "mount"',
     'minimise = "displacement"\nof = "skid"',
@@ -83,6 +85,14 @@ def test_every_number_of_a_design_of_two_variables_has_a_price_with_both_ranges(
     assert {one.path for one in found.rows} == {one.path for one in facts(job)}
     assert all(one.ranged for one in found.rows)
     assert not found.notes
+
+
+def test_the_ranges_of_what_holds_the_answer_back_are_told() -> None:
+    """Where the work does not do for all, those of active limits come first."""
+    found = prices(vo.read(PROBLEMS / "absorbers" / "rao_9_51_tuned_freely.toml"))
+    active = [name for name, one in found.found.limits.items() if one.active]
+    assert active == ["low", "high"]
+    assert all(row.ranged for row in found.rows if row.name in active)
 
 
 def test_a_loosened_limit_ends_where_its_loosest_answer_is(some: Prices) -> None:

@@ -39,8 +39,9 @@ PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
 ALLOWANCE, STEPS, STEPS_OF_LIMITS = 20_000.0, 50_000.0, 100_000.0
 """Work of a table of prices [nominal ms] where not all is asked for; of its steps alone, and of those of limits."""
-_RANGES = 12_000.0
-"""Work of ranges, those of what is ranked first, beyond that of the steps, as long as both are less than `STEPS`."""
+_RANGES, _RANGES_OF_ACTIVE = 12_000.0, 100_000.0
+"""Work of ranges, those of what is ranked first, beyond that of the steps, as long as both are less than `STEPS`; and
+of those of the limits that hold the answer back, which come first."""
 OF_LIMITS = 2_000.0
 """The same for the limits alone, beside an answer."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
@@ -169,8 +170,7 @@ def prices(
     rows = purse.stepped(asked[:limits], first, ways)  # which limit to argue about is what is asked for first
     rows += purse.stepped(asked[limits:], then, lambda k: ways(limits + k))
     rows.sort(key=lambda row: row.weight, reverse=True)
-    far = max(most, min(purse.spent + _RANGES, STEPS)) if most == ALLOWANCE else most
-    rows = purse.ranged(rows, far, told("how far that goes on"))
+    rows = _ranged(purse, rows, most, told("how far that goes on"))
     notes = [*_left(rows), *_radii(job, rows)]
     if any(way.status == "refused" for row in rows for way in row.ways):
         notes.append(NOT_ASKED)
@@ -180,6 +180,19 @@ def prices(
             f"What another would do: vibopt sweep FILE --vary {read[0]}=RANGE."
         )
     return Prices(job, found, measure, purse.here.measure, tuple(rows), tuple(notes))
+
+
+def _ranged(purse: Purse, rows: list[Ranked], most: float, told: Callable[[int], None]) -> list[Ranked]:
+    """The rows with how far each goes on: first those of the limits that hold the answer back."""
+    if most != ALLOWANCE:
+        return purse.ranged(rows, most, told)
+    active = {name for name, one in purse.found.limits.items() if one.active}
+    first = [row for row in rows if row.sort == LIMITS and _is_of(row.path, active, purse.found)]
+    held = purse.ranged(first, max(most, purse.spent + _RANGES_OF_ACTIVE), told)
+    rest = [row for row in rows if row not in first]
+    after = purse.ranged(rest, max(most, min(purse.spent + _RANGES, STEPS)), lambda k: told(len(first) + k))
+    found = {row.path: row for row in (*held, *after)}
+    return [found[row.path] for row in rows]
 
 
 def answered(job: Job) -> Answer[Any]:
