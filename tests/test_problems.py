@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import tomllib
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,8 +15,8 @@ from vibopt.answer.answer import Answer
 from vibopt.answer.jsonable import json_text
 from vibopt.answer.text import blocks_of, text_of, verdict
 from vibopt.document.expected import KEYS, REL_TOL
-from vibopt.jobs import answer, is_scene, open_job
-from vibopt.manual.schema import schema_of_answers
+from vibopt.jobs import answer, is_scene, kind_of, open_job
+from vibopt.manual.schema import schema_of, schema_of_answers
 from vibopt.study.recorded import compare
 
 if TYPE_CHECKING:
@@ -26,6 +27,7 @@ FILES = sorted(PROBLEMS.rglob("*.toml"))
 
 
 ANSWERS = schema_of_answers()
+FILES_OF = cache(schema_of)
 
 
 LONG = "friction/cabinet_on_pads_as_bought"
@@ -53,6 +55,14 @@ def test_every_file_answers_what_it_records(file: Path) -> None:
     assert list(faults(json.loads(json_text(found)), ANSWERS, ANSWERS)) == []
     if not is_scene(job) and not is_scene(found.job):
         told_in_80_columns(found, job)
+
+
+@pytest.mark.parametrize("file", FILES, ids=name_of)
+def test_every_file_has_the_shape_that_the_schema_of_its_kind_prints(file: Path) -> None:
+    document = tomllib.loads(file.read_text(encoding="utf-8"))
+    shape = FILES_OF(kind_of(document))
+    assert list(faults(document, shape, shape)) == []
+    assert list(faults({**document, "titel": "Press"}, shape, shape)) == [".titel: nobody knows it"]
 
 
 def told_in_80_columns(found: Answer[Any], job: BalancingJob) -> None:

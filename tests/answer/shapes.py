@@ -1,9 +1,9 @@
-"""A small judge of JSON against a JSON schema: the words that the schema of answers uses, and no others."""
+"""A small judge of JSON against a JSON schema: the words that the schemas use, and no others."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator
+from typing import Any, Literal
 
 TYPES: dict[str, Any] = {
     "object": dict,
@@ -16,12 +16,27 @@ TYPES: dict[str, Any] = {
 }
 WORDS = {
     "type", "enum", "const", "anyOf", "oneOf", "$ref", "properties", "required", "additionalProperties", "items",
-    "$defs", "$schema", "title",
+    "$defs", "$schema", "title", "description", "default", "not", "minItems", "maxItems", "minProperties",
+    "exclusiveMinimum", "exclusiveMaximum",
+}  # fmt: skip
+
+SIZES: dict[str, Callable[[Any, Any], bool]] = {
+    "minItems": lambda data, least: len(data) < least,
+    "maxItems": lambda data, most: len(data) > most,
+    "minProperties": lambda data, least: len(data) < least,
+    "exclusiveMinimum": lambda data, least: data <= least,
+    "exclusiveMaximum": lambda data, most: data >= most,
+}
+KIND_OF_SIZE: dict[str, Any] = {
+    **dict.fromkeys(("minItems", "maxItems"), list), "minProperties": dict,
+    **dict.fromkeys(("exclusiveMinimum", "exclusiveMaximum"), (int, float)),
 }  # fmt: skip
 
 
-def faults(data: Any, schema: dict[str, Any], root: dict[str, Any], at: str = "") -> Iterator[str]:
+def faults(data: Any, schema: dict[str, Any] | Literal[True], root: dict[str, Any], at: str = "") -> Iterator[str]:
     """What is wrong with the data, each with its path."""
+    if schema is True:
+        return
     assert set(schema) <= WORDS, set(schema) - WORDS
     if "$ref" in schema:
         yield from faults(data, root["$defs"][schema["$ref"].rpartition("/")[2]], root, at)
@@ -32,6 +47,11 @@ def faults(data: Any, schema: dict[str, Any], root: dict[str, Any], at: str = ""
     if "type" in schema and not _is(data, schema["type"]):
         yield f"{at}: {data!r} is no {schema['type']}"
         return
+    if "not" in schema and not list(faults(data, schema["not"], root, at)):
+        yield f"{at}: may not be there"
+    for word, beyond in SIZES.items():
+        if word in schema and isinstance(data, KIND_OF_SIZE[word]) and beyond(data, schema[word]):
+            yield f"{at}: {data!r} is beyond {word} {schema[word]}"
     for word, most in (("anyOf", None), ("oneOf", 1)):
         if word in schema:
             found = [list(faults(data, one, root, at)) for one in schema[word]]

@@ -146,6 +146,23 @@ def test_the_trim_says_what_to_add_and_in_holes_what_to_fit_instead(tmp_path: Pa
     )
 
 
+@pytest.mark.parametrize("options", [(), ("--round", "0.5 g", "--round", "5 deg")])
+def test_a_plan_that_is_saved_or_rounded_never_says_to_add_the_whole_to_what_is_on(
+    run: Callable[..., Any], tmp_path: Path, options: tuple[str, ...]
+) -> None:
+    """Each sentence that adds to the weights that stay on adds the trim, not the weight that takes their place."""
+    saved = tmp_path / "plan.toml"
+    first = run("solve", str(FAN), *options, "--save", str(saved), "--json").data
+    again = run("solve", str(saved), "--json").data
+    for name in ("left", "right"):
+        assert again["trim"][name]["mass"]["value"] == pytest.approx(first["trim"][name]["mass"]["value"], rel=1e-9)
+    for data in (first, again) if options else (again,):
+        stays, left, right, anew, *whole = data["words"]
+        assert stays == 'The weights of run "correction fitted" stay on. What changes them into the best ones:'
+        assert anew == "Or take every weight off and fit the whole anew, on the rotor as found:"
+        assert [left, right] == [one.replace(": fit", ": take off what is fitted; fit") for one in whole]
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import field_validator, model_validator
 
+from vibopt.devices.axes import InertiaSchema
 from vibopt.devices.device import Device
 from vibopt.devices.offset import SPAN, add_offset, offset_of
 from vibopt.devices.symbols import Numbers, Symbols
@@ -18,7 +19,7 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.units import read_quantity, reads
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.directions import AXES, Place, Reach, is_tensor
-from vibopt.values.fields import Choice, Later, complaint
+from vibopt.values.fields import Choice, Later, Rule, complaint, ruled
 
 if TYPE_CHECKING:
     from vibopt.devices.inertia import Disc, Piece, Principal, Shape, Solid, Tensor
@@ -95,7 +96,7 @@ class BodyTable(Device):
 
     mass: Value | None = number("mass", zero=True)
     weight: Fact | None = number("force", choice=False, tolerance=True)
-    inertia: Inertia | None = number("inertia", zero=True)
+    inertia: Inertia | None = ruled(InertiaSchema(Rule("inertia", zero=True)))
     disc: Disc | None = None
     geared_to: str | None = None
     speed_ratio: Fact | None = number("ratio", choice=False, sign="any")

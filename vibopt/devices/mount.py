@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import ValidationError, field_validator, model_validator
+from pydantic import ConfigDict, ValidationError, field_validator, model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.devices.axes import DampingAxes, Rated, StiffnessAxes, ThreeSchema, three
@@ -24,6 +24,12 @@ from vibopt.values.fields import Choice, Rule, complaint, ruled
 
 _SCATTERED = ("stiffness", "damping", "loss_factor")
 """What a tolerance of the whole table is about."""
+
+
+def _asked(schema: dict[str, Any]) -> None:
+    """A part brings its stiffness with it."""
+    schema["required"].remove("stiffness")
+    schema["anyOf"] = [{"required": ["stiffness"]}, {"required": ["part"]}]
 
 
 class MountTable(Device):
@@ -52,6 +58,8 @@ class MountTable(Device):
     tolerance_of: "group": all mounts are off alike; "mount": each by itself.
     part: Bought instead of made: `part = { catalogue = "mounts.csv" }`. Refused beside stiffness and damping.
     """
+
+    model_config = ConfigDict(**{**Device.model_config, "json_schema_extra": _asked})
 
     between: TwoEnds
     at: At

@@ -54,6 +54,7 @@ def problem_schema() -> dict[str, Any]:
     from vibopt.excitations import KINDS as EXCITATIONS
     from vibopt.responses import GOALS
     from vibopt.responses import KINDS as RESPONSES
+    from vibopt.scene.check_devices import CARRIED
 
     parts: dict[str, Any] = {}
     families = {name: _named(_table(kind, parts)) for name, kind in FAMILIES.items()}
@@ -70,13 +71,15 @@ def problem_schema() -> dict[str, Any]:
             "source": _TEXT,
             **families,
             "excitations": _named({"oneOf": excitations}),
-            "limits": _named({"oneOf": [_limit(response, name) for name, response in responses.items()]}),
+            "limits": _named(
+                {"oneOf": [_limit(responses[name], name, RESPONSES[name].other_bound) for name in responses]}
+            ),
             "measures": _named({"oneOf": [_measure(response, name) for name, response in responses.items()]}),
             "goal": {"oneOf": [_find_all(), *_goals(goals)]},
             "scenarios": _SCENARIOS,
             "expected": {"type": "array", "items": _record()},
         },
-        "required": ["bodies"],
+        "anyOf": [{"required": [family]} for family in CARRIED],
         "additionalProperties": False,
         "$defs": parts,
     }
@@ -135,9 +138,10 @@ def _without(one: dict[str, Any], keys: tuple[str, ...]) -> dict[str, Any]:
     return {**one, "properties": properties, "required": [key for key in one.get("required", []) if key not in keys]}
 
 
-def _limit(one: dict[str, Any], name: str) -> dict[str, Any]:
-    bounds = [{"required": [key]} for key in BOUNDS if key in one["properties"]]
-    return {**_fixed(one, "response", name), "anyOf": bounds}
+def _limit(one: dict[str, Any], name: str, elsewhere: str) -> dict[str, Any]:
+    """The schema of a limit, whose bound may stand `elsewhere` than in BOUNDS, at the mount itself."""
+    fixed, bounds = _fixed(one, "response", name), [{"required": [key]} for key in BOUNDS if key in one["properties"]]
+    return fixed if elsewhere and len(bounds) < len(BOUNDS) else {**fixed, "anyOf": bounds}
 
 
 def _measure(one: dict[str, Any], name: str) -> dict[str, Any]:

@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from vibopt.devices.absorber import AbsorberTable
     from vibopt.devices.device import Device, Ends
 
+CARRIED = ("bodies", "structures", "rotors")
+"""Families of what can move by itself: a machine has something of one of them."""
+
 
 def check_names(scene: Scene, mistakes: Mistakes) -> bool:
     """Every point and every link has a name of its own; whether there is anything that can move."""
@@ -24,7 +27,7 @@ def check_names(scene: Scene, mistakes: Mistakes) -> bool:
         own = (*kind.moving_in(name, table), *kind.supports_in(name, table), *kind.links_in(name, table))
         for fromkey in dict.fromkeys((name, *own)):
             _check_name(family, name, fromkey, seen, mistakes)
-    if any(places.raw(scene, family) for family in ("bodies", "structures", "rotors")):
+    if any(places.raw(scene, family) for family in CARRIED):
         return True
     mistakes.add((), 'there is no body. Add [bodies.NAME] with mass = "300 kg".')
     return False
