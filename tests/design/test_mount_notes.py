@@ -33,6 +33,22 @@ def test_a_rating_that_no_limit_asks_for_is_said_to_bind_nothing() -> None:
     assert asked.status == "met"
 
 
+@pytest.mark.parametrize("once", [False, True])
+def test_a_gap_is_held_by_a_travel_in_time_too(once: bool) -> None:
+    """What to add is what the loads of the file have an answer to."""
+    document, response = skid(), "peak_travel" if once else "travel"
+    document["mounts"]["feet"] |= {"gap": "9 mm", "damping": "9 kN s/m"}
+    del document["mounts"]["feet"]["rating"]
+    pulse = {"kind": "pulse", "shape": "half sine", "amplitude": "2 kN", "duration": "20 ms"}
+    steady = {"kind": "force", "amplitude": "2 kN", "speed": "20 Hz"}
+    document["excitations"] = {"shaker": {**(pulse if once else steady), "on": "skid", "direction": "z"}}
+    said = f'mounts.feet: its gap binds nothing. Add a limit with response = "{response}" and of = "feet".'
+    assert said in vo.solve(from_dict(document)).notes
+    asked = vo.solve(from_dict({**document, "limits": {"room": {"response": response, "of": "feet"}}}))
+    assert asked.status == "met"
+    assert not any("binds nothing" in note for note in asked.notes)
+
+
 @pytest.mark.parametrize("share", [0.0, 1.0])
 def test_ratios_of_poles_that_are_not_those_of_the_table_are_told(share: float) -> None:
     """Damping that goes with the stiffness leaves modes as they are; all of it in one link does not."""

@@ -179,6 +179,23 @@ def test_other_axes_change_nothing_in_time(plant: Plant, by: tuple[float, ...]) 
     assert found[0] == pytest.approx(found[1], rel=1e-7)
 
 
+@FEW
+@given(plants)
+def test_a_place_on_a_machine_that_runs_up_moves_as_its_body(plant: Plant) -> None:
+    """What is held by mounts holds its places, wherever the force acts; the centre of mass is one of them."""
+    document, slow = plant.document(), float(plant.frequencies()[0]) / (2.0 * np.pi)
+    document["points"] = {"heart": {"on": "body", "at": document["bodies"]["body"]["centre"]}}
+    shaker = {"kind": "force", "amplitude": "1 N", "speed": f"{1.5 * slow!r} Hz", "direction": plant.push.tolist(),
+              "varies": "constant",
+              "run_up": {"from": f"{0.7 * slow!r} Hz", "acceleration": f"{0.1 * slow * slow!r} Hz/s"}}  # fmt: skip
+    way = {"response": "peak_displacement", "direction": plant.way.tolist()}
+    found = [
+        answered(document, {**shaker, "on": on}, {"moved": {**way, "of": of}})["moved"]
+        for on, of in (("body", "body"), ("heart", "body"), ("body", "heart"))
+    ]
+    assert found == pytest.approx([found[0]] * 3, rel=1e-7)
+
+
 def test_what_symmetry_keeps_still_is_zero() -> None:
     """Neither rounding of what moves beside it, nor hours of looking for its peak."""
     corners = [[f"{x} m", f"{y} m", "0 m"] for x in (0.2, -0.2) for y in (0.15, -0.15)]

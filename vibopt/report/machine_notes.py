@@ -160,11 +160,12 @@ def lifted(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
 def unasked(scene: Scene) -> list[str]:
     """Ratings and gaps of mounts that no limit asks for: said, so that nobody takes them for kept."""
-    found = []
+    found, once = [], bool(scene.excitations) and all(one.sort == "transient" for one in scene.excitations.values())
     for name, mount in scene.mounts.items():
-        for key, response in (("rating", "static_load"), ("gap", "travel")):
+        for key, response in (("rating", "static_load"), ("gap", "peak_travel" if once else "travel")):
             asked = any(
-                limit.response == response and str(getattr(limit, "of", "")).split(".")[0] == name
+                limit.response.removeprefix("peak_") == response.removeprefix("peak_")
+                and str(getattr(limit, "of", "")).split(".")[0] == name
                 for limit in scene.limits.values()
             )
             if getattr(mount, key) is not None and not asked:

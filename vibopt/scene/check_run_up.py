@@ -143,6 +143,7 @@ def _loose(scene: Scene, on: str) -> str:
     """A body among those that it shakes which no springs hold; "" where all are held."""
     moving = set(places.moving(scene))
     springs = [ends for name, ends in places.ends(scene).items() if name in places.springs(scene)]
+    springs += [(name, point.on) for name, point in scene.points.items()]
     held = {end for ends in springs for end in ends if end not in moving} | {GROUND}
     for _ in moving:
         held |= {end for ends in springs if held & set(ends) for end in ends}
