@@ -263,6 +263,21 @@ def test_methods_that_do_not_take_a_job_say_so_on_the_command_line() -> None:
     )
 
 
+ANALYSES = ("rao_9_34_printed_design", "rao_9_35", "rao_9_9_fitted", "rao_9_14_a", "rao_9_23")
+
+
+@pytest.mark.parametrize("name", ANALYSES)
+def test_where_nothing_is_chosen_every_method_measures_and_a_slip_in_its_name_is_told(name: str) -> None:
+    job = vo.with_changes(vo.read(NAMED["rao_9_9"]), {"planes.rotor": {"radius": "100 mm", "weight": ["1 g @ 9 deg"]}})
+    job = job if name.endswith("fitted") else vo.read(NAMED[name])
+    plain = vo.solve(job)
+    for method in ("cvxpy", "ipopt"):
+        again = vo.solve(job, method=method)
+        assert (again.status, again.entries()) == (plain.status, plain.entries())
+    with pytest.raises(vo.InputError, match="--method cvxpi: (there is no such method|goal and limits decide)"):
+        vo.solve(job, method="cvxpi")
+
+
 def test_the_explanation_is_of_the_same_method() -> None:
     from vibopt.study.explain import explain
 

@@ -35,7 +35,7 @@ def solver_of(job: Any, method: str) -> Callable[..., Any]:
     """What answers the program of a balancing job; InputError, in words, where there is no such program."""
     if is_engine(job):
         paths = chosen(job)
-        if job.is_search or not paths:
+        if job.is_search:
             opened = posed(job)
             (opened.cvxpy if method == CVXPY else opened.casadi)()
     else:

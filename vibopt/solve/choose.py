@@ -45,7 +45,7 @@ def choose(program: Program, name: str | Method | None, near: Sequence[float] | 
     if program.ties:
         return _of_parts(program, name)
     if name is not None:
-        method = _called(name) if isinstance(name, str) else name
+        method = called(name) if isinstance(name, str) else name
         refusal = method.refuses(program)
         if refusal is not None:
             way = "" if refusal.endswith(".") else ". Leave --method out: vibopt takes one that can."
@@ -139,7 +139,8 @@ def closed_form(program: Program) -> Method | None:
     return next((one for one in (OneVariable(), StiffnessAndDamping()) if one.refuses(program) is None), None)
 
 
-def _called(name: str) -> Method:
+def called(name: str) -> Method:
+    """The method of a name; InputError with near names where there is none."""
     from vibopt.solve.method import METHODS
 
     if name not in METHODS:
