@@ -146,9 +146,34 @@ def test_the_trim_says_what_to_add_and_in_holes_what_to_fit_instead(tmp_path: Pa
     )
 
 
+@pytest.mark.parametrize("file", ["balancing/fan_verification_run", "shafts/three_disc_turbine"])
+@pytest.mark.parametrize("second", ["one.toml", "./folder/../one.toml"])
+def test_a_design_and_coefficients_are_not_written_over_each_other(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, file: str, second: str
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    done = run("solve", str(FAN.parents[1] / f"{file}.toml"), "--save", "one.toml", "--save-coefficients", second)
+    message = "one.toml is to hold the design and the coefficients: name two files.\n"
+    assert (done.code, done.out, done.err) == (2, "", message)
+    assert not (tmp_path / "one.toml").exists()
+
+
+def test_the_balancing_job_of_a_rotor_of_discs_is_written_again_until_somebody_changes_it(
+    run: Run, tmp_path: Path
+) -> None:
+    job, design = tmp_path / "job.toml", tmp_path / "design.toml"
+    words = ("solve", str(FAN.parents[1] / "shafts/three_disc_turbine.toml"), "--save-coefficients", str(job))
+    first, again = run(*words, "--no-prices"), run(*words, "--no-prices")
+    assert (first.code, again.code, again.err) == (0, 0, "")
+    job.write_text(job.read_text(encoding="utf-8").replace("title = ", "title  = "), encoding="utf-8")
+    assert run(*words, "--save", str(design)).code == 2
+    assert not design.exists()
+
+
 @pytest.mark.parametrize("options", [(), ("--round", "0.5 g", "--round", "5 deg")])
 def test_a_plan_that_is_saved_or_rounded_never_says_to_add_the_whole_to_what_is_on(
-    run: Callable[..., Any], tmp_path: Path, options: tuple[str, ...]
+    run: Run, tmp_path: Path, options: tuple[str, ...]
 ) -> None:
     """Each sentence that adds to the weights that stay on adds the trim, not the weight that takes their place."""
     saved = tmp_path / "plan.toml"

@@ -274,7 +274,7 @@ def test_where_nothing_is_chosen_every_method_measures_and_a_slip_in_its_name_is
     for method in ("cvxpy", "ipopt"):
         again = vo.solve(job, method=method)
         assert (again.status, again.entries()) == (plain.status, plain.entries())
-    with pytest.raises(vo.InputError, match="--method cvxpi: (there is no such method|goal and limits decide)"):
+    with pytest.raises(vo.InputError, match=r"--method cvxpi: (there is no such method|goal and limits decide)"):
         vo.solve(job, method="cvxpi")
 
 

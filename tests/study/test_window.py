@@ -240,8 +240,10 @@ CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain sa
          "compressor_on_bought_mounts.toml: window is for variables that are chosen from a range, and links.feet.part "
          "is of a catalogue, of which each part is permitted or not. vibopt solve FILE lists the best choices; --set "
          'links.feet.part.name="..." takes one.'),
+        ("isolation/rao_9_34_printed_design.toml", {},
+         "rao_9_34_printed_design.toml: nothing is chosen, so nothing may go anywhere. Write a range, { from, to }."),
     ],
-    ids=["balancing", "clash", "no limits", "list", "catalogue"],
+    ids=["balancing", "clash", "no limits", "list", "catalogue", "nothing"],
 )  # fmt: skip
 def test_what_has_no_window_is_said(file: str, changes: dict[str, object], words: str) -> None:
     assert str(refused(lambda: vo.window(vo.with_changes(vo.read(ROOT / file), changes)))) == words

@@ -101,11 +101,7 @@ def solve(
         changes = (*changes, *(f"{path}=true" for path in few.changes))
         job = read_job(file, changes)
     _whole_where_asked(file, job, fidelity)
-    target = None
-    if save is not None:
-        from vibopt.files.writing import checked_target
-
-        target = checked_target(save, PROBLEMS, force=force)
+    target = None if save is None else _target(save, save_coefficients, force=force)
     modelled = save_coefficients if is_scene(job) and job.rotors else None
     learnt = {} if modelled is not None else _coefficients(job, save_coefficients, force=force)
     asked = Asked(file, job, changes, method, fidelity == "full")
@@ -114,9 +110,9 @@ def solve(
     answer = drawn.design if drawn is not None else _priced(asked, answer, no_prices=no_prices)
     if few is not None:
         answer = replace(answer, notes=(few.words, *answer.notes))
-    refused = "" if target is None else _save(answer, job, drawn, target, changes)
     if modelled is not None:
         learnt = _modelled(answer, modelled, force=force)
+    refused = "" if target is None else _save(answer, job, drawn, target, changes)
     _write(learnt)
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
     if as_json:
@@ -214,6 +210,16 @@ def _rounded(answer: Answer[Any], job: Job, rounding: tuple[str, ...]) -> Rounde
         return drawn(job, answer, rounding)
 
 
+def _target(save: str, beside: str | None, *, force: bool) -> Path:
+    """The place of the design, which that of coefficients would write over where they are one."""
+    from vibopt.files.writing import checked_target, is_stream
+
+    target = checked_target(save, PROBLEMS, force=force)
+    if beside is not None and target.resolve() == Path(beside).resolve() and not is_stream(target):
+        raise InputError(f"{save} is to hold the design and the coefficients: name two files.")
+    return target
+
+
 def _save(answer: Answer[Any], job: Job, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
     """Write the design; why not, where there is none."""
     from vibopt.study.saved import saved_text
@@ -252,11 +258,12 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
 def _modelled(design: Any, save: str, *, force: bool) -> dict[Path, str]:
     """The balancing job of a rotor of discs, and its text."""
     from vibopt.document.toml_writing import document_toml
+    from vibopt.files.marks import with_check
     from vibopt.files.writing import checked_target
     from vibopt.report.modelled_balancing import balancing_document
 
     text = f"# What weights on the discs of {design.scene.name} do, by its model: a balancing job, made by vibopt.\n\n"
-    return {checked_target(save, PROBLEMS, force=force): text + document_toml(balancing_document(design))}
+    return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(balancing_document(design)))}
 
 
 def _say(drawn: Rounded | None, written: list[str], refused: str) -> None:

@@ -126,7 +126,9 @@ def _check(scene: Scene) -> None:
             f"{scene.name}: window finds the tolerances that a design bears, and the file has tolerances already. "
             f"Leave them out{f': {without}' if without else ''}."
         )
-    if not 1 <= len(scene.variables) <= MOST_VARIABLES:
+    if not scene.variables:
+        raise InputError(f"{scene.name}: nothing is chosen, so nothing may go anywhere. Write a range, {{ from, to }}.")
+    if len(scene.variables) > MOST_VARIABLES:
         raise InputError(
             f"{scene.name}: window is for one to {MOST_VARIABLES} variables, and the file has {len(scene.variables)}. "
             "Set some to values with --set."
