@@ -99,6 +99,9 @@ class PeakOverDurations(Form):
     def floors(self, model: Model) -> Floors | None:
         return self.lasting(self.high).floors(model)
 
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        return self.lasting(self.high).room(model, x, value, other, rounding)
+
     def lasting(self, duration: float) -> PeakInTime:
         """At one duration [s]."""
         return PeakInTime(self.output, self.loads, self.signals(duration))

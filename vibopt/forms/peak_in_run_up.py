@@ -177,6 +177,21 @@ class PeakInRunUp(Form):
 
         return replace(machine, sweep=motor.against(drag, own.poles) or NO_SWEEP), read
 
+    def _rounded(self, model: Model, x: FloatArray, rounding: float) -> float:
+        """Rounding of motions as large that a reading does not see, as where all is symmetric."""
+        from vibopt.mechanics.harmonic import mount_count
+
+        if model.spun_in_time or model.massless.any():
+            return 0.0
+        p, n = model.values(x), model.n_free
+        root = np.linalg.inv(np.linalg.cholesky(matrices(model, p)[0][:n, :n])).T
+        whole = np.zeros((n, model.n_coords))
+        whole[:, :n] = np.linalg.inv(root)
+        still = np.zeros(len(model.terms))
+        each = [replace(self, output=Output(one, still, self.output.power)).value(model, x) for one in whole]
+        read = np.linalg.norm(reading(model, self.output, p).row[:n] @ root)
+        return rounding * float(read * np.linalg.norm(each)) / mount_count(model, self.output, x)
+
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """Accelerations that follow from torque are even on stretches; of a rotor fast free whirls are left out."""
         left_out = 0.0
@@ -185,4 +200,6 @@ class PeakInRunUp(Form):
 
             left_out = self._spun(model, x).left_out / mount_count(model, self.output, x)
         sizes = [0.0, *(abs(one) for one in (value, other) if np.isfinite(one))]
-        return left_out + (self.known_to or ROOTS) * max(sizes)
+        known = left_out + (self.known_to or ROOTS) * max(sizes)
+        rounded = self._rounded(model, x, rounding)
+        return max(known, rounded) if max(sizes) <= rounded else known

@@ -242,7 +242,8 @@ class Transient:
         a, left = self.onward(self.left)
         free = np.r_[: self.parts[3], self.size // 2 : self.size // 2 + self.parts[3]]
         last = self.segments[-1]
-        every = [left, self._pushed @ last.read @ last.start, *(stretch.starts for stretch in self.stretches)]
+        driven = np.abs(self._pushed @ last.read).sum(axis=-1) * np.abs(last.start).max()
+        every = [left, driven, *(stretch.starts for stretch in self.stretches)]
         largest = np.max([np.abs(one[..., free]).reshape(-1, len(free)).max(axis=0) for one in every], axis=0)
         return float(np.linalg.norm(self.row(reading, a)[free]) * np.linalg.norm(largest))
 

@@ -62,6 +62,8 @@ def _beside(scene: Scene, machine: Machine, where: str, name: str, response: Tra
             f"{where}: run slowly it is infinite, at {show(steady.speeds[name], unit, ROTATION)}; in the run-up "
             f"{'too' if not isfinite(measured.value) else 'it is not'}."
         )
+    if not steady.value:
+        return f"{where}: nothing of it is felt there, run slowly neither."
     size = show(steady.value, best_unit(steady.value, response.dimension), response.dimension)
     part, begins = measured.value / steady.value - 1.0, steady.speeds[name]
     shift = measured.speeds[name] / begins - 1.0 if begins > 0.0 else measured.speeds[name]
