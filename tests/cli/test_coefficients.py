@@ -159,6 +159,16 @@ def test_a_design_and_coefficients_are_not_written_over_each_other(
     assert not (tmp_path / "one.toml").exists()
 
 
+def test_what_was_taken_away_stays_away_and_a_saved_plan_takes_the_trim_away(run: Run, tmp_path: Path) -> None:
+    file, saved = tmp_path / "drilled.toml", tmp_path / "plan.toml"
+    cap = 'weight = { from = "0 g", to = "60 g" }'
+    file.write_text(FAN.read_text(encoding="utf-8").partition("[[expected]]")[0].replace(cap, "remove = true", 1))
+    first = run("solve", str(file), "--save", str(saved), "--json").data["words"]
+    again = run("solve", str(saved), "--json").data["words"]
+    assert first[1].startswith("left: take away 1.175 g at radius 150 mm, 317.6 deg")
+    assert (again[1], again[4]) == (first[1], first[4])
+
+
 def test_the_balancing_job_of_a_rotor_of_discs_is_written_again_until_somebody_changes_it(
     run: Run, tmp_path: Path
 ) -> None:

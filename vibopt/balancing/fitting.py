@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import partial
 from math import tau
 
@@ -94,8 +95,8 @@ def _weights(spoken: Conventions, plane: Plane, u: complex, options: Options | N
 
 
 def sentence(job: RotorJob, index: int, u: complex) -> str:
-    """What to do for an unbalance u in a plane, for the shop floor."""
-    plane = job.planes[index]
+    """What to do for an unbalance u in a plane, whatever it is decided to hold, for the shop floor."""
+    plane = replace(job.planes[index], fitted=None)
     action = "remove" if plane.remove else "add"
     return _words(job.conventions, plane, action, _weights(job.conventions, plane, u, None))
 

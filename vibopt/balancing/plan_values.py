@@ -155,7 +155,7 @@ def _trim(job: RotorJob, run: Run, index: int, answer: PlaneAnswer) -> str:
     if change == 0j or plane.keep:
         return f"{plane.name}: leave as it is."
     alone = plane.weight(plane.amount(change), job.conventions.weight_angle(-change if plane.remove else change))
-    free = plane.fitted is None and not plane.holes and len(plane.radii) < 2
+    free = (plane.fitted is None or plane.remove) and not plane.holes and len(plane.radii) < 2
     if free and plane.breaks((alone,)) in ("", "the cap"):
         added = sentence(job, index, change).replace(": fit ", ": add ", 1)
         return f"{added}{_beyond(job, run, index, change)}"
