@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 from typing import Any
 
@@ -13,6 +14,8 @@ from hypothesis import strategies as st
 import vibopt as vo
 from refusals import refused
 from vibopt.forms import PeakOverDurations
+from vibopt.mechanics.ringing import Behind
+from vibopt.mechanics.transient import Transient
 from vibopt.program.pose import form_of, pose
 from vibopt.scene.assemble import model_of
 from vibopt.solve.tangents import Tangents
@@ -239,3 +242,27 @@ def test_designs_of_which_some_lack_the_damper_of_a_joint_have_the_values_of_eac
     assert alone is not None
     each = [alone.form.value(alone.model, one) for one in x]
     assert together.form.values(together.model, x) == pytest.approx(each, rel=1e-10)
+
+
+def test_machines_that_were_followed_are_freed_without_a_search_for_circles() -> None:
+    """Thousands of them, of many matrices each, come and go in one answer: in circles they fill the memory."""
+    places = [[f"{x} m", f"{y} m", "0 m"] for x in (0.2, -0.2) for y in (0.15, -0.15)]
+    document = {
+        **TOWER,
+        "bodies": {"tank": {"mass": "1 kg", "inertia": ["9 kg m2", "7 kg m2", "8 kg m2"],
+                            "centre": ["0.1 m", "0.04 m", "0.3 m"]}},
+        "bases": {"deck": {}},
+        "excitations": {"jolt": {"kind": "pulse", "on": "deck", "shape": "half sine", "acceleration": "1 g",
+                                 "direction": "x", "duration_up_to": "20 ms"}},
+        "measures": {"room": {"response": "peak_travel", "of": "feet"}},
+        "mounts": {"feet": {"between": ["tank", "deck"], "at": places, "damping": ["2 N s/m", "9 N s/m", "3 N s/m"],
+                            "stiffness": ["0.5 kN/m", "0.6 kN/m", "1 kN/m"]}},
+    }  # fmt: skip
+    del document["links"]
+    gc.collect()
+    gc.disable()
+    try:
+        assert vo.solve(vo.from_dict(document)).status == "met"
+        assert not [one for one in gc.get_objects() if isinstance(one, (Behind, Transient))]
+    finally:
+        gc.enable()

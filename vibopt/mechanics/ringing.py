@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+from weakref import proxy
 
 import numpy as np
 
@@ -250,7 +251,8 @@ class Behind:
     """
 
     def __init__(self, machine: Transient) -> None:
-        self.machine, self.a, self.size = machine, machine.own, machine.size
+        self.machine: Transient = proxy(machine)  # which keeps this: a circle would hold its matrices until it is found
+        self.a, self.size = machine.own, machine.size
         self.whole, self.start = machine.onward(machine.left)
         self.lasts = self.whole.shape[-1] > self.size
         if self.lasts and len(self.whole) > 1:
