@@ -224,3 +224,27 @@ def test_what_symmetry_keeps_still_is_zero(shaker: str) -> None:
     found = answered(document, {**ALONG_X[shaker], "direction": "x"}, ways)
     assert found["x"] > 1.0
     assert max(found["y"], found["z"]) <= (1e-9 * found["x"] if shaker == "run-up" else 0.0)
+
+
+@pytest.mark.parametrize(
+    ("held", "asked", "said"),
+    [
+        ({"damping": "60 N s/m"}, {"response": "peak_displacement", "of": "case", "direction": "z"},
+         "and case with it. Ask for the peak_travel of a mount."),
+        ({"loss_factor": 0.1}, {"response": "peak_travel", "of": "feet"},
+         "but mounts.feet has a loss_factor, which speaks of steady harmonic motion only. Give it damping instead."),
+    ],
+)  # fmt: skip
+def test_the_way_out_is_one_that_machines_in_space_have(held: Any, asked: dict[str, str], said: str) -> None:
+    corners = [[f"{x} m", f"{y} m", "0 m"] for x in (0.2, -0.2) for y in (0.15, -0.15)]
+    with pytest.raises(vo.InputError) as refused:
+        vo.solve(from_dict({
+            "bases": {"deck": {}},
+            "bodies": {"case": {"mass": "20 kg", "inertia": ["0.5 kg m2", "0.6 kg m2", "0.7 kg m2"]}},
+            "mounts": {"feet": {"between": ["case", "deck"], "at": corners, "stiffness": "20 kN/m", "shear_ratio": 0.5,
+                                **held}},
+            "excitations": {"jolt": {"kind": "pulse", "on": "deck", "shape": "half sine", "acceleration": "9 m/s²",
+                                     "duration": "9 ms", "direction": "z"}},
+            "measures": {"asked": asked},
+        }))  # fmt: skip
+    assert said in str(refused.value)

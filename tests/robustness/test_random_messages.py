@@ -130,7 +130,7 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "speeds of noise": (
         {"measures.x.over": "3 Hz"},
         'unknown key "over" in measures.x. Known: response, at_most, at_least, unit, soft, with_probability, worst, '
-        "due_to, of.",
+        "due_to, of, direction.",
     ),
     "find all": (
         {"goal": {"find_all": "w.speed"}, "excitations.f": STEADY},

@@ -229,7 +229,8 @@ def _moves_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -
         return ""
     return (
         f"is infinite whatever the design: the base of excitations.{moved[0]}, whose acceleration is given, moves on "
-        f"behind it, and {_place(response)} with it. Ask for peak_relative_displacement across a link."
+        f"behind it, and {_place(response)} with it. Ask for "
+        f"{'the peak_travel of a mount' if scene.mounts else 'peak_relative_displacement across a link'}."
     )
 
 
@@ -244,7 +245,7 @@ def check_lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None
         mistakes.add(
             path,
             f"{dotted(path)} asks for the {what}, but {lossy[0]} has a loss_factor, which speaks of steady harmonic "
-            "motion only. Give it damping or damping_ratio instead.",
+            f"motion only. Give it damping{'' if lossy[0].startswith('mounts.') else ' or damping_ratio'} instead.",
         )
 
 
