@@ -56,11 +56,7 @@ def steady(motion: str) -> dict[str, Any]:
 def unsteady(kind: type) -> dict[str, Any]:
     """Two bodies under what is random, or comes once."""
     beam = {"kind": "cantilever", "length": "1 m", "modulus": "207 GPa", "diameter": "50 mm"}
-    shaker = {"kind": "white_noise", "on": "pump", "density": "100 N²/Hz"}
-    if kind is TransientResponse:
-        shaker = {"kind": "pulse", "on": "pump", "shape": "half sine", "amplitude": "2 kN", "duration": "20 ms"}
-    kinds = {name: one for name, one in KINDS.items() if issubclass(one, kind)}
-    asked = [one for one in questions(kinds) if not {"direction", "axis"} & {*one}]
+    asked = [one for one in questions(_of(kind)) if not {"direction", "axis"} & {*one}]
     return {
         "title": "unsteady",
         "bodies": {"pump": {"mass": "120 kg"}, "floor": {"mass": "900 kg"}},
@@ -68,9 +64,29 @@ def unsteady(kind: type) -> dict[str, Any]:
             "foot": {"between": ["pump", "floor"], "stiffness": "200 kN/m", "damping": "2 kN s/m"},
             "girder": {"between": ["floor", "ground"], "beam": beam, "damping": "5 kN s/m"},
         },
-        "excitations": {"shaker": shaker},
+        "excitations": {"shaker": SHAKERS[kind]},
         "measures": {f"q{number}": one for number, one in enumerate(asked)},
     }
+
+
+def mounts_unsteady(kind: type) -> dict[str, Any]:
+    """Mounts of the machine of everything under the same, in space."""
+    asked = [one for one in questions(_of(kind)) if one["response"].endswith("travel")]
+    shaker = {**SHAKERS[kind], "direction": [0.6, 0, 0.8]}
+    measures = {f"q{number}": one for number, one in enumerate(asked)}
+    return {**machine("space", opened=False), "excitations": {"shaker": shaker}, "measures": measures}
+
+
+def _of(kind: type) -> dict[str, Any]:
+    return {name: one for name, one in KINDS.items() if issubclass(one, kind)}
+
+
+SHAKERS: dict[type, dict[str, Any]] = {
+    RandomResponse: {"kind": "white_noise", "on": "pump", "density": "100 N²/Hz"},
+    TransientResponse: {
+        "kind": "pulse", "on": "pump", "shape": "half sine", "amplitude": "2 kN", "duration": "20 ms"
+    },
+}  # fmt: skip
 
 
 ASKED = {
@@ -78,6 +94,8 @@ ASKED = {
     "line": steady("line"),
     "random": unsteady(RandomResponse),
     "in time": unsteady(TransientResponse),
+    "random in space": mounts_unsteady(RandomResponse),
+    "in time in space": mounts_unsteady(TransientResponse),
 }
 
 

@@ -73,9 +73,14 @@ class Whirling(Shown, total=False):
 
 
 class Random(Shown, total=False):
-    """White noises that count; without `due_to` all.  In space the `direction` of a motion or a force."""
+    """White noises that count; without `due_to` all."""
 
     due_to: Sequence[str]
+
+
+class RandomAlong(Random, total=False):
+    """In space: the `direction` of a motion or a force."""
+
     direction: Way
 
 
@@ -83,6 +88,12 @@ class InTime(Random, total=False):
     """`combine`: "sum" or "rss" of the peaks of each excitation; without it, of all together."""
 
     combine: str
+
+
+class InTimeAlong(InTime, total=False):
+    """In space: the `direction` of a motion or a force."""
+
+    direction: Way
 
 
 class Responses:
@@ -165,15 +176,15 @@ class Responses:
         """Log of the ratio of two deflections one period apart, of the least damped modes or whirls."""
         return Measure("logarithmic_decrement", mode=mode, **words)
 
-    def rms_displacement(self, *, of: str, **words: Unpack[Random]) -> Measure:
+    def rms_displacement(self, *, of: str, **words: Unpack[RandomAlong]) -> Measure:
         """Root mean square motion of a body under white noise, absolute [m]."""
         return Measure("rms_displacement", of=of, **words)
 
-    def rms_velocity(self, *, of: str, **words: Unpack[Random]) -> Measure:
+    def rms_velocity(self, *, of: str, **words: Unpack[RandomAlong]) -> Measure:
         """Root mean square velocity of a body under white noise, absolute [m/s]."""
         return Measure("rms_velocity", of=of, **words)
 
-    def rms_acceleration(self, *, of: str, **words: Unpack[Random]) -> Measure:
+    def rms_acceleration(self, *, of: str, **words: Unpack[RandomAlong]) -> Measure:
         """Root mean square acceleration of a body under white noise, absolute [m/s^2]."""
         return Measure("rms_acceleration", of=of, **words)
 
@@ -181,11 +192,13 @@ class Responses:
         """Root mean square of the relative motion of the two ends of a link [m]."""
         return Measure("rms_relative_displacement", across=across, **words)
 
-    def rms_force(self, *, into: str | None = None, through: str | None = None, **words: Unpack[Random]) -> Measure:
+    def rms_force(
+        self, *, into: str | None = None, through: str | None = None, **words: Unpack[RandomAlong]
+    ) -> Measure:
         """Root mean square force: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("rms_force", into=into, through=through, **words)
 
-    def rms_travel(self, *, of: str, **words: Unpack[Random]) -> Measure:
+    def rms_travel(self, *, of: str, **words: Unpack[RandomAlong]) -> Measure:
         """Root mean square of how far a mount in space moves in itself: the most along any of its own axes [m]."""
         return Measure("rms_travel", of=of, **words)
 
@@ -193,15 +206,15 @@ class Responses:
         """Root mean square of the greatest stress in a beam or shaft that bends [Pa]."""
         return Measure("rms_bending_stress", of=of, **words)
 
-    def peak_displacement(self, *, of: str, **words: Unpack[InTime]) -> Measure:
+    def peak_displacement(self, *, of: str, **words: Unpack[InTimeAlong]) -> Measure:
         """Greatest displacement of a body in time, under what comes once [m]."""
         return Measure("peak_displacement", of=of, **words)
 
-    def peak_velocity(self, *, of: str, **words: Unpack[InTime]) -> Measure:
+    def peak_velocity(self, *, of: str, **words: Unpack[InTimeAlong]) -> Measure:
         """Greatest velocity of a body in time, under what comes once [m/s]."""
         return Measure("peak_velocity", of=of, **words)
 
-    def peak_acceleration(self, *, of: str, **words: Unpack[InTime]) -> Measure:
+    def peak_acceleration(self, *, of: str, **words: Unpack[InTimeAlong]) -> Measure:
         """Greatest acceleration of a body in time, under what comes once [m/s^2]."""
         return Measure("peak_acceleration", of=of, **words)
 
@@ -209,11 +222,13 @@ class Responses:
         """Greatest relative displacement across a link in time, under what comes once [m]."""
         return Measure("peak_relative_displacement", across=across, **words)
 
-    def peak_force(self, *, into: str | None = None, through: str | None = None, **words: Unpack[InTime]) -> Measure:
+    def peak_force(
+        self, *, into: str | None = None, through: str | None = None, **words: Unpack[InTimeAlong]
+    ) -> Measure:
         """Greatest force in time: total over all links `into` a place, or in each mount of a link [N]."""
         return Measure("peak_force", into=into, through=through, **words)
 
-    def peak_travel(self, *, of: str, **words: Unpack[InTime]) -> Measure:
+    def peak_travel(self, *, of: str, **words: Unpack[InTimeAlong]) -> Measure:
         """Greatest in time of how far a mount in space moves in itself: the most along any of its own axes [m]."""
         return Measure("peak_travel", of=of, **words)
 
