@@ -103,7 +103,7 @@ class _Part:
 
     def far(self, boxes: Sequence[_Box]) -> list[_Box]:
         """Boxes on which a limit is kept by so much in the middle that hardly any corner comes near its bound."""
-        if not boxes:
+        if not boxes or self.of.form.searched:  # whose values take more work than its tangents
             return []
         values = self.of.form.values(self.of.model, np.array([box.x for box in boxes]))
         missed = _sign(self.of) * (values - self.bound) / self.size
