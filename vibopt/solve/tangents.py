@@ -29,7 +29,7 @@ from vibopt.work import Budget
 _MOST_VARIABLES, _AT_ONCE, _DEEP = 3, 32, 3
 """Variables; boxes that are looked at side by side; how often one is halved at once where they are few."""
 _STARTS = 4
-_BOX = 1.5  # of nominal work [ms], beside its measurements
+_BOX, _TERM = 1.5, 0.007  # of nominal work [ms] of a box beside its measurements, and of a term on a coordinate
 _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
 _KNOWN, _APART = 3, 0.01
@@ -173,7 +173,10 @@ class _Search:
             bounds.add(first_speeds(limit.form))
         self.best_x: FloatArray | None = None
         self.best = np.inf
-        self.budget = Budget(self.method.most, "boxes", _BOX + program.cost)
+        terms = sum(
+            int(one.of.model.exponents.any(axis=1).sum()) * one.of.model.n_free for one in self.limits + self.aims
+        )
+        self.budget = Budget(self.method.most, "boxes", _BOX + program.cost + _TERM * terms)
 
     def answer(self) -> Found:
         self.begin()

@@ -39,7 +39,7 @@ PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
 ALLOWANCE, STEPS, STEPS_OF_LIMITS = 20_000.0, 50_000.0, 100_000.0
 """Work of a table of prices [nominal ms] where not all is asked for; of its steps alone, and of those of limits."""
-_RANGES, _RANGES_OF_ACTIVE = 12_000.0, 100_000.0
+_RANGES, _RANGES_OF_ACTIVE = 12_000.0, 60_000.0
 """Work of ranges, those of what is ranked first, beyond that of the steps, as long as both are less than `STEPS`; and
 of those of the limits that hold the answer back, which come first."""
 OF_LIMITS = 2_000.0
