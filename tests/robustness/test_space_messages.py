@@ -444,3 +444,31 @@ def test_message(edit: Edit, words: str) -> None:
             for key in [key for key, value in table.items() if value is None]:
                 del table[key]
     assert str(refused(from_dict, document, name="box.toml")) == words
+
+
+@pytest.mark.parametrize(
+    "shaker",
+    [
+        {"kind": "base_motion", "displacement": "1 mm", "speed": "5 Hz"},
+        {"kind": "pulse", "shape": "half sine", "acceleration": "10 m/s2", "duration": "20 ms"},
+        {"kind": "drop", "height": "5 mm"},
+        {"kind": "white_noise", "density": "0.1 (m/s2)²/Hz"},
+    ],
+    ids=lambda shaker: shaker["kind"],
+)
+def test_a_base_below_what_moves_along_a_line_has_no_direction(shaker: dict[str, Any]) -> None:
+    """It moved across that line, and every answer was nothing."""
+    document: dict[str, Any] = {
+        "bases": {"deck": {}},
+        "bodies": {"floor": {"mass": "900 kg"}},
+        "links": {"slab": {"between": ["floor", "deck"], "stiffness": "2 MN/m", "damping": "9 kN s/m"}},
+        "excitations": {"shaker": {**shaker, "on": "deck", "direction": "x"}},
+        "measures": {"own": {"response": "natural_frequency"}},
+    }
+    said = "excitations.shaker has a direction, but what stands on deck moves along one line only."
+    assert str(refused(from_dict, document, name="hall.toml")) == f"hall.toml: {said} Remove direction."
+    document["bodies"]["box"] = GOOD["bodies"]["box"]
+    document["mounts"] = {name: {**table, "between": ["box", "floor"]} for name, table in GOOD["mounts"].items()}
+    assert str(refused(from_dict, document, name="hall.toml")) == f'hall.toml: {said} Write direction = "z".'
+    document["excitations"]["shaker"]["direction"] = "z"
+    from_dict(document)

@@ -109,10 +109,8 @@ class Tilt(Response):
         return abs(sum(part * down[f"{self.of}.r{axis}"] for part, axis in zip(self.axis, AXES, strict=True)))
 
 
-class Travel(HarmonicResponse):
-    """`response = "travel"`: how far a mount moves in itself [m] peak: the most along any of its own axes.
-
-    With `direction` along that direction in space.
+class OfMount(Response):
+    """How far a mount moves in itself: the most along any of its own axes, or along `direction` in space.
 
     Keys
     ----
@@ -123,15 +121,23 @@ class Travel(HarmonicResponse):
     of: str
     direction: Direction | None = None
     dimension: ClassVar[str] = "length"
-    other_bound: ClassVar[str] = " (or give the mount its gap)"
-    amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
     of_mount: ClassVar[str] = "axes"
-    noise_twin: ClassVar[str] = "rms_travel"
-    transient_twin: ClassVar[str] = "peak_travel"
 
     def places(self) -> dict[str, tuple[str, str]]:
         return {"of": (self.of, "mount")}
+
+
+class Travel(OfMount, HarmonicResponse):
+    """`response = "travel"`: how far a mount moves in itself [m] peak: the most along any of its own axes.
+
+    With `direction` along that direction in space.
+    """
+
+    other_bound: ClassVar[str] = " (or give the mount its gap)"
+    amplitude: ClassVar[bool] = True
+    noise_twin: ClassVar[str] = "rms_travel"
+    transient_twin: ClassVar[str] = "peak_travel"
 
     def output(self, model: Model) -> Output:
         if self.direction is None:

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
 from vibopt.responses.response import RandomResponse, ReadAs, TransientResponse, UnsteadyResponse
-from vibopt.responses.space_responses import Travel
+from vibopt.responses.space_responses import OfMount, Travel
 from vibopt.responses.transmitted import IntoOrThrough, TransmittedForce
 from vibopt.values.directions import Direction
 
@@ -113,28 +113,14 @@ class PeakForce(ForceOfLinks, TransientResponse):
     """
 
 
-class TravelOfMount(UnsteadyResponse):
-    """How far a mount in space moves in itself: the most along any of its own axes, or along `direction`.
+class RmsTravel(OfMount, RandomResponse):
+    """`response = "rms_travel"`: how far a mount in space moves in itself [m] rms."""
 
-    Keys
-    ----
-    of: A mount, or a group: `of = "foot"`.
-    direction: Along which; the most along any of its own axes without it: `direction = "z"`.
-    """
-
-    of: str
-    direction: Direction | None = None
-    dimension: ClassVar[str] = "length"
-    moves: ClassVar[str] = "line"
-    of_mount: ClassVar[str] = "axes"
     read_as: ClassVar[ReadAs] = ("travel", Travel)
 
 
-class RmsTravel(TravelOfMount, RandomResponse):
-    """`response = "rms_travel"`: how far a mount in space moves in itself [m] rms."""
-
-
-class PeakTravel(TravelOfMount, TransientResponse):
+class PeakTravel(OfMount, TransientResponse):
     """`response = "peak_travel"`: how far a mount in space moves in itself, the greatest in time [m]."""
 
+    read_as: ClassVar[ReadAs] = ("travel", Travel)
     other_bound: ClassVar[str] = " (or give the mount its gap)"

@@ -264,36 +264,10 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
             f"{scene.absorbers[on].host}.",
         )
         return True
-    if inside and (ramp := excitation.ramp) is not None and (axis is not None or ramp.torque is not None):
-        what = "goes round an axis and runs up" if axis is not None else "runs up by torque"
-        way = 'direction = "z" instead of axis' if axis is not None else 'acceleration = "50 rpm/s" instead of torque'
-        mistakes.add(
-            (*path, "run_up"),
-            f"excitations.{name} {what}, but in space a run-up is answered of a force along one direction, at a known "
-            f"rate. Write {way}.",
-        )
+    if inside and _unanswered(scene, name, mistakes):
         return True
-    if inside and excitation.once is not None and any(excitation.once.start):
-        rides = next((one for one in sliders(scene) if _under(scene, one) == on), "")
-        if on in scene.points:
-            mistakes.add(
-                (*path, "on"), f'excitations.{name} releases a place. Release the body: on = "{scene.points[on].on}".'
-            )
-            return True
-        if rides:
-            mistakes.add(
-                (*path, "on"),
-                f"excitations.{name} releases {on}, on which absorbers.{rides} slides: nobody says where that begins. "
-                'Strike the body instead: kind = "pulse" with a short duration.',
-            )
-            return True
     if excitation.family == "bases":
-        if on in scene.bases and getattr(excitation, "at", None) is not None:
-            mistakes.add((*path, "at"), f"excitations.{name} has at, but {on} is a base and moves as one. Remove at.")
-        carries = any(on in table.between for table in scene.mounts.values())
-        if carries and way is None and "direction" in type(excitation).model_fields:
-            mistakes.add(path, f'excitations.{name} moves {on} in no direction. Add direction = "z", or "x" or "y".')
-        return carries
+        return _moves_base(scene, name, mistakes)
     if not inside:
         said = [key for key in ("direction", "axis", "at") if getattr(excitation, key, None) is not None]
         if said and on in places.moving(scene) and not _unread(scene, on):
@@ -326,6 +300,56 @@ def check_acting(scene: Scene, name: str, mistakes: Mistakes) -> bool:
             (*path, "at"), f"excitations.{name} has at, but {on} is a place already. Remove at, or name the body."
         )
     return True
+
+
+def _unanswered(scene: Scene, name: str, mistakes: Mistakes) -> bool:
+    """Whether an excitation on a body in space runs up, or lets it go, in a way that has no answer; adds it."""
+    excitation, path = scene.excitations[name], ("excitations", name)
+    on, axis, ramp = excitation.on, getattr(excitation, "axis", None), excitation.ramp
+    if ramp is not None and (axis is not None or ramp.torque is not None):
+        what = "goes round an axis and runs up" if axis is not None else "runs up by torque"
+        way = 'direction = "z" instead of axis' if axis is not None else 'acceleration = "50 rpm/s" instead of torque'
+        mistakes.add(
+            (*path, "run_up"),
+            f"excitations.{name} {what}, but in space a run-up is answered of a force along one direction, at a known "
+            f"rate. Write {way}.",
+        )
+        return True
+    if excitation.once is None or not any(excitation.once.start):
+        return False
+    if on in scene.points:
+        text = f'releases a place. Release the body: on = "{scene.points[on].on}".'
+        mistakes.add((*path, "on"), f"excitations.{name} {text}")
+        return True
+    rides = next((one for one in sliders(scene) if _under(scene, one) == on), "")
+    if rides:
+        mistakes.add(
+            (*path, "on"),
+            f"excitations.{name} releases {on}, on which absorbers.{rides} slides: nobody says where that begins. "
+            'Strike the body instead: kind = "pulse" with a short duration.',
+        )
+    return bool(rides)
+
+
+def _moves_base(scene: Scene, name: str, mistakes: Mistakes) -> bool:
+    """Whether a base that an excitation moves carries mounts, where its direction is checked here."""
+    excitation, path = scene.excitations[name], ("excitations", name)
+    on, way = excitation.on, getattr(excitation, "direction", None)
+    if on in scene.bases and getattr(excitation, "at", None) is not None:
+        mistakes.add((*path, "at"), f"excitations.{name} has at, but {on} is a base and moves as one. Remove at.")
+    carries = any(on in table.between for table in scene.mounts.values())
+    if carries and way is None and "direction" in type(excitation).model_fields:
+        mistakes.add(path, f'excitations.{name} moves {on} in no direction. Add direction = "z", or "x" or "y".')
+    placed = (two for _, one, table in places.devices(scene) if table.placed for two in table.joins(one).values())
+    if way is not None and on in scene.bases and not _half_read(scene) and not any(on in two for two in placed):
+        alone = not bodies_in_space(scene)
+        if alone or any(way[:2]):
+            rest = "Remove direction." if alone else 'Write direction = "z".'
+            mistakes.add(
+                (*path, "direction"),
+                f"excitations.{name} has a direction, but what stands on {on} moves along one line only. {rest}",
+            )
+    return carries
 
 
 def _under(scene: Scene, name: str) -> str:
