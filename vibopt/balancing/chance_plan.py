@@ -229,7 +229,10 @@ class _Search:
         return plan
 
     def _stepped(self, plan: _Plan, *, to_goal: bool) -> _Plan:
-        """The plan along the gradient to the greatest margin, or to the best goal with no margin below zero."""
+        """The plan along the gradient to the greatest margin, or to the best goal with no margin below zero.
+
+        No plane takes a reading farther than by its bound: far away no rotor keeps a limit and the share has no slope.
+        """
         from scipy.optimize import minimize
 
         free = free_planes(self.question)
@@ -256,7 +259,10 @@ class _Search:
         more = [] if to_goal else [plan.margin]
         v = np.concatenate([start.real, start.imag, more])
         held: Any = {"type": "ineq", "fun": room}
-        end = minimize(cost, v, method="SLSQP", constraints=held, options={"maxiter": _STEPS, "ftol": _ENDS}).x
+        near = [(one - 1.0, one + 1.0) for one in v[: 2 * n]] + [(None, None) for _ in more]
+        end = minimize(
+            cost, v, method="SLSQP", bounds=near, constraints=held, options={"maxiter": _STEPS, "ftol": _ENDS}
+        ).x
         return self._on_the_way(plan, free.spread @ planes(end), to_goal=to_goal)
 
     def _on_the_way(self, plan: _Plan, to: ComplexArray, *, to_goal: bool) -> _Plan:
