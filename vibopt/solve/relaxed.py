@@ -36,6 +36,8 @@ _PATIENCE, _HOPELESS, _FIRST = 0.3, 2.0, 1000
 looked at before any search whether there is a design."""
 _EARLY, _LITTLE = 0.33, 0.7
 """Part of these boxes after which so much of the way to the goal must be gained for the others to be looked at."""
+_WHOLE = 4
+"""Variables of which all boxes are looked at: mostly they prove all, and rise late where two devices can take turns."""
 _PLANE = 2
 """Variables up to which a search for a design is as quick as boxes that say there is none."""
 _BATCH, _SPEEDS = 128, 64
@@ -157,7 +159,7 @@ class _Relaxed:
             begun = min(begun, frontier.bound) if np.isfinite(frontier.bound) else begun
             part = self.budget.spent / (_PATIENCE * self.budget.most)
             slow = part > _EARLY and frontier.bound < begun + _LITTLE * (bar - begun)
-            if (part > 1.0 or slow) and frontier.bound < floor():
+            if (part > 1.0 or slow) and low.shape[1] > _WHOLE and frontier.bound < floor():
                 break
             boxes = _Boxes(*frontier.take(_BATCH))
             if not (boxes.high > boxes.low).any():  # rounding leaves nothing to split
