@@ -325,7 +325,7 @@ def of_document(document: Mapping[str, Any], mistakes: Mistakes, like: Job | Non
     if kind == SCENE:
         from vibopt.scene.read import from_dict
 
-        return from_dict(document, name=mistakes.name, locator=mistakes.locator)
+        return from_dict(document, name=mistakes.name, locator=mistakes.locator, like=cast(Any, like))
     _refuse_mixture(document, mistakes)
     if kind == KNOWN:
         from vibopt.balancing.known import read_known

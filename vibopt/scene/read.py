@@ -68,18 +68,22 @@ def from_text(text: str, *, name: str = "scene") -> Scene:
     return from_dict(parsed(text, name), name=name, locator=located(text))
 
 
-def from_dict(document: Mapping[str, Any], *, name: str = "scene", locator: Locator | None = None) -> Scene:
-    """The scene of a document already parsed; the keys are those of the file."""
+def from_dict(
+    document: Mapping[str, Any], *, name: str = "scene", locator: Locator | None = None, like: Scene | None = None
+) -> Scene:
+    """The scene of a document already parsed; the keys are those of the file, its tables where `like` has them too."""
     links = [one for family in ("links", "absorbers") for one in _names(document.get(family))]
     bodies = _names(document.get("bodies"))
     known = dict.fromkeys(("across", "through", "mount"), links) | {"press": bodies}  # as examples of words name them
     mistakes = Mistakes(name, locator, places=known)
-    parts = _Parts(document, mistakes)
+    parts = _Parts(document, mistakes, {} if like is None else vars(like).get("tables", {}))
     scene = parts.scene(name, locator)
     _check(scene, mistakes, parts.broken)
     mistakes.raise_any()
     notes = tuning_notes(scene)
-    return replace(scene, notes=(*scene.notes, *notes)) if notes else scene
+    scene = replace(scene, notes=(*scene.notes, *notes)) if notes else scene
+    vars(scene)["tables"] = parts.tables
+    return scene
 
 
 def _names(table: object) -> list[str]:
@@ -132,15 +136,15 @@ def with_changes(scene: Scene, changes: Mapping[str, Any]) -> Scene:
     InputError
         A path that the scene does not have, or a value that does not fit there.
     """
-    return from_dict(changed(scene.document, changes), name=scene.name)
+    return from_dict(changed(scene.document, changes), name=scene.name, like=scene)
 
 
 class _Parts:
-    """Reads the tables of a document one by one; `broken` are paths with a mistake."""
+    """Reads the tables of a document one by one, but those known by path; `broken` are paths with a mistake."""
 
-    def __init__(self, document: Mapping[str, Any], mistakes: Mistakes) -> None:
-        self.document = document
-        self.mistakes = mistakes
+    def __init__(self, document: Mapping[str, Any], mistakes: Mistakes, known: Mapping[Any, tuple[Any, Table]]) -> None:
+        self.document, self.mistakes, self.known = document, mistakes, known
+        self.tables: dict[tuple[str, ...], tuple[Any, Table]] = {}
         self.broken: set[str] = set()
         self.variables: list[Variable] = []
         self.notes: list[str] = []
@@ -220,7 +224,7 @@ class _Parts:
         good = {}
         for name, table in tables.items():
             if isinstance(table, (dict, Mapping)):
-                good[name] = dict(table)
+                good[name] = table if isinstance(table, dict) else dict(table)
             else:
                 self.broken.add(f"{family}.{name}")
                 self.mistakes.value(
@@ -264,9 +268,13 @@ class _Parts:
         return kinds[given]
 
     def _table(self, path: tuple[str, ...], table: Mapping[str, Any], kind: type[Table]) -> Any | None:
-        made = validated(kind, path, table, self.mistakes)
+        same, made = self.known.get(path, (None, None))
+        if same is not table:
+            made = validated(kind, path, table, self.mistakes)
         if made is None:
             self.broken.add(".".join(path))
+        else:
+            self.tables[path] = table, made
         return made
 
     def _values(self, path: tuple[str, ...], made: Table) -> None:

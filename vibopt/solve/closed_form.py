@@ -25,6 +25,7 @@ _DONE, _STILL = 1e-11, 5e-10
 """Part of its bound by which a limit may be missed; the same where another round would not move the design."""
 _SHARP, _AHEAD = 0.5, 8
 """Part of its bound by which a limit is missed at a sharp resonance; how many steps of it are looked ahead."""
+_STEPS = np.arange(1.0, _AHEAD + 1.0)[:, None]
 _ROUNDS = 40
 _COARSE = (33, 513)
 _ROUGH = 1e3
@@ -168,18 +169,19 @@ def _at_speeds(asked: Question, numbers: Numbers, index: int, w: FloatArray) -> 
 def _learn(asked: Question, numbers: Numbers, seen: Sequence[Seen], before: Memory) -> list[FloatArray]:
     """Rows per limit that some question misses, (4, n, count), from what was `seen` of them this round.
 
-    A limit without a range of speeds is a row of its own, which x meets already.  A sharp resonance that is missed by
-    far moves on by its own width at each round: rows of the next ones are asked for at once.  `before` has the worst
-    speeds of the last round.
+    A limit without a range of speeds is a row of its own, which x meets already.  Worst speeds go on the way that they
+    went since the last round, whose speeds `before` has: a row is asked for one step ahead of each, and for several
+    steps at once where a sharp resonance is missed by far, which moves on by its own width at each round.
     """
     rows = []
     for index, missed, w in seen:
-        if some(missed > _DONE):
-            rows.append(_at_speeds(asked, numbers, index, w[None]))
-        if index in before and some(sharp := missed > _SHARP):
-            kind, step = asked.rows[index], np.where(sharp, np.clip(w / before[index], 0.5, 2.0), 1.0)
-            ahead = [_within(kind, numbers, index, np.sqrt(w * step**n)) ** 2 for n in range(1, _AHEAD + 1)]
-            rows.append(_at_speeds(asked, numbers, index, np.array(ahead)))
+        if not some(missed > _DONE):
+            continue
+        speeds = w[None]
+        if index in before:
+            ahead = w * np.clip(w / before[index], 0.5, 2.0) ** _STEPS[: None if some(missed > _SHARP) else 1]
+            speeds = np.concatenate([speeds, _within(asked.rows[index], numbers, index, np.sqrt(ahead)) ** 2])
+        rows.append(_at_speeds(asked, numbers, index, speeds))
     return rows
 
 

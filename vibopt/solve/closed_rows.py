@@ -141,7 +141,7 @@ class Rows:
 
     def some(self, chosen: BoolArray) -> Rows:
         """Those of some of the questions."""
-        return Rows(self.upper[..., chosen], self.lower[..., chosen], self.walls[..., chosen])
+        return Rows(*(one.compress(chosen, axis=2) for one in (self.upper, self.lower, self.walls)))
 
 
 def _chosen(rows: FloatArray, here: BoolArray) -> FloatArray:
