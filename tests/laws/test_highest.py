@@ -15,7 +15,8 @@ from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
 from vibopt.forms.greatest_values import highest
 from vibopt.mechanics.cells import REACH, cells, nearest
-from vibopt.mechanics.peaks import Extreme, greatest
+from vibopt.mechanics.combine import Extreme
+from vibopt.mechanics.peaks import greatest
 from vibopt.program.pose import on_needed, pose
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict

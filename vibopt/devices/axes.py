@@ -6,7 +6,7 @@ from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import Quantity, read_range
 from vibopt.values import Table, Value, number
-from vibopt.values.directions import AXES, SIX
+from vibopt.values.directions import AXES
 from vibopt.values.fields import ReadBy, Rule, RuleSchema, complaint, read_value, wrong_part
 
 
@@ -34,18 +34,6 @@ class ThreeSchema(RuleSchema):
         one = dict(schema)
         schema.clear()
         schema.update({"anyOf": [one, {"type": "array", "items": one, "minItems": 3, "maxItems": 3}]})
-
-
-class InertiaSchema(RuleSchema):
-    """Schema of a moment of inertia, of a list of three or of a tensor by its components."""
-
-    def __call__(self, schema: dict[str, Any]) -> None:
-        super().__call__(schema)
-        one, moment = dict(schema), {"type": ["string", "number"]}
-        schema.clear()
-        tensor = {"type": "object", "properties": dict.fromkeys(SIX, moment), "required": list(SIX[:3])}
-        three_of = {"type": "array", "items": moment, "minItems": 3, "maxItems": 3}
-        schema.update({"anyOf": [one, three_of, {**tensor, "additionalProperties": False}]})
 
 
 def three(kind: type[Table], dimension: str, sign: str, given: object) -> object:

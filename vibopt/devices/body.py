@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import field_validator, model_validator
 
-from vibopt.devices.axes import InertiaSchema
 from vibopt.devices.device import Device
 from vibopt.devices.offset import SPAN, add_offset, offset_of
 from vibopt.devices.symbols import Numbers, Symbols
@@ -18,18 +17,18 @@ from vibopt.mechanics.model import INERTIA
 from vibopt.mechanics.monomial import Monomial
 from vibopt.units import read_quantity, reads
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
-from vibopt.values.directions import AXES, Place, Reach, is_tensor
-from vibopt.values.fields import Choice, Later, Rule, complaint, ruled
+from vibopt.values.directions import AXES, SIX, Place, Reach, is_tensor
+from vibopt.values.fields import Choice, Later, Rule, RuleSchema, complaint, ruled
 
 if TYPE_CHECKING:
-    from vibopt.devices.inertia import Disc, Piece, Principal, Shape, Solid, Tensor
+    from vibopt.devices.inertia import Disc, Piece, Principal, Rolling, Shape, Solid, Tensor
     from vibopt.mechanics.rigid_parts import Rigid
 
     Inertia = Value | Principal | Tensor
 else:
     Inertia = Value
-    Disc, Piece, Shape = (
-        Annotated[Any, Later("vibopt.devices", one)] for one in ("inertia.Disc", "inertia.Piece", "inertia.Shape")
+    Disc, Piece, Rolling, Shape = (
+        Annotated[Any, Later("vibopt.devices", f"inertia.{one}")] for one in ("Disc", "Piece", "Rolling", "Shape")
     )
 
 FREEDOMS: dict[str, tuple[str, ...]] = {"space": ("x", "y", "z", "rx", "ry", "rz"), "plane": ("x", "z", "ry")}
@@ -44,22 +43,16 @@ def _is_nothing(given: str, dimension: str) -> bool:
         return False
 
 
-class Rolling(Table):
-    """`rolling = { inertia, radius }`: the body rolls as it moves, and J / r^2 adds to its mass.
+class InertiaSchema(RuleSchema):
+    """Schema of a moment of inertia, of a list of three or of a tensor by its components."""
 
-    Keys
-    ----
-    inertia: Moment of inertia about the axis it rolls about.
-    radius: Radius at which it rolls.
-    """
-
-    inertia: Fact = number("inertia", choice=False, required=True)
-    radius: Fact = number("length", choice=False, required=True)
-
-    @property
-    def added(self) -> float:
-        """What rolling adds to the mass [kg]."""
-        return self.inertia.value / self.radius.value**2
+    def __call__(self, schema: dict[str, Any]) -> None:
+        super().__call__(schema)
+        one, moment = dict(schema), {"type": ["string", "number"]}
+        schema.clear()
+        tensor = {"type": "object", "properties": dict.fromkeys(SIX, moment), "required": list(SIX[:3])}
+        three_of = {"type": "array", "items": moment, "minItems": 3, "maxItems": 3}
+        schema.update({"anyOf": [one, three_of, {**tensor, "additionalProperties": False}]})
 
 
 class BodyTable(Device):

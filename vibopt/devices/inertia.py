@@ -26,6 +26,24 @@ class Solid:
     tensor: FloatArray
 
 
+class Rolling(Table):
+    """`rolling = { inertia, radius }`: the body rolls as it moves, and J / r^2 adds to its mass.
+
+    Keys
+    ----
+    inertia: Moment of inertia about the axis it rolls about.
+    radius: Radius at which it rolls.
+    """
+
+    inertia: Fact = number("inertia", choice=False, required=True)
+    radius: Fact = number("length", choice=False, required=True)
+
+    @property
+    def added(self) -> float:
+        """What rolling adds to the mass [kg]."""
+        return self.inertia.value / self.radius.value**2
+
+
 class Principal(Table):
     """Moments of inertia about x, y, z through the centre of mass, which are its principal axes."""
 

@@ -8,13 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.mechanics.combine import combined
+from vibopt.mechanics.combine import Extreme, combined
 from vibopt.mechanics.harmonic import modal_of, mount_count, transfer
 from vibopt.mechanics.modal import WORTH, Modal, Undamped
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import poles
 from vibopt.mechanics.onemass import Curve, curve
-from vibopt.mechanics.peaks import Extreme, greatest, least
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Drive, Line, Output, sizes
 
@@ -41,6 +40,8 @@ def drive_extreme(model: Model, form: Modulus, drive: Drive, x: FloatArray, leas
         through = highest(model, form, drive, x, 1.0)
         if through is not None:
             return through[0]
+    from vibopt.mechanics.peaks import greatest, least
+
     search = least if least_wanted else greatest
     modal, singular, breaks = modes_for(model, form, drive, x)
     found = search(DriveResponse(model, form, drive, x, modal), drive.bands, singular, breaks)

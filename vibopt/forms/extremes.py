@@ -17,10 +17,11 @@ from vibopt.forms.drive_response import DriveResponse, closed_form, modes_for, r
 from vibopt.forms.few import few_peaks
 from vibopt.forms.form import Local, by_differences, log_of
 from vibopt.forms.greatest_values import highest
+from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.harmonic import dynamic_stiffness, impedances
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import frequency_slopes
-from vibopt.mechanics.peaks import Extreme, least, peaks
+from vibopt.mechanics.peaks import least, peaks
 from vibopt.signals import Drive, Line, Output
 
 if TYPE_CHECKING:

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, STIFFNESS, Model
-from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.receptance import Attached
 from vibopt.mechanics.small import MOST, Moebius, Peak, Ratio, ratio_of
 from vibopt.signals import Band, Drive

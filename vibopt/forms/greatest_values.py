@@ -9,10 +9,10 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.mechanics.cells import Stretches
+from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.highest import local_maxima
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.pole_residue import Reading, reading_of
 from vibopt.mechanics.polynomials import Weight
 from vibopt.records import dataclass

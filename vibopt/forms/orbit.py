@@ -11,9 +11,10 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.form import Against, Form, Local, Worst, by_differences, log_of, top_by_differences
+from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.orbits import spun
-from vibopt.mechanics.peaks import Extreme, least, peaks
+from vibopt.mechanics.peaks import least, peaks
 from vibopt.records import dataclass
 from vibopt.signals import Band, Combine, Drive, Output
 

@@ -1,4 +1,4 @@
-"""Several numbers as one: harmonics added up, and which of several equals is meant."""
+"""Several numbers as one: harmonics added up, and the extreme of many, of several equals the one that is meant."""
 
 from __future__ import annotations
 
@@ -9,7 +9,16 @@ from math import gcd, isfinite, lcm
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.records import dataclass
 from vibopt.signals import Combine
+
+
+@dataclass(frozen=True, slots=True)
+class Extreme:
+    """Value of a response and the speed [rad/s] at which it is reached."""
+
+    value: float
+    speed: float
 
 
 def combined(lines: Sequence[ComplexArray] | ComplexArray, orders: tuple[float, ...], combine: Combine) -> FloatArray:

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
-from vibopt.mechanics.peaks import Extreme
-from vibopt.mechanics.polynomials import real_roots
 from vibopt.records import dataclass
 from vibopt.signals import Band, Line, Output
 
@@ -75,8 +74,7 @@ class Curve:
         below = np.array([self.natural**2, self.decay - 2.0 * self.natural, 1.0])
         i, j = np.indices((len(self.numerator), 3))
         slopes = np.bincount((i + j).ravel(), ((self.power + i - j) * np.outer(self.numerator, below)).ravel())
-        scale = self.natural or self.decay
-        return real_roots(slopes * scale ** np.arange(len(slopes)), 1e-6, 2, 1e-8) * scale
+        return _roots(slopes, self.natural or self.decay)
 
     def _around(self) -> FloatArray:
         """v where |r| is stationary."""
@@ -90,9 +88,7 @@ class Curve:
         round_pole = np.array([self.width, 0.0, 1.0])
         left = np.convolve(first, round_pole)
         right = 2.0 * np.convolve(np.convolve(w, np.array([0.0, 1.0])), shifted)
-        scale = abs(self.centre) or 1.0
-        slopes = _add(left, -right)
-        return real_roots(slopes * scale ** np.arange(len(slopes)), 1e-6, 2, 1e-8) * scale
+        return _roots(_add(left, -right), abs(self.centre) or 1.0)
 
     def candidates(self, band: Band) -> list[Extreme]:
         """Ends and stationary points of a band of speeds."""
@@ -106,6 +102,13 @@ class Curve:
             w, v = np.append(w, self.centre), np.append(v, 0.0)
         values = self._at(w, v)
         return [Extreme(float(a), float(np.sqrt(b)) / self.order) for a, b in zip(values, w, strict=True)]
+
+
+def _roots(slopes: FloatArray | IntArray, scale: float) -> FloatArray:
+    """Real roots of an ascending polynomial, of the size of `scale`."""
+    from vibopt.mechanics.polynomials import real_roots
+
+    return real_roots(slopes * scale ** np.arange(len(slopes)), 1e-6, 2, 1e-8) * scale
 
 
 def curve(model: Model, p: FloatArray, output: Output, line: Line) -> Curve | None:

@@ -17,8 +17,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
-from vibopt.mechanics.combine import foremost
-from vibopt.records import dataclass
+from vibopt.mechanics.combine import Extreme, foremost
 from vibopt.signals import Band
 
 _DEGREE = 10
@@ -58,14 +57,6 @@ _OFFS = (1e-12, 1e-11, 1e-10, 1e-9, 1e-7, 1e-6)
 Response = Callable[[FloatArray], FloatArray]
 Place = tuple[float, float]
 """Value and speed, as an `Extreme` has them."""
-
-
-@dataclass(frozen=True, slots=True)
-class Extreme:
-    """Value of a response and the speed [rad/s] at which it is reached."""
-
-    value: float
-    speed: float
 
 
 def greatest(response: Response, bands: tuple[Band, ...], poles: ComplexArray, breaks: FloatArray) -> Extreme:

@@ -17,8 +17,8 @@ from math import comb
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
-from vibopt.mechanics.peaks import Extreme
 from vibopt.mechanics.polynomials import roots
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Amplitude, Band, Line, Output

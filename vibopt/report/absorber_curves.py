@@ -7,8 +7,9 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, drive_extreme, singularities
+from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.peaks import Extreme, peaks
+from vibopt.mechanics.peaks import peaks
 from vibopt.program.pose import form_of
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.assemble import bare, model_of

@@ -1,4 +1,4 @@
-"""Motion of a body, and motion across a link; peak amplitudes."""
+"""Motion of a body; peak amplitudes."""
 
 from typing import ClassVar
 
@@ -9,7 +9,7 @@ from vibopt.mechanics.built import Course, Motion
 from vibopt.mechanics.machine import Machine, is_in_space
 from vibopt.mechanics.model import Model
 from vibopt.responses.response import HarmonicResponse
-from vibopt.responses.response_rows import across_link, along, at_point
+from vibopt.responses.response_rows import along, at_point
 from vibopt.signals import Output
 from vibopt.values.directions import Direction
 
@@ -72,52 +72,3 @@ class Displacement(MotionOf):
     twin: ClassVar[str] = "rotation"
     noise_twin: ClassVar[str] = "rms_displacement"
     transient_twin: ClassVar[str] = "peak_displacement"
-
-
-class Velocity(Displacement):
-    """`response = "velocity"`: of a body, absolute [m/s] peak."""
-
-    dimension: ClassVar[str] = "velocity"
-    power: ClassVar[int] = 1
-    noise_twin: ClassVar[str] = "rms_velocity"
-    transient_twin: ClassVar[str] = "peak_velocity"
-
-
-class Acceleration(Displacement):
-    """`response = "acceleration"`: of a body, absolute [m/s^2] peak."""
-
-    dimension: ClassVar[str] = "acceleration"
-    power: ClassVar[int] = 2
-    noise_twin: ClassVar[str] = "rms_acceleration"
-    transient_twin: ClassVar[str] = "peak_acceleration"
-
-
-class RelativeDisplacement(HarmonicResponse):
-    """`response = "relative_displacement"`: across a link (rattle space) [m] peak.
-
-    Keys
-    ----
-    across: The link: `across = "mount"`.
-    """
-
-    across: str
-    against_friction: ClassVar[str] = ""
-    dimension: ClassVar[str] = "length"
-    amplitude: ClassVar[bool] = True
-    moves: ClassVar[str] = "line"
-    in_planes: ClassVar[bool] = True
-    twin: ClassVar[str] = "twist"
-    noise_twin: ClassVar[str] = "rms_relative_displacement"
-    transient_twin: ClassVar[str] = "peak_relative_displacement"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"across": (self.across, "link")}
-
-    def output(self, model: Model) -> Output:
-        return across_link(model, self.across)
-
-    def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
-        return machine.stretch_of(machine.joint(self.across), motion)
-
-    def trace(self, machine: Machine, course: Course) -> FloatArray:
-        return np.asarray(machine.stretch_course(machine.joint(self.across), course)[0])

@@ -13,7 +13,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, forced, stressed
 from vibopt.mechanics.monomial import Monomial
-from vibopt.responses.motion import RelativeDisplacement
+from vibopt.responses.relative_displacement import RelativeDisplacement
 from vibopt.responses.response import HarmonicResponse, RandomResponse, Response, TransientResponse, UnsteadyResponse
 from vibopt.responses.response_rows import forces_of_beam
 from vibopt.signals import Combine, Drive, Output

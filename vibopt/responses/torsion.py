@@ -9,8 +9,9 @@ from vibopt.forms import Form
 from vibopt.mechanics.built import Motion
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import INERTIA, Model, Term
-from vibopt.responses.motion import MotionOf, RelativeDisplacement
+from vibopt.responses.motion import MotionOf
 from vibopt.responses.parameters import Damping, Stiffness, owned_by
+from vibopt.responses.relative_displacement import RelativeDisplacement
 from vibopt.responses.response import HarmonicResponse, Response
 from vibopt.responses.transmitted import Transmitted
 from vibopt.signals import Combine, Drive, Output

@@ -2,10 +2,12 @@
 
 from typing import ClassVar
 
-from vibopt.responses.motion import Acceleration, Displacement, RelativeDisplacement, Velocity
+from vibopt.responses.motion import Displacement
+from vibopt.responses.relative_displacement import RelativeDisplacement
 from vibopt.responses.response import RandomResponse, ReadAs, TransientResponse, UnsteadyResponse
 from vibopt.responses.space_responses import OfMount, Travel
 from vibopt.responses.transmitted import IntoOrThrough, TransmittedForce
+from vibopt.responses.velocity import Acceleration, Velocity
 from vibopt.values.directions import Direction
 
 

@@ -15,7 +15,6 @@ from vibopt.scene.check_joints import check_beams, check_joints
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_probability import check_probabilities
 from vibopt.scene.check_random import check_lossy, check_random
-from vibopt.scene.check_room import check_room
 from vibopt.scene.check_rotors import check_rotors, whirl_fault
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
@@ -232,6 +231,8 @@ def _question(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     elif scene.is_analysis and scene.goal is None and not scene.limits and not scene.measures:
         mistakes.add((), "nothing is asked. Add a [limits.NAME] or a [measures.NAME].")
     if scene.goal is not None and scene.goal.response.of_limits:
+        from vibopt.scene.check_room import check_room
+
         check_room(scene, scene.goal, mistakes)
 
 

@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.forms.bounds import FormBounds
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.method import Found
 
@@ -73,6 +72,8 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
 
 def unbounded(parts: Sequence[Limit | Aim]) -> Limit | Aim | None:
     """The first that has no bounds on boxes."""
+    from vibopt.forms.bounds import FormBounds
+
     return next((part for part in parts if not FormBounds(part.model, part.form, np.zeros(0)).bounded), None)
 
 

@@ -16,7 +16,6 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Form, Monomials
 from vibopt.forms.form import Worst
-from vibopt.frontier import Frontier
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
@@ -133,6 +132,8 @@ class Search:
 
     def run(self, start: FloatArray | None = None) -> Proof:
         """Search the whole box; `start` (n_vars,) is a feasible design to beat."""
+        from vibopt.frontier import Frontier
+
         if not self.forms:
             self._prepare()
         self.best_x: FloatArray | None = None

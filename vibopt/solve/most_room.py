@@ -14,7 +14,6 @@ from operator import and_
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.program.held import held
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
@@ -60,6 +59,8 @@ def spread_out(program: Program, found: Found) -> Found:
     inside = (axis.low * _END < one < axis.high / _END for one, axis in zip(x.tolist(), program.axes, strict=True))
     if any(map(and_, known, inside)) or not program.is_best(Judge(program).goal(found.x).value):
         return found
+    from vibopt.program.held import held
+
     free = [i for i, axis in enumerate(program.axes) if not known[i] and axis.high > axis.low]
     less = held(program, x, free)
     most = _Most(replace(less, room=tuple(limit.name for limit in less.limits if _has_room(limit))))

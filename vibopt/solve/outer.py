@@ -10,7 +10,6 @@ from dataclasses import field
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.mechanics.polynomials import real_roots
 from vibopt.program.program import Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import violation
@@ -164,6 +163,8 @@ def _roots(row: FloatArray) -> FloatArray:
     if len(row) == 2:
         return np.array([-row[0] / row[1]])
     if len(row) > 3:
+        from vibopt.mechanics.polynomials import real_roots
+
         return real_roots(row, 1e-7, 3)
     c, b, a = row.tolist()
     square = b * b - 4.0 * a * c

@@ -17,7 +17,6 @@ from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, with_changes
 from vibopt.records import cached_property, dataclass
 from vibopt.solve import solve
-from vibopt.study.brink import brink, follows
 from vibopt.study.seen import goal_of
 from vibopt.values.fact_at import FactAt
 from vibopt.verify.checked import shown_value as shown_response
@@ -317,7 +316,11 @@ class Road:
 
     def brink(self, value: Callable[[float], float], good: tuple[float, State], bad: float) -> float:
         """About where designs end between two places, of which `value` says the number; nan where that is not known."""
-        if self.together or not good[1].x or not follows(self.job):
+        if self.together or not good[1].x:
+            return math.nan
+        from vibopt.study.brink import brink, follows
+
+        if not follows(self.job):
             return math.nan
         with self._counted():
             t, x = brink(self.job, self.fact, value, (good[0], bad), good[1].x)
