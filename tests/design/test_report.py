@@ -8,8 +8,8 @@ from html.parser import HTMLParser
 
 import pytest
 
-from vibopt.answer.answer import Conflict
 from vibopt.answer.answer_page import given, html, inline
+from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.scene.scene import Design
 

@@ -18,7 +18,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refusals import refused
-from vibopt.answer.answer import EXIT_CODES, Conflict
+from vibopt.answer.answer import EXIT_CODES
+from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.mechanics.rigid import SpaceMachine

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from vibopt.answer.answer import Conflict
+from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.answer.text import text_of
 from vibopt.scene.scene import Design

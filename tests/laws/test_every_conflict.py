@@ -11,8 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from texts import STIFFEST, choice, floor, moves, sags, shaken_fan
-from vibopt.answer.answer import Conflict
-from vibopt.answer.clashes import every_clash
+from vibopt.answer.clashes import Conflict, every_clash
 from vibopt.jobs import answer, from_text, open_job, with_changes
 
 PROBLEMS = Path(__file__).parent.parent.parent / "problems"

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import vibopt as vo
 from rubbing_route import ENDS, LOW, MASSES, UP, drawer_in_rack, follow
 from vibopt.forms import RubbingOfSeveral
-from vibopt.mechanics.panels import NODES
-from vibopt.mechanics.sliding import basis
+from vibopt.mechanics.panels import NODES, basis
 from vibopt.program.pose import form_of, pose
 from vibopt.report.curves import panels
 

@@ -1,10 +1,12 @@
-"""Every smallest set of limits that cannot hold together, from few answers."""
+"""Limits that cannot hold together: every smallest set of them, from few answers, and what they say."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Generic, TypeVar
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import field
+from typing import Any, Generic, TypeVar
 
+from vibopt.answer.entry import Entry
 from vibopt.records import dataclass
 
 K = TypeVar("K")
@@ -128,3 +130,79 @@ class _Map(Generic[K]):
             if not more:
                 break
             more = (more - 1) & rest
+
+
+@dataclass(frozen=True, slots=True)
+class Conflict:
+    """Limits that cannot hold together, and for each the smallest loosening that helps, rounded outward.
+
+    limits
+        Names of a smallest such set.
+    loosenings
+        (name, bound now, bound that makes the job feasible); a limit that no loosening alone mends is left out.
+    proof
+        How the conflict was proven, in words.
+    left
+        Names of limits for which no loosening was looked for, because of the work.
+    others
+        Names of every other smallest set that cannot hold together.
+    complete
+        Whether there is no further set: all were looked at.
+    soft
+        How easily a limit may be loosened, beside 1 of those that are not named.
+    doubtful
+        Names of limits of these sets without which the others may clash as well: that was not decided.
+    """
+
+    limits: tuple[str, ...]
+    loosenings: tuple[tuple[str, Entry, Entry], ...]
+    proof: str
+    left: tuple[str, ...] = ()
+    others: tuple[tuple[str, ...], ...] = ()
+    complete: bool = True
+    soft: Mapping[str, float] = field(default_factory=dict)
+    doubtful: tuple[str, ...] = ()
+
+    def said(self, quote: str = "") -> str:
+        """That the limits cannot hold together; `quote` stands around each name."""
+        together = "These cannot hold together" if len(self.limits) > 1 else "This cannot hold"
+        return f"{together}: {', '.join(f'{quote}{name}{quote}' for name in self.limits)}."
+
+    def others_said(self, quote: str = "") -> tuple[str, ...]:
+        """The other sets in words, and that some may be missing; `quote` stands around each name."""
+        rows = [", ".join(f"{quote}{name}{quote}" for name in other) for other in self.others]
+        said = [
+            f"Nor {'these' if len(other) > 1 else 'this'}: {row}." for other, row in zip(self.others, rows, strict=True)
+        ]
+        if self.doubtful:
+            without = " or ".join(f"{quote}{name}{quote}" for name in self.doubtful)
+            said += [f"Fewer may clash already: without {without} neither a design nor a proof was found."]
+        said += [] if self.complete else ["There may be further sets: not all were looked at."]
+        return tuple(said)
+
+    @property
+    def by_size(self) -> list[tuple[str, Entry, Entry]]:
+        """The loosenings, the smallest part of its bound first, by the weights of the limits."""
+
+        def part(one: tuple[str, Entry, Entry]) -> float:
+            name, now, then = one
+            return abs(then.value - now.value) / (abs(now.value) or 1.0) / self.soft.get(name, 1.0)
+
+        return sorted(self.loosenings, key=part)
+
+    @property
+    def least(self) -> tuple[str, Entry, Entry] | None:
+        """The smallest of them; None without one."""
+        return next(iter(self.by_size), None)
+
+    @property
+    def steps(self) -> list[str]:
+        """Each loosening in words, "start_up 20 mm -> 24 mm", the smallest in front."""
+        return [f"{name} {now.shown} -> {then.shown}" for name, now, then in self.by_size]
+
+    def to_json(self) -> dict[str, Any]:
+        steps = [{"limit": name, "from": now, "to": then} for name, now, then in self.loosenings]
+        said = {"limits": list(self.limits), "loosenings": steps, "left": list(self.left), "proof": self.proof}
+        others = [list(other) for other in self.others]
+        further = {"complete": self.complete, "soft": dict(self.soft), "doubtful": list(self.doubtful)}
+        return {**said, "others": others, **further}

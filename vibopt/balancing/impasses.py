@@ -7,8 +7,8 @@ from dataclasses import replace
 from math import inf, sqrt
 from typing import Any, Generic, Protocol, TypeVar
 
-from vibopt.answer.answer import Answer, Conflict, Least, Nearest
-from vibopt.answer.clashes import every_clash
+from vibopt.answer.answer import Answer, Least, Nearest
+from vibopt.answer.clashes import Conflict, every_clash
 from vibopt.answer.entry import Checked, Entry, Value
 from vibopt.balancing.optimisers import THOROUGH, allowance
 from vibopt.balancing.rotor_tables import Bounded

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vibopt.answer.answer import Conflict, Least, Nearest
+from vibopt.answer.answer import Least, Nearest
+from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Checked, Entry, at_most
 from vibopt.answer.plan import DeferredMapping
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray

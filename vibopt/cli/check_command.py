@@ -103,7 +103,7 @@ def _checked_scene(file: str, scene: Scene) -> dict[str, Any]:
 def asked(scene: Scene) -> str:
     """The question in words: "goal: maximise stiffness of mount"."""
     from vibopt.answer.blocks import spoken
-    from vibopt.responses.response import place_of
+    from vibopt.scene.places import place_of
 
     if scene.find_all is not None:
         return f"goal: find all {scene.find_all}"

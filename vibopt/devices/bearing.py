@@ -20,7 +20,8 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.units import show
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.csv_tables import bare, heading_of, sheet_of
-from vibopt.values.fields import Later, complaint
+from vibopt.values.fields import complaint
+from vibopt.values.kinds import Later
 
 if TYPE_CHECKING:
     from vibopt.devices.squeeze_film import SqueezeFilm

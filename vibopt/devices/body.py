@@ -18,7 +18,8 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.units import read_quantity, reads
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
 from vibopt.values.directions import AXES, SIX, Place, Reach, is_tensor
-from vibopt.values.fields import Choice, Later, Rule, RuleSchema, complaint, ruled
+from vibopt.values.fields import Choice, Rule, RuleSchema, complaint, ruled
+from vibopt.values.kinds import Later
 
 if TYPE_CHECKING:
     from vibopt.devices.inertia import Disc, Piece, Principal, Rolling, Shape, Solid, Tensor

@@ -15,7 +15,8 @@ from vibopt.mechanics.built import Borne, Joint
 from vibopt.mechanics.model import forced, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.values import Fact, Table, Tolerance, Value, number, word
-from vibopt.values.fields import Choice, Later
+from vibopt.values.fields import Choice
+from vibopt.values.kinds import Later
 
 if TYPE_CHECKING:
     from vibopt.devices.beam import Beam

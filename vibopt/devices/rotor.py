@@ -23,7 +23,8 @@ from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, stressed
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.shaft_polynomials import Beam, Span, shapes, shares
 from vibopt.values import Fact, Table, Value, number, word
-from vibopt.values.fields import Choice, Later, numbers_in
+from vibopt.values.fields import Choice, numbers_in
+from vibopt.values.kinds import Later
 from vibopt.values.tolerance import span
 
 if TYPE_CHECKING:

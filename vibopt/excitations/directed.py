@@ -9,7 +9,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations.excitation import Excitation
 from vibopt.mechanics.vectors import cross
 from vibopt.values.directions import AXES, Direction, Place, Vector
-from vibopt.values.fields import Later
+from vibopt.values.kinds import Later
 
 RunUp = Annotated[Any, Later("vibopt.excitations", "run_up.RunUp")]
 

@@ -12,7 +12,7 @@ from vibopt.errors import InputError
 from vibopt.forms.peak_rubbing import in_stretches, read_in_stretches
 from vibopt.forms.rubbing import LEAST, TIMES, Rubbing, friction_of
 from vibopt.mechanics.modes import natural_frequencies
-from vibopt.mechanics.sliding import basis
+from vibopt.mechanics.panels import basis
 from vibopt.mechanics.slipping import radians_at
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment

@@ -14,7 +14,8 @@ from typing import Any, Literal, Union, get_args, get_origin
 from vibopt.records import dataclass
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
-from vibopt.values.fields import CLOSED, Later, ReadBy, Rule, rule_of
+from vibopt.values.fields import CLOSED, ReadBy, Rule, rule_of
+from vibopt.values.kinds import Later
 
 _SECTION = re.compile(r"\n\s*Keys\n----\n", re.M)
 _ENTRY = re.compile(r"^(\w+): (.*(?:\n {4}.*)*)", re.M)

@@ -15,6 +15,8 @@ from vibopt.records import dataclass
 
 Numbers = np.ndarray[Any, np.dtype[Any]]
 """Real, or complex with the imaginary part as a slope."""
+_HELD, _FOLLOWS = 1e6, 1e-9
+"""Condition of the stiffness up to which bodies follow a base that moves slowly; rounding of how far."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,3 +145,20 @@ def first_order(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int
     return FirstOrder(
         whole[order[:, None], order], (pushed @ lifted)[order], shaken[order], places[:, order], n + heavy
     )
+
+
+def riding(stiffness: Numbers, n: int) -> Numbers:
+    """How the n free coordinates follow bases that move slowly, (..., n, n_bases), zero where nothing holds them."""
+    held, led = stiffness[..., :n, :n], stiffness[..., :n, n:]
+    if not led.shape[-1]:
+        return np.zeros(led.shape)
+    loose = np.asarray(np.linalg.cond(held.real) > _HELD)[..., None, None]
+    back = np.linalg.inv(np.where(loose, np.eye(n), held.real))
+    found, whole = -back @ led.real, np.rint(-back @ led.real)
+    found = np.where(np.abs(found - whole) < _FOLLOWS, whole, found)
+    if not np.iscomplexobj(stiffness):
+        return np.where(loose, 0.0, found)
+    turned = held.imag @ found + led.imag
+    size = np.abs(back) @ (np.abs(held.imag) @ np.abs(found) + np.abs(led.imag))
+    slopes = np.where(np.abs(back @ turned) > _FOLLOWS * size, back @ turned, 0.0)
+    return np.where(loose, 0.0, found - 1j * slopes)

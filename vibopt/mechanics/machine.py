@@ -6,7 +6,7 @@ works in real arithmetic, and reads forces off the balance of inertia where it c
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field, replace
 from typing import TYPE_CHECKING, ClassVar
 
@@ -22,7 +22,7 @@ from vibopt.mechanics.built_algebra import (
     settled,
     singular,
     steady_solution,
-)  # fmt: skip
+)
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.modal import WORTH, Modal, decompose
 from vibopt.mechanics.turning import of_two
@@ -239,18 +239,7 @@ class Machine:
 
     def parts_in_time(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Inertia, damping and stiffness over all coordinates, each (n, n); those of bases as links pull on bodies."""
-        number = {name: i for i, name in enumerate(self.coordinate_names)}
-        found = np.zeros((3, len(number), len(number)))
-        for i, mass in enumerate(self.masses.values()):
-            found[0, i, i] = mass
-        for joint in self.joints:
-            row = np.zeros(len(number))
-            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
-                if end in number:
-                    row[number[end]] = sign
-            for kind, value in enumerate((joint.inertance, joint.damping, joint.stiffness)):
-                found[kind] += value * np.outer(row, row)
-        return found[0], found[1], found[2]
+        return self._over(self.coordinate_names)[:3]
 
     def points_in_time(self, moved: FloatArray) -> dict[str, FloatArray]:
         """Displacement and its two rates (3, n_times) of every place, from those of coordinates (3, n, n_times)."""
@@ -331,30 +320,29 @@ class Machine:
 
     def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """M, C, K and hysteretic stiffness over the bodies, each (n, n)."""
-        names = list(self.masses)
-        n = len(names)
-        mass = np.diag([self.masses[name] for name in names])
-        damping, stiffness, hysteretic = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
-        for joint in self.joints:
-            at = [names.index(end) for end in joint.ends if end in self.masses]
-            for target, value in zip((mass, damping, stiffness, hysteretic), joint.four, strict=True):
-                for i in at:
-                    target[i, i] += value
-                if len(at) == 2:
-                    target[at[0], at[1]] -= value
-                    target[at[1], at[0]] -= value
-        return mass, damping, stiffness, hysteretic
+        return self._over(tuple(self.masses))
+
+    def _over(self, names: Sequence[str]) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """M, C, K and hysteretic stiffness over some coordinates."""
+        mass, damping, stiffness, hysteretic = (self._on_stretches(four, names) for four in self._fours)
+        return np.diag([self.masses.get(name, 0.0) for name in names]) + mass, damping, stiffness, hysteretic
+
+    def _on_stretches(self, values: Iterable[float], names: Sequence[str]) -> FloatArray:
+        """What joints add, each a value times the square of its stretch, over coordinates."""
+        number = {name: i for i, name in enumerate(names)}
+        found = np.zeros((len(names), len(names)))
+        for joint, value in zip(self.joints, values, strict=True):
+            at = [number[end] for end in joint.ends if end in number]
+            for i in at:
+                found[i, i] += value
+            if len(at) == 2:
+                found[at[0], at[1]] -= value
+                found[at[1], at[0]] -= value
+        return found
 
     def rotating(self) -> FloatArray:
         """Of dampers that turn with a shaft, over the bodies, (n, n)."""
-        names, found = list(self.masses), np.zeros((len(self.masses), len(self.masses)))
-        for joint in self.joints:
-            row = np.zeros(len(names))
-            for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
-                if end in self.masses:
-                    row[names.index(end)] = sign
-            found += joint.rotating * np.outer(row, row)
-        return found
+        return self._on_stretches((joint.rotating for joint in self.joints), tuple(self.masses))
 
     def poles(self) -> ComplexArray:
         """Complex frequencies of free motion [rad/s], time factor e^{i w t}: two per mass, one per damped joint."""
@@ -484,20 +472,11 @@ class Machine:
 
     def sag(self) -> dict[str, float] | None:
         """Displacement of every point under the weights [m], down positive; None when nothing holds it."""
-        names = list(self.masses)
-        flexibility_free = np.zeros((len(names), len(names)))
-        load = np.array([self.weights[name] * GRAVITY for name in names])
-        for joint in self.joints:
-            at = [names.index(end) for end in joint.ends if end in self.masses]
-            for i in at:
-                flexibility_free[i, i] += joint.static_stiffness
-            if len(at) == 2:
-                flexibility_free[at[0], at[1]] -= joint.static_stiffness
-                flexibility_free[at[1], at[0]] -= joint.static_stiffness
-        if np.linalg.matrix_rank(flexibility_free, tol=1e-15 * np.abs(flexibility_free).max(initial=0.0)) < len(names):
+        stiffness = self._on_stretches((joint.static_stiffness for joint in self.joints), tuple(self.masses))
+        if np.linalg.matrix_rank(stiffness, tol=1e-15 * np.abs(stiffness).max(initial=0.0)) < len(stiffness):
             return None
-        down = np.linalg.solve(flexibility_free, load)
-        return dict(zip(names, down.tolist(), strict=True))
+        down = np.linalg.solve(stiffness, np.array([self.weights[name] * GRAVITY for name in self.masses]))
+        return dict(zip(self.masses, down.tolist(), strict=True))
 
 
 def is_in_space(machine: Machine) -> TypeIs[SpaceMachine]:

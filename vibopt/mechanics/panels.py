@@ -35,6 +35,8 @@ _EPSILON = 2.0**-52
 _MOST, _MOST_TOGETHER = 1 << 21, 1 << 16
 """Panels of one piece of time at most, of one machine and of several at once."""
 _NEWTON, _DEEPEST = 4, 1000
+_TO_ROOT, _CLOSE = 60, 1e-12
+"""Steps to a root of a series, and how near it is."""
 _CELL = 2.0 / (_FINE - 1)
 
 
@@ -329,3 +331,38 @@ class Along:
         found.halvings, found._signals = self.halvings[which], self._signals[which]
         found._steps = [step[which] for step in self._steps[self.depth - found.depth :]]
         return found
+
+
+def basis(part: FloatArray | float) -> FloatArray:
+    """Chebyshev's polynomials at parts of a panel, (17, n)."""
+    return np.asarray(
+        np.cos(np.multiply.outer(_ORDERS[:, 0], np.arccos(np.minimum(np.maximum(2.0 * part - 1.0, -1.0), 1.0))))
+    )
+
+
+def crossing(series: FloatArray, low: float, high: float) -> float:
+    """The root of a series between places where its signs differ: Newton's steps, halves where they leave."""
+    both, at = np.array([series, 2.0 * (SLOPES @ series)]), 0.5 * (low + high)
+    rises = float(series @ basis(high)) > 0.0
+    for _ in range(_TO_ROOT):
+        value, rate = (both @ basis(at)).tolist()
+        low, high = (low, at) if (value > 0.0) == rises else (at, high)
+        step = at - value / rate if rate else low
+        last, at = at, step if low <= step <= high else 0.5 * (low + high)
+        if abs(at - last) <= _CLOSE:
+            break
+    return at
+
+
+def roots_of(series: FloatArray, begin: float, end: float) -> FloatArray:
+    """Real roots of a series on 0 to 1, from `begin` to `end`, ascending, made better by Newton's method."""
+    last = int(np.flatnonzero(np.abs(series) > 1e-17 * np.abs(series).max())[-1])
+    roots = chebyshev.chebroots(series[: last + 1]) if last else np.zeros(0)
+    found = 0.5 + 0.5 * np.sort(roots.real[np.abs(roots.imag) < 1e-8])
+    found = found[(found >= begin - 1e-9) & (found <= end + 1e-9)]
+    for _ in range(2):
+        each = basis(found)
+        rate = SLOPES @ series @ each
+        step = 0.5 * (series @ each) / np.where(rate == 0.0, np.inf, rate)
+        found = found - np.where(np.abs(step) < 1e-3, step, 0.0)
+    return np.asarray(found[(found >= begin) & (found <= end * (1.0 + _CLOSE))])

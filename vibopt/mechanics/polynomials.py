@@ -74,6 +74,33 @@ def real_roots(ascending: FloatArray, near: float, steps: int, least: float = 0.
     return found
 
 
+def stationary(top: ComplexArray, bottom: ComplexArray, power: int) -> FloatArray:
+    """Coefficients in u = v^2, ascending, whose roots make u^power |N|^2 / |D|^2 stationary."""
+    p, q = _squared(top), _squared(bottom)
+    dp, dq = p[1:] * np.arange(1, len(p)), q[1:] * np.arange(1, len(q))
+    left, right = np.convolve(dp, q) if len(dp) else np.zeros(1), np.convolve(p, dq)
+    total = np.zeros(len(p) + len(q))
+    shift = 1 if power else 0
+    total[shift : shift + len(left)] += left
+    total[shift : shift + len(right)] -= right
+    if power:
+        both = np.convolve(p, q)
+        total[: len(both)] += power * both
+    return total
+
+
+def _squared(turned: ComplexArray) -> FloatArray:
+    """|.|^2 on real v as a polynomial in v^2, from coefficients in v of which even are real and odd imaginary."""
+    even, odd = turned[::2].real, turned[1::2].imag
+    square = np.zeros(len(turned))
+    first = np.convolve(even, even)
+    square[: len(first)] += first
+    if len(odd):
+        second = np.convolve(odd, odd)
+        square[1 : 1 + len(second)] += second
+    return square
+
+
 ORDER = 7
 """Order of the Taylor series on a cell."""
 _RHO = 0.34

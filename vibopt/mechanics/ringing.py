@@ -11,7 +11,7 @@ from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.mechanics.beating import highest
 from vibopt.mechanics.combine import combined
 from vibopt.mechanics.joints import UnlikeError
-from vibopt.mechanics.panels import Along, Numbers, TooLongError, greatest
+from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential, greatest
 from vibopt.records import cached_property, dataclass
 
 if TYPE_CHECKING:
@@ -455,3 +455,42 @@ class _Followed:
 def _dot(left: Numbers, right: Numbers) -> FloatArray:
     """Products of the rows of both, (..., n) to (...)."""
     return np.asarray((left * right).sum(axis=-1))
+
+
+def rung(
+    whole: tuple[FloatArray, float],
+    free: IntArray,
+    row: FloatArray,
+    state: FloatArray,
+    least: float,
+    *,
+    any_above: bool = False,
+) -> tuple[float, float]:
+    """Greatest size of row . z above `least` while friction holds from a state on, for ever, and when; else zeros.
+
+    Infinite where it does not go on as it is.  `whole` are the rates while it is held and the period of the slowest
+    motion [s], `free` numbers of the states that move; `any_above` is an early one.
+    """
+    held, period = whole
+    a = held[np.ix_(free, free)]
+    lasts = np.setdiff1d(np.arange(len(state)), free)
+    led = held[np.ix_(free, lasts)]
+    moves = held[np.ix_(lasts, lasts)] @ state[lasts]
+    try:
+        rates, shapes = np.linalg.eig(a)
+        about = -np.linalg.solve(a, led @ state[lasts])
+        waves = (row[free] @ shapes) * np.linalg.solve(shapes, (state[free] - about).astype(complex))
+    except np.linalg.LinAlgError:
+        return np.inf, 0.0
+    if (led @ moves).any() or row[lasts] @ moves:
+        return np.inf, 0.0
+    still = abs(row[free] @ about + row[lasts] @ state[lasts])
+    best, gone, length = (0.0, 0.0), 0.0, _FIRST * period
+    while True:
+        least = max(least, abs(best[0]))
+        may = still + float(np.abs(waves) @ np.exp(rates.real * gone))
+        if may <= least * (1.0 + _NOTHING) or gone >= HORIZON * period or (any_above and best[0]):
+            return best
+        found = greatest(held[None] * length, row[None], state[None, None], np.array([least]))
+        best = (float(found.value[0]), gone + float(found.at[0]) * length) if found.value[0] else best
+        state, gone, length = exponential(held * length) @ state, gone + length, 2.0 * length

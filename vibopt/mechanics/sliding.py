@@ -16,12 +16,11 @@ from collections.abc import Iterator
 from itertools import islice
 
 import numpy as np
-from numpy.polynomial import chebyshev
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.errors import InputError
-from vibopt.mechanics.panels import COEFFICIENTS, NODES, SLOPES, exponential, exponentials, greatest, peaks_of
-from vibopt.mechanics.ringing import HORIZON, Peak
+from vibopt.mechanics.panels import COEFFICIENTS, NODES, SLOPES, basis, crossing, exponentials, peaks_of, roots_of
+from vibopt.mechanics.ringing import Peak, rung
 from vibopt.mechanics.transient import Reading
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
@@ -34,13 +33,13 @@ its beginning."""
 _LASTING, _REPEATS, _MOST, _TOGETHER = 1500, 1e-11, 100_000, 24
 """Turns of a sine that lasts, at most, and part of the states by which one may differ from the next; panels in all, and
 those behind the load between two looks at what may still come."""
-_FIRST, _SWUNG, _SLOW, _STOPPED = 4.0, 100.0, 1e-9, 1e-11
-"""Periods of the slowest motion in the first look at what rings, each further one twice as long, and those over
-which slips and holds are followed that never end; part of the fastest rate from which on it is one, and of the greatest
-speed of a base at which it stands still."""
-_FINE, _LONGER, _STEPS = 2001, 40, 60
-"""Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded; steps to a
-root."""
+_SWUNG, _SLOW, _STOPPED = 100.0, 1e-9, 1e-11
+"""Periods of the slowest motion over which slips and holds are followed that never end; part of the fastest rate from
+which on it is one, and of the greatest speed of a base at which it stands still."""
+_FINE, _LONGER = 2001, 40
+"""Places on a panel at which the time of a peak is told; doublings of a panel where what is fast has faded."""
+_NODAL = basis(NODES)
+_FIRST_NODE = _NODAL[:, 0]
 TOO_OFTEN = (
     "What rubs moves to and fro more often than is followed. Write a shorter load, less stiffness or damping, or more "
     "mass or friction."
@@ -83,10 +82,6 @@ class Law:
         return np.concatenate([np.linalg.eigvals(self.slips), np.linalg.eigvals(self.held)]).astype(complex)
 
     @cached_property
-    def _lively(self) -> FloatArray:
-        return np.abs(self.rates)
-
-    @cached_property
     def _fades(self) -> float:
         """The fastest fading of any motion [1/s]."""
         return float(-self.rates.real.min())
@@ -110,7 +105,7 @@ class Law:
 
     def width(self, age: float) -> float:
         """Of a panel so long behind the last event [s]."""
-        lively = self._lively
+        lively = np.abs(self.rates)
         first = _PANEL / lively.max()
         if age * self._fades < _FADED:
             return float(first)
@@ -197,7 +192,8 @@ class Sliding:
         """The greatest on some pieces, where it is above the best so far."""
         rows = [piece.law.row(reading, piece.side) for piece in pieces]
         if pieces[-1].length == np.inf:
-            value, time = _rung(pieces[-1].law, self._swings, rows.pop(), pieces[-1].start, abs(best.value))
+            law = pieces[-1].law
+            value, time = rung((law.held, law.period), self._swings, rows.pop(), pieces[-1].start, abs(best.value))
             best = Peak(value, pieces[-1].begin + time) if value else best
         if not rows:
             return best
@@ -238,7 +234,7 @@ class Sliding:
         for time, one in zip(times, (self._known[k] for k in which), strict=True):
             row = one.law.row(reading, one.side)
             if one.length == np.inf:
-                found.append(float(row @ exponential(one.law.held * (time - one.begin)) @ one.start))
+                found.append(float(row @ exponentials(one.law.held * (time - one.begin), NODES[-1:])[0] @ one.start))
             else:
                 found.append(float(row @ one.states @ basis(min((time - one.begin) / one.length, 1.0))))
         return np.array(found)
@@ -299,8 +295,8 @@ class Sliding:
         still = Segment(1.0, np.zeros(0), np.zeros((0, 0)), np.zeros((self.loads.shape[1], 0)), np.zeros(0))
         law, before, most = self._law(still), 1, 0.0
         for piece in self._along(law, time, np.inf, own):
-            held = law, self._swings, law.carries, piece.start, self.friction
-            if piece.side == 0 and before and _rung(*held, any_above=True)[0] == 0.0:
+            held = (law.held, law.period), self._swings, law.carries, piece.start, self.friction
+            if piece.side == 0 and before and rung(*held, any_above=True)[0] == 0.0:
                 yield Piece(piece.begin, np.inf, 0, law, piece.start[:, None])
                 return
             yield piece
@@ -381,8 +377,8 @@ class Sliding:
             return None
         turned = int((seen <= 0.0).argmax())
         if turned > 1 and seen[: turned - 1].min() > _SAFE * seen.max():
-            return _crossing(speed, whole * float(NODES[turned]), whole * float(NODES[turned + 1]))
-        roots = _roots(speed, _BEGUN if begins else 0.0, whole)
+            return crossing(speed, whole * float(NODES[turned]), whole * float(NODES[turned + 1]))
+        roots = roots_of(speed, _BEGUN if begins else 0.0, whole)
         if begins:
             early = speed @ basis(0.5 * np.append(roots, whole))
             told = np.flatnonzero(np.abs(early) > _NOISE * np.abs(values).max())  # before, roots are of rounding
@@ -403,18 +399,18 @@ class Sliding:
         if first > 1 and sizes[: first - 1].max() < (1.0 - _SAFE) * self.friction:
             part = np.copysign(1.0, values[first]) * carried
             part[0] -= self.friction
-            return _crossing(part, whole * float(NODES[first - 1]), whole * float(NODES[first]))
+            return crossing(part, whole * float(NODES[first - 1]), whole * float(NODES[first]))
         if whole == 1.0 and not beyond.any() and peaks_of(carried[None], np.array([self.friction]))[0] <= self.friction:
             return None
         found, early = list[float](), float(carried @ basis(_BEGUN))
         if abs(early) > self.friction * (1.0 + _NOISE):
             over = np.copysign(1.0, early) * carried
             over[0] -= self.friction
-            return max(_crossing(over, 0.0, _BEGUN), 1e-300) if over @ _FIRST_NODE < 0.0 else _BEGUN
+            return max(crossing(over, 0.0, _BEGUN), 1e-300) if over @ _FIRST_NODE < 0.0 else _BEGUN
         for sense in (1.0, -1.0):
             over = sense * carried
             over[0] -= self.friction
-            roots = _roots(over, _BEGUN if fresh else 0.0, whole)
+            roots = roots_of(over, _BEGUN if fresh else 0.0, whole)
             found += [float(root) for root in roots if SLOPES @ over @ basis(root) > 0.0][:1]
         if not found and abs(values[-1]) > self.friction:  # it was so from the beginning
             return _BEGUN
@@ -469,74 +465,3 @@ class Sliding:
         laws[0, 0], speeds[0, 0] = 0.0, known[0]
         rests = unit[0] + (forces[0] - unit[2]) / soft if follows else None
         return Law(laws[1], laws[0], places, speeds, forces[0] - resists[0] @ held, rests)
-
-
-def _rung(
-    law: Law, free: IntArray, row: FloatArray, state: FloatArray, least: float, *, any_above: bool = False
-) -> tuple[float, float]:
-    """Greatest size of row . z above `least` while friction holds from a state on, for ever, and when; else zeros.
-
-    Infinite where it does not go on as it is.  `free` are numbers of the states that move; `any_above` is an early one.
-    """
-    a = law.held[np.ix_(free, free)]
-    lasts = np.setdiff1d(np.arange(len(state)), free)
-    led = law.held[np.ix_(free, lasts)]
-    moves = law.held[np.ix_(lasts, lasts)] @ state[lasts]
-    try:
-        rates, shapes = np.linalg.eig(a)
-        about = -np.linalg.solve(a, led @ state[lasts])
-        waves = (row[free] @ shapes) * np.linalg.solve(shapes, (state[free] - about).astype(complex))
-    except np.linalg.LinAlgError:
-        return np.inf, 0.0
-    if (led @ moves).any() or row[lasts] @ moves:
-        return np.inf, 0.0
-    still = abs(row[free] @ about + row[lasts] @ state[lasts])
-    best, gone, length = (0.0, 0.0), 0.0, _FIRST * law.period
-    while True:
-        least = max(least, abs(best[0]))
-        may = still + float(np.abs(waves) @ np.exp(rates.real * gone))
-        if may <= least * (1.0 + _ROUND) or gone >= HORIZON * law.period or (any_above and best[0]):
-            return best
-        found = greatest(law.held[None] * length, row[None], state[None, None], np.array([least]))
-        best = (float(found.value[0]), gone + float(found.at[0]) * length) if found.value[0] else best
-        state, gone, length = exponential(law.held * length) @ state, gone + length, 2.0 * length
-
-
-def basis(part: FloatArray | float) -> FloatArray:
-    """Chebyshev's polynomials at parts of a panel, (17, n)."""
-    return np.asarray(
-        np.cos(np.multiply.outer(_ORDERS, np.arccos(np.minimum(np.maximum(2.0 * part - 1.0, -1.0), 1.0))))
-    )
-
-
-_ORDERS = np.arange(float(len(NODES)))
-_NODAL = basis(NODES)
-_FIRST_NODE = _NODAL[:, 0]
-
-
-def _crossing(series: FloatArray, low: float, high: float) -> float:
-    """The root of a series between places where its signs differ: Newton's steps, halves where they leave."""
-    both, at = np.array([series, 2.0 * (SLOPES @ series)]), 0.5 * (low + high)
-    rises = float(series @ basis(high)) > 0.0
-    for _ in range(_STEPS):
-        value, rate = (both @ basis(at)).tolist()
-        low, high = (low, at) if (value > 0.0) == rises else (at, high)
-        step = at - value / rate if rate else low
-        last, at = at, step if low <= step <= high else 0.5 * (low + high)
-        if abs(at - last) <= _ROUND:
-            break
-    return at
-
-
-def _roots(series: FloatArray, begin: float, end: float) -> FloatArray:
-    """Real roots of a series on 0 to 1, from `begin` to `end`, ascending, made better by Newton's method."""
-    last = int(np.flatnonzero(np.abs(series) > 1e-17 * np.abs(series).max())[-1])
-    roots = chebyshev.chebroots(series[: last + 1]) if last else np.zeros(0)
-    found = 0.5 + 0.5 * np.sort(roots.real[np.abs(roots.imag) < 1e-8])
-    found = found[(found >= begin - 1e-9) & (found <= end + 1e-9)]
-    for _ in range(2):
-        each = basis(found)
-        rate = SLOPES @ series @ each
-        step = 0.5 * (series @ each) / np.where(rate == 0.0, np.inf, rate)
-        found = found - np.where(np.abs(step) < 1e-3, step, 0.0)
-    return np.asarray(found[(found >= begin) & (found <= end * (1.0 + _ROUND))])

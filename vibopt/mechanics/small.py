@@ -19,7 +19,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
-from vibopt.mechanics.polynomials import roots
+from vibopt.mechanics.polynomials import roots, stationary
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Amplitude, Band, Line, Output
 
@@ -288,7 +288,7 @@ class Polynomials:
     @cached_property
     def turning(self) -> tuple[FloatArray, BoolArray]:
         """Points near which the value may be stationary, and whether it must be."""
-        turning = roots(_stationary(self.tables[0][0][:, 0], self.tables[1][0][:, 0], self.power))
+        turning = roots(stationary(self.tables[0][0][:, 0], self.tables[1][0][:, 0], self.power))
         near = turning[(turning.real > 0.0) & (np.abs(turning.imag) <= 1e-3 * np.abs(turning))]
         return np.sqrt(near.real), np.abs(near.imag) <= 1e-10 * np.abs(near)
 
@@ -481,30 +481,3 @@ def _take_turns(kinds: FloatArray) -> bool:
             return False
         here = bend
     return bool(here == kinds[-1])
-
-
-def _stationary(top: ComplexArray, bottom: ComplexArray, power: int) -> FloatArray:
-    """Coefficients in u = v^2, ascending, whose roots make u^power |N|^2 / |D|^2 stationary."""
-    p, q = _squared(top), _squared(bottom)
-    dp, dq = p[1:] * np.arange(1, len(p)), q[1:] * np.arange(1, len(q))
-    left, right = np.convolve(dp, q) if len(dp) else np.zeros(1), np.convolve(p, dq)
-    total = np.zeros(len(p) + len(q))
-    shift = 1 if power else 0
-    total[shift : shift + len(left)] += left
-    total[shift : shift + len(right)] -= right
-    if power:
-        both = np.convolve(p, q)
-        total[: len(both)] += power * both
-    return total
-
-
-def _squared(turned: ComplexArray) -> FloatArray:
-    """|.|^2 on real v as a polynomial in v^2, from coefficients in v of which even are real and odd imaginary."""
-    even, odd = turned[::2].real, turned[1::2].imag
-    square = np.zeros(len(turned))
-    first = np.convolve(even, even)
-    square[: len(first)] += first
-    if len(odd):
-        second = np.convolve(odd, odd)
-        square[1 : 1 + len(second)] += second
-    return square

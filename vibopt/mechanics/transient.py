@@ -19,7 +19,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError
-from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated
+from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated, riding
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential
 from vibopt.mechanics.pulsed import peaks_by_modes
 from vibopt.mechanics.ringing import Behind, Peak, Peaks
@@ -28,8 +28,6 @@ from vibopt.mechanics.stretches import Stretch, add_before, after, own_lengths, 
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
-_HELD, _FOLLOWS = 1e6, 1e-9
-"""Condition of the stiffness up to which bodies follow a base that moves slowly; rounding of how far."""
 _JOINED = 1e-12
 """Part of a time within which it is a joint."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
@@ -369,20 +367,7 @@ class Transient:
 
         A base that is pushed for a thousand periods is far away, and what is near it would be lost in rounding.
         """
-        _, _, stiffness, n, _ = self.parts
-        held, led = stiffness[..., :n, :n], stiffness[..., :n, n:]
-        if not led.shape[-1]:
-            return np.zeros(led.shape, dtype=self.root.dtype)
-        loose = wide(np.linalg.cond(held.real) > _HELD)
-        back = np.linalg.inv(np.where(loose, np.eye(n), held.real))
-        found, whole = -back @ led.real, np.rint(-back @ led.real)
-        found = np.where(np.abs(found - whole) < _FOLLOWS, whole, found)
-        if not np.iscomplexobj(stiffness):
-            return np.where(loose, 0.0, found)
-        turned = held.imag @ found + led.imag
-        size = np.abs(back) @ (np.abs(held.imag) @ np.abs(found) + np.abs(led.imag))
-        slopes = np.where(np.abs(back @ turned) > _FOLLOWS * size, back @ turned, 0.0)
-        return np.where(loose, 0.0, found - 1j * slopes)
+        return riding(self.parts[2], self.parts[3])
 
     @cached_property
     def _rides(self) -> FloatArray:

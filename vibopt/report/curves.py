@@ -24,8 +24,8 @@ from vibopt.report.histories import histories
 from vibopt.report.limiting_views import limiting_panels
 from vibopt.report.series import Curve, Mark, Panel, Zone, heights
 from vibopt.responses import HarmonicResponse, Response
-from vibopt.responses.response import place_of
 from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import MINIMISE, Design, Scene
 from vibopt.scene.space import members
 from vibopt.signals import Band, Drive

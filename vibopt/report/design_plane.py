@@ -17,7 +17,7 @@ from vibopt.program.program import Aim, Limit
 from vibopt.records import dataclass
 from vibopt.report.worst_off import LARGE, over
 from vibopt.responses.absorber_responses import Stroke
-from vibopt.responses.response import place_of
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import MAXIMISE, Design, Variable
 from vibopt.units import best_unit, to_unit
 from vibopt.units.spelling import split_detector

@@ -18,9 +18,9 @@ from vibopt.program.pose import form_of
 from vibopt.records import dataclass
 from vibopt.report.series import Mark, Panel, Zone, known_curve
 from vibopt.responses import HarmonicResponse
-from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import bands_for
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, show, to_unit

@@ -21,8 +21,8 @@ from vibopt.program.pose import form_of, pose
 from vibopt.records import dataclass
 from vibopt.report.series import Mark, Panel, Zone, known_curve
 from vibopt.responses import TransientResponse
-from vibopt.responses.response import place_of
 from vibopt.scene.drives import durations_of, names_for
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import Design, Scene
 from vibopt.scene.space import members
 from vibopt.units import best_unit, show, to_unit

@@ -18,9 +18,9 @@ from vibopt.program.pose import form_of
 from vibopt.records import dataclass
 from vibopt.report.what_to_build import machine_in
 from vibopt.responses import TransientResponse
-from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import names_for
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import MINIMISE, Design
 from vibopt.scene.uncertain import uncertain
 from vibopt.units import best_unit, outward, plain, show, to_unit

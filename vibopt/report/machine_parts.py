@@ -9,8 +9,7 @@ from vibopt.devices import Device
 from vibopt.mechanics.built import GROUND
 from vibopt.records import dataclass
 from vibopt.report.figures.paper import drawn
-from vibopt.responses.response import place_of
-from vibopt.scene.places import carried, devices, ends, joints, springs, supports
+from vibopt.scene.places import carried, devices, ends, joints, place_of, springs, supports
 from vibopt.scene.scene import Design, Scene
 
 LONGEST = 18

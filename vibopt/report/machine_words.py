@@ -11,9 +11,8 @@ from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.excitations import Excitation
-from vibopt.responses.response import place_of
 from vibopt.scene.open_places import asked_positions
-from vibopt.scene.places import bound_parts
+from vibopt.scene.places import bound_parts, place_of
 from vibopt.scene.scene import MAXIMISE, Design, Scene, Variable
 from vibopt.signals import Amplitude
 from vibopt.units import plain, show

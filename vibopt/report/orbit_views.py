@@ -15,9 +15,9 @@ from vibopt.mechanics.model import Model
 from vibopt.program.pose import form_of
 from vibopt.report.series import Mark, Panel, Zone, known_curve
 from vibopt.responses import HarmonicResponse
-from vibopt.responses.response import place_of
 from vibopt.scene.check_bearings import table_ends
 from vibopt.scene.drives import bands_for
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import Design
 from vibopt.scene.space import members
 from vibopt.units import best_unit, show, to_unit

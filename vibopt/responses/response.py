@@ -17,7 +17,6 @@ from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
 from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange, Table, read_speeds, word
-from vibopt.values.directions import way_words
 from vibopt.values.fields import KeyedError, ReadBy, complaint
 from vibopt.values.probability import Probability
 from vibopt.values.soft import Soft
@@ -498,20 +497,3 @@ def _without_rms(key: str, given: object) -> object:
     if detector in ("pk", "pp"):
         raise KeyedError(key, given, f'says "{said}", but random vibration has no peak. Write the rms value.')
     return bare
-
-
-def place_of(response: Response) -> str:
-    """Where a response is read: "into ground", "of press"; "" where it speaks of the whole."""
-    said = vars(response)
-    place = next((f"{key} {said[key]}" for key in PLACES if said.get(key)), "")
-    other = said.get("relative_to")
-    return f"{place}{f' relative to {other}' if other else ''}{_way(response)}" or response.said_of
-
-
-def _way(response: Response) -> str:
-    """The direction or the axis that a question in space names: " along z", " about x"."""
-    for key, preposition in (("direction", "along"), ("axis", "about")):
-        way = vars(response).get(key)
-        if way is not None and key in response.model_fields_set:
-            return f" {preposition} {way_words(way)}"
-    return ""

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 from vibopt.devices import FAMILIES, Device
 from vibopt.mechanics.builder import GROUND
+from vibopt.responses.response import PLACES, Response
 from vibopt.scene.scene import Scene
+from vibopt.values.directions import way_words
 
 if TYPE_CHECKING:
     from vibopt.devices.part import Bound
@@ -223,3 +225,20 @@ def turning(scene: Scene) -> set[str]:
     for _ in scene.absorbers:
         found |= {name for name, absorber in scene.absorbers.items() if absorber.host in found}
     return found
+
+
+def place_of(response: Response) -> str:
+    """Where a response is read: "into ground", "of press"; "" where it speaks of the whole."""
+    said = vars(response)
+    place = next((f"{key} {said[key]}" for key in PLACES if said.get(key)), "")
+    other = said.get("relative_to")
+    return f"{place}{f' relative to {other}' if other else ''}{_way(response)}" or response.said_of
+
+
+def _way(response: Response) -> str:
+    """The direction or the axis that a question in space names: " along z", " about x"."""
+    for key, preposition in (("direction", "along"), ("axis", "about")):
+        way = vars(response).get(key)
+        if way is not None and key in response.model_fields_set:
+            return f" {preposition} {way_words(way)}"
+    return ""

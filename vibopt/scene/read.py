@@ -29,17 +29,8 @@ from vibopt.values.fields import Choice, numbers_in
 if TYPE_CHECKING:
     from vibopt.devices.rotor import RotorTable
 
-_HEAD, _TAIL = (
-    ["title", "statement", "source"],
-    [
-        "excitations",
-        "limits",
-        "measures",
-        "goal",
-        "scenarios",
-        "expected",
-    ],
-)
+_HEAD = ["title", "statement", "source"]
+_TAIL = ["excitations", "limits", "measures", "goal", "scenarios", "expected"]
 _PROBES = ((0.5,), (0.0, 1.0), (1.0, 0.0), (0.0,), (1.0,), (0.38, 0.74, 0.17), (0.81, 0.27, 0.63), (0.12, 0.55, 0.92))
 """Positions at which a scene is checked, as parts of each range in turn."""
 _LATER = ["planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
-from vibopt.answer.answer import Conflict
+from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.program.program import Limit, Program

@@ -6,8 +6,7 @@ import copy
 from collections.abc import Callable
 from dataclasses import replace
 
-from vibopt.answer.answer import Conflict
-from vibopt.answer.clashes import Clashes
+from vibopt.answer.clashes import Clashes, Conflict
 from vibopt.answer.entry import Entry
 from vibopt.errors import InputError
 from vibopt.program.pose import RATED

@@ -14,8 +14,8 @@ from vibopt.report.absorber_parts import BUILD, Part, chosen_in, has_absorbers, 
 from vibopt.report.adjust import Adjusting, adjusting
 from vibopt.report.machine_words import THOROUGH, goal_words
 from vibopt.responses import HarmonicResponse, RandomResponse
-from vibopt.responses.response import place_of
 from vibopt.scene.drives import bands_for, names_for
+from vibopt.scene.places import place_of
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design, Scene
 from vibopt.solve import solve

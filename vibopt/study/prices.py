@@ -18,13 +18,7 @@ from vibopt.jobs import answer, asks_shares, facts, is_scene, noun_of
 from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
 from vibopt.solve.method import Progress
-from vibopt.study.holding import (
-    caps_of,
-    in_steps,
-    is_looser,
-    is_touched,
-    measured_by,
-)
+from vibopt.study.holding import caps_of, in_steps, is_looser, is_touched, measured_by
 from vibopt.study.one_way import is_shelf
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, NOT_ASKED, first_words, words_of
 from vibopt.study.purse import Purse, Ranked
@@ -171,15 +165,19 @@ def prices(
     rows += purse.stepped(asked[limits:], then, lambda k: ways(limits + k))
     rows.sort(key=lambda row: row.weight, reverse=True)
     rows = _ranged(purse, rows, most, told("how far that goes on"))
-    notes = [*_left(rows), *_radii(job, rows)]
+    notes = (*_left(rows), *_radii(job, rows), *_unpriced(job, rows, read))
+    return Prices(job, found, measure, purse.here.measure, tuple(rows), notes)
+
+
+def _unpriced(job: Job, rows: Sequence[Ranked], read: Sequence[str]) -> Iterator[str]:
+    """What has no price: ways that are no question, and numbers that were `read` as data."""
     if any(way.status == "refused" for row in rows for way in row.ways):
-        notes.append(NOT_ASKED)
+        yield NOT_ASKED
     if read:
-        notes.append(
+        yield (
             f"{counted(len(read), 'numbers')} of {tables_of(read)} have no price: they are data of {noun_of(job)}. "
             f"What another would do: vibopt sweep FILE --vary {read[0]}=RANGE."
         )
-    return Prices(job, found, measure, purse.here.measure, tuple(rows), tuple(notes))
 
 
 def _ranged(purse: Purse, rows: list[Ranked], most: float, told: Callable[[int], None]) -> list[Ranked]:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.answer import Conflict
+from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
 from vibopt.balancing import is_known, is_rotor

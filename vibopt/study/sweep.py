@@ -182,18 +182,15 @@ def sweep(
         "sobol" or "latin": points drawn evenly from the ranges, the same each time, in place of a grid.
     keep_design
         Keep the design of the job as it is, and measure it.
-    workers
-        Processes at a time; the answers do not depend on it.
-    cluster
-        Address of a scheduler of Dask whose workers answer in place of processes of this machine,
-        "tcp://10.0.0.5:8786"; the answers do not depend on it.
+    workers, cluster
+        Processes at a time, or the address of a scheduler of Dask whose workers answer in their place,
+        "tcp://10.0.0.5:8786"; the answers depend on neither.
     most
         Refuse more points than this.
     progress
         Called now and then with a stage and the part that is done (0 to 1).
     answered
-        Called with the facts, in the units of the ranges, and each point as soon as it is known, in any order; not
-        where all are found together.
+        Called with the facts and each point as soon as it is known, in any order; not where all are found together.
     known
         Points of the same sweep that were answered before; the others are answered.
 
@@ -204,20 +201,11 @@ def sweep(
     PoolError
         A process or the cluster went away in the middle.
     """
-    if not isinstance(vary, (str, Mapping)):
-        raise InputError(f'{job.name}: sweep over {vary!r}: write a path and its range, or {{"path": "5 mm..30 mm"}}.')
-    ranges = {vary: low_high} if isinstance(vary, str) else dict(vary)
-    if is_scene(job) and job.find_all is not None and job.find_all not in ranges:
-        raise InputError(
-            f"{job.name}: sweep needs a goal or limits to measure; find_all answers with {job.finds}: use whatif "
-            "instead."
-        )
+    ranges = _ranges(job, vary, low_high)
     job, base, what = _varied(job, ranges, keep_design)
     _check_count(base, what, (how_many(ranges, points, sample), points), most)
-    where = points_of(what, points, sample)
-    facts = tuple(varied.fact for varied in what)
-    at = {tuple(map(float, value)): index for index, value in enumerate(where.values)} if known else {}
-    before = {at[here]: point for point in known if (here := tuple(each.value for each in point.varied.values())) in at}
+    where, facts = points_of(what, points, sample), tuple(varied.fact for varied in what)
+    before = _before(where.values, known)
     with pool_of(workers, cluster) as pool:
         found = many.answered(base, facts, where.values, pool=pool, progress=progress, told=answered, known=before)
     return Sweep(job, what, found, goal_word(base), keep_design, where.axes, base)
@@ -234,6 +222,25 @@ def pool_of(workers: int, address: str | None = None) -> AbstractContextManager[
     from vibopt.study.workers import Processes
 
     return Processes(workers, lasting=True)
+
+
+def _ranges(job: Job, vary: str | Mapping[str, str], low_high: str) -> dict[str, str]:
+    """Ranges by path, of a job that answers with numbers."""
+    if not isinstance(vary, (str, Mapping)):
+        raise InputError(f'{job.name}: sweep over {vary!r}: write a path and its range, or {{"path": "5 mm..30 mm"}}.')
+    ranges = {vary: low_high} if isinstance(vary, str) else dict(vary)
+    if is_scene(job) and job.find_all is not None and job.find_all not in ranges:
+        raise InputError(
+            f"{job.name}: sweep needs a goal or limits to measure; find_all answers with {job.finds}: use whatif "
+            "instead."
+        )
+    return ranges
+
+
+def _before(values: FloatArray, known: Sequence[Point]) -> dict[int, Point]:
+    """Points that are known by the index of their values [SI], (n_points, n_facts)."""
+    at = {tuple(map(float, value)): index for index, value in enumerate(values)} if known else {}
+    return {at[here]: point for point in known if (here := tuple(each.value for each in point.varied.values())) in at}
 
 
 def _varied(job: Job, ranges: Mapping[str, str], keep_design: bool) -> tuple[Job, Job, tuple[Varied, ...]]:

@@ -17,7 +17,7 @@ from vibopt.jobs import is_open, is_scene
 from vibopt.program.drawn import OPEN
 from vibopt.report.catalogue_choices import tied
 from vibopt.report.series import Front, Line, Map, Side, Strip, Strips
-from vibopt.responses.response import place_of
+from vibopt.scene.places import place_of
 from vibopt.study.edges import Boundary, State, stretches
 from vibopt.study.points import Point, in_unit
 from vibopt.study.seen import is_measured

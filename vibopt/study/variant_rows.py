@@ -19,7 +19,7 @@ from vibopt.errors import InputError
 from vibopt.jobs import facts
 from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.catalogue_choices import tied
-from vibopt.responses.response import place_of
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import frozen
 from vibopt.study.rounded import goal_on

@@ -7,15 +7,7 @@ from functools import cache
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_args
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    GetCoreSchemaHandler,
-    GetJsonSchemaHandler,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, GetCoreSchemaHandler, GetJsonSchemaHandler, model_validator
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
 from vibopt.document.mistakes import toml_text
@@ -23,7 +15,6 @@ from vibopt.errors import QuantityError
 from vibopt.records import dataclass
 from vibopt.units import DIMENSIONS, Quantity, is_range, read_quantity
 from vibopt.units.parsing import BARE, split_value
-from vibopt.values.kinds import loaded
 from vibopt.values.tolerance import read_tolerance
 
 
@@ -302,44 +293,6 @@ Tolerance = Annotated[
     ),
 ]
 """`tolerance = "5 %"` of a whole table: each of its numbers on its own."""
-
-
-class Later:
-    """Reads a table within a table by its own kind, whose file is opened when a job has such a table.
-
-    `place` is the module in a package and the class there: "inertia.Shape".
-    """
-
-    def __init__(self, package: str, place: str) -> None:
-        self.package, self.place = package, place
-
-    @property
-    def kind(self) -> type[Table]:
-        """The kind of the table."""
-        found: type[Table] = loaded(self.package, self.place)
-        return found
-
-    def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.no_info_plain_validator_function(self._read)
-
-    def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        kind = self.kind
-        kind.model_rebuild()
-        return handler(kind.__pydantic_core_schema__)
-
-    def _read(self, given: Any) -> Any:
-        try:
-            return self.kind.model_validate(given)
-        except ValidationError as error:
-            raise TableError(error, self.kind) from None
-
-
-class TableError(ValueError):
-    """A table within a table that cannot be read; carries what is wrong, and its kind."""
-
-    def __init__(self, error: ValidationError, kind: type[Table]) -> None:
-        super().__init__(str(error))
-        self.error, self.kind = error, kind
 
 
 def _schema(rule: Rule) -> dict[str, Any]:

@@ -14,11 +14,11 @@ from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse, Response
-from vibopt.responses.response import place_of
 from vibopt.scene.assemble import model_of
 from vibopt.scene.check_bearings import in_planes
 from vibopt.scene.check_spin import turning
 from vibopt.scene.drives import highest_asked, unit_lines
+from vibopt.scene.places import place_of
 from vibopt.scene.scene import MINIMISE, Goal, Scene, Variable
 from vibopt.units import si_unit
 from vibopt.values import SpeedRange
