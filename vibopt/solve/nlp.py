@@ -7,13 +7,11 @@ exact peaks, the worst speeds are added, and what is left is done by Newton on t
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import combinations
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, FloatArray
+from vibopt.arrays import FloatArray
 from vibopt.errors import counted
-from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.casadi_nlp import SampledProgram, Samples
 from vibopt.program.held import held
 from vibopt.program.program import Program
@@ -25,15 +23,14 @@ from vibopt.solve.local import refined
 from vibopt.solve.measured_pieces import SLOPES, Exact, Point
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import corners, halton, log_box, on_ends, starts
-from vibopt.solve.screen import left_out, promising, screenable
+from vibopt.solve.regrouped import divided, exchanged, left_out, likes
+from vibopt.solve.screen import promising, screenable
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, is_limited, late, worked
 
 TOLERANCE = 1e-9
 Design = tuple[float, tuple[float, ...]]
 """Goal and variables y = log x."""
-_SCALED = {"stiffness", "damping"}
-"""Numbers of a device that go with the mass that hangs on it."""
 _SAME = 1e-6
 _MOST_FREE = 30
 """Continuous variables."""
@@ -151,7 +148,7 @@ class _Run:
         self.ends: list[Design] = []
         self.bar = np.inf
         self.orders: list[float] = []
-        self.likes = [] if self.method.brief else _likes(self.program)
+        self.likes = [] if self.method.brief else likes(self.program)
         self.proven: Found | None = None
 
     def answer(self) -> Found:
@@ -165,6 +162,7 @@ class _Run:
             x, claim = self._x(np.array(min(good)[1])), "the ranges alone permit no better goal"
             return Found("feasible", x, claim, self.method.name, details=self._details(1))
         good += self._mirrored(good)
+        good += self._divided(good)
         good += self._beside(good)
         good += self._one_less(good)
         good += self._mirrored(good)
@@ -230,7 +228,7 @@ class _Run:
         self.orders, waiting = [min(good)[0]], [*self.likes]
         while waiting and not self.budget.over:
             goal, best = min([*good, *found])
-            y = np.clip(_exchanged(self.program, np.array(best), *waiting.pop(0)), self.low, self.high)
+            y = np.clip(exchanged(self.program, np.array(best), *waiting.pop(0)), self.low, self.high)
             same = abs(self.judge.goal(self._x(y)).value - goal) <= _ROUNDING * abs(goal)
             if not np.isfinite(goal) or same:  # the like of it is the same machine
                 continue
@@ -291,6 +289,17 @@ class _Run:
             x[others] = best
             y = np.clip(np.log(np.maximum(x, np.exp(self.low))), self.low, self.high)
             found += self._good([y, self._sharp(y)])
+        return found
+
+    def _divided(self, good: list[Design]) -> list[Design]:
+        """What the best leads to with half of a device given to one that does next to nothing, as long as it helps."""
+        found: list[Design] = []
+        waiting = [] if self.method.brief else divided(self.program, self._x(np.array(min(good)[1])))
+        while waiting and not self.budget.over:
+            goal = min([*good, *found])[0]
+            found += self._good([self._sharp(np.log(np.maximum(waiting.pop(0), np.exp(self.low))), bar=np.inf)])
+            if min(found, default=(goal,))[0] < goal - _SAME * abs(goal):
+                waiting = divided(self.program, self._x(np.array(min(found)[1])))
         return found
 
     def _searched(self, begun: list[FloatArray]) -> list[Design]:
@@ -456,43 +465,6 @@ class _Run:
             "exact measurements": self.budget.spent,
             "sampled speeds": sum(len(speed) for speed in self.samples.speeds.values()),
         }
-
-
-def _likes(program: Program) -> list[tuple[list[int], list[int], BoolArray, BoolArray]]:
-    """Variables of every two devices of a family that both have, in the same order; of each the terms of its mass."""
-    owners: dict[str, dict[str, int]] = {}
-    for index, axis in enumerate(program.axes):
-        owner, _, word = axis.path.rpartition(".")
-        owners.setdefault(owner, {})[word] = index
-    found = []
-    for (one, a), (other, b) in combinations(owners.items(), 2):
-        both = [word for word in a if word in b]
-        if len(both) > 1 and one.split(".")[0] == other.split(".")[0]:
-            masses = _masses(program.model, one, other), _masses(program.model, other, one)
-            found.append(([a[word] for word in both], [b[word] for word in both], *masses))
-    return found
-
-
-def _masses(model: Model, one: str, other: str) -> BoolArray:
-    """Which terms (n_terms,) are the mass of a device, or what it carries at the end that it does not share."""
-    name, its = (path.partition(".")[2] for path in (one, other))
-    heavy = [term.owner if term.kind == INERTIA else "" for term in model.terms]
-    ends = set(model.ends.get(name, ())) - set(model.ends.get(its, ()))
-    return np.isin(heavy, [name] if name in heavy else list(ends))
-
-
-def _exchanged(
-    program: Program, y: FloatArray, first: list[int], second: list[int], mine: BoolArray, its: BoolArray
-) -> FloatArray:
-    """Log of a design (n_vars,) with the numbers of two devices exchanged, those that go with a mass in its ratio."""
-    there = y.copy()
-    there[first], there[second] = y[second], y[first]
-    before, after = (program.model.values(np.exp(one)) for one in (y, there))
-    scaled = np.array([axis.path.rpartition(".")[2] in _SCALED for axis in program.axes])
-    for own, taken, given in ((first, mine, its), (second, its, mine)):
-        if taken.any() and given.any():
-            there[own] += scaled[own] * np.log(after[taken].sum() / before[given].sum())
-    return there
 
 
 def _among(goal: float, known: Sequence[float]) -> bool:

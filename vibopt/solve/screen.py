@@ -40,7 +40,7 @@ def screenable(program: Program) -> bool:
     """Whether something is asked over speeds, and the goal and every limit over speeds are cheap."""
     aims = () if program.aim is None else program.aim.pieces
     asked: list[Limit | Aim] = [part for part in program.parts if part.form.drives]
-    if not all(aim.form.drives for aim in aims) and len(_devices(program)) < 2:
+    if not all(aim.form.drives for aim in aims) and len(masses_on_springs(program)) < 2:
         return False  # of designs that are to be light or stiff those that promise most break limits
     return bool(aims) and bool(asked) and all(is_cheap(part) for part in [*aims, *asked])
 
@@ -77,7 +77,7 @@ def tuned(program: Program) -> FloatArray:
 
     Of several on each other those in the middle are damped little and each is lighter than what it rides on.
     """
-    devices = _devices(program)
+    devices = masses_on_springs(program)
     bands = [Band(band.low, band.high) for part in program.parts for drive in part.form.drives for band in drive.bands]
     if len(devices) < 2 or not bands:
         return np.zeros((0, len(program.axes)))
@@ -89,23 +89,8 @@ def tuned(program: Program) -> FloatArray:
     return np.array([_tuned(program, devices, base, *pattern) for pattern in patterns])
 
 
-def left_out(program: Program) -> list[tuple[list[int], int]]:
-    """Of each device whose mass is to be chosen, where there are several, its variables and which of them is its mass.
-
-    One of those with like ranges on the same host.
-    """
-    found: dict[tuple[object, ...], tuple[list[int], int]] = {}
-    devices = _devices(program)
-    for device in devices:
-        heavy = [i for word, i in device.axes.items() if word in ("mass", "mass_ratio")]
-        if heavy and device.last:
-            ends = [(word, program.axes[i].low, program.axes[i].high) for word, i in sorted(device.axes.items())]
-            found.setdefault((device.host, *ends), (list(device.axes.values()), heavy[0]))
-    return list(found.values()) if len(devices) > 1 else []
-
-
 def _tuned(
-    program: Program, devices: list[_Device], base: FloatArray, about: float, spread: float, damped: float,
+    program: Program, devices: list[MassOnSpring], base: FloatArray, about: float, spread: float, damped: float,
     heavy: float, lighter: float,
 ) -> FloatArray:  # fmt: skip
     x = np.exp(base)
@@ -122,7 +107,7 @@ def _tuned(
 
 
 @dataclass(frozen=True, slots=True)
-class _Device:
+class MassOnSpring:
     """A mass on a spring: its variables by their words, its mass where that is known, and how it is carried."""
 
     axes: dict[str, int]
@@ -131,8 +116,13 @@ class _Device:
     last: bool
     host: str
 
+    @property
+    def weight(self) -> int:
+        """Which variable its mass is, -1 where it is known or others ride on it."""
+        return self.axes.get("mass", self.axes.get("mass_ratio", -1)) if self.last else -1
 
-def _devices(program: Program) -> list[_Device]:
+
+def masses_on_springs(program: Program) -> list[MassOnSpring]:
     """What has a spring to be chosen between a host and a mass of its own."""
     model, owners = program.model, dict[str, dict[str, int]]()
     for index, axis in enumerate(program.axes):
@@ -149,7 +139,7 @@ def _devices(program: Program) -> list[_Device]:
             depth, host = depth + 1, hosts[host]
         own = [term for term in model.terms if term.owner == name and term.kind == INERTIA]
         mass = sum(term.scale for term in own if not term.exponents.any())
-        found.append(_Device(owners[name], mass, depth, name not in hosts.values(), hosts[name]))
+        found.append(MassOnSpring(owners[name], mass, depth, name not in hosts.values(), hosts[name]))
     return found
 
 
