@@ -22,8 +22,6 @@ _TOGETHER = "rub between the same two ends: they slip together, and only the sum
 
 def check_friction(scene: Scene, mistakes: Mistakes) -> None:
     """Add what stands beside a link with dry friction and what shakes it, where that has no answer."""
-    if not places.rubbing(scene):
-        return
     name, path = places.rubbing(scene)[0], ("links", places.rubbing(scene)[0], "friction_force")
     where, supports, together = ".".join(path), places.supports(scene), _together(scene)
     others = [

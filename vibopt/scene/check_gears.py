@@ -12,8 +12,6 @@ from vibopt.scene.space import is_spatial
 def check_gears(scene: Scene, mistakes: Mistakes) -> None:
     """Add what is wrong with bodies that are geared to others."""
     geared = {name: body.geared_to for name, body in scene.bodies.items() if body.geared_to is not None}
-    if not geared:
-        return
     for name, to in geared.items():
         path, known = ("bodies", name, "geared_to"), [one for one in places.raw(scene, "bodies") if one != name]
         if to == name:

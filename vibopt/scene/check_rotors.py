@@ -26,9 +26,7 @@ _STOUT, _MANY = 100, 100
 
 
 def check_rotors(scene: Scene, mistakes: Mistakes) -> None:
-    """Add what is wrong around rotors; nothing where there are none."""
-    if not scene.rotors:
-        return
+    """Add what is wrong around rotors, of which there is one."""
     name = next(iter(scene.rotors))
     for family, why in _BESIDE.items():
         for other in places.raw(scene, family):

@@ -9,13 +9,9 @@ from vibopt.scene import places
 from vibopt.scene.check_bearings import check_bearings
 from vibopt.scene.check_devices import check_absorbers, check_links, check_names
 from vibopt.scene.check_excitations import check_excitations
-from vibopt.scene.check_friction import check_friction, rubs_in
-from vibopt.scene.check_gears import check_gears, gear_fault
-from vibopt.scene.check_joints import check_beams, check_joints
 from vibopt.scene.check_places import check_places
 from vibopt.scene.check_probability import check_probabilities
 from vibopt.scene.check_random import check_lossy, check_random
-from vibopt.scene.check_rotors import check_rotors, whirl_fault
 from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_spin import THRESHOLD, check_spin, check_stable, spins_in, turning
@@ -35,12 +31,24 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
     check_tolerances(scene, mistakes)
     check_space(scene, mistakes)
     check_excitations(scene, mistakes)
-    check_friction(scene, mistakes)
+    if places.rubbing(scene):
+        from vibopt.scene.check_friction import check_friction
+
+        check_friction(scene, mistakes)
     check_bearings(scene, mistakes)
-    check_rotors(scene, mistakes)
-    check_gears(scene, mistakes)
-    check_joints(scene, mistakes)
-    check_beams(scene, mistakes)
+    if scene.rotors:
+        from vibopt.scene.check_rotors import check_rotors
+
+        check_rotors(scene, mistakes)
+    if any(body.geared_to is not None for body in scene.bodies.values()):
+        from vibopt.scene.check_gears import check_gears
+
+        check_gears(scene, mistakes)
+    if places.empty(scene) or any(link.spreads_mass for link in scene.links.values()):
+        from vibopt.scene.check_joints import check_beams, check_joints
+
+        check_joints(scene, mistakes)
+        check_beams(scene, mistakes)
     check_spin(scene, mistakes)
     asked = [(tuple(where.split(".", 1)), response) for where, response in scene.responses.items()]
     for path, response in asked:
@@ -67,9 +75,13 @@ def check_response(scene: Scene, path: Path, response: Response, mistakes: Mista
         return
     asked = response.reading or response
     one = scene, path, asked, mistakes
-    odd = _is_odd(scene) or asked.whirls or asked.spins or asked.response == THRESHOLD
-    if odd and (rubs_in(*one) or spins_in(*one) or whirl_fault(*one) or gear_fault(*one)):
-        return
+    if _is_odd(scene) or asked.whirls or asked.spins or asked.response == THRESHOLD:
+        from vibopt.scene.check_friction import rubs_in
+        from vibopt.scene.check_gears import gear_fault
+        from vibopt.scene.check_rotors import whirl_fault
+
+        if rubs_in(*one) or spins_in(*one) or whirl_fault(*one) or gear_fault(*one):
+            return
     if response.reading is not None and (loose := loose_in(scene, response.reading)):
         mistakes.add(
             path,

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from vibopt.answer.entry import Entry, Way
-from vibopt.bracketing import Places, narrowed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.study.holding import Road, State, difference, no_more
@@ -457,7 +456,9 @@ class Along:
         low, high = abs(self._t(good)), abs(self._t(bad))
         states = {low: good, high: bad}
 
-        def told(places: Places) -> Iterator[bool | None]:
+        from vibopt.bracketing import narrowed
+
+        def told(places: Sequence[float]) -> Iterator[bool | None]:
             now = self.axis.fact.value
             values = [now + direction * t if self.axis.counted else self.axis.value(direction * t) for t in places]
             found = self.road.at(values)
@@ -467,7 +468,7 @@ class Along:
         inner, outer = narrowed(told, low, high, self._inner)
         return states[inner], states[outer]
 
-    def _inner(self, low: float, high: float) -> Places:
+    def _inner(self, low: float, high: float) -> list[float]:
         """Places between two at which is looked next; none where they are as near as they are to be."""
         if self.axis.counted:
             return [float(round(0.5 * (low + high)))] if high - low > 1.5 else []

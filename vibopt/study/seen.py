@@ -10,7 +10,6 @@ from vibopt.answer.entry import Entry, Value
 from vibopt.balancing import is_rotor
 from vibopt.errors import InputError
 from vibopt.jobs import is_open, is_scene, kept_plan
-from vibopt.study.freeze import frozen
 from vibopt.verify.measured_goal import MEASURED
 
 if TYPE_CHECKING:
@@ -109,4 +108,6 @@ def kept(job: Job, answer: Answer[Any]) -> Job:
         return kept_plan(job, answer)
     if not (answer.variables or answer.places):
         raise InputError(f"{job.name}: there is no design to keep: {answer.status}. Solve the scene first.")
+    from vibopt.study.freeze import frozen
+
     return frozen(answer.scene, answer.x)
