@@ -18,6 +18,9 @@ else:  # numpy.typing is slow to load, and only a type checker reads it
     FloatArray = ComplexArray = BoolArray = IntArray = np.ndarray
 
 Values = TypeVar("Values", FloatArray, ComplexArray)
+_LAPACK: Any = getattr(np.linalg, "_umath_linalg", np.linalg)
+inverted, solved = _LAPACK.inv, getattr(_LAPACK, "solve1", _LAPACK.solve)
+"""Of small matrices, without what takes numpy.linalg longer than LAPACK: singular ones give nan, or its LinAlgError."""
 
 
 def some(number: Any) -> bool:

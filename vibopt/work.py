@@ -27,11 +27,19 @@ class SpentError(Exception):
 
 @dataclass
 class Meter:
-    """Work done so far, and the most that is allowed [nominal ms]; `outer` counts it too."""
+    """The work done inside [nominal ms]; `outer` counts it too.  Inside, SpentError ends what does more than `most`."""
 
-    done: float = 0.0
     most: float = inf
+    done: float = 0.0
     outer: Meter | None = None
+
+    def __enter__(self) -> Meter:
+        self.outer = _METER.get()
+        _METER.set(self)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        _METER.set(self.outer)
 
 
 @dataclass
@@ -127,15 +135,9 @@ def worked(cost: float) -> None:
         raise SpentError
 
 
-@contextmanager
-def metered(most: float = inf) -> Iterator[Meter]:
-    """The work done inside; counted outside, too.  Inside, SpentError ends what does more than `most` [nominal ms]."""
-    inner = Meter(most=most, outer=_METER.get())
-    before = _METER.set(inner)
-    try:
-        yield inner
-    finally:
-        _METER.reset(before)
+def metered(most: float = inf) -> Meter:
+    """A meter of what is done inside."""
+    return Meter(most)
 
 
 def done() -> float:

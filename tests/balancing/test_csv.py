@@ -173,3 +173,23 @@ def test_a_comma_beside_decimal_points_is_asked_about(tmp_path: Path) -> None:
 def test_a_speed_is_read_in_every_way_a_number_is_written(tmp_path: Path, speed: str) -> None:
     (tmp_path / "job.csv").write_text(PLAIN.replace(",1200,", f",{speed},"))
     assert read_text(HEAD, tmp_path).runs[0].speed == read_text(FAN).runs[0].speed
+
+
+@pytest.mark.parametrize("size", ["10", "10.5", "0.05", "1e1", "+10"])
+@pytest.mark.parametrize("angle", ["0", "270", "-90", "+12.5"])
+@pytest.mark.parametrize("brackets", ["[]", "()"])
+def test_a_weight_in_two_columns_is_the_weight_in_one(tmp_path: Path, size: str, angle: str, brackets: str) -> None:
+    two = PLAIN.replace("10,270", f"{size},{angle}").translate(str.maketrans("[]", brackets))
+    one = (
+        PLAIN.replace(" mass [g],left angle [deg]", "")
+        .replace(",1200,,", ",1200,")
+        .replace("10,270", f"{size} g @ {angle} deg")
+    )
+    runs = []
+    for sheet in (two, one):
+        (tmp_path / "job.csv").write_text(sheet)
+        runs.append(read_text(HEAD, tmp_path).runs)
+    for mine, its in zip(*runs, strict=True):
+        assert (mine.weights == its.weights).all()
+        assert (mine.readings == its.readings).all()
+        assert mine.given_speed == its.given_speed

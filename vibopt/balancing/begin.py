@@ -33,6 +33,8 @@ UNJUDGED = (
     "each, and sensors that tell the planes apart."
 )
 
+_MEAN = "root mean square of the residuals"
+_GOALS = {"rms": _MEAN, "worst": "worst residual", "sum": "sum of the residuals", "huber": f"{_MEAN} by Huber's rule"}
 GIVEN = "nothing is chosen: the weights are as they are given"
 _ROUNDING = 1e-12
 """Part of the greatest reading below which a goal is zero."""
@@ -75,23 +77,14 @@ def goal_of(job: RotorJob, question: Question, u: ComplexArray, n_rows: int = 0)
     robust = job.goal.robust if n_rows and question.n_readings > n_rows else ""
     if question.goal == "correction":
         return "correction", Entry(value, job.planes[job.free[0]].dimension, job.planes[job.free[0]].unit)
-    names = {
-        "rms": "root mean square of the residuals",
-        "worst": "worst residual",
-        "sum": "sum of the residuals",
-        "huber": "root mean square of the residuals by Huber's rule",
-    }
     weighed = " times importance" if (job.importance != 1.0).any() else ""
     if robust == "mean":
         value *= float(np.sqrt(question.n_readings / n_rows))
-    over = {
-        "mean": ", over the scatter",
-        "worst": f" of {question.n_readings // max(n_rows, 1)} rotors within the scatter",
-        "": "",
-    }[robust]
+    rotors = question.n_readings // max(n_rows, 1)
+    over = {"mean": ", over the scatter", "worst": f" of {rotors} rotors within the scatter", "": ""}[robust]
     if value < _ROUNDING * float((question.importance * np.abs(question.y0)).max(initial=0.0)):
         value = 0.0
-    return names[question.goal] + weighed + over, amplitude(job, 0, question.amount(value))
+    return _GOALS[question.goal] + weighed + over, amplitude(job, 0, question.amount(value))
 
 
 def answered(job: RotorJob, posed: Posed, solver: Solver = solve_question) -> Solved:
@@ -116,12 +109,9 @@ def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
     )
     kind = "holes and weights jointly" if question.is_discrete else "free weights"
     kind = kind if job.choices else "weights as given"
-    robust = {
-        "worst": f", worst of {question.n_readings // max(job.n_rows, 1)} rotors within the scatter",
-        "mean": ", mean over the scatter",
-        "": "",
-    }[job.goal.robust]
-    return f"{fit}; {kind}{robust}"
+    rotors = question.n_readings // max(job.n_rows, 1)
+    robust = {"worst": f", worst of {rotors} rotors within the scatter", "mean": ", mean over the scatter", "": ""}
+    return f"{fit}; {kind}{robust[job.goal.robust]}"
 
 
 def nothing(

@@ -7,7 +7,7 @@ from contextlib import suppress
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray, inverted
 from vibopt.balancing.convex_rounds import KEPT, Convex, pull_in, solve_convex
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import open_arcs
@@ -326,7 +326,7 @@ def _held_by_caps(question: Question) -> bool:
     with suppress(np.linalg.LinAlgError), np.errstate(invalid="ignore"):  # a plane without a cap may do nothing
         if (np.abs(slope) > most * (np.abs(question.square) @ question.caps)).any():
             return True  # no weights within the caps end the slope
-        inverse = np.linalg.inv(question.square)
+        inverse = inverted(question.square)
         u = inverse @ slope
         sure = float(np.abs(inverse).max() * np.abs(question.square).max()) < _SURE
         return sure and bool((np.abs(u) > question.caps * most).any())
@@ -434,10 +434,11 @@ def _prices(question: Question, free: Free, scene: Scaled, answer: Convex) -> Pr
     if answer.dual is None:
         return None
     readings = np.zeros(question.n_readings)
-    limits = np.maximum(question.limits[scene.limited], 1e-300)
-    pulls = np.abs(answer.dual.v)  # of amplitudes that are added up each has its part
-    parts = greatest(pulls, scene.sums) / np.maximum(together(pulls, scene.sums), 1e-300)
-    readings[scene.limited] = pulls * parts * scene.goal_size / limits
+    if len(scene.limited):
+        limits = np.maximum(question.limits[scene.limited], 1e-300)
+        pulls = np.abs(answer.dual.v)  # of amplitudes that are added up each has its part
+        parts = greatest(pulls, scene.sums) / np.maximum(together(pulls, scene.sums), 1e-300)
+        readings[scene.limited] = pulls * parts * scene.goal_size / limits
     own = answer.dual.caps * scene.goal_size / scene.column
     total = answer.dual.total * scene.goal_size / scene.mass_size
     return Prices(readings, _cap_prices(question, free, own), float(total))

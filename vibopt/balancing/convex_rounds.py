@@ -6,7 +6,7 @@ from math import sqrt
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray, inverted, solved
 from vibopt.balancing.interior import least_within
 from vibopt.balancing.question import held_by, together
 from vibopt.balancing.scaled import EXACT, Dual, Scaled, into_wedge, weak_duality
@@ -38,7 +38,8 @@ def solve_cone(scene: Scaled, goal_rows: Rows, limit_rows: Rows, tolerance: floa
         heads = cones.least(scene.goal, scene.G[goal_rows], scene.g[goal_rows], scene.huber, rows)
     shown = limit_rows if exact is None else np.setdiff1d(limit_rows, exact.rows)
     inside = min(INSIDE * tolerance, 2e-9)
-    firsts = [(some, _limits(scene, cones, some, inside)) for some in _apart(scene, shown) if len(some)]
+    apart = _apart(scene, shown) if len(shown) else ()
+    firsts = [(some, _limits(scene, cones, some, inside)) for some in apart if len(some)]
     _amounts(scene, cones, 0.0 if exact is None else inside)
     _arcs(scene, cones)
     worked(0.5 + 0.007 * (len(goal_rows) + len(shown)) * scene.n_planes)
@@ -257,15 +258,15 @@ def within_discs(square: ComplexArray, slope: ComplexArray, caps: FloatArray) ->
     matrix = square.copy()
     for _ in range(STEPS):
         matrix.flat[:: len(caps) + 1] = square.diagonal() + multipliers
-        inverse = np.linalg.inv(matrix)
-        x = -inverse @ slope
+        inverse = inverted(matrix)
+        x: ComplexArray = -inverse @ slope
         size = np.abs(x)
         off = size / caps - 1.0
         rows = ((multipliers > 0.0) | (off > 0.0)).nonzero()[0]
         if not len(rows):
             return x
         steep = (x.conj()[:, None] * inverse * x).real[rows[:, None], rows] / size[rows, None] ** 2
-        more = np.linalg.solve(steep, off[rows])
+        more = solved(steep, off[rows])
         if float(np.abs(off[rows]).max()) <= TANGENT:
             x = x - inverse[:, rows] @ (more * x[rows])
             return np.asarray(x * np.minimum(caps / np.maximum(np.abs(x), 1e-300), 1.0))

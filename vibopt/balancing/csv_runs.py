@@ -8,7 +8,7 @@ One row a run.  Columns: run, speed [rpm], stayed; per plane "left" (text such a
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import field
 from itertools import compress, pairwise
 from operator import itemgetter
@@ -28,6 +28,7 @@ THOUSANDS = re.compile(r"(?<![\d.,])[1-9]\d{0,2}(?:\.\d{3})+(?![\d.,])")
 """A number whose point may part thousands."""
 _YES = ("yes", "y", "true", "1", "x", "ja", "j", "wahr", "oui", "vrai", "sí", "si", "sì", "vero", "verdadero")
 _NO = ("no", "n", "false", "0", "-", "nein", "falsch", "non", "faux", "falso")
+_PAIR = re.compile(r"(?=[\d.]*[1-9])\d+(?:\.\d+)? @ [+-]?\d+(?:\.\d+)?")  # a size that is not zero, and its angle
 _UNIT_BEHIND = re.compile(r"\d\s*(?![eE][+-]?\d)(?:[^\W\d_]|%)")
 _WORDS = {
     "stayed": "the weights of the run before stayed on",
@@ -203,15 +204,15 @@ def run_of(
     """One row as a [[runs]] table; `readings` where they are read already."""
     run: dict[str, Any] = {}
     parts: dict[str, dict[str, tuple[Column, str]]] = {}
-    own, columns, plain = tuple(cells), said.columns, said.plain if readings is not None else None
+    own, columns, plain = cells, said.columns, said.plain if readings is not None else None
     values = None
     if plain is not None:
         own, columns = plain.others(cells), plain.columns
         words, weights = own[plain.named : plain.own], own[plain.own :]
-        values = said.known.get(weights)
-        if values is not None and words in said.words and (not plain.named or own[0].strip(_NONE)):
+        values, told = said.known.get(weights), said.words.get(words)
+        if values is not None and told is not None and (not plain.named or own[0].strip(_NONE)):
             run = {"name": said.sheet.number(own[0])} if plain.named else {}
-            return {**run, **said.words[words], "weights": values, "readings": readings}
+            return {**run, **told, "weights": values, "readings": readings}
         own = own[: plain.own] if values is not None else own
     before = len(mistakes.found)
     for raw, column in compress(zip(own, columns, strict=False), own):  # most cells are empty
@@ -266,9 +267,11 @@ def _value(
         )  # fmt: skip
         return {} if name in said.planes else {name: f"0 {beside.unit} @ {cell} {column.unit}".strip()}
     column, cell = part["amount"]
+    angle = part.get("angle")
+    if column.unit and column.what in _AMOUNTS and angle and angle[0].unit and _PAIR.fullmatch(f"{cell} @ {angle[1]}"):
+        return {name: f"{cell} {column.unit} @ {angle[1]} {angle[0].unit}"}
     cell = bare(cell, column.unit) if column.what in _AMOUNTS else cell
     amount = f"{cell} {column.unit}".strip() if column.what in _AMOUNTS else cell
-    angle = part.get("angle")
     told = (column, cell if column.what in _AMOUNTS and "@" not in cell else ""), angle or (column, "")
     for one, text in told:
         if one.unit and _UNIT_BEHIND.search(bare(text, one.unit)):
@@ -301,8 +304,8 @@ def _is_zero(amount: str) -> bool:
 _WHATS = ("mass", "weight", "unbalance", "amplitude", "angle", "phase")
 """Words behind the name of a plane or a sensor that say what a column holds of it."""
 _ANGLES = {"phase": "angle"}
-_HEADING = re.compile(rf"([^\s\[\]()]+) ({'|'.join(_WHATS)}) \[([^\s\[\]()]+(?: [^\s\[\]()]+)*)\]")
-"""Name, what and unit of most columns."""
+_HEADING = re.compile(rf"([^\s\[\]()]+)(?: ({'|'.join(_WHATS)}))?(?: \[([^\s\[\]()]+(?: [^\s\[\]()]+)*)\])?")
+"""Name, what and unit of most columns, the latter two where they are there."""
 _PLAIN = re.compile(r"\s*[+-]?[\d.,]+\s*")
 _USUAL = {"mass": "g", "weight": "g", "unbalance": "g mm", "amplitude": "mil pp", "angle": "deg"}
 """Units of examples, where no other column shows one."""
@@ -352,16 +355,17 @@ def read_csv(
 
 def _plain(columns: Sequence[Column | None], sensors: Sequence[str]) -> Plain | None:
     """How rows of numbers are read in one piece: every sensor has a column for its size and one for its angle."""
-    at = {(column.name, column.what): index for index, column in enumerate(columns) if column is not None}
-    sizes, angles = ([at.get((name, what), -1) for name in sensors] for what in ("amplitude", "angle"))
-    if -1 in sizes or -1 in angles or not sensors:
+    at = {(one.name, one.what): one for one in columns if one is not None}
+    read = [at[name, what] for what in ("amplitude", "angle") for name in sensors if (name, what) in at]
+    if len(read) < 2 * len(sensors) or not sensors:
         return None
-    units, turns = (tuple(column.unit for column in map(columns.__getitem__, own) if column) for own in (sizes, angles))
-    taken, run = {*sizes, *angles}, [at[name, ""] for name in OWN if (name, "") in at]
-    others = [*run, *(index for index in range(len(columns)) if index not in taken and index not in run)]
-    rest, named = tuple(columns[index] for index in others), int(("run", "") in at)
-    amounts, turned, beside = (_cells_at(places) for places in (sizes, angles, others))
-    return Plain(tuple(sensors), units, turns, amounts, turned, beside, rest, len(run), named)
+    places, units, n = [one.index for one in read], tuple([one.unit for one in read]), len(sensors)
+    run = [at[name, ""].index for name in OWN if (name, "") in at]
+    others = [*run, *sorted({*range(len(columns))}.difference(places, run))]
+    return Plain(
+        tuple(sensors), units[:n], units[n:], _cells_at(places[:n]), _cells_at(places[n:]), _cells_at(others),
+        tuple([columns[index] for index in others]), len(run), int(("run", "") in at),
+    )  # fmt: skip
 
 
 def _cells_at(places: Sequence[int]) -> Cut:
@@ -375,8 +379,9 @@ def _cells_at(places: Sequence[int]) -> Cut:
 def _columns(
     parts: Sequence[Column], row: int, planes: list[str], sensors: list[str], mistakes: CsvMistakes
 ) -> list[Column | None]:
-    known, named = ["run", "speed [rpm]", "stayed", "verification", *planes, *sensors], {*planes, *sensors}
-    columns = [_known_column(part, named) for part in parts]
+    known = ["run", "speed [rpm]", "stayed", "verification", *planes, *sensors]
+    named = {name for name in known[len(OWN) :] if name.lower() not in _NAMES}
+    columns = [part if part.name in named else _own_column(part) for part in parts]
     for index, part in enumerate(parts if not all(columns) else ()):
         if columns[index] is None and part.heading and any(columns) and not mistakes.full:  # else it is another file
             name = heading_of(part.heading)[0]
@@ -391,12 +396,10 @@ def _columns(
     return columns
 
 
-def _known_column(column: Column, named: Container[str]) -> Column | None:
-    """A column of the run itself, of a plane or of a sensor; None where the heading names none."""
+def _own_column(column: Column) -> Column | None:
+    """A column of the run itself; None where the heading names none."""
     own = _NAMES.get(column.name.lower())
-    if own is not None:
-        return Column(column.heading, column.index, own, "", column.unit)
-    return column if column.name in named else None
+    return None if own is None else Column(column.heading, column.index, own, "", column.unit)
 
 
 def _check_parts(columns: Sequence[Column | None], row: int, planes: Sequence[str], mistakes: CsvMistakes) -> None:
@@ -450,7 +453,8 @@ def _signs(sheet: Sheet) -> tuple[tuple[bool, bool], bool]:
 def _column(heading: str, index: int) -> Column:
     plain = _HEADING.fullmatch(heading)
     if plain is not None:
-        return Column(heading, index, plain[1], _ANGLES.get(plain[2], plain[2]), plain[3])
+        name, what, unit = plain.groups("")
+        return Column(heading, index, name, _ANGLES.get(what, what), unit)
     name, unit = heading_of(heading)
     front, last = name.rsplit(None, 1) if len(name.split(None, 1)) == 2 else (name, "")
     what = last.lower()

@@ -26,8 +26,7 @@ _CHOOSING = ("shelf", "split", "forbidden", "keep")
 
 def is_fitted(given: object) -> bool:
     """Whether weights are decided: texts that say where they sit."""
-    listed = given if isinstance(given, list) else [given]
-    return isinstance(given, list) or any(isinstance(one, str) and ("@" in one or "hole" in one) for one in listed)
+    return isinstance(given, list) or (isinstance(given, str) and ("@" in given or "hole" in given))
 
 
 def with_fitted(path: Path, plane: Plane, table: Mapping[str, Any], mistakes: Mistakes) -> Plane:

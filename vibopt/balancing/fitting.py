@@ -53,12 +53,13 @@ def fitted_planes(
 
 def _plane(plane: Plane, spoken: Conventions, u: complex, options: Options | None, tiny: float) -> PlaneAnswer:
     weights = _weights(spoken, plane, u, options) if abs(u) > tiny else ()
-    angle = spoken.weight_angle(-u if plane.remove else u) if weights else 0.0
     action = "keep" if plane.keep else "nothing" if not weights else "remove" if plane.remove else "add"
-    amount = sum((weight.mass for weight in weights), 0.0) if plane.kind == MASS else plane.amount(u) * bool(weights)
-    radius = plane.radius if plane.kind == MASS and plane.radii else None
     if len(weights) == 1:
         amount, angle, radius = weights[0].mass, weights[0].angle % tau, weights[0].radius
+    else:
+        angle = spoken.weight_angle(-u if plane.remove else u) if weights else 0.0
+        amount = sum((one.mass for one in weights), 0.0) if plane.kind == MASS else plane.amount(u) * bool(weights)
+        radius = plane.radius if plane.kind == MASS and plane.radii else None
     return PlaneAnswer(
         plane.name, action, u if weights else 0.0, Entry(amount, plane.dimension, plane.unit),
         angle,

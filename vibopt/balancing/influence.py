@@ -131,10 +131,10 @@ Tried = dict[tuple[bytes, int, frozenset[int]], tuple[tuple[int, ...], ComplexAr
 
 def _told(W: ComplexArray, ready: Set[int]) -> tuple[tuple[int, ...], ComplexArray, ComplexArray]:
     """Planes learnt from weights W (n_runs, n_planes), X, and X⁺ by columns at one size."""
-    weighed = np.flatnonzero(W.any(axis=0)).tolist()
+    weighed = np.logical_or.reduce(W).nonzero()[0].tolist()
     planes = tuple(index for index in weighed if index not in ready) or tuple(weighed)
-    X = np.ones((len(W), 1 + len(planes)), dtype=complex)
-    X[:, 1:] = W[:, planes]
+    X = np.empty((len(W), 1 + len(planes)), dtype=complex)
+    X[:, 0], X[:, 1:] = 1.0, W[:, planes]
     size = np.abs(X).max(axis=0)
     return planes, X, _inverse(X / size, SAME if ready & {*planes} else EXACT) / size[:, None]
 

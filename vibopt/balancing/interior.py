@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, solved
 from vibopt.cones import over_parts
 
 STEPS = 30
@@ -49,7 +49,8 @@ class _Squares:
     def at(self, x: FloatArray) -> tuple[FloatArray, FloatArray, float]:
         """Parts of all rows (2, n_rows), how far those held are beyond their bounds, and half the goal's square."""
         r = self.along(x) + self.constant
-        np.einsum("pm,pmk->mk", r, self.parts, out=self.slopes)
+        np.multiply(r[0, :, None], self.parts[0], out=self.slopes)
+        self.slopes += r[1, :, None] * self.parts[1]
         self.slopes[: self.n_goal, self.n_parts :] = -0.5
         squares = 0.5 * (r[0] * r[0] + r[1] * r[1])
         size = 0.5 * float(x[-1]) if self.worst else float(squares[: self.n_goal].sum())
@@ -71,7 +72,7 @@ class _Squares:
         self.weights[2, self.first :] = rate
         K = (self.every.T * self.weights.ravel()) @ self.every
         right = (rate * beyond) @ self.held + pull
-        move = np.linalg.solve(K, -right)
+        move = solved(K, -right)
         ahead = -(off + self.held @ move) / slack
         part = 1.0 / max(-float(ahead.min()), 1.0 + float(ahead.max()), 1.0)
         bent, moved = self.along(move)[:, self.first :], part**2 * products * ahead * (1.0 + ahead)
@@ -79,7 +80,7 @@ class _Squares:
         centre = max((1.0 - part - float(moved.sum()) / gap) ** 2 * gap, least)
         curve = 0.5 * part**2 * (bent[0] * bent[0] + bent[1] * bent[1])
         more = (moved + centre / len(slack)) / slack
-        move = np.linalg.solve(K, -right - (more + rate * curve) @ self.held)
+        move = solved(K, -right - (more + rate * curve) @ self.held)
         down = off + curve + self.held @ move
         return move, np.array([-down, more - multipliers + rate * down])
 

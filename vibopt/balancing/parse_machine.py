@@ -108,8 +108,9 @@ def read_planes(
         read.append(_plane(name, table, kind, mistakes) if alike is None else replace(alike, name=name))
         if read[-1] is not None:
             known[said] = read[-1]
-    _check_stock([plane for plane in read if plane is not None], mistakes)
-    return None if None in read else tuple(cast(list[Plane], read))
+    planes = [plane for plane in read if plane is not None]
+    _check_stock(planes, mistakes)
+    return tuple(planes) if len(planes) == len(read) else None
 
 
 def _plane(name: str, given: object, of: type[PlaneTable], mistakes: Mistakes) -> Plane | None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from math import tau
 from pathlib import Path as FilePath
 from typing import Any
@@ -107,8 +106,9 @@ def read_runs(
     _check_names(raws, [speed for speed, _ in speeds])
     if len(mistakes.found) + sum(len(raw.mistakes.found) for raw in raws[:1]) > before:
         return None
-    initial = [not any(weight.tolist()) for weight in weights]
-    groups, units = _groups([speed[0] for speed in speeds], [speed[1] for speed in speeds], initial)
+    bare = {key: not any(weight.tolist()) for key, weight in {id(weight): weight for weight in weights}.items()}
+    initial = [bare[id(weight)] for weight in weights]
+    groups, units = _groups([*(own for own, first in zip(speeds, initial, strict=True) if first), *speeds])
     near = {speed: [abs(group - speed) for group in groups] for speed, _ in dict.fromkeys(speeds)}
     of_speed = {speed: off.index(min(off)) for speed, off in near.items()}
     runs = tuple(
@@ -145,6 +145,7 @@ def _raws(tables: Sequence[Any], mistakes: Mistakes) -> list[Raw]:
 
 _NONE: dict[str, Any] = {}
 _PLAIN = frozenset(("name", "speed", "weights", "readings"))
+_SPEED = rule_of(RunTable, "speed")
 
 
 def _is_plain(given: Any, speeds: dict[str, Fact]) -> bool:
@@ -156,9 +157,11 @@ def _is_plain(given: Any, speeds: dict[str, Fact]) -> bool:
         return False
     if type(given.get("name", "")) is not str or type(given.get("weights", _NONE)) is not dict:
         return False
-    if speed not in speeds and (rule := rule_of(RunTable, "speed")) is not None:
-        with suppress(QuantityError):
-            speeds[speed] = read_fact(rule, speed)
+    if speed not in speeds and _SPEED is not None:
+        try:
+            speeds[speed] = read_fact(_SPEED, speed)
+        except QuantityError:
+            return False
     return speed in speeds
 
 
@@ -217,7 +220,7 @@ def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[
     first = rows[0] if rows else None
     if not conventions.readings or first is None:
         return None
-    if len({None if row is None else (row.units, row.turns) for row in rows}) > 1:
+    if any(row is None or row.units != first.units or row.turns != first.turns for row in rows):
         return None
     values = [
         numbers([*row.amounts, *row.angles], (2, len(names))) if row.parsed is None else row.parsed
@@ -227,7 +230,7 @@ def _in_arrays(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[
     if scales is None or any(value is None for value in values):
         return None
     completed, factors, turns = scales
-    sizes, angles = np.swapaxes(np.array(values), 0, 1)
+    sizes, angles = np.array(values).swapaxes(0, 1)
     sizes, angles = sizes * factors, angles * turns
     if sizes.min(initial=0.0) < 0.0 or sizes.max(initial=0.0) > LARGEST or np.abs(angles).max(initial=0.0) > tau:
         return None
@@ -246,7 +249,7 @@ def _scales(
         key = (unit, turn) if own is None else (unit, turn, own.dimension, own.unit, own.detector)
         found = done.get(key)
         if found is None:
-            like = own or _undeclared(name, conventions)
+            like = own or Sensor(name, "", "", conventions.detector)
             try:
                 amplitude = _reading(f"1 {unit} @ 0 {turn}", conventions, like, False)[0]
                 found = done[key] = amplitude, amplitude.value, read_angle(f"1 {turn}")
@@ -263,14 +266,10 @@ def _scales(
     return completed, factors, turns
 
 
-def _undeclared(name: str, conventions: Conventions) -> Sensor:
-    return Sensor(name, "", "", conventions.detector)
-
-
 def _all_readings(raws: Sequence[Raw], conventions: Conventions, declared: Mapping[str, Sensor]) -> Readings:
     """Reading by reading, with what is wrong."""
     names = list(declared) or list(dict.fromkeys(name for raw in raws for name in raw.readings))
-    sensors = {name: declared.get(name, _undeclared(name, conventions)) for name in names}
+    sensors = {name: declared.get(name, Sensor(name, "", "", conventions.detector)) for name in names}
     first: dict[str, Path] = {}
     rows, notes = [], []
     for raw in raws:
@@ -426,18 +425,13 @@ def _speed(raw: Raw, document: Mapping[str, Any], mistakes: Mistakes) -> tuple[f
     return read_value(("speed",), document["speed"], mistakes, positive, "angular_rate") or (0.0, "")
 
 
-def _groups(
-    speeds: Sequence[float], units: Sequence[str], initial: Sequence[bool]
-) -> tuple[tuple[float, ...], tuple[str, ...]]:
-    """Speeds that differ by more than SAME_SPEED, those as found first."""
-    groups: list[float] = []
-    names: list[str] = []
-    order = sorted(range(len(speeds)), key=lambda index: not initial[index])
-    for index in order:
-        if speeds[index] not in groups and not any(same_speed(speeds[index], group) for group in groups):
-            groups.append(speeds[index])
-            names.append(units[index])
-    return tuple(groups), tuple(names)
+def _groups(speeds: Sequence[tuple[float, str]]) -> tuple[tuple[float, ...], tuple[str, ...]]:
+    """Speeds that differ by more than SAME_SPEED from those before them, and their units."""
+    groups: dict[float, str] = {}
+    for speed, unit in dict.fromkeys(speeds):
+        if not any(same_speed(speed, group) for group in groups):
+            groups[speed] = unit
+    return tuple(groups), tuple(groups.values())
 
 
 def same_speed(speed: float, other: float) -> bool:

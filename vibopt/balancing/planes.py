@@ -435,4 +435,4 @@ def _turned(angle: float) -> float:
 
 
 def _among(size: float, listed: Sequence[float]) -> bool:
-    return any(isclose(size, value) for value in listed)
+    return size in listed or any(isclose(size, value) for value in listed)

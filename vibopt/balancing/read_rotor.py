@@ -248,7 +248,8 @@ def _grade_only(document: Mapping[str, Any], mistakes: Mistakes) -> RotorJob:
 
 def grade_notes(document: Mapping[str, Any]) -> tuple[str, ...]:
     """How a grade that is no velocity was read."""
-    given = document.get("quality", {}).get("grade") if isinstance(document.get("quality"), Mapping) else None
+    quality = document.get("quality", {})
+    given = quality.get("grade") if isinstance(quality, Mapping) else None
     read = grade_velocity(given)
     return (
         () if read == given else (f'quality.grade: "{given}" read as {read}, the velocity that the grade stands for.',)
@@ -258,13 +259,12 @@ def grade_notes(document: Mapping[str, Any]) -> tuple[str, ...]:
 def _check_importance(measured: Measured, goal: RotorGoal, document: Mapping[str, Any], mistakes: Mistakes) -> None:
     """Whether what is left at the sensors can be added, and any of it counts."""
     kinds = {sensor.dimension for sensor in measured.sensors}
-    given = document.get("sensors")
-    sensors = given if isinstance(given, Mapping) else {}
-    weighed = all(
+    sensors = named_tables(document, "sensors", mistakes)
+    weighed = len(kinds) < 2 or all(
         isinstance(sensors.get(sensor.name), Mapping) and "importance" in sensors[sensor.name]
         for sensor in measured.sensors
     )
-    if len(kinds) > 1 and goal.goal != "correction" and not weighed:
+    if goal.goal != "correction" and not weighed:
         first, second = (
             next(sensor for sensor in measured.sensors if sensor.dimension == kind) for kind in sorted(kinds)[:2]
         )

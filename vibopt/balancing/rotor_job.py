@@ -275,7 +275,7 @@ class RotorJob(Corrected):
 
     def runs_at(self, speed: int) -> tuple[Run, ...]:
         """The runs at a speed that are not left out."""
-        return tuple(self.runs[k] for k in self.places[speed])
+        return tuple(map(self.runs.__getitem__, self.places[speed]))
 
     @cached_property
     def as_found(self) -> ComplexArray:

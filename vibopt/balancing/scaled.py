@@ -84,6 +84,8 @@ class Scaled:
     @cached_property
     def tightness(self) -> FloatArray:
         """What limit rows are divided by before a solver sees them, (n_limits,): those far below what is read."""
+        if not len(self.f):
+            return np.ones(0)
         sizes = np.maximum(np.abs(self.f), np.abs(self.F).max(axis=1, initial=0.0))
         return _tightness(greatest(sizes, self.sums))
 
@@ -171,22 +173,21 @@ def scaled(question: Question, *, merge: bool = True) -> Scaled:
     found, felt = np.abs(question.y0), np.abs(question.H)
     as_found = float(found.max(initial=0.0))
     limited = (question.limits < np.inf).nonzero()[0]
-    limits = np.maximum(question.limits[limited], 1e-12 * (as_found or float(felt.max(initial=0.0))) or 1e-300)
-    F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
-    seen, far = np.zeros(question.n_planes), question.caps
+    F, f, seen, far = question.H[:0], question.y0[:0], np.zeros(question.n_planes), question.caps
     if len(limited):
+        limits = np.maximum(question.limits[limited], 1e-12 * (as_found or float(felt.max(initial=0.0))) or 1e-300)
+        F, f = question.H[limited] / limits[:, None], question.y0[limited] / limits
         seen = (np.abs(F) / _tightness(as_found / limits)[:, None]).max(axis=0)
         far = np.minimum(np.where(seen > 0.0, 1.0 / np.maximum(seen, 1e-300), np.inf), far)
-    far = np.where(far < np.inf, far, 0.0)
     size = float((weights * found).max(initial=0.0))
-    pulls = weights[:, None] * felt
-    room = float((pulls * far).max(initial=0.0))
+    most = (weights[:, None] * felt).max(axis=0, initial=0.0)
+    room = float((most * np.where(far < np.inf, far, 0.0)).max(initial=0.0))
     size = (size if size > _ROUNDING * room else room) or 1.0  # what weights may do, where as found it is nothing
     parts = weights / size
     G, g = question.H * parts[:, None], question.y0 * parts
     if question.goal in ("worst", "sum") and not weights.all():  # rows of limits alone are no rows of these goals
         G, g = G[weights > 0.0], g[weights > 0.0]
-    most = np.maximum(pulls.max(axis=0, initial=0.0) / size, seen)
+    most = np.maximum(most / size, seen)
     column = 1.0 / np.where(most > 0, most, 1.0)
     if merge and question.goal == "rms" and len(g) > question.n_planes + 1:
         rows, constants = question.triangle[:, :-1] * (column / size), question.triangle[:, -1] / size

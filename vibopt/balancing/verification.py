@@ -42,7 +42,7 @@ PlanText = tuple[tuple[int, str, bool], ...]
 """What is fitted: plane index, text such as "12.3 g @ 200 deg", whether it is taken away."""
 _NUMBER = r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*"
 _AMOUNT = re.compile(rf"{_NUMBER}(.*)")
-_WEIGHT = re.compile(r"(.*?)(?:\s+at\s+(.*?))?\s*(?:\s+in\s+hole\s+(\d+)|@(.*))", re.IGNORECASE | re.DOTALL)
+_HOLE, _AT = re.compile(r"(.*?)\s+in\s+hole\s+(\d+)", re.IGNORECASE), re.compile(r"\s+at\s+", re.IGNORECASE)
 
 
 def simulated(job: RotorJob, plan: PlanText) -> FloatArray:
@@ -128,22 +128,23 @@ def _states(job: RotorJob) -> ComplexArray:
 
 def _weight(job: RotorJob, plane: int, text: str) -> complex:
     """Unbalance of a weight as written [kg m], its angle where it sits on the shaft, in the sense of rotation."""
-    parts = _WEIGHT.fullmatch(text.replace("−", "-").replace("\n", " "))
-    if parts is None:
+    amount, sign, angle = text.replace("−", "-").replace("\n", " ").partition("@")
+    hole = None if sign else _HOLE.fullmatch(amount)
+    if not sign and hole is None:
         return complex("nan")
-    amount, radius, hole, angle = parts.groups()
-    size = _unbalance(amount, radius, job.planes[plane])
-    turned = job.planes[plane].holes[int(hole) - 1] if hole else _value(angle, "angle")
+    size = _unbalance(amount if hole is None else hole[1], job.planes[plane])
+    turned = _value(angle, "angle") if hole is None else job.planes[plane].holes[int(hole[2]) - 1]
     return size * cmath.exp(1j * (-turned if job.conventions.angles == AGAINST else turned))
 
 
-def _unbalance(amount: str, radius: str | None, plane: Plane) -> float:
+def _unbalance(text: str, plane: Plane) -> float:
     """Of an amount, which is a mass at its own radius or that of its plane, or an unbalance [kg m]."""
+    amount, *radius = _AT.split(text, maxsplit=1)
     try:
         mass = _value(amount, "mass")
     except QuantityError:
         return _value(amount, "unbalance")
-    return mass * (_value(radius, "length") if radius else max(plane.radii, default=1.0))
+    return mass * (_value(radius[0], "length") if radius else max(plane.radii, default=1.0))
 
 
 def _value(text: str, dimension: str) -> float:
@@ -170,7 +171,7 @@ def _cosines(
         if one is not None:
             alike.setdefault((one.units, one.turns), {})[row] = one
     for (units, turns), own in alike.items():
-        scales = [_reading_unit(sensor, unit) for sensor, unit in zip(sensors, units, strict=True)]
+        scales = [_reading_unit(s.dimension, s.unit, s.detector, unit) for s, unit in zip(sensors, units, strict=True)]
         size[list(own)] = _numbers([one.amounts for one in own.values()]) * scales
         angle[list(own)] = _numbers([one.angles for one in own.values()]) * [
             _unit(turn, "angle") if turn else 1.0 for turn in turns
@@ -188,10 +189,11 @@ def _numbers(rows: Sequence[Sequence[str]]) -> FloatArray:
     return found.reshape(len(rows), -1)
 
 
-def _reading_unit(sensor: Sensor, unit: str) -> float:
-    """SI value of one unit of a reading: its own, else that of the sensor; the same for its detector."""
+@cache
+def _reading_unit(dimension: str, usual: str, other: str, unit: str) -> float:
+    """SI value of one unit of a reading: its own, else the usual one of the sensor; the same for its detector."""
     own, detector, _ = split_detector(unit)
-    return _unit(f"{own or split_detector(sensor.unit)[0]} {detector or sensor.detector}", sensor.dimension)
+    return _unit(f"{own or split_detector(usual)[0]} {detector or other}", dimension)
 
 
 def _sense(job: RotorJob) -> float:
@@ -207,10 +209,11 @@ def _ready(job: RotorJob, speed: int) -> list[int]:
 
 def _mixture(ready: Sequence[int], states: ComplexArray, targets: ComplexArray) -> ComplexArray:
     """Smallest shares of the runs (n_plans, n_runs) that together carry each plan (and one rotor as found)."""
-    weighed = np.flatnonzero(states.any(axis=0)).tolist()
+    weighed = np.logical_or.reduce(states).nonzero()[0].tolist()
     learnt = [plane for plane in weighed if plane not in ready] or weighed
-    rows = np.concatenate([np.ones((1, len(states))), states[:, learnt].T])
-    wanted = np.concatenate([np.ones((1, len(targets))), targets[:, learnt].T])
+    both = np.ones((1 + len(learnt), len(states) + len(targets)), dtype=complex)
+    both[1:, : len(states)], both[1:, len(states) :] = states[:, learnt].T, targets[:, learnt].T
+    rows, wanted = both[:, : len(states)], both[:, len(states) :]
     size = np.abs(rows).max(axis=1)[:, None]
     same = APART if set(ready) & set(learnt) else None
     if same is None and len(rows) == len(states):  # as many runs as unknowns: no share is free
@@ -230,7 +233,7 @@ def _signal(
     """
     ready = _ready(job, speed)
     shares = _mixture(ready, states, targets)
-    shifted = _TURN + np.angle(shares)[:, None, :, None]
+    shifted = _TURN + np.arctan2(shares.imag, shares.real)[:, None, :, None]
     signals = sizes[..., None] * np.cos(shifted[..., None, :] - peaks[..., None])
     declared = job.document.get("sensors", {})
     for column in [place for place, sensor in enumerate(job.sensors) if declared and sensor.name in declared]:

@@ -73,17 +73,9 @@ def placed(document: Mapping[str, Any], folder: FilePath) -> dict[str, Any]:
     for key in ("readings", "influence"):
         if isinstance(new.get(key), str):
             new[key] = FileText(new[key], folder)
-    for family in ("structures", "excitations", "bearings"):
-        tables = new.get(family)
-        if isinstance(tables, (dict, Mapping)):
-            new[family] = {name: _placed(table, folder) for name, table in tables.items()}
-    rotors = new.get("rotors")
-    if isinstance(rotors, (dict, Mapping)):
-        new["rotors"] = {name: _with_matrices(table, folder) for name, table in rotors.items()}
-    for family in ("links", "mounts"):
-        tables = new.get(family)
-        if isinstance(tables, (dict, Mapping)):
-            new[family] = {name: _with_part(table, folder) for name, table in tables.items()}
+    for family in new.keys() & _SEEN.keys():
+        if isinstance(new[family], (dict, Mapping)):
+            new[family] = {name: _SEEN[family](table, folder) for name, table in new[family].items()}
     level = [new]
     while level:
         if [table for table in level if "tolerance" in table]:
@@ -126,6 +118,13 @@ def _placed(table: Any, folder: FilePath) -> Any:
         key: FileText(value, folder) if key in FILES and isinstance(value, str) else value
         for key, value in table.items()
     }
+
+
+_SEEN = {
+    **dict.fromkeys(("structures", "excitations", "bearings"), _placed), "rotors": _with_matrices,
+    **dict.fromkeys(("links", "mounts"), _with_part),
+}  # fmt: skip
+"""How a table of a family names its files as seen from the folder."""
 
 
 def text_of(file: FilePath) -> str:
