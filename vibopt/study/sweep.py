@@ -201,8 +201,7 @@ def sweep(
     PoolError
         A process or the cluster went away in the middle.
     """
-    ranges = _ranges(job, vary, low_high)
-    job, base, what = _varied(job, ranges, keep_design)
+    job, base, what = _varied(job, ranges := _ranges(job, vary, low_high), keep_design)
     _check_count(base, what, (how_many(ranges, points, sample), points), most)
     where, facts = points_of(what, points, sample), tuple(varied.fact for varied in what)
     before = _before(where.values, known)
