@@ -1,6 +1,7 @@
 """Branch and bound on tangents: proves designs whose peaks in time are limited or made least.
 
-On a box of designs every limit and the goal are no less than some tangents less their rests.  A box is dropped where
+On a box of designs every limit and the goal are no less than some tangents less their rests, or than the bounds on
+boxes that what has no tangents has (responses at speeds).  A box is dropped where
 their linear program shows that no design in it keeps all limits and is better than the best known by more than the gap.
 The rests are of second order in the size of the box, and so the boxes that are left do not multiply around the optimum.
 """
@@ -74,9 +75,7 @@ def _sign(part: Limit | Aim) -> float:
 
 
 def _bounded(part: Limit | Aim, program: Program) -> bool:
-    if _tangible(part):
-        return True
-    return isinstance(part, Limit) and FormBounds(part.model, part.form, program.high).bounded
+    return _tangible(part) or FormBounds(part.model, part.form, program.high).bounded
 
 
 def _tangible(part: Limit | Aim) -> bool:
@@ -165,12 +164,14 @@ class _Search:
         program = self.program
         self.judge = Judge(program)
         self.limits = [_Part(one, one.bound, abs(one.bound) or 1.0) for one in program.limits if _tangible(one)]
-        self.aims = [_Part(aim, 0.0, 1.0) for aim in (program.aim.pieces if program.aim else ())]
+        aims = program.aim.pieces if program.aim else ()
+        self.aims = [_Part(aim, 0.0, 1.0) for aim in aims if _tangible(aim)]
         self.others = [
             (one, FormBounds(one.model, one.form, program.high)) for one in program.limits if not _tangible(one)
         ]
-        for limit, bounds in self.others:
-            bounds.add(first_speeds(limit.form))
+        self.other_aims = [(one, FormBounds(one.model, one.form, program.high)) for one in aims if not _tangible(one)]
+        for part, bounds in [*self.others, *self.other_aims]:
+            bounds.add(first_speeds(part.form))
         self.best_x: FloatArray | None = None
         self.best = np.inf
         terms = sum(
@@ -213,8 +214,12 @@ class _Search:
 
         Where it is neither, a duration was left out, which is kept.
         """
-        good = self.judge.feasible(x)
-        goal = self.judge.goal(x).value if good else np.inf
+        good, goal = self.judge.feasible(x), np.inf
+        if good:
+            worst = self.judge.goal(x)
+            goal = worst.value
+            for _, bounds in self.other_aims:
+                bounds.add(worst.speeds)
         better = goal < self.best or (good and self.best_x is None)
         if better:
             self.best, self.best_x = goal, x
@@ -254,7 +259,11 @@ class _Search:
                 least = np.maximum(least, floor)
                 left = floor < self.bar
             low, high, least, lost = low[left], high[left], least[left], lost[left]
-        return [_Box(*one) for one in zip(low, high, least, lost, strict=True)]
+        for aim, bounds in self.other_aims if len(low) else ():
+            lower, upper = bounds.on(low, high)
+            least = np.maximum(least, lower if aim.sense > 0 else -upper)
+        some = least < self.bar
+        return [_Box(*one) for one in zip(low[some], high[some], least[some], lost[some], strict=True)]
 
     def limited(self, boxes: list[_Box]) -> list[_Box]:
         """Take up what the limits are no less than; boxes on which they may all be kept."""
