@@ -55,7 +55,7 @@ def _places(kind: str, made: Drawn) -> list[str]:
         "moment_harmonics": rigid,
         "pulse": [] if made.turning else [*lines, *bases],
         "drop": bases,
-        "release": [one for one in lines if one not in made.names("points")] if not made.turning else [],
+        "release": sorted({*lines} - {*made.points, *made.names("points")}) if not made.turning else [],
         "record": [] if made.turning else [*lines, *bases],
         "white_noise": [*([] if made.turning else lines), *bases],
     }

@@ -136,3 +136,36 @@ def test_the_record_of_the_case_on_four_mounts() -> None:
     assert (fast, travel) == pytest.approx((best, 0.025), rel=1e-5)
     around = [case_struck(k * p, c * q) for p in (0.93, 0.98, 1.0, 1.02, 1.07) for q in (0.93, 0.98, 1.0, 1.02, 1.07)]
     assert all(other > best * (1.0 - 1e-5) for other, room in around if room <= 0.025 * (1.0 + 1e-6))
+
+
+MODES = np.array([[8.2, 0.02, 14e3, 1.0, -0.8], [14.5, 0.02, 14e3, 0.7, 1.0], [21.0, 0.03, 10e3, -0.4, 0.9]]).T
+
+
+def scale_shaken(k: float, c: float) -> tuple[float, float]:
+    """Greatest acceleration of the scale and greatest stretch of its feet, by the printed modes of its floor."""
+    frequency, ratio, mass, bay, table = MODES
+    rate, row = 2.0 * np.pi * frequency, np.append(-table, 1.0)
+    heavy = np.append(mass, 90.0)
+    stiffness = np.diag(np.append(mass * rate**2, 0.0)) + k * np.outer(row, row)
+    damping = np.diag(np.append(2.0 * ratio * mass * rate, 0.0)) + c * np.outer(row, row)
+    whole = np.zeros((10, 10))
+    whole[:4, 4:8] = np.eye(4)
+    whole[4:8, :4], whole[4:8, 4:8] = -stiffness / heavy[:, None], -damping / heavy[:, None]
+    free = whole.copy()
+    whole[4:8, 8], whole[8, 9], whole[9, 8] = 20e3 * np.append(bay, 0.0) / heavy, np.pi / 0.025, -np.pi / 0.025
+    now, states = np.append(np.zeros(9), 1.0), []
+    for count, step in ((2500, expm(whole * 1e-5)), (40_000, expm(free * 1e-5))):
+        for _ in range(count):
+            states.append(now)
+            now = step @ now
+        now[8:] = 0.0
+    every = np.array(states)
+    return float(np.abs(every @ free[7]).max()), float(np.abs(every[:, :4] @ row).max())
+
+
+def test_the_record_of_the_scale_in_the_next_bay() -> None:
+    """Its cables are just free, and no other feet that leave them so shake it less."""
+    best, k, c = recorded("weighing_in_the_next_bay", "acceleration"), 50e3, 3669.3318
+    assert scale_shaken(k, c) == pytest.approx((best, 0.45e-3), rel=1e-6)
+    around = [scale_shaken(k * p, c * q) for p in (1.0, 1.03, 1.1) for q in (0.95, 0.99, 1.01, 1.05)]
+    assert all(other > best * (1.0 - 1e-6) for other, room in around if room <= 0.45e-3 * (1.0 + 1e-6))

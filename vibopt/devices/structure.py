@@ -25,7 +25,7 @@ from vibopt.devices.matrix_files import (
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import QuantityError, counted
 from vibopt.mechanics.assembly import Assembly
-from vibopt.mechanics.builder import ModelBuilder
+from vibopt.mechanics.builder import EVERY_MODE, MOST_WHOLE, ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.monomial import Monomial
 from vibopt.units.parsing import LARGEST
@@ -414,9 +414,15 @@ def _condensed(whole: Matrices) -> Matrices:
 
 @lru_cache(maxsize=32)
 def _reduced(matrices: Matrices, points: tuple[tuple[str, int], ...], top: float, modes: int) -> Reduction:
-    from vibopt.mechanics.host import reduced_host
+    from vibopt.mechanics.host import reduced_host, whole_host
     from vibopt.mechanics.host.matrices import negative_count
 
+    if modes >= EVERY_MODE:  # more than `MOST_WHOLE` are refused with the scene
+        return (
+            whole_host(matrices, dict(points))
+            if matrices.size <= MOST_WHOLE
+            else reduced_host(matrices, dict(points), top)
+        )
     if modes:  # those within the look-out count, seen from the points or not
         modes = max(modes, min(negative_count(matrices.dynamic(top**2, 0.0)), _MOST_MODES))
     return reduced_host(matrices, dict(points), top, modes=min(modes, matrices.size))

@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from vibopt.mechanics.transient import Reading, Transient
 
 _STEP = 1e-30
-_KEPT, _STATES = 16, 50_000
-"""Rows of machines that are kept, and states of loads at once."""
+_KEPT, _STATES, _ENTRIES = 16, 50_000, 40_000
+"""Rows of machines that are kept; states of loads, and entries of mass matrices, at once and kept."""
 _ALONE, _JOINT, _RADIAN, _FOLLOWED = 0.06, 1e-3, 0.0125, 5.0
 """Work of one machine, of a segment, of a radian that it turns beyond the first round, and of a load that varies for
 ever [nominal ms]."""
@@ -201,7 +201,8 @@ class PeakInTime(Form):
         return kept(model, self, x, lambda some: self._measured(model, some))
 
     def _measured(self, model: Model, x: FloatArray) -> list[Peak]:
-        most = max(1, _STATES // sum(segment.start.shape[-1] for segment in self.segments))
+        loads = sum(segment.start.shape[-1] for segment in self.segments)
+        most = max(1, min(_STATES // loads, _ENTRIES // model.n_coords**2))
         found = []
         for k in range(0, len(x), most):
             machine, read = self.transient(model, model.values(x[k : k + most]))
@@ -219,7 +220,7 @@ class PeakInTime(Form):
         if key not in known:
             from vibopt.mechanics.transient import Transient
 
-            if len(known) >= _KEPT:
+            while known and (len(known) >= _KEPT or sum(one.mass.size for _, one in known.values()) > _ENTRIES):
                 known.pop(next(iter(known)))
             machine = Transient(*matrices(model, p), model.n_free, self.loads, self.segments)
             known[key] = self, machine  # the form stays, and so the number of its segments

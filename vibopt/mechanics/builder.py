@@ -14,6 +14,10 @@ from vibopt.mechanics.monomial import Monomial
 from vibopt.records import dataclass
 
 GROUND = "ground"
+EVERY_MODE = 10**9
+"""As many modes of structures as there are, for what holds every frequency."""
+MOST_WHOLE = 100
+"""Coordinates with mass of a structure of which every mode is carried."""
 _AXES, _TURNS = ("x", "y", "z"), ("rx", "ry", "rz")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 
 import numpy as np
@@ -165,6 +165,18 @@ class Course:
     forces: Mapping[str, FloatArray]
     rubbing: Mapping[str, FloatArray] = field(default_factory=dict)
     spins: FloatArray = field(default_factory=lambda: np.zeros(1))
+
+
+def joined(parts: Sequence[Course]) -> Course:
+    """One course of several, of which each goes on where the one before ends."""
+    if len(parts) == 1:
+        return parts[0]
+
+    def whole(some: Sequence[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+        return {name: np.concatenate([one[name] for one in some], axis=-1) for name in some[0]}
+
+    points, forces, rubbing = zip(*((one.points, one.forces, one.rubbing) for one in parts), strict=True)
+    return Course(whole(points), whole(forces), whole(rubbing))
 
 
 @dataclass(frozen=True, slots=True)

@@ -17,7 +17,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.built import Motion
 from vibopt.mechanics.built_algebra import inverse_root, singular
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.host import Coordinates, Matrices
+from vibopt.mechanics.host import Coordinates, Matrices, condensed, massless
 from vibopt.mechanics.host.matrices import Dashed
 from vibopt.mechanics.machine import Machine
 from vibopt.records import cached_property, dataclass
@@ -49,6 +49,17 @@ class Carrier:
         assert self.matrices is not None
         assert self.places is not None
         return Dashed(self.matrices, self.places, self.dash)
+
+    @cached_property
+    def in_time(self) -> tuple[FloatArray, FloatArray, FloatArray, Mapping[str, FloatArray]]:
+        """M, C, K of what has mass, of matrices in full and else of the modes, and the rows of the points over it."""
+        at = self.coordinates
+        if self.matrices is None or self.places is None:
+            return np.diag(at.mass), at.damping, np.diag(at.stiffness), at.points
+        of, empty = condensed(self.matrices), massless(self.matrices.mass)
+        mass, damping, stiffness = (one.toarray() for one in (of.mass, of.damping, of.stiffness))
+        rows = np.eye(len(mass))[self.places - np.searchsorted(empty, self.places)]
+        return mass, damping, stiffness, dict(zip(at.points, rows, strict=True))
 
     def answer(self, omega: FloatArray, *, full: bool) -> ComplexArray:
         """Receptances with the damper at each point, (n, p, p); `full` solves the matrices themselves.
@@ -135,21 +146,58 @@ class HostedMachine(Machine):
     @cached_property
     def _rows(self) -> dict[str, FloatArray]:
         """Per body and point its row over [bodies, coordinates of the structures]."""
-        count = len(self.masses) + sum(carrier.coordinates.count for carrier in self.carriers.values())
-        found: dict[str, FloatArray] = dict(zip(self.masses, np.eye(count), strict=False))
-        start = len(self.masses)
-        for carrier in self.carriers.values():
-            for point, row in carrier.coordinates.points.items():
-                found[point] = np.zeros(count)
-                found[point][start : start + len(row)] = row
-            start += carrier.coordinates.count
+        return self._rows_over([carrier.coordinates.points for carrier in self.carriers.values()])
+
+    def _rows_over(self, hosts: list[Mapping[str, FloatArray]]) -> dict[str, FloatArray]:
+        """The same, of structures whose points have these rows over coordinates of their own."""
+        sizes = [len(self.masses), *(len(next(iter(points.values()))) for points in hosts)]
+        ends, found = np.cumsum(sizes), dict(zip(self.masses, np.eye(sum(sizes)), strict=False))
+        for points, start, stop in zip(hosts, ends, ends[1:], strict=False):
+            for point, row in points.items():
+                found[point] = np.zeros(sum(sizes))
+                found[point][start:stop] = row
         return found
 
-    def _extensions(self) -> FloatArray:
-        """Row of every joint over [bodies, coordinates], shape (n_joints, count)."""
-        rows = self._rows
+    def _extensions(self, rows: Mapping[str, FloatArray]) -> FloatArray:
+        """Row of every joint over the coordinates of these rows of bodies and points, shape (n_joints, count)."""
         zero = np.zeros(len(next(iter(rows.values()))))
         return np.array([rows.get(b, zero) - rows.get(a, zero) for a, b in (joint.ends for joint in self.joints)])
+
+    @property
+    def coordinate_names(self) -> tuple[str, ...]:
+        """Bodies, then each structure's modes or, of matrices, their own coordinates, then bases."""
+        hosts = (f"{name} [{i + 1}]" for name, one in self.carriers.items() for i in range(len(one.in_time[0])))
+        return (*self.masses, *hosts, *self.bases)
+
+    @property
+    def n_free(self) -> int:
+        return len(self.coordinate_names) - len(self.bases)
+
+    @cached_property
+    def _rows_in_time(self) -> dict[str, FloatArray]:
+        """Per body, point and base its row over all coordinates."""
+        whole = np.eye(len(self.coordinate_names))
+        free = self._rows_over([carrier.in_time[3] for carrier in self.carriers.values()])
+        rows = {name: np.pad(row, (0, len(self.bases))) for name, row in free.items()}
+        return rows | dict(zip(self.bases, whole[self.n_free :], strict=True))
+
+    def pushes(self, acts: Mapping[str, complex]) -> FloatArray:
+        zero = np.zeros(len(self.coordinate_names))
+        return np.asarray(sum((part.real * self._rows_in_time[place] for place, part in acts.items()), zero))
+
+    def parts_in_time(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        found, start = np.zeros((3, *2 * (len(self.coordinate_names),))), len(self.masses)
+        found[0, :start, :start] = np.diag(list(self.masses.values()))
+        for carrier in self.carriers.values():
+            here = slice(start, start := start + len(carrier.in_time[0]))
+            found[:, here, here] = carrier.in_time[:3]
+        if self.joints:
+            rows = self._extensions(self._rows_in_time)
+            found += [(rows.T * values) @ rows for values in self._fours[:3]]
+        return found[0], found[1], found[2]
+
+    def points_in_time(self, moved: FloatArray) -> dict[str, FloatArray]:
+        return {name: row @ moved for name, row in self._rows_in_time.items()}
 
     def matrices(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         """M, C, K and hysteretic stiffness over bodies and coordinates of the structures."""
@@ -164,7 +212,7 @@ class HostedMachine(Machine):
             hysteretic[here, here] = host.loss_factor * np.diag(host.stiffness)
             start += host.count
         if self.joints:
-            rows = self._extensions()
+            rows = self._extensions(self._rows)
             for target, values in zip((mass, damping, stiffness, hysteretic), self._fours, strict=True):
                 target += (rows.T * values) @ rows
         return mass, damping, stiffness, hysteretic
@@ -175,7 +223,7 @@ class HostedMachine(Machine):
         columns = [np.diag(np.concatenate([np.zeros(len(self.masses)), *self._host_roots()]))]
         if self.joints:
             stiffness = np.array([joint.stiffness for joint in self.joints])
-            columns.append(self._extensions().T * np.sqrt(stiffness))
+            columns.append(self._extensions(self._rows).T * np.sqrt(stiffness))
         return singular(inverse_root(mass) @ np.hstack(columns))
 
     def _host_roots(self) -> list[FloatArray]:
@@ -186,7 +234,7 @@ class HostedMachine(Machine):
         hosts = [carrier.coordinates.stiffness for carrier in self.carriers.values()]
         stiffness = np.diag(np.concatenate([np.zeros(len(self.masses)), *hosts]))
         if self.joints:
-            rows = self._extensions()
+            rows = self._extensions(self._rows)
             stiffness += (rows.T * np.array([joint.static_stiffness for joint in self.joints])) @ rows
         size = np.sqrt(np.diag(stiffness))
         if not size.all() or np.linalg.cond(scaled := stiffness / np.outer(size, size)) > 1e14:

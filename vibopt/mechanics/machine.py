@@ -229,6 +229,11 @@ class Machine:
         """Coordinates of what moves freely, those of the bases behind them."""
         return (*self.masses, *self.bases)
 
+    @property
+    def n_free(self) -> int:
+        """How many of the coordinates are of what moves freely."""
+        return len(self.masses)
+
     def pushes(self, acts: Mapping[str, complex]) -> FloatArray:
         """Forces on coordinates, accelerations of those of bases, of what acts on places by their names, (n,)."""
         return np.array([acts.get(place, 0.0).real for place in self.coordinate_names])

@@ -195,7 +195,7 @@ def _support(design: Design, model: Model, machine: Machine, peak: _Asked, room:
     doubtful = any(one.path.startswith("bodies.") for one in uncertain(design.scene))
     into, through = getattr(peak.response, "into", None), getattr(peak.response, "through", None)
     alone = into == support or (into == body and len(machine.masses) == 1)
-    alone = alone or (through is not None and len(machine.joints) == 1)
+    alone = (alone or (through is not None and len(machine.joints) == 1)) and not machine.on_structures
     return (body, support) if heavy == [body] and between and alone and not doubtful else None
 
 

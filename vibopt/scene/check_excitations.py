@@ -114,6 +114,12 @@ def _kind(scene: Scene, name: str, mistakes: Mistakes) -> None:
                 f"excitations.{name} moves {on} along a line, but {around[0]} on it turns. The twist of a base is not "
                 f'supported: put kind = "moment" on {around[0]}.',
             )
+    elif kind == "release" and on in places.carried(scene):
+        mistakes.add(
+            path,
+            f"excitations.{name} lets {on} go, a point of a structure, and says nothing of how the rest of it is bent. "
+            'Let a body go that stands there, or push it: kind = "pulse".',
+        )
     elif on in turning and excitation.sort == "transient":
         mistakes.add(
             path,

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibopt.devices import FAMILIES, Device
 from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
-from vibopt.mechanics.builder import GROUND
+from vibopt.mechanics.builder import GROUND, MOST_WHOLE
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene import places
 from vibopt.scene.check_speeds import reached
@@ -125,7 +125,7 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
     """What has no answer in time: loss factors, what turns, structures; and what no pulse reaches."""
     check_lossy(scene, path, "greatest in time", mistakes)
     names = names_for(scene, response)
-    if _joint_pushed(scene, path, response, names, mistakes):
+    if _many_coordinates(scene, path, mistakes) or _joint_pushed(scene, path, response, names, mistakes):
         return
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
         return
@@ -149,13 +149,12 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
 
 
 def _turns(scene: Scene, response: TransientResponse) -> str:
-    """Looks at what turns, or at a structure."""
+    """Looks at what turns."""
     place, ends = _place(response), places.ends(scene)
     near = {place, *ends.get(place, ())} & set(places.turning(scene))
-    if not near and not scene.structures:
+    if not near:
         return ""
-    what = f"looks at {min(near)}, which turns" if near else "asks in time of a machine on a structure"
-    return f"{what}. What comes once is answered for bodies on a line only, so far."
+    return f"looks at {min(near)}, which turns. What comes once is answered for bodies on a line only, so far."
 
 
 def _place(response: TransientResponse) -> str:
@@ -242,10 +241,11 @@ def check_lossy(scene: Scene, path: Path, what: str, mistakes: Mistakes) -> None
         if getattr(table, "loss_factor", None) is not None
     ]
     if lossy:
+        other = "" if lossy[0].startswith(("mounts.", "structures.")) else " or damping_ratio"
         mistakes.add(
             path,
             f"{dotted(path)} asks for the {what}, but {lossy[0]} has a loss_factor, which speaks of steady harmonic "
-            f"motion only. Give it damping{'' if lossy[0].startswith('mounts.') else ' or damping_ratio'} instead.",
+            f"motion only. Give it damping{other} instead.",
         )
 
 
@@ -253,8 +253,10 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
     """What is infinite whatever the design, and what no noise reaches."""
     check_lossy(scene, path, "response to white noise", mistakes)
     names, power = names_for(scene, response), getattr(response.steady, "power", None)
-    if _joint_pushed(scene, path, response, names, mistakes) or _through_inerter(
-        scene, path, response, names, mistakes
+    if (
+        _many_coordinates(scene, path, mistakes)
+        or _joint_pushed(scene, path, response, names, mistakes)
+        or _through_inerter(scene, path, response, names, mistakes)
     ):
         return
     if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
@@ -282,6 +284,20 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
                 f"(excitations.{name}) drifts away, and {place} with it. Ask for rms_relative_displacement across a "
                 "link, or for rms_acceleration.",
             )
+
+
+def _many_coordinates(scene: Scene, path: Path, mistakes: Mistakes) -> bool:
+    """Whether matrices have more modes than are carried where every frequency counts; adds the mistake."""
+    for name, table in scene.structures.items():
+        if table.modes is None and table.matrices.size > MOST_WHOLE:
+            mistakes.add(
+                path,
+                f"{dotted(path)} takes every mode of structures.{name}, whose matrices have {table.matrices.size} "
+                f"coordinates with mass; {MOST_WHOLE} are the most that are carried so. Give its modes up to the "
+                "highest frequency that counts instead.",
+            )
+            return True
+    return False
 
 
 def _joint_pushed(

@@ -12,6 +12,7 @@ from vibopt.excitations.excitation import Excitation
 from vibopt.excitations.run_up import band_of, ends_of, motor_of, rate_of
 from vibopt.mechanics.builder import GROUND
 from vibopt.mechanics.model import DAMPING
+from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.motor import Motor
 from vibopt.scene import places
 from vibopt.scene.assemble import model_of
@@ -19,8 +20,9 @@ from vibopt.scene.check_bearings import beyond_tables
 from vibopt.scene.scene import Scene
 from vibopt.units import show
 
-_ROOM, _TURNS = 1e-9, 3e5
-"""Rounding; turns that are followed one by one to confirm an answer."""
+_ROOM, _TURNS, _AT_REST = 1e-9, 3e5, 1e-7
+"""Rounding; turns that are followed one by one to confirm an answer; part of the highest natural frequency that is
+none."""
 
 
 def check_run_up(scene: Scene, name: str, mistakes: Mistakes) -> None:
@@ -141,6 +143,10 @@ def _undamped(scene: Scene) -> bool:
 
 def _loose(scene: Scene, on: str) -> str:
     """A body among those that it shakes which no springs hold; "" where all are held."""
+    if scene.structures:  # what is free to turn as a whole may be held at each of its points
+        model = model_of(scene)
+        found = natural_frequencies(model, model.values(np.array([one.low for one in scene.variables])))
+        return on if found.min() <= _AT_REST * found.max() else ""
     moving = set(places.moving(scene))
     springs = [ends for name, ends in places.ends(scene).items() if name in places.springs(scene)]
     springs += [(name, point.on) for name, point in scene.points.items()]

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
+from vibopt.mechanics.builder import EVERY_MODE
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.responses.response import START_UP
 from vibopt.scene.places import devices, once, rubbing
@@ -200,6 +201,8 @@ def looked_at(scene: Scene) -> tuple[float, int]:
         if absorber.has_spring and absorber.tuning_to is None
     ]
     modes = max([modes, *tuned])
+    if scene.structures and any(isinstance(one, (RandomResponse, TransientResponse)) for one in asked):
+        modes = EVERY_MODE
     if modes and scene.structures:
         modes += sum(table.between_points for _, _, table in devices(scene))
     return _MARGIN * max([_LEAST, *tops]), modes

@@ -83,7 +83,7 @@ class Followed:
                 best = max(best, float(sizes.max()))
                 tops = _kept(tops, times, states, sizes, rising)
                 rung = float(np.abs(values - self._read(response, times, self._settled(times), rising)).max())
-            grown = rung * (1.05 if len(self.machine.masses) == 1 else _MEET)
+            grown = rung * (1.05 if self.machine.n_free == 1 else _MEET)
             if not rising and (steady + grown < best or rung <= _FADED * max(best, steady)):
                 break
         high_ones = [top for top in tops if top.height >= _NEAR * tops[0].height]
@@ -232,7 +232,7 @@ class Followed:
         force: Any = self._force(times, rising)
         seen: Any = self._states.read(states, force[None, :])  # type: ignore[arg-type]
         points: dict[str, Any] = self._states.machine.points_in_time(seen)
-        bases = self.machine.coordinate_names[len(self.machine.masses) :]
+        bases = self.machine.coordinate_names[self.machine.n_free :]
         points |= {name: np.zeros((3, len(times))) for name in (*self.machine.bases, *bases)}
         forces: dict[str, Any] = dict.fromkeys(self.machine.masses, np.zeros(len(times)))
         forces |= {place: force * part for place, part in self.excitation.acts.items()}

@@ -36,8 +36,8 @@ base that is gone so far that little is left of their digits."""
 _TURN, _TAYLOR, _DEFECTIVE = 0.25, 14, 1e9
 """How far what is fastest turns in an even step, terms of a series, and condition of modes that are one."""
 PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
-_KEPT, _AT_ONCE = 30_000_000, 2000
-"""Numbers of all states in the steps of a record at most, and steps that are looked at together."""
+_KEPT, TOGETHER, _AT_ONCE = 30_000_000, 1_000_000, 2000
+"""Numbers of all states in all steps at most, and at once; steps of a record that are looked at together."""
 _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
 """Of polynomials through a slow load, what they may leave over, and how often its motion is made better at most."""
 
@@ -176,7 +176,7 @@ class MotionInTime:
             return np.asarray(np.sum([struck, *begun], axis=0))
         found: FloatArray = np.asarray(self._runs[-1](time), dtype=float) + struck
         if number == self._behind:  # back to the last digit, or rounding would carry it away
-            bodies, count = len(self.machine.masses), len(self._places)
+            bodies, count = self.machine.n_free, len(self._places)
             leaves = [not one.returns for one in self.excitations]
             back = np.tile((np.arange(count) >= bodies) & ~pushed[leaves].any(axis=0), 2)
             came = [_moved(row, one.course(time)) for row, one in zip(pushed, self.excitations, strict=True)]
@@ -221,12 +221,14 @@ class MotionInTime:
                     continue
             turned = self._fastest(current) * (high - low)
             smooth = self._step == np.inf or not self._loaded(current) or not self._bends(low, high)
-            if smooth and turned <= _STIFF:
-                self._runs.append(self._stepped(low, high, start, int(turned / _TURN) + 1))
-                continue
-            stays = self._stays(low, start) if not self._loaded(current) and not self._lasting else None
+            steps, quiet = int(turned / _TURN) + 1, not self._loaded(current) and not self._lasting
+            many = turned > _STIFF or steps * len(start) > _KEPT
+            stays = self._stays(low, start) if quiet and many else None
             if stays is not None:
                 self._runs.append(stays)
+                continue
+            if smooth and turned <= _STIFF:
+                self._runs.append(self._stepped(low, high, start, steps))
                 continue
             from scipy import integrate
 
@@ -265,7 +267,9 @@ class MotionInTime:
             every = carried(system, np.hstack([states, pushed]), left)
             return np.asarray(every.reshape(len(states), -1, len(begin)).sum(axis=1))
 
-        added = onward(np.zeros((len(start), count)), times, np.full(count, step)).T
+        many, still = TOGETHER // len(start), np.zeros((len(start), count))
+        pieces = (slice(k, k + many) for k in range(0, count, many))
+        added = np.hstack([onward(still[:, one], times[one], np.full(len(times[one]), step)) for one in pieces]).T
         states, free = np.empty((count, len(start))), carried(system, np.eye(len(start)), step)
         states[0] = start
         for j in range(count - 1):
@@ -282,7 +286,7 @@ class MotionInTime:
         """States against time behind the load, under signals that stay, mode by mode; None where two are one."""
         system, loads = self._states.matrices
         whole = np.column_stack([system, loads @ self._signals(np.array([low + self._look]))[:, 0]])
-        count, bases = len(self._places), len(self._places) - len(self.machine.masses)
+        count, bases = len(self._places), len(self._places) - self.machine.n_free
         rests = ~np.any([*loads[count:].T, start[count:]], axis=0)
         still = np.tile(rests & (np.arange(count) >= count - bases), 2)  # bases that nothing moves
         whole = np.vstack([np.where(still[:, None], 0.0, whole), np.zeros(len(start) + 1)])
@@ -305,7 +309,7 @@ class MotionInTime:
         """
         from numpy.polynomial import chebyshev
 
-        (system, loads), bodies, count = self._states.matrices, len(self.machine.masses), len(self._places)
+        (system, loads), bodies, count = self._states.matrices, self.machine.n_free, len(self._places)
         half, edge = 0.5 * (high - low), INSIDE * (high - low)
         nodes = np.cos(np.pi * (np.arange(_DEGREE + 1.0) + 0.5) / (_DEGREE + 1.0))
         seen = self._signals(np.clip(low + half * (1.0 + nodes), low + edge, high - edge))

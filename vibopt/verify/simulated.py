@@ -14,7 +14,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
-from vibopt.mechanics.built import Course
+from vibopt.mechanics.built import Course, joined
 from vibopt.mechanics.combine import whole_orders
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rotating import RotatingMachine
@@ -22,7 +22,7 @@ from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
-from vibopt.verify.motion_in_time import GONE, INSIDE, MET, NONE, PERIODS, MotionInTime
+from vibopt.verify.motion_in_time import GONE, INSIDE, MET, NONE, PERIODS, TOGETHER, MotionInTime
 from vibopt.work import worked
 
 _SAMPLES, _BEST, _NEAR = 24, 6, 0.9
@@ -70,7 +70,7 @@ class Simulated(MotionInTime):
                 and not self._held.any()
                 and np.isfinite(self._slowest)
                 and number >= loaded
-                and (found[0] < 0.5 * best[0] or (number > loaded and len(self.machine.masses) == 1))
+                and (found[0] < 0.5 * best[0] or (number > loaded and self.machine.n_free == 1))
             ):
                 return best if best[0] >= found[0] else found  # of one body every later turn is no greater
             best = found if found[0] > best[0] * (1.0 + _EVEN) else best
@@ -229,7 +229,7 @@ class Simulated(MotionInTime):
         drift = s**2 * np.linalg.solve(s * np.eye(2 * count) - system, state)
         if not self._held.any():  # else what is pushed goes faster and faster
             drift[count:] = 0.0
-        alone = np.where(np.arange(2 * count) % count < len(self.machine.masses), drift, 0.0)
+        alone = np.where(np.arange(2 * count) % count < self.machine.n_free, drift, 0.0)
         own, every = np.abs(self._read(response, np.array([alone, drift], dtype=complex).T)[1].real).tolist()
         return own, every
 
@@ -264,7 +264,8 @@ class Simulated(MotionInTime):
         bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
         times = np.union1d(np.linspace(low, high, count), bent)
         at = np.clip(times, *self._inside(number))
-        found = times, self._course(at, self._run(number)(at))
+        run, many = self._run(number), TOGETHER // len(self._places)
+        found = times, joined([self._course(one, run(one)) for one in np.split(at, range(many, len(at), many))])
         if len(times) <= _CHUNK:
             self._courses[number] = found
         return found
@@ -279,8 +280,9 @@ class Simulated(MotionInTime):
 
         A reading is no greater than the norm of its row times that of the motion, both over roots of masses.
         """
-        count, bodies = len(self._places), len(self.machine.masses)
-        weights = np.sqrt([one or 1.0 for one in self.machine.masses.values()])
+        count, bodies = len(self._places), self.machine.n_free
+        heavy = np.diag(self.machine.parts_in_time()[0])[:bodies]
+        weights = np.sqrt(np.where(heavy > 0.0, heavy, 1.0))
         rows = np.abs(self._read(response, np.eye(2 * count, dtype=complex))[1].real)
         most, best = np.zeros(2 * count), 0.0
         for number in range(self._behind + 1):

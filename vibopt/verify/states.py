@@ -20,7 +20,7 @@ class States:
     """Rates of the states, and what is read of them; of a machine under forces on bodies, accelerations of bases.
 
     machine
-        As built, without structures.
+        As built.
     acts
         Places on which each of the signals acts, by name, with the part of it.
     rides
@@ -52,7 +52,7 @@ class States:
             system[count + one] = loads[count + one] = 0.0
         if self.rides:
             base = self.places.index(self.rides)
-            heavy = np.flatnonzero(~self._light[: len(self.machine.masses)])
+            heavy = np.flatnonzero(~self._light[: self.machine.n_free])
             loads[count + heavy] -= loads[count + base]
             system[:, [base, count + base]] = 0.0
         return system, loads
@@ -76,9 +76,7 @@ class States:
     @cached_property
     def _light(self) -> BoolArray:
         """Joints at each place, (n,)."""
-        return np.concatenate(
-            [self.machine.jointed, np.zeros(len(self.places) - len(self.machine.jointed), dtype=bool)]
-        )
+        return ~self._parts[0].any(axis=1) & (np.arange(len(self.places)) < self.machine.n_free)
 
     @cached_property
     def _parts(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -98,7 +96,7 @@ class States:
     def _forced(self) -> tuple[FloatArray, FloatArray]:
         """Accelerations of what has mass and rates of joints, from states (n, 2 n) and signals (n, n_signals)."""
         mass, damping, stiffness = self._parts
-        count, bodies, light = len(self.places), len(self.machine.masses), self._light
+        count, bodies, light = len(self.places), self.machine.n_free, self._light
         quick = light & (np.diag(damping) == 0.0)
         pushed = self.pushed.copy()
         free = np.arange(bodies)

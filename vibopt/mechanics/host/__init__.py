@@ -2,7 +2,7 @@
 
 from vibopt.mechanics.host.condense import CondensationError, condensed, massless
 from vibopt.mechanics.host.coordinates import Coordinates, digits_lost, of_modes
-from vibopt.mechanics.host.krylov import Reduction, reduced_host
+from vibopt.mechanics.host.krylov import Reduction, reduced_host, whole_host
 from vibopt.mechanics.host.matrices import Matrices
 
 __all__ = [
@@ -15,4 +15,5 @@ __all__ = [
     "massless",
     "of_modes",
     "reduced_host",
+    "whole_host",
 ]

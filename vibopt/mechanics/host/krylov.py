@@ -105,15 +105,19 @@ class _Basis:
 
     def coordinates(self, names: list[str]) -> Coordinates:
         """The projected structure on its own undamped modes, mass 1 each."""
-        squares, shapes = _modes(self.small["M"].astype(np.longdouble), self.small["K"].astype(np.longdouble))
-        damping = (shapes.T @ self.small["C"] @ shapes).astype(float)
-        rows = (self.vectors[:, self.places].T.astype(np.longdouble) @ shapes).astype(float)
-        points = dict(zip(names, rows, strict=True))
-        ones = np.ones(len(squares))
-        off = damping - np.diag(np.diag(damping))
-        if np.abs(off).max(initial=0.0) <= 1e-13 * np.abs(damping).max(initial=0.0):
-            damping = np.diag(np.diag(damping))
-        return Coordinates(ones, squares, damping, points, self.matrices.loss_factor)
+        points = dict(zip(names, self.vectors[:, self.places].T, strict=True))
+        return _on_modes(self.small, points, self.matrices.loss_factor)
+
+
+def _on_modes(small: dict[str, FloatArray], points: dict[str, FloatArray], loss_factor: float) -> Coordinates:
+    """M, C, K (r, r), and rows of points over their coordinates (r,), on their undamped modes, mass 1 each."""
+    squares, shapes = _modes(small["M"].astype(np.longdouble), small["K"].astype(np.longdouble))
+    damping = (shapes.T @ small["C"] @ shapes).astype(float)
+    rows = {name: (row.astype(np.longdouble) @ shapes).astype(float) for name, row in points.items()}
+    off = damping - np.diag(np.diag(damping))
+    if np.abs(off).max(initial=0.0) <= 1e-13 * np.abs(damping).max(initial=0.0):
+        damping = np.diag(np.diag(damping))
+    return Coordinates(np.ones(len(squares)), squares, damping, rows, loss_factor)
 
 
 def _modes(mass: Any, stiffness: Any) -> tuple[FloatArray, Any]:
@@ -177,6 +181,25 @@ def reduced_host(matrices: Matrices, points: dict[str, int], top: float, *, mode
         now, before = basis.coordinates(names), value
         value = now.receptances(grid)
     return _checked(matrices, basis, names, loads, top, used)
+
+
+def whole_host(matrices: Matrices, points: dict[str, int]) -> Reduction:
+    """The structure on all of its modes, for what holds every frequency; checked up to the highest of them.
+
+    Parameters
+    ----------
+    matrices
+        The structure.
+    points
+        Coordinate number per named point.
+    """
+    places, unit = np.array(list(points.values()), dtype=np.intp), np.eye(matrices.size)
+    small = {"M": matrices.mass.toarray(), "C": matrices.damping.toarray(), "K": matrices.stiffness.toarray()}
+    now = _on_modes(small, {name: unit[place] for name, place in points.items()}, matrices.loss_factor)
+    top, loads = _ABOVE * float(np.sqrt(now.stiffness.max())), matrices.units(places)
+    checks = _between([0.0, top], top, CHECKS)
+    errors = [_error(now, omega, solve(matrices, loads, omega).motion[places].astype(complex)) for omega in checks]
+    return Reduction(now, matrices.size, max(errors), len(checks), len(checks), top)
 
 
 def lowest_modes(matrices: Matrices, count: int) -> tuple[FloatArray, FloatArray]:
