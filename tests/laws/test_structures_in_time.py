@@ -50,6 +50,8 @@ def shaken(shaker: str, document: dict[str, Any]) -> dict[str, Any]:
     asked = {kind: {"response": f"{sort}_{kind}", **place} for kind, place in ASKED.items()}
     if shaker == "blow":  # the base goes on with its velocity
         del asked["displacement"], asked["velocity"]
+    if shaker == "any length":
+        asked = {kind: asked[kind] for kind in ("displacement", "force")}
     if shaker == "noise of the ground":
         for kind in ("velocity", "acceleration", "force"):
             del asked[kind]
@@ -88,11 +90,11 @@ def by_modes(M: Array, C: Array, K: Array) -> dict[str, Any]:
     modes = [
         {
             "frequency": f"{square**0.5!r} rad/s",
-            "damping_ratio": float(shape @ C @ shape / (2.0 * square**0.5)),
+            "damping_ratio": float(shape @ C @ shape / (2.0 * square**0.5)) if square else 0.0,
             "modal_mass": "1 kg",
             "shape": {f"b{i}": float(value) for i, value in enumerate(shape)},
         }
-        for square, shape in zip(squares.tolist(), shapes.T, strict=True)
+        for square, shape in zip(np.where(squares > 1e-9 * squares[-1], squares, 0.0).tolist(), shapes.T, strict=True)
     ]
     return {"structures": {"frame": {"modes": modes}}}
 
@@ -115,6 +117,32 @@ def test_modes_and_matrices_of_a_chain_are_the_chain(
     folder = tmp_path_factory.mktemp("chain")
     for other in (by_modes(*matrices), by_matrices(folder, *matrices, list(range(len(masses))))):
         assert answered(shaken(shaker, carried(other))) == pytest.approx(own, rel=1e-6)
+
+
+@pytest.mark.parametrize("asked", ["steady", "run-up"])
+@FEW
+@given(st.lists(st.floats(50.0, 500.0), min_size=2, max_size=4), st.floats(15.0, 60.0), st.floats(1e-4, 2e-3))
+def test_a_free_chain_on_springs_is_that_chain_from_standstill_on(
+    tmp_path_factory: pytest.TempPathFactory, asked: str, masses: list[float], rate: float, lost: float
+) -> None:
+    """Receptances of what nothing holds have no end at standstill; those of the machine have."""
+    bodies, M, C, K = chain(masses, rate, lost)
+    spring = bodies["links"].pop("s0")
+    C[0, 0], K[0, 0] = C[0, 0] / 2.0, K[0, 0] / 2.0
+    spun = {"kind": "unbalance", "on": "b1", "unbalance": "2 kg m", "speed": "5 Hz"}
+    if asked == "run-up":
+        spun["run_up"] = {"acceleration": "3 Hz/s"}
+    kinds = ("peak_displacement", "peak_acceleration") if asked == "run-up" else ("displacement", "transmitted_force")
+    measures = {kind: {"response": kind, **({"through": "s0"} if "force" in kind else {"of": "b0"})} for kind in kinds}
+    if asked == "steady":
+        measures = {kind: {**one, "over": "start-up"} for kind, one in measures.items()}
+    found = []
+    for on in (bodies, by_modes(M, C, K), by_matrices(tmp_path_factory.mktemp("free"), M, C, K, [*range(len(M))])):
+        document = carried(on)
+        document["links"]["s0"] = spring
+        found.append(answered({**document, "excitations": {"spun": spun}, "measures": measures}))
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert found[2] == pytest.approx(found[0], rel=1e-6)
 
 
 @pytest.mark.parametrize("scale", [1e-3, 1e4])

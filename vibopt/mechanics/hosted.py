@@ -22,6 +22,9 @@ from vibopt.mechanics.host.matrices import Dashed
 from vibopt.mechanics.machine import Machine
 from vibopt.records import cached_property, dataclass
 
+_REST = 1e-5
+"""Part of the lowest natural frequency that is standstill: its square is what that leaves off."""
+
 
 @dataclass(frozen=True, eq=False)
 class Carrier:
@@ -101,6 +104,8 @@ class HostedMachine(Machine):
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
         """As `Machine.shake`; rows of bodies are balances of forces, rows of points say u = H f."""
         flat = np.ravel(omega)
+        if self._beside_rest:  # receptances of what is free have no end at standstill
+            flat = np.where(flat == 0.0, self._beside_rest, flat)
         names = list(self.places)
         stiff, load = self._joints(names, flat, bases)
         for name, force in forces.items():
@@ -123,6 +128,14 @@ class HostedMachine(Machine):
         for base in self.bases:
             points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
         return Motion(points, forces, omega)
+
+    @cached_property
+    def _beside_rest(self) -> float:
+        """A frequency [rad/s] that is as good as none, where a structure is free; else zero."""
+        own = self.natural_frequencies()
+        least = own[own > _REST**2 * own.max(initial=0.0)].min(initial=np.inf)
+        free = any((carrier.coordinates.stiffness == 0.0).any() for carrier in self.carriers.values())
+        return float(_REST * least) if free and np.isfinite(least) else 0.0
 
     def _joints(
         self, names: list[str], omega: FloatArray, bases: dict[str, ComplexArray]
