@@ -219,6 +219,21 @@ def test_two_releases_asked_apart_are_two_motions() -> None:
         assert fastest == pytest.approx(sqrt(1000.0) * (place - 800.0 / 3e5), rel=1e-9)
 
 
+def test_all_that_is_read_of_one_design_shares_its_motion(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A limit and the goal of the same machine under the same load: each motion is followed once."""
+    followed: list[tuple[float, bytes]] = []
+    from_rest = sliding.Sliding._followed
+
+    def counted(motion: sliding.Sliding) -> Any:
+        followed.append((motion.friction, motion.stiffness.tobytes() + motion.damping.tobytes()))
+        return from_rest(motion)
+
+    monkeypatch.setattr(sliding.Sliding, "_followed", counted)
+    vo.solve(vo.read(Path(__file__).parents[2] / "problems" / "friction" / "cabinet_on_pads.toml"), explain=False)
+    assert len(followed) > 50
+    assert len(followed) <= 1.25 * len(set(followed))
+
+
 def test_a_drop_and_a_record_are_right_by_both_routes_and_friction_comes_near_the_best_of_all(tmp_path: Path) -> None:
     """Friction alone, on a soft spring, comes near what any isolator could reach."""
     times = np.arange(200) * 0.01

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from math import inf
 from pathlib import Path
@@ -19,9 +20,10 @@ from vibopt.scene.read import from_text, read
 from vibopt.study.edges import CLOSE
 from vibopt.study.points import Points
 from vibopt.study.sweep import Sweep, sweep
-from vibopt.study.sweep_series import map_of, strips
+from vibopt.study.sweep_series import change_words, map_of, strips
 
 PRESS = Path(__file__).parents[2] / "problems" / "isolation" / "rao_9_34.toml"
+ABSORBER = PRESS.parents[1] / "absorbers" / "rao_9_51.toml"
 START_UP, FLOOR, MASS = "limits.start_up.at_most", "limits.floor_force.at_most", "bodies.press.mass"
 SPEED, FORCE, SPRING, DAMPER = (
     "excitations.press.speed", "excitations.press.amplitude", "links.mount.stiffness", "links.mount.damping",
@@ -125,6 +127,27 @@ def test_where_a_known_limit_takes_over_is_found() -> None:
     ((x, words),) = strips(found).marks
     assert x == pytest.approx(100.0 / 5.25, abs=2e-5)
     assert words == "natural becomes active, floor no longer active"
+
+
+def test_a_point_on_a_boundary_is_told_as_one_place() -> None:
+    """Two things that change within the width to which each is known change at one place, of one number."""
+    job, path = read(ABSORBER), "limits.low.at_most"
+    for one in sweep(job, path, "-60 %..+150 %", points=6).boundaries:
+        place = one.at * 30.0 / np.pi
+        found = sweep(job, path, f"{0.9 * place!r}, {place!r}, {1.1 * place!r} rpm")
+        assert found.boundaries
+        for other in found.boundaries:
+            ends = other.precise.removeprefix("between ").split(" and ")
+            assert len(set(ends)) == len(ends), other.precise
+
+
+def test_where_nothing_is_proven_designs_are_not_said_to_end() -> None:
+    (first, *_) = sweep(read(PRESS), START_UP, "5 mm..30 mm", points=6).boundaries
+    assert change_words(first) == "designs begin; below, no design meets all limits"
+    unsure = "unproven", (), ()
+    assert change_words(replace(first, before=unsure)) == "answers begin; below, nothing found, nothing proven"
+    turned = replace(first, before=first.after, after=unsure)
+    assert change_words(turned) == "answers end; beyond, nothing found, nothing proven"
 
 
 def test_a_map_draws_the_edge_where_it_is() -> None:

@@ -111,6 +111,8 @@ class Form:
     rough: ClassVar[str] = "is no smooth function of the design"
     no_bounds: ClassVar[str] = "has no bounds on boxes of designs"
     """Why it has no statement in cvxpy, none in CasADi, or no bounds on boxes of designs, behind its name."""
+    once: ClassVar[float] = 0.25
+    """Work of measuring it at one design, or at one speed of one, of few coordinates [nominal ms]."""
 
     @property
     def searched(self) -> str:
@@ -360,8 +362,8 @@ class Form:
         return False
 
     def cost(self, model: Model) -> float:
-        """Work of measuring it at one design [nominal ms]: an eigenproblem grows with the square of the coordinates."""
-        return 0.3 + 0.01 * model.n_free**2
+        """Work of measuring it at one design [nominal ms], which grows with the square of the coordinates."""
+        return self.once + 1e-4 * model.n_free**2
 
 
 def kept(model: Model, form: Form, x: FloatArray, measured: Callable[[FloatArray], Sequence[_T]]) -> list[_T]:

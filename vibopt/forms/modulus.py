@@ -74,6 +74,11 @@ class Modulus(Form):
         """Whether several harmonics are taken at one instant."""
         return self.combine == "peak" and sum(len(drive.lines) for drive in self.drives) > 1
 
+    def cost(self, model: Model) -> float:
+        poles = self.once + 4e-3 * min(model.n_free, 40) ** 2  # of more coordinates none are sought
+        over = sum(len(drive.lines) ** 2 for drive in self.drives if not all(band.is_point for band in drive.bands))
+        return poles * over + (0.08 + 2e-5 * model.n_free**2) * len(self.bands)
+
     def value(self, model: Model, x: FloatArray) -> float:
         return self.worst(model, x).value
 

@@ -75,7 +75,7 @@ class Monomials(Form):
         return found
 
     def cost(self, model: Model) -> float:
-        return 0.02
+        return 0.006
 
     def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
         return self.at(x)

@@ -132,7 +132,7 @@ class PeakInRunUp(Form):
         return driven(model, self.output, [self.load])
 
     def cost(self, model: Model) -> float:
-        return 10.0 + (20.0 if model.spun_in_time else 2.0) * model.n_free
+        return 10.0 + 20.0 * model.n_free if model.spun_in_time else 3.0 + model.n_free
 
     def peak(self, model: Model, x: FloatArray) -> Peak:
         """The greatest response, of all mounts together where shared."""

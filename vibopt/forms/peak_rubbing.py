@@ -69,7 +69,10 @@ class PeakRubbing(PeakInTime):
         return max([0.0, *(size for size in sizes if np.isfinite(size))])
 
     def cost(self, model: Model) -> float:
-        return 10.0 + 0.1 * len(self.segments)
+        return 3.0 * model.n_free + 0.1 * len(self.segments)
+
+    def ahead(self, model: Model, x: FloatArray) -> None:
+        """Nothing: design after design, all that is read of one shares its motion."""
 
     def peak(self, model: Model, x: FloatArray) -> Peak:
         def measured(some: FloatArray) -> list[Peak]:

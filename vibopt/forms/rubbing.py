@@ -17,6 +17,7 @@ from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
 from vibopt.units import show
 from vibopt.values.speeds import ROTATION
+from vibopt.work import worked
 
 if TYPE_CHECKING:
     from vibopt.mechanics.dry_friction import Rub
@@ -63,6 +64,7 @@ class Rubbing(Form):
     no_bounds = "is a motion with dry friction, which has no bounds on boxes of designs"
     not_convex = "is a motion with dry friction, which is not convex in stiffness, damping and friction"
     rough = "is a motion with dry friction, which slips, stops or holds: no smooth function of the design"
+    once, over = 0.6, 150.0  # at a speed, and over a band of them, which takes as much where nothing is damped
 
     @property
     def searched(self) -> str:
@@ -113,7 +115,7 @@ class Rubbing(Form):
         return acting_with_friction(model)
 
     def cost(self, model: Model) -> float:
-        return sum(4.0 if band.is_point else 150.0 for band in self.shaken[0].bands)
+        return sum(self.once if band.is_point else self.over for band in self.shaken[0].bands)
 
     def tops(self, model: Model, x: FloatArray, least_wanted: bool = False) -> list[tuple[float, float]]:
         """Local extremes and their speeds [rad/s], the worst first; those of the last designs are kept."""
@@ -176,6 +178,7 @@ class Rubbing(Form):
 
     def at(self, model: Model, x: FloatArray, speed: float, *, rough: bool = False) -> float:
         """Greatest size in a cycle at one speed [rad/s]; `rough` by equivalent damping alone."""
+        worked(self.once)  # slopes look at it, too, which no cost says
         if not rough or not 0.0 < self._amplitude(np.array(speed)) < np.inf or not speed:
             return float(self.sizes(model, x, np.array([speed]))[0])
         rub, _, read = self.motion(model, x, speed)

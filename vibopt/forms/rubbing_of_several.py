@@ -80,6 +80,8 @@ class Harmonic:
 class RubbingOfSeveral(Rubbing):
     """As `Rubbing`, of machines of several bodies; a motion of theirs is followed at each speed."""
 
+    once, over = 3.0, 1500.0
+
     def naturals(self, model: Model, x: FloatArray) -> FloatArray:
         """While it slips, and while friction holds it [rad/s]."""
         from scipy.linalg import eigvalsh
@@ -123,9 +125,6 @@ class RubbingOfSeveral(Rubbing):
 
     def left_to_the_start(self, model: Model, x: FloatArray, speed: float) -> bool:
         return False
-
-    def cost(self, model: Model) -> float:
-        return 10.0 * Rubbing.cost(self, model)
 
     def at(self, model: Model, x: FloatArray, speed: float, *, rough: bool = False) -> float:
         speeds = np.array([speed])

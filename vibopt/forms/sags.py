@@ -31,6 +31,7 @@ class UnderWeights(Form):
     """What is read of the displacement u under the weights alone: row . u, and forces of springs."""
 
     __slots__ = ()
+    once = 0.04
 
     @property
     def signed(self) -> bool:

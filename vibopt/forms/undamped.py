@@ -34,6 +34,7 @@ class ModeFrequency(Form):
 
     mode: int
     one_line = True
+    once = 0.04
 
     @property
     def frequency(self) -> ModeFrequency:

@@ -24,7 +24,8 @@ from vibopt.work import Budget, worked
 if TYPE_CHECKING:
     from vibopt.forms.bounds import FormBounds
 
-BATCH = 256
+BATCH, _STEP = 256, 1.5
+"""Boxes of a step at most, and its work [nominal ms]."""
 MOST_BOXES, MOST_WORK = 100_000, 200_000_000
 ZERO = 1e-12
 """Part of the greatest amplitude met below which an amplitude is zero."""
@@ -218,6 +219,7 @@ class Search:
 
         A box that is a single design is measured, and settled by that; until then it waits as it is.
         """
+        worked(_STEP)
         _, low, high = self.open.take(BATCH)
         count = len(low)
         low, high = self._contract(low, high)

@@ -15,6 +15,8 @@ from vibopt.work import Budget, late
 _CLEAR = 1e-6
 _MEASUREMENTS, _FOLLOWED = 1000, 24
 """Exact measurements from anywhere, and from what is near an optimum."""
+_STEP = 0.8
+"""Work of a step beside its measurement [nominal ms]."""
 
 
 def improved(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
@@ -75,9 +77,8 @@ def refined(program: Program, x: FloatArray, *, only_feasible: bool = False, nea
             low[i] = high[i] = np.log(max(x[i], 1e-300))
     if not (high > low).any():
         return None
-    exact = Exact(
-        program, low, high, Budget(_FOLLOWED if near else _MEASUREMENTS, "exact measurements", SLOPES * program.cost)
-    )
+    most, cost = _FOLLOWED if near else _MEASUREMENTS, _STEP + SLOPES * program.cost
+    exact = Exact(program, low, high, Budget(most, "exact measurements", cost))
     start = np.log(np.maximum(x, np.exp(low)))
     beside = Sqp(exact).beside(start) if near else None
     point = beside or Sqp(exact).run(start, only_feasible=only_feasible)

@@ -89,7 +89,7 @@ class Boundary:
     @property
     def precise(self) -> str:
         """The place with as many digits as are known of it; of whole numbers, and where it is wide, both sides."""
-        if self.below.dimension == "count" or self.wide:
+        if self.below.dimension == "count" or (self.wide and self.below.shown != self.above.shown):
             return f"between {self.below.shown} and {self.above.shown}"
         size, apart = abs(self.at), abs(self.above.value - self.below.value)
         digits = int(np.clip(np.ceil(np.log10(size / apart)), 3, 7)) if size and apart else 7

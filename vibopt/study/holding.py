@@ -266,6 +266,13 @@ class Road:
             self.known[value] = self.with_room(value)
         return self.known[value]
 
+    def told(self, value: float) -> State | None:
+        """The same; None where that takes more work than there is."""
+        try:
+            return self(value)
+        except SpentError:
+            return None
+
     def with_room(self, value: float, names: Collection[str] = (), by: float = 0.0) -> State:
         """The answer at a value where the bounds of what is touched leave a part more room; "refused" if they are none.
 
@@ -322,18 +329,21 @@ class Road:
 
         if not follows(self.job):
             return math.nan
-        with self._counted():
-            t, x = brink(self.job, self.fact, value, (good[0], bad), good[1].x)
+        try:
+            with self._counted():
+                t, x = brink(self.job, self.fact, value, (good[0], bad), good[1].x)
+        except SpentError:
+            return math.nan
         if math.isfinite(t):
             self.beside[value(t)] = tuple(x)
         return t
 
     def at(self, values: Sequence[float]) -> list[State | None]:
-        """The answers at several values, in any order; None where a batch has proven nothing."""
+        """The answers at several values, in any order; None where a batch has proven nothing, or work is spent."""
         missing = sorted({value for value in values if value not in self.known})
         if len(missing) >= FEWEST_TOGETHER and self.together and self._batch(missing):
             return [self.known.get(value) for value in values]
-        return [self(value) for value in values]
+        return [self.told(value) for value in values]
 
     def _batch(self, values: list[float]) -> bool:
         """Whether a batch answered them."""
@@ -368,6 +378,8 @@ class Road:
 
 def no_more(state: State, now: float) -> str:
     """Why there is no answer at a value beyond `now`."""
+    if state.status == "unproven":
+        return "nothing found, nothing proven"
     refused = f"the file cannot have {'more' if state.value > now else 'less'}"
     return refused if state.status == "refused" else "no design"
 

@@ -11,17 +11,11 @@ import numpy as np
 
 from vibopt.answer.entry import Entry, Way
 from vibopt.records import dataclass
-from vibopt.scene.scene import Scene
+from vibopt.study.axis import Axis, is_shelf
 from vibopt.study.holding import Road, State, difference, no_more
 from vibopt.study.seen import shown_value
-from vibopt.units import read_quantity, to_unit
-from vibopt.values.fact_at import FactAt
 from vibopt.work import SpentError
 
-STEP = 0.1
-"""A sensible step: a tenth of the number."""
-_NEAR = 0.05
-"""Part of the step by which rounding may change it."""
 _WIDEST = 6.0
 """Decades by which a limit is loosened; every other number goes to ten times, or a tenth."""
 _ALONE = (0.12, 0.3, 0.6, 1.0)
@@ -45,100 +39,8 @@ _TIGHTER, _LOOSER = 0.003, 0.1
 """Parts of a bound by which it is moved to see whether the goal feels it."""
 _NO_TURN = 1e-3
 """Decades behind a place within which the goal turns at the place itself: there it may feel next to nothing yet."""
-_TURN = math.pi / 2.0
 _NO_ANGLE = 1e-10
 """Angle [rad] below which a goal is the rounding of zero, as where places are chosen so that nothing tilts."""
-NO_STEP = "it is zero, and nothing says how large a step is"
-
-
-@dataclass(frozen=True, slots=True)
-class Axis:
-    """Values of a number by how far they are from what it is: in decades, whole steps, or parts of an extent.
-
-    complement
-        What is counted is what is left to one: 1 - value.
-    extent
-        Of numbers that may be zero or negative: what the whole way is [SI]; else 0.
-    """
-
-    fact: FactAt
-    complement: bool = False
-    extent: float = 0.0
-
-    def value(self, t: float) -> float:
-        """The number [SI] at t, 0 where it is."""
-        now = self.fact.value
-        if t == 0.0:
-            return now
-        if self.counted:
-            return max(now + round(t * max(now, 1.0) * (9.0 if t > 0.0 else 1.0)), 1.0)
-        if self.extent:
-            return now + t * self.extent
-        return 1.0 - (1.0 - now) * float(10.0**-t) if self.complement else now * float(10.0**t)
-
-    def at(self, value: float) -> float:
-        """Inverse of `value`."""
-        now = self.fact.value
-        if self.extent:
-            return (value - now) / self.extent
-        ratio = (1.0 - now) / (1.0 - value) if self.complement else value / now
-        return math.log10(ratio) if ratio > 0.0 else math.nan
-
-    @property
-    def counted(self) -> bool:
-        """Whether it is a whole number."""
-        return self.fact.dimension == "count"
-
-    def step(self, way: int) -> float:
-        """A sensible step, rounded so that it can be named as it is solved."""
-        now = self.fact.value
-        if self.counted:
-            return max(now + way, 1.0)
-        if self.extent:
-            aimed = now + way * (math.radians(1.0) if self.fact.dimension == "angle" else 0.01 * self.extent)
-        else:
-            aimed = 1.0 - (1.0 - now) * (1.0 - way * STEP) if self.complement else now * (1.0 + way * STEP)
-        return rounded(self.fact, aimed)
-
-
-def axis_of(fact: FactAt, extent: Callable[[], float], job: object = None) -> Axis | None:
-    """The axis of a number of a job; None where it is zero and nothing says how large a step is.
-
-    Only of a place it is asked how far the `extent` of all places is [m].
-    """
-    if fact.dimension == "angle" and not fact.path.startswith("limits."):
-        return Axis(fact, extent=_TURN)
-    if fact.dimension == "length" and (fact.signed or is_place(fact)):
-        return Axis(fact, extent=extent())
-    steps = fact.path.split(".")
-    complement = steps[0] == "limits" and isinstance(job, Scene) and job.limits[steps[1]].complement
-    size = 1.0 - fact.value if complement else fact.value
-    below = fact.value < 0.0 and steps[0] != "limits"
-    return Axis(fact, complement=complement) if size > 0.0 or below else None
-
-
-def is_shelf(path: str) -> bool:
-    """Whether a number is the weight of one piece of a shelf."""
-    return path.startswith("planes.") and path.split(".")[-2] == "shelf"
-
-
-def is_place(fact: FactAt) -> bool:
-    """Whether a length says where something is along the shaft."""
-    family, name, *_ = *fact.path.split("."), ""
-    return fact.path.endswith(".at") or (family in ("shaft", "quality") and name in ("bearings", "planes"))
-
-
-def rounded(fact: FactAt, aimed: float) -> float:
-    """A number with as few digits in its unit as leave the step what it is."""
-    step, unit = aimed - fact.value, fact.unit
-    for digits in range(1, 6):
-        number = float(f"{to_unit(aimed, unit, fact.dimension) if unit else aimed:.{digits - 1}e}")
-        value = number
-        if unit:
-            value = read_quantity(f"{number:.12g} {unit}", fact.dimension, amplitude=fact.amplitude).value
-        if abs(value - aimed) <= _NEAR * abs(step):
-            return value
-    return aimed
 
 
 @dataclass
@@ -193,12 +95,14 @@ class Along:
         far = (2.0 if self.axis.complement else _WIDEST) if wide else 1.0
         begin, last, other = self._first(direction, far)
         edge = self._entry(begin.value)
-        outermost = self._entry(self.axis.value(direction * far))
         there = self.road(edge.value).measure
-        if other is None:
-            flat = way.change == 0.0 and self.change(last) == 0.0
-            words = "changes nothing" if flat else ""
-            return replace(way, far=outermost, there=there, beyond=words)
+        if other is None or not self._close(begin, other):
+            seen = last if other is None else begin
+            if seen is self.here:
+                return way
+            flat = other is None and way.change == 0.0 and self.change(last) == 0.0
+            return replace(way, far=self._entry(seen.value), there=there, beyond="changes nothing" if flat else "")
+        outermost = self._entry(self.axis.value(direction * far))
         way = replace(way, until=edge, there=there, then=difference(begin, other), far=outermost)
         ended = self._ended(way, begin, other, direction, far)
         return self._looked_behind(ended, direction, far) if not self.loose and ended.beyond == NONE else ended
@@ -212,10 +116,10 @@ class Along:
         else:
             parts = np.linspace(end, far, (_BEHIND if self.road.together else _FEW_BEHIND) + 1)[1:]
             places = [self.axis.value(direction * float(part)) for part in parts if part > end]
-        try:
-            states = [state for state in self.road.at(places) if state is not None and state.status != "refused"]
-        except SpentError:
+        seen = self.road.at(places)
+        if None in seen and not self.road.together:
             return replace(way, far=way.ends)
+        states = [state for state in seen if state is not None and state.status != "refused"]
         again = next((self._entry(state.value) for state in states if state.good), None)
         return replace(way, looked=len(states), again=again)
 
@@ -246,7 +150,9 @@ class Along:
         """Where more of it changes nothing, or where no design is left."""
         if not other.good:
             return replace(way, ends=way.until, beyond=no_more(other, begin.value))
-        last = self.road(self.axis.value(direction * far))
+        last = self.road.told(self.axis.value(direction * far))
+        if last is None:
+            return way
         if not self.loose and last.good:  # a fact may have designs again
             behind = sorted(
                 (state for state in self.road.known.values() if not state.good), key=lambda state: abs(self._t(state))
@@ -254,6 +160,8 @@ class Along:
             last = next((state for state in behind if direction * self._t(state) > direction * self._t(other)), last)
         if not last.good:
             good, bad = self._edge(other, last, direction)
+            if not self._close(good, bad):
+                return way
             return replace(way, ends=self._entry(good.value), beyond=no_more(bad, good.value))
         if not self.key or self.key in last.held or direction != self.loose:
             return way
@@ -261,7 +169,9 @@ class Along:
             return replace(way, ends=way.until, beyond="nothing more to gain")
         inside = self._let_go(other, last, direction)
         if inside is None:
-            inside, _ = self._halved(other, last, direction, lambda state: not self._same_goal(state, last))
+            inside, outer = self._halved(other, last, direction, lambda state: not self._same_goal(state, last))
+            if not self._close(inside, outer):
+                return way
         return replace(way, ends=self._entry(inside.value), beyond="nothing more to gain")
 
     def _let_go(self, other: State, last: State, direction: int) -> State | None:
@@ -275,11 +185,15 @@ class Along:
         t = self.axis.at(value) if value is not None and not self.axis.counted else math.nan
         return self._beside(abs(t), direction) if abs(self._t(good)) < abs(t) < abs(self._t(bad)) else None
 
-    def _beside(self, t: float, direction: int) -> tuple[State, State]:
-        """The answers just before and just behind a place."""
-        return self.road(self.axis.value(direction * (t - _BESIDE))), self.road(
-            self.axis.value(direction * (t + _BESIDE))
-        )
+    def _beside(self, t: float, direction: int) -> tuple[State, State] | None:
+        """The answers just before and just behind a place; None where the work does not do."""
+        before, behind = (self.road.told(self.axis.value(direction * (t + off))) for off in (-_BESIDE, _BESIDE))
+        return None if before is None or behind is None else (before, behind)
+
+    def _close(self, good: State, bad: State) -> bool:
+        """Whether what lies between two is no more than what may be: the work may have ended what looks there."""
+        low, high = abs(self._t(good)), abs(self._t(bad))
+        return high - low <= (1.5 if self.axis.counted else max(_NO_TURN * high, 2.0 * _CLOSE * max(1.0, low)))
 
     def _same_goal(self, state: State, other: State) -> bool:
         if state.measure is None or other.measure is None:
@@ -292,6 +206,8 @@ class Along:
         before = self.here
         for again in (True, False):
             inner, last, outer = self._turn(before, before, before.like, direction, far)
+            if outer is not None and not self._close(inner, outer):
+                break
             if outer is not None and self._by_chance(before, inner, outer):
                 then = self._turn(before, outer, partial(self._as_before, before), direction, far)
                 if then[2] is None or abs(self._t(then[0])) - abs(self._t(outer)) > _NO_TURN:
@@ -340,7 +256,10 @@ class Along:
 
     def _idle(self, state: State, names: frozenset[str], by: float) -> bool:
         """Whether the goal stays as it is while the numbers of what is touched leave a part more room."""
-        return not names or self._same_goal(state, self.road.with_room(state.value, names, by))
+        try:
+            return not names or self._same_goal(state, self.road.with_room(state.value, names, by))
+        except SpentError:
+            return False
 
     def _scanned(
         self, begin: State, holds: Callable[[State], bool], direction: int, far: float
@@ -350,10 +269,12 @@ class Along:
         ladder = self._ladder(direction, far)
         begun = abs(self._t(begin))
         values = [value for value in ladder if abs(self._t_of(value)) > begun * (1.0 + 1e-12)]
-        states = self.road.at(values) if self.road.together else map(self.road, values)
+        states = self.road.at(values) if self.road.together else map(self.road.told, values)
         for state in states:
-            if state is None:
+            if state is None and self.road.together:
                 continue
+            if state is None:
+                break
             if not holds(state):
                 return good, state
             good = state
@@ -409,7 +330,9 @@ class Along:
                 places = [t if low + near < t < high - near else min(max(t, low + off), high - off)]
             for place in places:
                 if low < place < high:
-                    state = self.road(self.axis.value(direction * place))
+                    state = self.road.told(self.axis.value(direction * place))
+                    if state is None:
+                        return good, bad
                     good, bad = (state, bad) if state.like(like) else (good, state)
         return self._halved(good, bad, direction, like.like)
 
@@ -447,7 +370,10 @@ class Along:
             t = self.road.brink(lambda t: self.axis.value(direction * t), (low, good), high)
             if not low < t < high:
                 break
-            inner, outer = self._beside(t, direction)
+            beside = self._beside(t, direction)
+            if beside is None:
+                break
+            inner, outer = beside
             good, bad = (outer, bad) if outer.good else (inner if inner.good else good, outer if inner.good else inner)
         return self._halved(good, bad, direction, lambda state: state.good)
 

@@ -18,8 +18,8 @@ from vibopt.jobs import answer, asks_shares, facts, is_scene, noun_of
 from vibopt.records import dataclass
 from vibopt.report.machine_words import THOROUGH
 from vibopt.solve.method import Progress
+from vibopt.study.axis import is_shelf
 from vibopt.study.holding import caps_of, in_steps, is_looser, is_touched, measured_by
-from vibopt.study.one_way import is_shelf
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, NOT_ASKED, first_words, words_of
 from vibopt.study.purse import Purse, Ranked
 from vibopt.study.seen import goal_of, reason
@@ -31,11 +31,9 @@ if TYPE_CHECKING:
 
 PATIENCE = 2_000.0
 """Work of an answer [nominal ms] beyond which it is priced only when that is asked for."""
-ALLOWANCE, STEPS, STEPS_OF_LIMITS = 20_000.0, 50_000.0, 100_000.0
-"""Work of a table of prices [nominal ms] where not all is asked for; of its steps alone, and of those of limits."""
-_RANGES, _RANGES_OF_ACTIVE = 12_000.0, 60_000.0
-"""Work of ranges, those of what is ranked first, beyond that of the steps, as long as both are less than `STEPS`; and
-of those of the limits that hold the answer back, which come first."""
+ALLOWANCE, _OF_ACTIVE, _OF_STEPS = 20_000.0, 30_000.0, 100_000.0
+"""Work of a table of prices [nominal ms] where not all is asked for; beyond it of the ranges of the limits that hold
+the answer back, which come before others; and the most of steps of limits, of which none begins beyond `ALLOWANCE`."""
 OF_LIMITS = 2_000.0
 """The same for the limits alone, beside an answer."""
 _READ = ("runs", "readings", "influence", "conventions", "scatter", "quality")
@@ -160,9 +158,9 @@ def prices(
 
     ways = told("what a step buys")
     limits = sum(sort == LIMITS for _, sort in asked)
-    first, then = (max(most, STEPS_OF_LIMITS), max(most, STEPS)) if most == ALLOWANCE else (most, most)
-    rows = purse.stepped(asked[:limits], first, ways)  # which limit to argue about is what is asked for first
-    rows += purse.stepped(asked[limits:], then, lambda k: ways(limits + k))
+    # which limit to argue about is what is asked for first, whatever one answer takes
+    rows = purse.stepped(asked[:limits], max(most, _OF_STEPS if most == ALLOWANCE else 0.0), ways, begin=most)
+    rows += purse.stepped(asked[limits:], most, lambda k: ways(limits + k))
     rows.sort(key=lambda row: row.weight, reverse=True)
     rows = _ranged(purse, rows, most, told("how far that goes on"))
     notes = (*_left(rows), *_radii(job, rows), *_unpriced(job, rows, read))
@@ -186,9 +184,9 @@ def _ranged(purse: Purse, rows: list[Ranked], most: float, told: Callable[[int],
         return purse.ranged(rows, most, told)
     active = {name for name, one in purse.found.limits.items() if one.active}
     first = [row for row in rows if row.sort == LIMITS and _is_of(row.path, active, purse.found)]
-    held = purse.ranged(first, max(most, purse.spent + _RANGES_OF_ACTIVE), told)
+    held = purse.ranged(first, max(most, purse.spent + _OF_ACTIVE), told, shared=True)
     rest = [row for row in rows if row not in first]
-    after = purse.ranged(rest, max(most, min(purse.spent + _RANGES, STEPS)), lambda k: told(len(first) + k))
+    after = purse.ranged(rest, most, lambda k: told(len(first) + k))
     found = {row.path: row for row in (*held, *after)}
     return [found[row.path] for row in rows]
 

@@ -13,8 +13,9 @@ from vibopt.document.mistakes import Mistakes
 from vibopt.errors import PoolError, VibOptError
 from vibopt.jobs import facts, is_scene, of_document
 from vibopt.records import cached_property, dataclass
+from vibopt.study.axis import NO_STEP, Axis, axis_of
 from vibopt.study.holding import LEAST_WORK, Road, State, is_looser, state_of
-from vibopt.study.one_way import NO_STEP, Along, Axis, axis_of
+from vibopt.study.one_way import Along
 from vibopt.study.price_words import LIMITS, OF_WORK
 from vibopt.study.seen import shown_value
 from vibopt.values.fact_at import FactAt
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
     from vibopt.study.workers import Lost, Pool
 
-_A_RANGE = 30
-"""Answers that both ranges of a number take, one by one."""
+_A_RANGE, _FEW = 30, 6
+"""Answers that both ranges of a number take, one by one; and fewer, with which something is told of them."""
 _DEAR, _SMALL = 8.0, 2_000.0
 """How much more work than the answer as it is another may take, and how much any may [nominal ms]."""
 
@@ -94,8 +95,9 @@ class _Errand:
         Answers and designs that are there already, by value.
     ways
         Directions in which it steps, or the steps that are followed.
-    most, each
-        Work that all of it may take, and one answer [nominal ms].
+    most, each, share, step
+        Work that all of it may take, one answer, and each way, which then tells what it knows; and what a step took
+        [nominal ms].
     """
 
     document: Mapping[str, Any]
@@ -112,6 +114,8 @@ class _Errand:
     known: Mapping[float, State]
     beside: Mapping[float, tuple[float, ...]]
     most: float = math.inf
+    share: float = math.inf
+    step: float = 0.0
 
     @property
     def fact(self) -> FactAt:
@@ -141,13 +145,15 @@ def _looked(errand: _Errand, job: Job) -> _Seen:
         lambda state: state.worst.get(errand.key),
     )  # fmt: skip
     ways: tuple[Way, ...] | None
+    found = list[Way]()
     try:
-        ways = tuple(
-            along.ranged(way, -1 if way.value.value < errand.fact.value else 1)
-            if isinstance(way, Way)
-            else along.stepped(way)
-            for way in errand.ways
-        )
+        for way in errand.ways:
+            road.most = min(errand.most, road.work + errand.share)
+            if isinstance(way, Way):
+                found.append(along.ranged(way, -1 if way.value.value < errand.fact.value else 1))
+            else:
+                found.append(along.stepped(way))
+        ways = tuple(found)
     except SpentError:
         ways = None
     return _Seen(ways, road.work, road.known, road.beside)
@@ -187,12 +193,17 @@ class Purse:
         return state_of(self.job, self.found, 0.0)
 
     def stepped(
-        self, asked: Sequence[tuple[FactAt, str]], most: float, told: Callable[[int], None], *, loosened: bool = False
-    ) -> list[Ranked]:
-        """What a sensible step each way of each number does, or of a bound the `loosened` one alone."""
+        self, asked: Sequence[tuple[FactAt, str]], most: float, told: Callable[[int], None], *, loosened: bool = False,
+        begin: float = math.inf,
+    ) -> list[Ranked]:  # fmt: skip
+        """What a sensible step each way of each number does, or of a bound the `loosened` one alone.
+
+        Of none that does not `begin` before so much work is done.
+        """
         rows = [Ranked(fact.path, sort, shown_value(fact, fact.value)) for fact, sort in asked]
         errands = [self._errand(fact, loosened) for fact, _ in asked]
-        for k, seen in self._in_order(errands, [0.0 if one is None else len(one.ways) for one in errands], most, told):
+        needs = [0.0 if one is None else len(one.ways) for one in errands]
+        for k, seen in self._in_order(errands, needs, most, told, begin):
             errand = errands[k]
             if errand is None:
                 rows[k] = replace(rows[k], why=NO_STEP)
@@ -200,22 +211,27 @@ class Purse:
                 rows[k] = replace(rows[k], why=OF_WORK)
             else:
                 rows[k] = replace(rows[k], ways=seen.ways)
-                self._errands[rows[k].path] = replace(errand, known=seen.known, beside=seen.beside)
+                step = seen.work / max(len(seen.ways), 1)
+                self._errands[rows[k].path] = replace(errand, known=seen.known, beside=seen.beside, step=step)
         return rows
 
-    def ranged(self, rows: Sequence[Ranked], most: float, told: Callable[[int], None]) -> list[Ranked]:
-        """The same rows with how far each way goes on."""
-        found = list(rows)
+    def ranged(
+        self, rows: Sequence[Ranked], most: float, told: Callable[[int], None], *, shared: bool = False
+    ) -> list[Ranked]:
+        """The same rows with how far each way goes on; where the work is `shared`, each with as much of it."""
+        found, share = list(rows), (most - self.spent) / (2.0 * max(len(rows), 1)) if shared else math.inf
+        known = [self._errands.get(row.path) for row in rows]
         errands = [
-            replace(errand, ways=row.ways) if (errand := self._errands.get(row.path)) is not None else None
-            for row in rows
+            None if one is None or 2.0 * share < _FEW * one.step else replace(one, ways=row.ways, share=share)
+            for one, row in zip(known, rows, strict=True)
         ]
-        needs = [0.0 if one is None or one.road(self.job).together else _A_RANGE for one in errands]
-        for k, seen in self._in_order(errands, needs, most, told):
-            if errands[k] is not None:
-                left = seen is None or seen.ways is None
-                ways = rows[k].ways if seen is None or seen.ways is None else seen.ways
-                found[k] = replace(rows[k], ways=ways, why=f"its range was {OF_WORK}" if left else "")
+        needs = [0.0 if one is None or shared or one.road(self.job).together else _A_RANGE for one in errands]
+        for k, seen in self._in_order(errands, needs, math.inf if shared else most, told):
+            if known[k] is not None:
+                found[k] = replace(rows[k], ways=rows[k].ways if seen is None or seen.ways is None else seen.ways)
+                found[k] = replace(
+                    found[k], why=f"its range was {OF_WORK}" if found[k].ways and not found[k].ranged else ""
+                )
         return found
 
     def _errand(self, fact: FactAt, loosened: bool) -> _Errand | None:
@@ -235,15 +251,16 @@ class Purse:
         )  # fmt: skip
 
     def _in_order(
-        self, errands: Sequence[_Errand | None], needs: Sequence[float], most: float, told: Callable[[int], None]
-    ) -> Iterator[tuple[int, _Seen | None]]:
+        self, errands: Sequence[_Errand | None], needs: Sequence[float], most: float, told: Callable[[int], None],
+        begin: float = math.inf,
+    ) -> Iterator[tuple[int, _Seen | None]]:  # fmt: skip
         """The number of each errand, and what was seen; None where the work done before leaves too little for it."""
         ahead = None if self.pool is None else _Ahead(errands, needs, most, self)
         try:
             for k, errand in enumerate(errands):
                 told(k)
                 seen = None
-                if errand is not None and self.leaves(needs[k], most):
+                if errand is not None and self.spent <= begin and self.leaves(needs[k], most):
                     left = replace(errand, most=most - self.spent)
                     seen = _looked(left, self.job) if ahead is None else ahead.of(k)
                     self.spent += seen.work

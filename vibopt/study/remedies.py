@@ -20,8 +20,8 @@ from vibopt.jobs import answer, is_scene, noun_of, with_changes
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_positions
 from vibopt.solve.method import Progress
+from vibopt.study.axis import NO_STEP, Axis, axis_of
 from vibopt.study.holding import LEAST_WORK, Road
-from vibopt.study.one_way import NO_STEP, Axis, axis_of
 from vibopt.study.price_words import CAPS, LIMITS
 from vibopt.study.prices import ALLOWANCE, asked_of, tables_of
 from vibopt.study.purse import length_of

@@ -116,8 +116,9 @@ def change_words(boundary: Boundary, *, briefly: bool = False) -> str:
     """What changes where a fact rises over a boundary; in a figure `briefly`, without the weights themselves."""
     (before, first, had), (after, then, has) = boundary.before, boundary.after
     if before != after and "good" in (before, after):
-        bad = WORDS.get(before if after == "good" else after, "no design")
-        return f"designs begin; below, {bad}" if after == "good" else f"designs end; beyond, {bad}"
+        status = before if after == "good" else after
+        what, bad = "designs" if status == "infeasible" else "answers", WORDS.get(status, "no design")
+        return f"{what} begin; below, {bad}" if after == "good" else f"{what} end; beyond, {bad}"
     if {before, after} == {"met", "violated"}:
         return f"breaks {', '.join(then)}" if after == "violated" else f"holds; below, {', '.join(first)} broken"
     if before != after:

@@ -22,6 +22,7 @@ from vibopt.responses import HarmonicResponse
 from vibopt.signals import Band
 from vibopt.verify.over_bands import Reached
 from vibopt.verify.rubbing_states import RubbingStates
+from vibopt.work import worked
 
 _FIRST, _MOST = 6, 600
 """Half cycles from rest before roots are looked for, and at most."""
@@ -41,6 +42,8 @@ _COARSE, _LOOKED, _KEPT, _SPEEDS, _FREED = 9, 2, 256, 400, (1.01, 1.1, 1.18, 1.2
 which those are looked for at which what holds first slips, and parts of these."""
 
 
+_WORK = 5.0
+"""Of half a cycle [nominal ms]."""
 _Law = tuple[FloatArray, FloatArray]
 
 
@@ -156,6 +159,7 @@ class Rubbed:
 
     def half(self, start: FloatArray) -> list[_Stretch]:
         """From places and rates of the bodies at time zero on until the force has turned round."""
+        worked(_WORK)
         states, end = self.states, np.pi / self.omega
         time, now = 0.0, np.zeros(2 * len(states.places))
         now[self._own] = start

@@ -25,7 +25,7 @@ _MOST_NODES = 100
 _QUICK_NODES, _MANY = 16, 20_000_000
 """Nodes up to which every row is asked by itself, and combinations from which on it is worth more nodes."""
 _SAME = 1e-12
-MOST_STEPS, COST = 50_000_000, 1e-3
+MOST_STEPS, COST = 50_000_000, 3e-4
 """Steps of a search; work of one [nominal ms]."""
 _OF_SET, _OF_MEASURING = 200, 500
 _REFRESH = 200_000

@@ -26,7 +26,7 @@ from vibopt.work import Budget, worked
 
 GAP = 1e-6
 MOST_SLICES = 5000
-_COST = 5.0
+_COST = 3.0
 """Work of a slice, in exact measurements."""
 _ROUNDS = 40
 _BOLDER, _MOST_ASKED = 16.0, 0.25
