@@ -70,9 +70,44 @@ def test_where_none_is_idle_none_takes_anything() -> None:
     assert not divided(program, np.sqrt(program.low * program.high))
 
 
-@pytest.mark.slow
-def test_five_absorbers_share_the_mass_as_well_as_any_search_of_theirs_did() -> None:
-    """Starts alone end with two of them at work, 9 % above; SLSQP on exact peaks from 354 starts ends at 35.45 um."""
-    found = solve(from_dict(tower((0, 0, 0, 0, 2), SPRING)), explain=False)
+TOWERS = {
+    "two of any mass": (
+        (20.0, 10.2, 11.9, 97.5), (84412.0, 770912.0, 737022.0, 60410.0), (51.97, 112.17, 118.46, 97.08),
+        {"on": (3, 0), "mass": (0.1396, 6.98), "k": (116.9, 96320.0), "c": (0.008081, 1640.0)},
+        ("57.884..78.314 rad/s", 3, 2), 1.7950691e-3,
+    ),
+    "five of given mass": (
+        (15.0, 22.6, 21.4, 21.1), (912276.0, 606920.0, 46997.0, 378908.0), (0.0,) * 4,
+        {"on": (0, 2, 1, 1, 2), "mass": (0.875, 2.105, 2.273, 2.271, 1.016), "k": (3046.0, 130300.0), "c": (0.1, 1089)},
+        ("118..159.647 rad/s", 0, 0), 6.815374e-4,
+    ),
+    "five of any mass": (
+        (10.1, 19.6, 10.2, 30.6), (96973.0, 869975.0, 113065.0, 948722.0), (0.0,) * 4,
+        {"on": (0, 0, 0, 0, 2), "mass": (0.0705, 3.525), "k": (1472.0, 1326000.0), "c": (0.02038, 4324.0)},
+        ("289.011..408.887 rad/s", 2, 1), 3.545348e-5,
+    ),
+}  # fmt: skip
+"""Masses, springs and dampers of floors, absorbers on some with ranges, the force (1 kN) and where the motion counts,
+and the least of it that SLSQP found (scipy, own matrices, exchange of peaks, tuned at random, 60 to 350 starts)."""
+
+
+@pytest.mark.parametrize("name", ["two of any mass", *(pytest.param(n, marks=pytest.mark.slow) for n in [*TOWERS][1:])])
+def test_absorbers_on_towers_are_as_good_as_many_random_starts_of_another_search(name: str) -> None:
+    masses, springs, dampers, own, (speed, shaken, seen), theirs = TOWERS[name]
+    document = tower(own["on"], {"stiffness": ends(*own["k"], "N/m"), "damping": ends(*own["c"], "N s/m")})
+    for i, (m, k, c) in enumerate(zip(masses, springs, dampers, strict=True)):
+        document["bodies"][f"b{i}"] = {"mass": f"{m} kg"}
+        document["links"][f"l{i}"] |= {"stiffness": f"{k} N/m"} | ({"damping": f"{c} N s/m"} if c else {})
+    given_ = name.endswith("given mass")
+    for i, absorber in enumerate(document["absorbers"].values()):
+        absorber["mass"] = f"{own['mass'][i]} kg" if given_ else ends(*own["mass"], "kg")
+    document["limits"] = {} if given_ else {"mass": {"response": "absorber_mass", "at_most": f"{own['mass'][1]} kg"}}
+    document["excitations"]["f"] |= {"on": f"b{shaken}", "speed": speed}
+    document["goal"]["of"] = f"b{seen}"
+    found = solve(from_dict(document), explain=False)
     assert found.goal is not None
-    assert found.goal[1].value < 1.01 * 3.545348e-5
+    assert found.goal[1].value < (1.0 + 1e-4) * theirs
+
+
+def ends(low: float, high: float, unit: str) -> dict[str, str]:
+    return {"from": f"{low} {unit}", "to": f"{high} {unit}"}

@@ -47,8 +47,8 @@ _PROVABLE = 4
 """Continuous variables up to which the first design found may be proven."""
 _MEASUREMENTS = 5000
 """Exact measurements of designs."""
-_HOPS, _HOP = 8, 0.8
-"""Designs beside the best that are followed in vain before no more are, and how far (in logs) they are spread."""
+_HOPS, _HOP = 8, (0.8, 0.3)
+"""Designs beside the best that are followed in vain before no more are, and how far (in logs) they are put in turn."""
 _FAR, _LOST = 0.05, 0.5
 """Log violation beyond which a start is not followed: where a design is known and little is to be done; at all."""
 _DAMPING, _MUCH = (".damping", ".damping_ratio"), 0.25
@@ -259,11 +259,11 @@ class _Run:
             return []
         found: list[Design] = []
         vain = 0
-        for step in _HOP * (halton(_BATCHES * _HOPS, len(self.low)) - 0.5):
+        for number, step in enumerate(halton(_BATCHES * _HOPS, len(self.low)) - 0.5):
             goal, best = min([*good, *found])
             if vain == _HOPS or self.budget.over or self._agree([*good, *found]) >= _AGREED:
                 break
-            found += self._sharpened([np.clip(np.array(best) + step, self.low, self.high)])
+            found += self._sharpened([np.clip(np.array(best) + _HOP[number % 2] * step, self.low, self.high)])
             vain = 0 if min([*good, *found])[0] < goal - _SAME * abs(goal) else vain + 1
         return found
 

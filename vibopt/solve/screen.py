@@ -12,7 +12,7 @@ from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.signals import Band
-from vibopt.solve.ranges import log_box, natural_size, starts
+from vibopt.solve.ranges import halton, log_box, natural_size, starts
 
 _TRIED, _ASKED = 512, 64
 """Designs looked at, and those of them at which forms that take longer are asked."""
@@ -23,6 +23,8 @@ _ABOUT, _SPREADS, _DAMPED = 16, (-0.2, -0.1, -0.04, 0.04, 0.1, 0.2), (0.03, 0.1,
 """Devices tuned about so many frequencies, how far from each other, and their damping ratios."""
 _HEAVY, _LIGHTER = (0.8, 0.3, 0.1, 0.03), (1.0, 0.25, 0.1)
 """Parts of the greatest masses, and of its host that one is which rides on another."""
+_LEAST, _MOST = 0.005, 0.4
+"""Damping ratios of devices of which each is tuned by itself."""
 _LITTLE = 0.05
 """Part of the damping of those in the middle."""
 SPRINGS, _WEIGHTS = {"frequency", "tuning", "stiffness"}, (".mass", ".mass_ratio")
@@ -60,7 +62,7 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     if slow:
         merit[asked] += np.array([_merit(slow, np.exp(one)[None, :])[0] for one in y[asked]])
         asked = asked[np.argsort(merit[asked], kind="stable")]
-    parts = np.array_split(np.arange(_TRIED), max(count // 2, 1))
+    parts = np.array_split(np.arange(len(y))[-_TRIED:], max(count // 2, 1))
     spread = y[[part[merit[part].argmin()] for part in parts]]
     chosen: list[FloatArray] = []
     span = np.where(high > low, high - low, np.inf)
@@ -73,7 +75,7 @@ def promising(program: Program, count: int) -> list[FloatArray]:
 
 
 def tuned(program: Program) -> FloatArray:
-    """Designs y = log x (n, n_vars) whose devices are tuned side by side about many frequencies; none without devices.
+    """Designs y = log x (n, n_vars) whose devices are tuned side by side or each by itself; none without devices.
 
     Of several on each other those in the middle are damped little and each is lighter than what it rides on.
     """
@@ -84,23 +86,36 @@ def tuned(program: Program) -> FloatArray:
     about = np.geomspace(min(band.low for band in bands if band.high) or 1.0, max(band.high for band in bands), _ABOUT)
     heavy = [1.0] if all(device.mass for device in devices) else _HEAVY
     lighter = _LIGHTER if len(heavy) > 1 and any(device.depth for device in devices) else [1.0]
-    patterns = product(about, _SPREADS, _DAMPED, heavy, lighter)
     base = np.log(np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high))
-    return np.array([_tuned(program, devices, base, *pattern) for pattern in patterns])
+    side, found = np.linspace(-1.0, 1.0, len(devices)), list[FloatArray]()
+    for middle, apart, damped, part, lower in product(about, _SPREADS, _DAMPED, heavy, lighter):
+        shares = np.array([lower**one.depth for one in devices])
+        ratios = np.array([damped if one.last else _LITTLE * damped for one in devices])
+        found.append(
+            _tuned(program, devices, base, middle * (1.0 + apart * side), ratios, part * shares / shares.sum())
+        )
+    ends = np.array(sorted({(0.9 * max(band.low, 0.1 * band.high), 1.1 * band.high) for band in bands if band.high}))
+    for one in halton(_TRIED, 3 * len(devices) + 1):
+        place, damping, shares = one[:-1].reshape(3, -1)
+        low, high = ends[(len(ends) * place).astype(int)].T
+        w, ratios = low * (high / low) ** (len(ends) * place % 1.0), _LEAST * (_MOST / _LEAST) ** damping
+        found.append(
+            _tuned(program, devices, base, w, ratios, max(heavy) * min(heavy) ** one[-1] * shares / shares.sum())
+        )
+    return np.array(found)
 
 
 def _tuned(
-    program: Program, devices: list[MassOnSpring], base: FloatArray, about: float, spread: float, damped: float,
-    heavy: float, lighter: float,
+    program: Program, devices: list[MassOnSpring], base: FloatArray, speeds: FloatArray, ratios: FloatArray,
+    shares: FloatArray,
 ) -> FloatArray:  # fmt: skip
     x = np.exp(base)
-    parts = np.array([lighter**one.depth for one in devices])
-    for device, at, part in zip(devices, np.linspace(-spread, spread, len(devices)), parts / parts.sum(), strict=True):
-        ends = [axis.high for axis in program.axes if axis.path.endswith(_WEIGHTS)]
-        mass, w = device.mass or heavy * part * sum(ends), about * (1.0 + at)
-        ratio = damped if device.last else _LITTLE * damped
+    whole = sum(axis.high for axis in program.axes if axis.path.endswith(_WEIGHTS))
+    about = float(np.sqrt(speeds.min() * speeds.max()))
+    for device, w, ratio, share in zip(devices, speeds, ratios, shares, strict=True):
+        mass = device.mass or whole * share
         own = {"frequency": w, "stiffness": mass * w * w, "damping_ratio": ratio, "damping": 2.0 * ratio * mass * w}
-        own |= {"mass": mass, "mass_ratio": heavy * part * sum(ends), "tuning": w / about}
+        own |= {"mass": mass, "mass_ratio": whole * share, "tuning": w / about}
         for word, index in device.axes.items():
             x[index] = own.get(word, x[index])
     return np.asarray(np.log(np.maximum(x, 1e-300)))
