@@ -303,3 +303,13 @@ def test_a_point_is_not_let_go() -> None:
         "excitations.shaker lets b1 go, a point of a structure, and says nothing of how the rest of it is bent. Let a "
         'body go that stands there, or push it: kind = "pulse".'
     ) in str(refused.value)
+
+
+def test_a_mesh_that_is_braked_too_fast_is_told_its_way_out(tmp_path: Path) -> None:
+    stiff = chain([1e-6] * 3, 1e6, 1.0)[1:]
+    with pytest.raises(vo.InputError) as refused:
+        from_dict(shaken("half sine", carried(by_matrices(tmp_path, *stiff, [0, 2]))))
+    assert (
+        "more than the 100000 that are followed. Write a shorter load or a smaller damping, or give structures.frame "
+        "by its lowest modes."
+    ) in str(refused.value)

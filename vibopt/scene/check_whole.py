@@ -108,12 +108,13 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
         ):
             if many > known:
                 smaller = f'a smaller "to" for the {key}' if scene.variables else f"a smaller {key}"
+                fine = next((f"structures.{name}" for name, one in scene.structures.items() if one.modes is None), "")
+                way = f"give {fine} by its lowest modes" if fine else f"leave out a link that is as good as {rigid}"
                 damped = ", more damping" if key == "stiffness" and excitation.step == math.inf else ""
                 mistakes.add(
                     ("excitations", name),
                     f"excitations.{name} lasts {excitation.length:.4g} s, and {how}, more than the {known} that are "
-                    f"followed. Write a shorter load{damped} or {smaller}, or leave out a link that is as good as "
-                    f"{rigid}.",
+                    f"followed. Write a shorter load{damped} or {smaller}, or {way}.",
                 )
 
 

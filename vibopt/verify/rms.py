@@ -24,8 +24,8 @@ _UNDAMPED = 1e-13
 """Decay over frequency of a pole below which it counts as undamped."""
 _ROUNDING = 1e-28
 """Part of a squared response at its modes below which it is rounding."""
-_FAR = 40
-"""Halvings of a panel towards a pole, at most."""
+_FAR, _ENTRIES = 40, 3_000_000
+"""Halvings of a panel towards a pole, and entries of matrices at once, at most."""
 
 DIRECT = "white noise holds every frequency, and its force moves {on} at once"
 HIGH = "white noise holds every frequency, and what is asked does not fall off fast enough above those of {on}"
@@ -50,7 +50,10 @@ class Spectrum:
     noise: WhiteNoise
 
     def __call__(self, omega: FloatArray) -> FloatArray:
-        """Shape of `omega` [rad/s], greater than zero."""
+        """Shape of `omega` (n,) [rad/s], greater than zero."""
+        many = max(1, _ENTRIES // self.machine.n_free**2)
+        if len(omega) > many:
+            return np.concatenate([self(omega[k : k + many]) for k in range(0, len(omega), many)])
         one = np.ones(omega.shape, dtype=complex)
         with np.errstate(all="ignore"):
             moved = one if self.noise.family == "bodies" or self.noise.displaced else -one / omega**2
@@ -134,5 +137,11 @@ def _edges(poles: list[complex], last: float) -> FloatArray:
         edges += [pole.real + reach, pole.real - reach]
     found = np.unique(np.concatenate(edges))
     found = found[(found >= 0.0) & (found <= last)]
-    keep = np.concatenate([[True], np.diff(found) > 1e-15 * last])
-    return np.asarray(found[keep])
+    found = found[np.concatenate([[True], np.diff(found) > 1e-15 * last])]
+    at, kept = np.array(poles), [0]
+    for end in range(2, len(found)):  # of many poles the others bring more than are needed
+        low, high = found[kept[-1]], found[end]
+        away = np.hypot(np.maximum(np.maximum(low - at.real, at.real - high), 0.0), at.imag)
+        if high - low > away.min():
+            kept.append(end - 1)
+    return np.asarray(found[[*kept, -1]])
