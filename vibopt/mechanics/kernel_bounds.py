@@ -22,7 +22,7 @@ from vibopt.records import dataclass
 
 _PLACES, _SHARES = np.polynomial.legendre.leggauss(16)
 _NODES, _WEIGHTS = np.append(0.5 + 0.5 * _PLACES, 1.0), 0.5 * _SHARES
-_ROUNDING = 1.0 + 1e-9
+_ROUNDING, _LOST = 1.0 + 1e-9, 1e-14
 _APART = 1e6
 """Condition of modes up to which they are told apart well enough to bound by."""
 _SLIGHT = 1e-9
@@ -222,12 +222,21 @@ def _along(
 
 
 def _squares(a: FloatArray, rows: FloatArray, starts: FloatArray, spans: FloatArray) -> FloatArray:
-    """Integral of (row . z)^2 over times 0 to a span with z' = a z, of all starts (n, k, N) together: (n, n_rows)."""
+    """Integral of (row . z)^2 over times 0 to a span with z' = a z, of all starts (n, k, N) together: (n, n_rows).
+
+    With what rounding may have taken: where a reading is nothing beside what it is the difference of, that is all.
+    """
     if starts.shape[1] <= rows.shape[1]:
         moved = _integrals(a, starts, spans).sum(axis=1)
-        return np.asarray(((rows @ moved) * rows).sum(axis=-1))
-    seen = _integrals(a.mT, rows, spans)
-    return np.asarray(np.einsum("nsi,nsj,neij->ne", starts, starts, seen, optimize=True))
+        found, size = (((r @ m) * r).sum(axis=-1) for r, m in _and_size(rows, moved))
+    else:
+        seen = _integrals(a.mT, rows, spans)
+        found, size = (np.einsum("nsi,nsj,neij->ne", s, s, m, optimize=True) for s, m in _and_size(starts, seen))
+    return np.asarray(np.maximum(found, 0.0) + _LOST * size)
+
+
+def _and_size(some: FloatArray, others: FloatArray) -> tuple[tuple[FloatArray, FloatArray], ...]:
+    return (some, others), (np.abs(some), np.abs(others))
 
 
 def _integrals(a: FloatArray, starts: FloatArray, spans: FloatArray) -> FloatArray:

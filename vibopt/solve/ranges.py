@@ -43,11 +43,12 @@ def far_end(program: Program, axis: Axis) -> float:
     )
     longest = _longest_load(program)
     fastest = fastest or (_TURNED / np.sqrt(FAR) / longest if longest else 1e3)
-    springs, dampers = FAR * mass * fastest**2, FAR * mass * fastest
+    speed, springs, dampers = FAR * fastest, FAR * mass * fastest**2, FAR * mass * fastest
     if longest:
-        springs, dampers = min(springs, mass * (_TURNED / longest) ** 2), min(dampers, mass * _FADED / longest)
+        speed, springs = min(speed, _TURNED / longest), min(springs, mass * (_TURNED / longest) ** 2)
+        dampers = min(dampers, mass * _FADED / longest)
     ends = {"stiffness": springs, "damping": dampers, "mass": FAR * mass, "inertia": FAR * mass}
-    ends |= {"frequency": FAR * fastest, "torsional_stiffness": springs, "torsional_damping": dampers}
+    ends |= {"frequency": speed, "torsional_stiffness": springs, "torsional_damping": dampers}
     key = axis.path.rsplit(".", 1)[-1]
     return ends.get(key, FAR * 1e-5)
 
