@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.ranges import closed
-from vibopt.solve.regrouped import divided
+from vibopt.solve.regrouped import divided, retuned
 from vibopt.solve.solve import solve
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=30)
@@ -63,6 +63,31 @@ def test_half_of_a_device_goes_to_an_idle_one_and_both_are_alike_but_for_their_t
         assert y[masses[idle]] == y[masses[giver]] == 0.5 * x[masses[giver]]
         assert (y >= program.low).all()
         assert (y <= program.high).all()
+
+
+@few
+@given(st.sampled_from([SPRING, TUNED]), st.lists(st.floats(0.0, 1.0), min_size=9, max_size=9))
+def test_a_device_that_is_tuned_next_to_another_keeps_its_mass_and_its_damping_ratio(
+    own: dict[str, Any], parts: list[float]
+) -> None:
+    program = closed(pose(from_dict(tower((0, 0, 2), own))))
+    low, high = program.low, program.high
+    x = np.clip(np.sqrt(low * high) * (high / low) ** (0.2 * (np.array(parts) - 0.5)), low, high)
+
+    def told(y: np.ndarray) -> np.ndarray:
+        """Mass, own frequency or tuning, and damping ratio of each."""
+        m, spring, damper = y.reshape(3, 3).T
+        if own is TUNED:
+            return np.array([m, spring, damper])
+        return np.array([m, np.sqrt(spring / m), damper / (2.0 * np.sqrt(spring * m))])
+
+    before = told(x)
+    for y in retuned(program, x):
+        after = told(y)
+        (moved,) = np.flatnonzero((y != x).reshape(3, 3).any(axis=1))
+        assert after[[0, 2]] == pytest.approx(before[[0, 2]], rel=1e-12)
+        away = np.abs(np.log(after[1, moved] / np.delete(before[1], moved)))
+        assert np.abs(away - 0.02).min() < 1e-3
 
 
 def test_where_none_is_idle_none_takes_anything() -> None:

@@ -23,7 +23,7 @@ from vibopt.solve.local import refined
 from vibopt.solve.measured_pieces import SLOPES, Exact, Point
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import corners, halton, log_box, on_ends, starts
-from vibopt.solve.regrouped import divided, exchanged, left_out, likes
+from vibopt.solve.regrouped import divided, exchanged, left_out, likes, retuned
 from vibopt.solve.screen import promising, screenable
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, is_limited, late, worked
@@ -162,7 +162,7 @@ class _Run:
             x, claim = self._x(np.array(min(good)[1])), "the ranges alone permit no better goal"
             return Found("feasible", x, claim, self.method.name, details=self._details(1))
         good += self._mirrored(good)
-        good += self._divided(good)
+        good += self._regrouped(good)
         good += self._beside(good)
         good += self._one_less(good)
         good += self._mirrored(good)
@@ -291,16 +291,20 @@ class _Run:
             found += self._good([y, self._sharp(y)])
         return found
 
-    def _divided(self, good: list[Design]) -> list[Design]:
-        """What the best leads to with half of a device given to one that does next to nothing, as long as it helps."""
+    def _regrouped(self, good: list[Design]) -> list[Design]:
+        """What the best leads to with a device divided, or tuned next to another, as long as that is better."""
         found: list[Design] = []
-        waiting = [] if self.method.brief else divided(self.program, self._x(np.array(min(good)[1])))
+        waiting = [] if self.method.brief else self._groupings(min(good))
         while waiting and not self.budget.over:
             goal = min([*good, *found])[0]
-            found += self._good([self._sharp(np.log(np.maximum(waiting.pop(0), np.exp(self.low))), bar=np.inf)])
+            found += self._good([self._sharp(np.log(np.maximum(waiting.pop(0), np.exp(self.low))))])
             if min(found, default=(goal,))[0] < goal - _SAME * abs(goal):
-                waiting = divided(self.program, self._x(np.array(min(found)[1])))
+                waiting = self._groupings(min(found))
         return found
+
+    def _groupings(self, design: Design) -> list[FloatArray]:
+        x = self._x(np.array(design[1]))
+        return divided(self.program, x) + retuned(self.program, x)
 
     def _searched(self, begun: list[FloatArray]) -> list[Design]:
         """What all starts lead to that meets every limit: by sampled speeds first, then refined."""

@@ -1,8 +1,8 @@
-"""Designs beside one of several devices: two exchanged that are alike, one left out, half of one given to another."""
+"""Designs beside one of several devices: two exchanged, one left out, divided in two or tuned next to another."""
 
 from __future__ import annotations
 
-from itertools import combinations, product
+from itertools import combinations, permutations, product
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from vibopt.solve.screen import SPRINGS, MassOnSpring, masses_on_springs
 
 _SCALED = {"stiffness", "damping"}
 """Numbers of a device that go with the mass that hangs on it."""
-_IDLE, _NONE, _BESIDE = 1.5, 1e-6, 0.05
+_IDLE, _NONE, _BESIDE, _NEAR = 1.5, 1e-6, 0.05, 0.02
 """How much heavier than the lightest a device may be that does little, what counts as nothing, and how far it is tuned
 from what it is half of."""
 
@@ -79,6 +79,27 @@ def divided(program: Program, x: FloatArray) -> list[FloatArray]:
             y[i], y[one.axes[word]] = part * x[i] * apart, part * x[i] / apart
         found.append(np.clip(y, program.low, program.high))
     return found
+
+
+def retuned(program: Program, x: FloatArray) -> list[FloatArray]:
+    """Designs (n_vars,) in which one device is tuned next to another, as far damped as it was."""
+    hung, found = [one for one in masses_on_springs(program) if one.last], list[FloatArray]()
+    speeds = [_own(one, x) for one in hung]
+    for (one, w), (other, v) in permutations(zip(hung, speeds, strict=True), 2):
+        ratio = v / w * (1.0 + _NEAR * np.sign(w - v))
+        if one is not other and abs(np.log(ratio)) > _NEAR:
+            y = x.copy()
+            for word, i in one.axes.items():
+                y[i] *= ratio ** {"stiffness": 2.0, "damping": 1.0}.get(word, float(word in SPRINGS))
+            found.append(np.clip(y, program.low, program.high))
+    return found
+
+
+def _own(one: MassOnSpring, x: FloatArray) -> float:
+    """Frequency of a device on a host at rest, in whatever it is told."""
+    word = next(word for word in one.axes if word in SPRINGS)
+    mass = one.mass or (x[one.weight] if one.weight >= 0 else 1.0)
+    return float(np.sqrt(x[one.axes[word]] / mass)) if word == "stiffness" else float(x[one.axes[word]])
 
 
 def _unlike(program: Program, hung: list[MassOnSpring]) -> list[MassOnSpring]:
