@@ -315,7 +315,8 @@ def _along(road: Road, axis: Axis, way: int) -> tuple[float, float] | None:
 def _states(road: Road, values: list[float]) -> Iterator[bool]:
     """Whether there is a design at each value: at once where that is one batch, else one by one as they are asked."""
     if road.together:
-        yield from (state is not None and state.status in GOOD for state in road.at(values))
+        found = zip(values, road.at(values), strict=True)  # what the batch has not proven is asked alone
+        yield from (_good(road, value) if state is None else state.status in GOOD for value, state in found)
     else:
         yield from (_good(road, value) for value in values)
 
