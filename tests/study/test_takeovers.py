@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+from pathlib import Path
 
 import pytest
 
@@ -10,6 +12,7 @@ import vibopt as vo
 from vibopt.answer.entry import Way
 from vibopt.scene.read import from_text, with_changes
 from vibopt.study.prices import prices
+from vibopt.units import si_unit
 
 TEXT = """
 [bases.floor]
@@ -84,3 +87,42 @@ def test_a_tighter_limit_takes_over_where_the_goal_begins_to_rise() -> None:
     assert abs(drift(6348.9, end) - 1.0) < CLOSE
     assert goal_at(ALLOWED, 1.001 * end, "m") == 6348.9
     assert goal_at(ALLOWED, 0.998 * end, "m") > 6348.9 * (1.0 + 1e-4)
+
+
+SHELF = """part,rated load max [N],stiffness [N/mm],loss factor,price [EUR]
+A,1200,180,0.12,14
+B,1700,260,0.12,17
+C,2300,420,0.14,22
+D,2000,240,0.2,29
+"""
+PUMP = """
+bodies.pump.mass = "520 kg"
+links.feet.between = ["pump", "ground"]
+links.feet.part = { catalogue = "shelf.csv" }
+links.feet.count = { from = 4, to = 7, whole = true }
+excitations.shaft = { kind = "unbalance", on = "pump", unbalance = "0.08 kg m", speed = "1100 rpm" }
+limits.floor = { response = "transmitted_force", into = "ground", at_most = "300 N" }
+limits.start = { response = "displacement", of = "pump", over = "start-up", at_most = "1.4 mm" }
+goal.minimise = "price"
+"""
+
+
+def test_of_parts_the_choice_takes_over_and_not_what_it_brings(tmp_path: Path) -> None:
+    (tmp_path / "shelf.csv").write_text(SHELF)
+    (tmp_path / "pump.toml").write_text(PUMP)
+    job = vo.read(tmp_path / "pump.toml")
+    feet, count, seen = "links.feet.part", "links.feet.count", 0
+    for path in ("bodies.pump.mass", "limits.floor.at_most", "limits.start.at_most", "excitations.shaft.unbalance"):
+        row = prices(job, only=[path]).find(path)
+        for way in row.ways:
+            if way.until is None or " = " not in way.then:
+                continue
+            end, seen = way.until.value, seen + 1
+            out = end + 1e-3 * (end - row.now.value)
+            unit = si_unit(way.until.dimension)
+            sides = [vo.solve(vo.with_changes(job, {path: f"{x!r} {unit}"})) for x in (2.0 * end - out, out)]
+            inside, outside = (
+                {f"{feet} = {one.places[feet].value}", f"{count} = {one.variables[count].value.shown}"} for one in sides
+            )
+            assert set(re.findall(r"links\.\S+ = \w+", way.then)) == inside ^ outside
+    assert seen >= 4

@@ -16,6 +16,7 @@ from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, with_changes
 from vibopt.records import cached_property, dataclass
+from vibopt.report.catalogue_choices import tied
 from vibopt.solve import solve
 from vibopt.study.seen import goal_of
 from vibopt.values.fact_at import FactAt
@@ -120,7 +121,7 @@ def state_of(job: Job, answer: Answer[Any], value: float) -> State:
     held = {name for name, limit in answer.limits.items() if limit.active}
     ends = {path: chosen.at_bound for path, chosen in answer.variables.items() if chosen.at_bound}
     held |= {f"{path} at {_PLACES['high' if end == 'to' else 'low']}" for path, end in ends.items()}
-    listed = {variable.path for variable in answer.scene.variables if variable.values is not None}
+    listed = {variable.path for variable in answer.scene.variables if variable.values is not None} - tied(job).keys()
     held |= {f"{path} = {variable.value.shown}" for path, variable in answer.variables.items() if path in listed}
     held |= {f"{path} = {place.value}" for path, place in answer.places.items()}
     for one, x in zip(answer.scene.variables, answer.x, strict=False):
