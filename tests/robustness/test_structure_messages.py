@@ -255,8 +255,8 @@ def test_a_beam_that_has_lost_its_digits_is_not_trusted(tmp_path: Path) -> None:
     table = '[structures.skid]\nmass = "m.npz"\nstiffness = "k.npz"\npoints = { end = 19998 }\n'
     assert said(tmp_path, table) == [
         'bad.toml line 3: structures.skid.stiffness = "k.npz" does not hold enough digits: rounding each of its '
-        "entries once moves the receptance at end by 2.3 %, and 0.01 % is the most that can be trusted. The mesh is "
-        "much finer than the motion needs: take fewer elements, or give modes instead."
+        "entries once moves the receptance at end by 2.3 %, and 0.01 % is the most that can be trusted. Either "
+        "the mesh is much finer than the motion needs, or nothing holds it: take fewer elements, or give modes instead."
     ]
 
 

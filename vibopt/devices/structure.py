@@ -221,8 +221,8 @@ class StructureTable(Device):
             self._fault(
                 "K",
                 f"does not hold enough digits: rounding each of its entries once moves the receptance at {at} by "
-                f"{much}, and {100 * MOST_LOST:g} % is the most that can be trusted. The mesh is "
-                "much finer than the motion needs: take fewer elements, or give modes instead.",
+                f"{much}, and {100 * MOST_LOST:g} % is the most that can be trusted. Either the mesh is "
+                "much finer than the motion needs, or nothing holds it: take fewer elements, or give modes instead.",
             )
 
     def _check_condensed(self) -> None:

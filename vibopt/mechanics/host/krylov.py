@@ -114,8 +114,11 @@ def _on_modes(small: dict[str, FloatArray], points: dict[str, FloatArray], loss_
     squares, shapes = _modes(small["M"].astype(np.longdouble), small["K"].astype(np.longdouble))
     damping = (shapes.T @ small["C"] @ shapes).astype(float)
     rows = {name: (row.astype(np.longdouble) @ shapes).astype(float) for name, row in points.items()}
+    size = np.abs(damping).max(initial=0.0)
+    free = (squares == 0.0) & (np.abs(damping).max(axis=1, initial=0.0) <= 1e-15 * size)
+    damping[free], damping[:, free] = 0.0, 0.0  # rounding would hold what is free to the ground
     off = damping - np.diag(np.diag(damping))
-    if np.abs(off).max(initial=0.0) <= 1e-13 * np.abs(damping).max(initial=0.0):
+    if np.abs(off).max(initial=0.0) <= 1e-13 * size:
         damping = np.diag(np.diag(damping))
     return Coordinates(np.ones(len(squares)), squares, damping, rows, loss_factor)
 
