@@ -11,6 +11,7 @@ import pytest
 import vibopt as vo
 from vibopt.answer.entry import Way
 from vibopt.scene.read import from_text, with_changes
+from vibopt.solve import solve
 from vibopt.study.prices import prices
 from vibopt.units import si_unit
 
@@ -126,3 +127,25 @@ def test_of_parts_the_choice_takes_over_and_not_what_it_brings(tmp_path: Path) -
             )
             assert set(re.findall(r"links\.\S+ = \w+", way.then)) == inside ^ outside
     assert seen >= 4
+
+
+FLOORS = """
+bodies = { f1.mass = "8 t", f2.mass = "6 t" }
+links.c1 = { between = ["f1", "ground"], stiffness = "6 MN/m", damping = "8 kN s/m" }
+links.c2 = { between = ["f2", "f1"], stiffness = "5 MN/m", damping = "6 kN s/m" }
+excitations.fan = { kind = "force", on = "f2", amplitude = "500 N", speed = "2..8 Hz", varies = "constant" }
+limits.mass = { response = "total_mass", at_most = "14.3 t" }
+goal = { minimise = "displacement", of = "f2" }
+[absorbers]
+low = { on = "f1", mass = { from = "10 kg", to = "400 kg" }, frequency = { from = "2 Hz", to = "9 Hz" }, damping_ratio = 0.12 }
+top = { on = "f2", mass = { from = "10 kg", to = "400 kg" }, frequency = { from = "2 Hz", to = "9 Hz" }, damping_ratio = 0.12 }
+"""  # noqa: E501
+
+
+@pytest.mark.parametrize("allowed", [12.9, 14.0, 14.015])
+def test_beside_a_design_that_there_is_none_is_proven_as_without_it(allowed: float) -> None:
+    """The floors are 14 t, and either absorber 10 kg at least."""
+    near = (100.0, 3.0, 100.0, 3.0)
+    job = with_changes(from_text(FLOORS), {"limits.mass.at_most": f"{allowed} t"})
+    assert solve(job, explain=False).status == "infeasible"
+    assert solve(job, explain=False, near=near).status == "infeasible"

@@ -55,7 +55,10 @@ def best_of(
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
     told: Told | None = {} if method is None and near is None and not uncertain(scene) else None
     chosen = outright or _with_proof(finite, choose(finite, method, near), told)
-    found = sure or _hopeless(finite, chosen, method, near) or chosen.solve(finite, progress)
+    early = _hopeless(finite, chosen, method) if near is None else None
+    found = sure or early or chosen.solve(finite, progress)
+    if near is not None and found.status == "unproven":  # where few starts find none, there may be none
+        found = _hopeless(finite, chosen, method) or found
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
         found = _unsettled(finite, found, progress)
@@ -116,11 +119,9 @@ def _bounded(program: Program, found: Found, told: Told | None) -> Found:
     return passive()
 
 
-def _hopeless(
-    program: Program, chosen: Method, method: str | Method | None, near: Sequence[float] | None
-) -> Found | None:
+def _hopeless(program: Program, chosen: Method, method: str | Method | None) -> Found | None:
     """That there is no design, where few boxes show it before a search that would take longer."""
-    if method is not None or near is not None or chosen.name.startswith("closed_form"):
+    if method is not None or chosen.name.startswith("closed_form"):
         return None
     from vibopt.solve.relaxed import hopeless
 
