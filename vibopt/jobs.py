@@ -174,6 +174,10 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
         A path that the job does not have, or a value that does not fit there.
     """
     document, now = job.document, job
+    aside = next((path for path in changes if path.partition(".")[0] == "scenarios"), None)
+    if aside is not None:
+        way = "Change the scenario in the file, or give the path behind its name."
+        raise InputError(f"{job.name}: {aside} is part of a scenario, and of no answer without it. {way}")
     read, notes = resolved(job, changes)
     written: set[str] = set()
     for path, value in read.items():

@@ -48,6 +48,16 @@ def press(tmp_path: Path) -> Path:
     return file
 
 
+@pytest.mark.parametrize("path", ["scenarios.light.foo", "scenarios.light.bodies.press.mass", "scenarios.other.x"])
+def test_a_scenario_is_not_changed_by_a_path(press: Path, path: str) -> None:
+    """It was changed without a word, and the answer was that without it."""
+    error = refused(vo.with_changes, open_job(press), {path: "260 kg"})
+    assert str(error) == (
+        f"press.toml: {path} is part of a scenario, and of no answer without it. "
+        "Change the scenario in the file, or give the path behind its name."
+    )
+
+
 def test_a_scenario_is_its_changes(run: Run, press: Path) -> None:
     job = open_job(press)
     assert scenarios_of(job)["light"] == {"bodies.press.mass": "270 kg", "limits.start_up.at_most": "22 mm"}
