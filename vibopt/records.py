@@ -44,7 +44,7 @@ else:
 
 
 _NO_FIELD = ("ClassVar", "typing.ClassVar")
-_FEW = 5
+_FEW = 12
 """Objects of a class from which on compiling an `__init__` for it pays."""
 
 
