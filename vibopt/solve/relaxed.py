@@ -24,6 +24,7 @@ from vibopt.solve.boundable import FAR, no_rows, refusal
 from vibopt.solve.branch import first_speeds
 from vibopt.solve.interchange import orders
 from vibopt.solve.method import Found, Told
+from vibopt.solve.screen import masses_on_springs
 from vibopt.work import Budget
 
 NAME = "boxes"
@@ -37,7 +38,8 @@ looked at before any search whether there is a design."""
 _EARLY, _LITTLE = 0.33, 0.7
 """Part of these boxes after which so much of the way to the goal must be gained for the others to be looked at."""
 _WHOLE = 4
-"""Variables of which all boxes are looked at: mostly they prove all, and rise late where two devices can take turns."""
+"""Variables of devices on one host of which all boxes are looked at: mostly they prove all, and they rise late where
+devices can take turns."""
 _PLANE = 2
 """Variables up to which a search for a design is as quick as boxes that say there is none."""
 _BATCH, _SPEEDS = 128, 64
@@ -155,11 +157,13 @@ class _Relaxed:
         frontier, low, high = Frontier(self.budget), np.log(self.program.low)[None], np.log(self.program.high)[None]
         frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
         begun = np.inf
+        hosts = [device.host for device in masses_on_springs(self.program) if device.host]
+        whole = low.shape[1] <= _WHOLE and len(set(hosts)) < len(hosts)
         while frontier and not frontier.over:
             begun = min(begun, frontier.bound) if np.isfinite(frontier.bound) else begun
             part = self.budget.spent / (_PATIENCE * self.budget.most)
             slow = part > _EARLY and frontier.bound < begun + _LITTLE * (bar - begun)
-            if (part > 1.0 or slow) and low.shape[1] > _WHOLE and frontier.bound < floor():
+            if (part > 1.0 or slow) and not whole and frontier.bound < floor():
                 break
             boxes = _Boxes(*frontier.take(_BATCH))
             if not (boxes.high > boxes.low).any():  # rounding leaves nothing to split
