@@ -91,8 +91,9 @@ def _ladder(panel: Any, ladder: str, sizes: Sequence[Size], lines: Sequence[Fit]
                    mfc=colour, mec=INK, mew=0.6, zorder=5)  # fmt: skip
         first_place = some[0].size, some[0].seconds
         panel.annotate(
-            method.split(";")[0], first_place, xytext=(5, -10), textcoords="offset points", fontsize=SIZE - 3, color=INK
-        )
+            method.split(";")[0], first_place, xytext=(5, -10), textcoords="offset points", fontsize=SIZE - 3,
+            color=INK, bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5}, zorder=5,
+        )  # fmt: skip
         for one in some:
             panel.plot([one.size] * 2, one.quartiles, color=INK, lw=1.2, zorder=4)
     for line in lines:
