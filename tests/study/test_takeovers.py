@@ -136,10 +136,17 @@ links.c2 = { between = ["f2", "f1"], stiffness = "5 MN/m", damping = "6 kN s/m" 
 excitations.fan = { kind = "force", on = "f2", amplitude = "500 N", speed = "2..8 Hz", varies = "constant" }
 limits.mass = { response = "total_mass", at_most = "14.3 t" }
 goal = { minimise = "displacement", of = "f2" }
-[absorbers]
-low = { on = "f1", mass = { from = "10 kg", to = "400 kg" }, frequency = { from = "2 Hz", to = "9 Hz" }, damping_ratio = 0.12 }
-top = { on = "f2", mass = { from = "10 kg", to = "400 kg" }, frequency = { from = "2 Hz", to = "9 Hz" }, damping_ratio = 0.12 }
-"""  # noqa: E501
+[absorbers.low]
+on = "f1"
+mass = { from = "10 kg", to = "400 kg" }
+frequency = { from = "2 Hz", to = "9 Hz" }
+damping_ratio = 0.12
+[absorbers.top]
+on = "f2"
+mass = { from = "10 kg", to = "400 kg" }
+frequency = { from = "2 Hz", to = "9 Hz" }
+damping_ratio = 0.12
+"""
 
 
 @pytest.mark.parametrize("allowed", [12.9, 14.0, 14.015])

@@ -55,10 +55,7 @@ def best_of(
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
     told: Told | None = {} if method is None and near is None and not uncertain(scene) else None
     chosen = outright or _with_proof(finite, choose(finite, method, near), told)
-    early = _hopeless(finite, chosen, method) if near is None else None
-    found = sure or early or chosen.solve(finite, progress)
-    if near is not None and found.status == "unproven":  # where few starts find none, there may be none
-        found = _hopeless(finite, chosen, method) or found
+    found = sure or _searched(finite, chosen, method, progress, near)
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
         found = _unsettled(finite, found, progress)
@@ -81,6 +78,18 @@ def best_of(
 
         return found, partial(hopeless_words, scene, program)
     return found, str
+
+
+def _searched(
+    program: Program, chosen: Method, method: str | Method | None, progress: Progress | None,
+    near: Sequence[float] | None,
+) -> Found:  # fmt: skip
+    """What a method finds, or that there is no design where few boxes show it: before a search that takes long."""
+    early = _hopeless(program, chosen, method) if near is None else None
+    found = early or chosen.solve(program, progress)
+    if near is not None and found.status == "unproven":  # where few starts find none, there may be none
+        return _hopeless(program, chosen, method) or found
+    return found
 
 
 def _chosen(program: Program, *, method: str | Method | None, progress: Progress | None) -> Found:
