@@ -24,14 +24,12 @@ class Stroke(HarmonicResponse):
     """
 
     of: str
+    names: ClassVar[dict[str, str]] = {"of": "absorber"}
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "twist"
     noise_twin: ClassVar[str] = "rms_relative_displacement"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "absorber")}
 
     def output(self, model: Model) -> Output:
         return across_link(model, self.of)
@@ -49,9 +47,7 @@ class OfAbsorber(Response):
     """
 
     of: str
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "absorber")}
+    names: ClassVar[dict[str, str]] = {"of": "absorber"}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         one = model.properties[self.of, self.response]

@@ -27,6 +27,7 @@ class DampingOfModes(OfWhirls):
 
     of: str | None = None
     mode: int = 1
+    names: ClassVar[dict[str, str]] = {"of": "link"}
     dimension: ClassVar[str] = "ratio"
     of_link: ClassVar[bool] = True
     ratio: ClassVar[bool] = True
@@ -48,9 +49,6 @@ class DampingOfModes(OfWhirls):
     @property
     def free_vibration(self) -> str:
         return "damping ratio of free vibration" if self.of is None else ""
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "link")} if self.of is not None else {}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if self.spins:

@@ -23,6 +23,7 @@ class InsertionLoss(HarmonicResponse):
     """
 
     across: str
+    names: ClassVar[dict[str, str]] = {"across": "joining link"}
     normalised: ClassVar[bool] = True
     less_is_worse: ClassVar[bool] = True
     unit_without: ClassVar[str] = "dB"
@@ -34,9 +35,6 @@ class InsertionLoss(HarmonicResponse):
     @property
     def ratio_to(self) -> tuple[str, str, str]:
         return "bodies", "insertion loss needs a force on a body", ""
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"across": (self.across, "joining link")}
 
     def output(self, model: Model) -> Output:
         return at_point(model, model.ends[self.across][1])

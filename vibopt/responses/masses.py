@@ -37,14 +37,12 @@ class Mass(Response):
     """
 
     of: str
+    names: ClassVar[dict[str, str]] = {"of": "mass"}
     against_friction: ClassVar[str] = ""
     dimension: ClassVar[str] = "mass"
     moves: ClassVar[str] = "line"
     twin: ClassVar[str] = "inertia"
     in_space: ClassVar[str] = "body"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "mass")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return owned_by(model, self.of, INERTIA, weighs=True)

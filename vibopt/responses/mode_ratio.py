@@ -29,6 +29,7 @@ class RatioInMode(Response):
     of: str
     relative_to: str
     mode: int = 1
+    names: ClassVar[dict[str, str]] = {"of": "body", "relative_to": "body"}
     signed: ClassVar[bool] = True
 
     @model_validator(mode="after")
@@ -36,9 +37,6 @@ class RatioInMode(Response):
         if self.mode < 1:
             raise word("has a mode below 1. Modes are counted from 1, the lowest.")
         return self
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "body"), "relative_to": (self.relative_to, "body")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return ModeRatio(self.mode, model.points[self.of], model.points[self.relative_to])

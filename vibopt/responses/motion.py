@@ -23,6 +23,7 @@ class MotionOf(HarmonicResponse):
     """
 
     of: str
+    names: ClassVar[dict[str, str]] = {"of": "body"}
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
     power: ClassVar[int] = 0
@@ -35,9 +36,6 @@ class MotionOf(HarmonicResponse):
         """In space, the direction or the axis that is asked about, of kinds that have one."""
         way: Direction | None = getattr(self, self.in_space, None)
         return way
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "body")}
 
     def output(self, model: Model) -> Output:
         if self.way is None:

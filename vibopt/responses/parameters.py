@@ -33,11 +33,9 @@ class OfLink(Response):
     """
 
     of: str
+    names: ClassVar[dict[str, str]] = {"of": "link"}
     against_friction: ClassVar[str] = ""
     of_link: ClassVar[bool] = True
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "link")}
 
 
 class OfMount(OfLink):

@@ -22,6 +22,7 @@ class RelativeDisplacement(HarmonicResponse):
     """
 
     across: str
+    names: ClassVar[dict[str, str]] = {"across": "link"}
     against_friction: ClassVar[str] = ""
     dimension: ClassVar[str] = "length"
     amplitude: ClassVar[bool] = True
@@ -30,9 +31,6 @@ class RelativeDisplacement(HarmonicResponse):
     twin: ClassVar[str] = "twist"
     noise_twin: ClassVar[str] = "rms_relative_displacement"
     transient_twin: ClassVar[str] = "peak_relative_displacement"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"across": (self.across, "link")}
 
     def output(self, model: Model) -> Output:
         return across_link(model, self.across)

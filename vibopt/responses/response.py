@@ -70,6 +70,8 @@ class Response(Table):
     `complement` (the value is one minus the form's value), `less_is_worse` (a measure shows the least), `signed` (the
     value has a sign and is only measured), `unit_without` (in which it is shown where nobody says one).
 
+    names
+        Keys that name something, with its family: "body", "link", "joining link" (of two bodies), "point", ...
     moves
         "line" or "axis": it speaks of what moves along one, or about one; "" of either.
     twin, noise_twin, transient_twin
@@ -137,6 +139,7 @@ class Response(Table):
     sort: ClassVar[Sort] = "steady"
     signed: ClassVar[bool] = False
     unit_without: ClassVar[str] = ""
+    names: ClassVar[dict[str, str]] = {}
     moves: ClassVar[str] = ""
     twin: ClassVar[str] = ""
     noise_twin: ClassVar[str] = ""
@@ -277,8 +280,9 @@ class Response(Table):
         return self
 
     def places(self) -> dict[str, tuple[str, str]]:
-        """Names used, by key: (name, family), family "body", "link", "joining link" (of two bodies), "point", ..."""
-        return {}
+        """Names used, by key: (name, family), as `names` has them."""
+        given = {key: (getattr(self, key), family) for key, family in self.names.items()}
+        return {key: place for key, place in given.items() if place[0] is not None}
 
     def seen_in(self, model: Model) -> Model:
         """The model that it speaks of: of what spins, forward or backward whirl."""

@@ -42,13 +42,11 @@ class StaticLoadOfMount(Response):
 
     of: str
     direction: Direction | None = None
+    names: ClassVar[dict[str, str]] = {"of": "mount"}
     dimension: ClassVar[str] = "force"
     other_bound: ClassVar[str] = " (or give the mount its rating)"
     moves: ClassVar[str] = "line"
     of_mount: ClassVar[str] = "each"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "mount")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         way = self._way(model.axes[f"{self.of}.z"])
@@ -90,12 +88,10 @@ class Tilt(Response):
 
     of: str
     axis: Direction
+    names: ClassVar[dict[str, str]] = {"of": "body"}
     dimension: ClassVar[str] = "angle"
     moves: ClassVar[str] = "axis"
     in_space: ClassVar[str] = "whole"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "body")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return StaticRow(
@@ -120,12 +116,10 @@ class OfMount(Response):
 
     of: str
     direction: Direction | None = None
+    names: ClassVar[dict[str, str]] = {"of": "mount"}
     dimension: ClassVar[str] = "length"
     moves: ClassVar[str] = "line"
     of_mount: ClassVar[str] = "axes"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "mount")}
 
 
 class Travel(OfMount, HarmonicResponse):
@@ -174,6 +168,7 @@ class EnergyShareOfBody(Response):
     of: str
     direction: Direction | None = None
     axis: Direction | None = None
+    names: ClassVar[dict[str, str]] = {"of": "body"}
     in_space: ClassVar[str] = "whole"
 
     @model_validator(mode="after")
@@ -188,9 +183,6 @@ class EnergyShareOfBody(Response):
         way = self.direction or self.axis
         assert way is not None
         return way
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "body")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         kind = "r" if self.axis is not None else ""

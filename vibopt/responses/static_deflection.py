@@ -28,6 +28,7 @@ class StaticDeflection(Response):
 
     of: str
     direction: Direction = (0.0, 0.0, 1.0)
+    names: ClassVar[dict[str, str]] = {"of": "body or link"}
     dimension: ClassVar[str] = "length"
     against_friction: ClassVar[str] = "is not known, for friction holds the weight anywhere near where the spring would"
     moves: ClassVar[str] = "line"
@@ -35,9 +36,6 @@ class StaticDeflection(Response):
     in_space: ClassVar[str] = "place"
     of_mount: ClassVar[str] = "axis"
     sags: ClassVar[bool] = True
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "body or link")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if self.of in model.links:

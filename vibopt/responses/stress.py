@@ -32,10 +32,7 @@ class _OfBeam(Response):
     dimension: ClassVar[str] = "stress"
     moves: ClassVar[str] = "line"
     of_link: ClassVar[bool] = True
-    asks: ClassVar[str] = "link"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, self.asks)}
+    names: ClassVar[dict[str, str]] = {"of": "link"}
 
 
 class BendingStress(_OfBeam, HarmonicResponse):
@@ -46,7 +43,7 @@ class BendingStress(_OfBeam, HarmonicResponse):
     Of a rotor it is the greatest at its stations, discs and ends of sections, on either side of each.
     """
 
-    asks: ClassVar[str] = "link or rotor"
+    names: ClassVar[dict[str, str]] = {"of": "link or rotor"}
     of_rotor: ClassVar[bool] = True
     in_planes: ClassVar[bool] = True
     amplitude: ClassVar[bool] = True
@@ -92,7 +89,7 @@ class StaticBendingStress(_OfBeam):
     """
 
     against_friction: ClassVar[str] = "is not known, for friction holds the weight anywhere near where the spring would"
-    asks: ClassVar[str] = "link or rotor"
+    names: ClassVar[dict[str, str]] = {"of": "link or rotor"}
     of_rotor: ClassVar[bool] = True
     sags: ClassVar[bool] = True
 
@@ -212,7 +209,7 @@ class ShearStress(BendingStress):
     """`response = "shear_stress"`: greatest in a round shaft that twists [Pa] peak, the dynamic part at its surface."""
 
     moves: ClassVar[str] = "axis"
-    asks: ClassVar[str] = "link"
+    names: ClassVar[dict[str, str]] = {"of": "link"}
     of_rotor: ClassVar[bool] = False
     twin: ClassVar[str] = "bending_stress"
     noise_twin: ClassVar[str] = ""

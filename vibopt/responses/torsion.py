@@ -65,12 +65,10 @@ class GearTorque(HarmonicResponse):
     """
 
     of: str
+    names: ClassVar[dict[str, str]] = {"of": "geared body"}
     dimension: ClassVar[str] = "moment"
     amplitude: ClassVar[bool] = True
     moves: ClassVar[str] = "axis"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "geared body")}
 
     def output(self, model: Model) -> Output:
         """All inertia that turns with it behind the teeth, less the torques of the links there."""
@@ -120,12 +118,10 @@ class Inertia(Response):
     """
 
     of: str
+    names: ClassVar[dict[str, str]] = {"of": "mass"}
     dimension: ClassVar[str] = "inertia"
     moves: ClassVar[str] = "axis"
     twin: ClassVar[str] = "mass"
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        return {"of": (self.of, "mass")}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return owned_by(model, self.of, INERTIA)

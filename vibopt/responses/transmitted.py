@@ -40,6 +40,7 @@ class IntoOrThrough(Response):
 
     into: str | None = None
     through: str | None = None
+    names: ClassVar[dict[str, str]] = {"into": "point", "through": "link"}
     dimension: ClassVar[str] = "force"
 
     @model_validator(mode="after")
@@ -47,11 +48,6 @@ class IntoOrThrough(Response):
         if (self.into is None) == (self.through is None):
             raise word('needs either into (a place) or through (a link). Write into = "ground".')
         return self
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        if self.into is not None:
-            return {"into": (self.into, "point")}
-        return {"through": (self.through or "", "link")}
 
 
 class Transmitted(IntoOrThrough, HarmonicResponse):
@@ -134,6 +130,7 @@ class Transmissibility(HarmonicResponse):
 
     into: str | None = None
     of: str | None = None
+    names: ClassVar[dict[str, str]] = {"into": "point", "of": "body"}
     normalised: ClassVar[bool] = True
     against_friction: ClassVar[str] = ""
 
@@ -149,11 +146,6 @@ class Transmissibility(HarmonicResponse):
             return "bodies", "transmissibility into a place is the force ratio to a force", ' Write of = "BODY".'
         moving = "transmissibility of a body is the motion ratio to a moving base"
         return "bases", moving, ' Write into = "ground".'
-
-    def places(self) -> dict[str, tuple[str, str]]:
-        if self.into is not None:
-            return {"into": (self.into, "point")}
-        return {"of": (self.of or "", "body")}
 
     def output(self, model: Model) -> Output:
         return _into(model, self.into) if self.into is not None else at_point(model, self.of or "")
