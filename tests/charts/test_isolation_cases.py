@@ -14,8 +14,8 @@ import pytest
 from click.testing import CliRunner
 
 from vibopt.charts.accuracy_figure import Dot, Scatter, accuracy_figure
-from vibopt.charts.chart_figures import LOOKS, Bars, fidelity_figure, stability_figure
-from vibopt.charts.fidelity import on_both_models
+from vibopt.charts.chart_figures import LOOKS, fidelity_figure, stability_figure
+from vibopt.charts.fidelity import Fidelity, on_both_models
 from vibopt.charts.isolation_cases import METHODS as CHARTED
 from vibopt.charts.isolation_cases import STOCK, ends_of, families, hidden_peak, on_the_edge, slivers
 from vibopt.charts.machines import fan, hall, press, star
@@ -358,8 +358,8 @@ def test_figures_of_stability_and_fidelity_are_drawn() -> None:
     figure = stability_figure(["thin set"], ["vibopt", "grid"], found)
     texts = [text.get_text() for text in figure.axes[0].texts]
     assert texts == ["2", "1", "1", "not asked"]
-    hall = Bars("hall", 5, 1, 20.0, math.nan, 0.0)
-    passage = Bars("passage", 0, 0, 300.0, math.nan, 0.4, kinds=("passage", "steady"))
+    hall = Fidelity("hall", 5, 1, "", 1.0, 20.0, 1.0, math.nan, 0.0, math.nan)
+    passage = Fidelity("passage", 0, 0, "", 1.0, 300.0, 1.0, math.nan, 0.4, math.nan, kinds=("passage", "steady"))
     for rows in ([hall, passage], [passage]):
         figure = fidelity_figure(rows)
         assert [text.get_text() for text in figure.axes[0].texts] == ["5 → 1", "passage → steady"][-len(rows) :]

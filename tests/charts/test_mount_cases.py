@@ -16,7 +16,8 @@ from hypothesis import strategies as st
 from refusals import refused
 from vibopt.charts import runner
 from vibopt.charts.accuracy_figure import Scatter, accuracy_figure
-from vibopt.charts.chart_figures import Bars, fidelity_figure
+from vibopt.charts.chart_figures import fidelity_figure
+from vibopt.charts.fidelity import Fidelity
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked, asked, families, machine_on
 from vibopt.charts.mount_fidelity import AUTOMATIC, fidelity
 from vibopt.charts.mount_machine import GRAVITY, LINE, SPACE, Machine, alike, drawn
@@ -317,7 +318,7 @@ def test_errors_of_mounts_are_called_a_price_in_the_figure() -> None:
     ("error", "ticks"), [(1e-15, ["0", "1e-14", "1e-11", "1e-08"]), (3.0, ["0", "1e-12", "1e-07", "1e-02"])]
 )
 def test_great_errors_have_their_place_on_the_axis(error: float, ticks: list[str]) -> None:
-    panel = fidelity_figure([Bars("a", 6, 1, 2.0, 2.0, error)]).axes[2]
+    panel = fidelity_figure([Fidelity("a", 6, 1, "", 1.0, 2.0, 1.0, 2.0, error, 0.0)]).axes[2]
     assert [one.get_text() for one in panel.get_xticklabels()] == ticks
     assert panel.get_xlim()[1] > error
 

@@ -12,11 +12,12 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.charts.verdicts import REFUSES, RIGHT, SAYS_SO, SILENT, UNPROVEN
-from vibopt.records import dataclass
 from vibopt.report.figures.paper import BLUE, COLOURS, FAINT, GRID, INK, RED, SIZE, STYLES, WIDTH, dress, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+    from vibopt.charts.fidelity import Fidelity
 
 _LEFT = 0.7
 """Where the bars of models begin."""
@@ -27,25 +28,6 @@ LOOKS = {
 """Colour, hatching and mark of each class in every figure."""
 _MORE = ("", "o", "s", "^")
 """Marks on the lines of those that have the dashes of another again: in grey a colour tells nothing."""
-
-
-@dataclass(frozen=True, slots=True)
-class Bars:
-    """One scene of the chart of fidelity; ratios are full model over reduced model."""
-
-    title: str
-    declared: int
-    used: int
-    measuring: float
-    solving: float
-    error: float
-    noise: float = math.nan
-    kinds: tuple[str, str] | None = None
-
-    @property
-    def said(self) -> str:
-        """What stands beside the bars: the counts, or the kinds of model."""
-        return " → ".join(self.kinds or (str(self.declared), str(self.used)))
 
 
 def headed(figure: Figure, words: str) -> None:
@@ -126,7 +108,7 @@ def _cell(axes: Any, column: int, row: int, found: Sequence[str]) -> None:
         left += part
 
 
-def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
+def fidelity_figure(rows: Sequence[Fidelity], above: str = "") -> Figure:
     """Degrees of freedom declared and used, time saved, and the error made, scene by scene; `above` is a note."""
     figure = sheet(WIDTH * 1.25, 1.6 + 0.34 * len(rows))
     axes: Any = figure.subplots(1, 3, sharey=True, width_ratios=(1.2, 1.0, 1.0))
@@ -137,7 +119,7 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
     axes[0].barh(counted, [rows[i].used for i in counted], 0.4, fc=BLUE, ec=BLUE, label="used")
     for y, row in zip(at, rows, strict=True):
         axes[0].annotate(
-            row.said,
+            " → ".join(row.counts),
             (row.declared or _LEFT, y),
             xytext=(3, 0),
             textcoords="offset points",
@@ -146,7 +128,7 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
         )
     axes[0].set_xscale("log")
     axes[0].set_xlim(_LEFT, 12.0 * max((rows[i].declared for i in counted), default=1))  # room for the words
-    axes[0].set_yticks(at, [row.title for row in rows], fontsize=SIZE - 1)
+    axes[0].set_yticks(at, [row.case for row in rows], fontsize=SIZE - 1)
     axes[0].invert_yaxis()
     dress(axes[1], "Time saved", "time on the full over the reduced model", "")
     axes[1].set_xscale("log")
@@ -158,14 +140,14 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
             [place - 0.4, place + 0.4], 1.0 / noise, noise, color=GRID, lw=0, zorder=0, label=said
         )  # fmt: skip
     axes[1].plot(
-        [row.measuring for row in rows], at, ls="", marker="s", ms=6, mfc="white", mec=INK, label="measuring a design"
+        [row.saved[0] for row in rows], at, ls="", marker="s", ms=6, mfc="white", mec=INK, label="measuring a design"
     )
-    axes[1].plot([row.solving for row in rows], at, ls="", marker="o", ms=6, mfc=BLUE, mec=BLUE, label="solving")
-    _plain_numbers(axes[1], [value for row in rows for value in (row.measuring, row.solving)])
+    axes[1].plot([row.saved[1] for row in rows], at, ls="", marker="o", ms=6, mfc=BLUE, mec=BLUE, label="solving")
+    _plain_numbers(axes[1], [value for row in rows for value in row.saved])
     dress(axes[2], "Error of the values", "greatest difference (part)", "")
     axes[2].set_xscale("log")
     axes[2].plot(
-        [max(row.error, 1e-17) for row in rows],
+        [max(row.value_error, 1e-17) for row in rows],
         at,
         ls="",
         marker="D",
@@ -174,7 +156,7 @@ def fidelity_figure(rows: Sequence[Bars], above: str = "") -> Figure:
         mec=INK,
         label="reduced against full",
     )
-    top = max([1e-6, *(10.0 * row.error for row in rows if math.isfinite(row.error))])
+    top = max([1e-6, *(10.0 * row.value_error for row in rows if math.isfinite(row.value_error))])
     axes[2].set_xlim(3e-18, top)
     ticks = [10.0**e for e in ((-14, -11, -8) if top < 1e-4 else (-12, -7, -2))]
     axes[2].set_xticks([1e-17, *ticks], ["0", *(f"{tick:.0e}" for tick in ticks)])

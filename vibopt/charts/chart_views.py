@@ -244,8 +244,7 @@ def fidelity_table(rows: tuple[Fidelity, ...], console: Console) -> None:
     heads = ("Scene", "Declared", "Used", "Measuring", "Solving", "Noise", "Error of values", "Error of goal")
     listed = [
         (
-            row.case, *(row.kinds or (str(row.declared), str(row.used))), _ratio(row.measuring_full / row.measuring),
-            _ratio(row.solving_full / row.solving), _ratio(row.noise), _part(row.value_error), _part(row.goal_error),
+            row.case, *row.counts, *map(_ratio, (*row.saved, row.noise)), _part(row.value_error), _part(row.goal_error),
         )
         for row in rows
     ]  # fmt: skip
@@ -329,24 +328,9 @@ def draw_stability(result: Chart) -> Figure:
 
 def draw_fidelity(rows: tuple[Fidelity, ...]) -> Figure:
     """What is declared and used, time saved, error."""
-    from vibopt.charts.chart_figures import Bars, fidelity_figure
+    from vibopt.charts.chart_figures import fidelity_figure
 
-    return fidelity_figure(
-        [
-            Bars(
-                row.case,
-                row.declared,
-                row.used,
-                row.measuring_full / row.measuring,
-                row.solving_full / row.solving,
-                row.value_error,
-                row.noise,
-                row.kinds,
-            )
-            for row in rows
-        ],
-        conditions().words,
-    )
+    return fidelity_figure(rows, conditions().words)
 
 
 def time_of(seconds: float) -> str:

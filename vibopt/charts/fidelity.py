@@ -65,6 +65,16 @@ class Fidelity:
     noise: float = math.nan
     kinds: tuple[str, str] | None = None
 
+    @property
+    def counts(self) -> tuple[str, str]:
+        """Freedoms declared and used, or the kinds of model, in words."""
+        return self.kinds or (str(self.declared), str(self.used))
+
+    @property
+    def saved(self) -> tuple[float, float]:
+        """Times of measuring and of solving on the full model over those on the smaller one."""
+        return self.measuring_full / self.measuring, self.solving_full / self.solving
+
 
 def of_kinds(
     case: str, kinds: tuple[str, str], whole: Callable[[], float], simple: Callable[[], float], runs: int

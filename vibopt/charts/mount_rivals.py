@@ -15,7 +15,7 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.charts import mount_milp
 from vibopt.charts.mount_cases import UNANSWERABLE, Asked
 from vibopt.charts.mount_machine import GRAVITY, Machine, Shelf
-from vibopt.charts.mount_truth import broken, every_choice, least_price, prices
+from vibopt.charts.mount_truth import beside, broken, every_choice, least_price, prices, rated
 from vibopt.charts.stopwatch import answered
 from vibopt.charts.trial import DEFAULT, Case, Said, Trial, judged
 from vibopt.charts.verdicts import REFUSES, RIGHT, SAYS_SO
@@ -273,22 +273,12 @@ def missed(machine: Machine, shelf: Shelf, chosen: IntArray, speeds: FloatArray)
     """
     mass, dynamic, static = machine.matrices(shelf, chosen)
     up, n = machine.kept.index(2), len(mass)
-    worst = np.full(len(chosen), -np.inf)
     weight = np.zeros((len(chosen), n, 1))
     weight[:, up] = machine.mass * GRAVITY
-    sag = np.linalg.solve(static, weight)[..., 0]
-    for group, rows in enumerate(machine.falls()):
-        carried = (sag @ np.array(rows).T) * shelf.static[chosen[:, group], None]
-        most, least = shelf.most[chosen[:, group]], shelf.least[chosen[:, group]]
-        own = (least - carried.min(axis=1)) / np.where(least > 0.0, least, most)
-        worst = np.maximum(worst, np.maximum(carried.max(axis=1) / most - 1.0, own))
+    worst = rated(machine, shelf, chosen, np.linalg.solve(static, weight)[..., 0])
     if machine.highest is not None or machine.apart is not None:
         values = np.sort(np.linalg.eigvals(np.linalg.solve(mass, dynamic.real)).real, axis=1)
-        own = np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)
-        if machine.highest is not None:
-            worst = np.maximum(worst, own[:, -1] / machine.highest - 1.0)
-        if machine.apart is not None:
-            worst = np.maximum(worst, 1.0 - np.diff(own, axis=1).min(axis=1) / machine.apart)
+        worst = np.maximum(worst, beside(machine, np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)))
     if machine.floor is not None or machine.sway is not None:
         every = np.append(speeds, machine.omega)
         stiff = dynamic[:, None] - (every**2)[:, None, None] * mass

@@ -56,13 +56,18 @@ def loads(machine: Machine, shelf: Shelf, chosen: IntArray, static: FloatArray) 
     held = np.array([np.linalg.matrix_rank(one, hermitian=True) == len(weight) for one in _scaled(static)])
     worst[~held] = np.inf
     sag = np.linalg.solve(static[held], np.broadcast_to(weight[:, None], (int(held.sum()), len(weight), 1)))[..., 0]
+    worst[held] = rated(machine, shelf, chosen[held], sag)
+    return worst
+
+
+def rated(machine: Machine, shelf: Shelf, chosen: IntArray, sag: FloatArray) -> FloatArray:
+    """Greatest violation of a rating, (n_choices,), where the coordinates sag so far (n_choices, n)."""
+    worst = np.full(len(chosen), -np.inf)
     for group, rows in enumerate(machine.falls()):
-        part = chosen[held, group]
-        carried = (sag @ np.array(rows).T) * shelf.static[part, None]
-        most, least = shelf.most[part], shelf.least[part]
-        above = carried.max(axis=1) / most - 1.0
+        carried = (sag @ np.array(rows).T) * shelf.static[chosen[:, group], None]
+        most, least = shelf.most[chosen[:, group]], shelf.least[chosen[:, group]]
         below = (least - carried.min(axis=1)) / np.where(least > 0.0, least, most)
-        worst[held] = np.maximum(worst[held], np.maximum(above, below))
+        worst = np.maximum(worst, np.maximum(carried.max(axis=1) / most - 1.0, below))
     return worst
 
 
@@ -74,10 +79,14 @@ def _scaled(stiff: FloatArray) -> FloatArray:
 
 def modes(machine: Machine, mass: FloatArray, dynamic: ComplexArray) -> FloatArray:
     """Greatest violation of the limits on natural frequencies, (n_choices,)."""
-    worst = np.full(len(dynamic), -np.inf)
     if machine.highest is None and machine.apart is None:
-        return worst
-    own = natural(mass, dynamic) / (2.0 * np.pi)
+        return np.full(len(dynamic), -np.inf)
+    return beside(machine, natural(mass, dynamic) / (2.0 * np.pi))
+
+
+def beside(machine: Machine, own: FloatArray) -> FloatArray:
+    """The same of natural frequencies that rise (n_choices, n) [Hz]."""
+    worst = np.full(len(own), -np.inf)
     if machine.highest is not None:
         worst = np.maximum(worst, own[:, -1] / machine.highest - 1.0)
     if machine.apart is not None:
