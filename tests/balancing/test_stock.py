@@ -246,6 +246,15 @@ def test_a_stock_and_pairs_of_planes_are_refused_together() -> None:
         )  # fmt: skip
 
 
+def test_a_pair_and_a_list_of_one_plane_are_refused_together() -> None:
+    listed = Options(np.array([0.0, 1.0], dtype=complex), np.array([0.0, 1.0]))
+    with pytest.raises(InputError, match="a plane of a pair has a list of weights"):
+        Question(
+            y0=np.ones(1), H=np.ones((1, 2)), importance=np.ones(1), limits=np.full(1, np.inf), caps=np.full(2, np.inf),
+            options=(None, listed), pairs=((0, 1, 1.0),),
+        )  # fmt: skip
+
+
 def test_a_shelf_without_a_stock_counts_nothing() -> None:
     job = read_text(FAN.replace("[planes.left]\n", "[planes.left]\n" + box('"5 g"')))
     assert job.planes[0].stock == ()

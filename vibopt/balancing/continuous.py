@@ -138,7 +138,7 @@ class Free:
     question
         The same question in x, without pairs; each list holds only what caps, sectors and the stock allow.
     places
-        Per free plane the rows of its first plane's list that are left; None without a list.
+        Per free plane the rows of its list that are left; None without a list.
     """
 
     spread: ComplexArray
@@ -212,31 +212,17 @@ def _sectors(question: Question, column: ComplexArray) -> Sectors:
 
 
 def _list(question: Question, column: ComplexArray) -> tuple[Options | None, Places | None]:
-    """Options of a set of planes that every one of its planes has, and their places in the list of the first."""
-    members = np.flatnonzero(column)
-    listed = [p for p in members if question.options and question.options[p] is not None]
-    if not listed:
+    """The options that a plane with a list has within its cap, its sectors and the stock, and their places."""
+    plane = int(np.argmax(column != 0))
+    option = question.options[plane] if question.options else None
+    if option is None:
         return None, None
-    first = question.options[listed[0]]
-    assert first is not None
-    x = first.u / column[listed[0]]
-    fits, masses = np.ones(len(x), dtype=bool), np.zeros(len(x))
-    for p in members:
-        own = column[p] * x
-        fits &= _allowed(question, int(p), own)
-        option = question.options[p] if question.options else None
-        if option is None:
-            masses += np.abs(own) * question.densities[p]
-            continue
-        near = np.arange(len(x)) if p == listed[0] else _nearest_option(option.u, own)
-        fits &= np.abs(option.u[near] - own) <= SAME * float(np.abs(own).max(initial=0.0))
-        weighs = option.masses[near]
-        # a cap is one on masses: weights that act against each other weigh more than what they do together
-        fits &= weighs <= question.caps[p] * question.densities[p] * (1.0 + SAME)
-        masses += weighs
-    uses = first.uses if len(question.stock) else np.zeros((len(x), 0))
+    fits = _allowed(question, plane, option.u)
+    # a cap is one on masses: weights that act against each other weigh more than what they do together
+    fits &= option.masses <= question.caps[plane] * question.densities[plane] * (1.0 + SAME)
+    uses = option.uses if len(question.stock) else np.zeros((len(option.u), 0))
     fits &= np.all(uses <= question.stock, axis=1)
-    return Options(x, masses, uses).take(fits), np.flatnonzero(fits)
+    return Options(option.u, option.masses, uses).take(fits), np.flatnonzero(fits)
 
 
 def _allowed(question: Question, plane: int, values: ComplexArray) -> BoolArray:
@@ -246,17 +232,6 @@ def _allowed(question: Question, plane: int, values: ComplexArray) -> BoolArray:
     for low, high in question.sectors[plane] if question.sectors else ():
         fine &= ~inside_arc(values, low, high, slack)
     return np.asarray(fine)
-
-
-def _nearest_option(options: ComplexArray, wanted: ComplexArray) -> IntArray:
-    """For each wanted value the place of an equal option, or of some other one where there is none."""
-    along = np.exp(-0.7123j)  # a direction in which options of a regular pattern do not hide each other
-    order = np.argsort((options * along).real)
-    keys = (options * along).real[order]
-    at = np.searchsorted(keys, (wanted * along).real)
-    around = np.clip(at[:, None] + np.arange(-4, 5), 0, len(options) - 1)
-    best = np.argmin(np.abs(options[order[around]] - wanted[:, None]), axis=1)
-    return np.asarray(order[around[np.arange(len(wanted)), best]])
 
 
 RANK = 1e-13

@@ -98,7 +98,8 @@ class Question:
     fans
         Per plane the holes of a weight cut in two, u being what both parts do; None elsewhere, empty: nowhere.
     pairs
-        (i, j, ratio): u[j] = ratio * u[i]; ratio 1 is a static pair, -1 a couple (equal radii of action).
+        (i, j, ratio): u[j] = ratio * u[i]; ratio 1 is a static pair, -1 a couple (equal radii of action).  Not of
+        planes with lists.
     ends
         Per plane the ends (from, to) of a share, a real number of which nothing is weighed; None: a weight; empty: no
         shares.
@@ -130,6 +131,8 @@ class Question:
             raise InputError("a stock of weights and pairs of planes do not go together. Leave one of them out.")
         if len(self.sums) and self.is_discrete:
             raise InputError("readings that are added up and lists of weights do not go together. Leave one out.")
+        if any(self.options[plane] is not None for pair in self.pairs for plane in pair[:2] if self.options):
+            raise InputError("a plane of a pair has a list of weights, but a pair needs free weights. Leave one out.")
 
     @property
     def n_readings(self) -> int:
