@@ -275,7 +275,7 @@ def missed(machine: Machine, shelf: Shelf, chosen: IntArray, speeds: FloatArray)
     up, n = machine.kept.index(2), len(mass)
     weight = np.zeros((len(chosen), n, 1))
     weight[:, up] = machine.mass * GRAVITY
-    worst = rated(machine, shelf, chosen, np.linalg.solve(static, weight)[..., 0])
+    worst = rated(machine, shelf, chosen, np.asarray(np.linalg.solve(static, weight)[..., 0]))
     if machine.highest is not None or machine.apart is not None:
         values = np.sort(np.linalg.eigvals(np.linalg.solve(mass, dynamic.real)).real, axis=1)
         worst = np.maximum(worst, beside(machine, np.sqrt(np.maximum(values, 0.0)) / (2.0 * np.pi)))
