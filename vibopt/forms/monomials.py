@@ -30,6 +30,7 @@ class Monomials(Form):
     exponents: FloatArray
     one_line = True
     rank = 0
+    rough = ""
 
     @property
     def powers(self) -> Monomials:
@@ -121,9 +122,6 @@ class Monomials(Form):
 
     def sampleable(self, model: Model) -> bool:
         return True
-
-    def not_smooth(self, model: Model) -> str:
-        return ""
 
     def bounded(self, model: Model) -> bool:
         return True

@@ -31,6 +31,7 @@ class UnderWeights(Form):
     """What is read of the displacement u under the weights alone: row . u, and forces of springs."""
 
     __slots__ = ()
+    row: FloatArray
     once = 0.04
 
     @property
@@ -45,7 +46,7 @@ class UnderWeights(Form):
 
     def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
         """Signs of the forces of springs (n_terms,), and the row (n_coords,)."""
-        raise NotImplementedError(f"{type(self).__name__} reads nothing")
+        return np.zeros(len(model.terms)), self.row
 
     def acting(self, model: Model) -> FloatArray:
         own: FloatArray = model.exponents[np.isin(model.kinds, (STIFFNESS, INERTIA)) & (model.static_scales != 0.0)]
@@ -91,16 +92,29 @@ class UnderWeights(Form):
         moved = carried(model, z, dynamic_stiffness(model, z.astype(complex))[:, : model.n_free], row, down)
         return rounding * (moved + float(np.abs(signs * z) @ stretches(model, down)))
 
-    def _monotone(self, model: Model, *, least_wanted: bool) -> bool:
-        """Whether it is monotone in each variable by itself, as each coefficient has one of its own."""
+
+class Sagging(UnderWeights):
+    """Of the size of row . u alone, however it is weighed: a quotient of two polynomials in the variables."""
+
+    __slots__ = ()
+    rough = ""
+
+    def at_corners(self, model: Model, *, least_wanted: bool) -> bool:
+        """Where it is monotone in each variable by itself, as each coefficient has one of its own."""
         if (self.acting(model) != 0.0).any(axis=0).sum() > _MOST_CORNERS or (least_wanted and model.n_free > 1):
             return False  # its size may pass through zero in between
         acts = np.isin(model.kinds, (STIFFNESS, INERTIA)) & (model.static_scales != 0.0)
         return bool(((model.exponents[acts] != 0.0).sum(axis=0) <= 1).all())
 
+    def sampleable(self, model: Model) -> bool:
+        return True
+
+    def bounded(self, model: Model) -> bool:
+        return not model.mixed
+
 
 @dataclass(frozen=True, slots=True)
-class StaticRow(UnderWeights):
+class StaticRow(Sagging):
     """Response under the weights alone, static stiffness: row . u [m]."""
 
     row: FloatArray
@@ -118,14 +132,8 @@ class StaticRow(UnderWeights):
     def bend(self, model: Model, x: FloatArray) -> FloatArray | None:
         return sag_bend(model, self.row, x)
 
-    def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
-        return np.zeros(len(model.terms)), self.row
-
     def reach(self, model: Model) -> Reach:
         return weighed(model, [self.row])
-
-    def at_corners(self, model: Model, *, least_wanted: bool) -> bool:
-        return self._monotone(model, least_wanted=least_wanted)
 
     def rises(self, model: Model, index: int) -> float | None:
         """A single mass sags less the stiffer it is held."""
@@ -146,15 +154,6 @@ class StaticRow(UnderWeights):
     def is_polynomial(self, model: Model, most_degree: int) -> bool:
         return Groups.of(model).degrees[0] <= most_degree
 
-    def sampleable(self, model: Model) -> bool:
-        return True
-
-    def not_smooth(self, model: Model) -> str:
-        return ""
-
-    def bounded(self, model: Model) -> bool:
-        return not model.mixed
-
     def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
         return self.stretched(known, self.row, low, high)
 
@@ -173,7 +172,7 @@ class StaticRow(UnderWeights):
 
 
 @dataclass(frozen=True, slots=True)
-class StaticLoad(UnderWeights):
+class StaticLoad(Sagging):
     """Static force of one mount under the weights alone, as a part of what it is rated for: factor(x) * |row . u|.
 
     `factor` is one monomial: static stiffness of one mount over its rating.  `signed` keeps the sign of row . u:
@@ -196,29 +195,14 @@ class StaticLoad(UnderWeights):
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         return sag_slope(model, self.row, x) + self.factor.slope(model, x)
 
-    def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
-        return np.zeros(len(model.terms)), self.row
-
     def acting(self, model: Model) -> FloatArray:
         return np.vstack([UnderWeights.acting(self, model), self.factor.exponents])
-
-    def at_corners(self, model: Model, *, least_wanted: bool) -> bool:
-        return self._monotone(model, least_wanted=least_wanted)
 
     def held(self, x: FloatArray, free: list[int]) -> StaticLoad:
         return StaticLoad(self.row, self.factor.held(x, free), self.signed)
 
     def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
         return (row_said(self.row), self.factor.said(model, order))
-
-    def sampleable(self, model: Model) -> bool:
-        return True
-
-    def not_smooth(self, model: Model) -> str:
-        return ""
-
-    def bounded(self, model: Model) -> bool:
-        return not model.mixed
 
     def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
         small, large = self.factor.extent(low, high)
@@ -251,9 +235,6 @@ class StaticMoment(UnderWeights):
         if down is None:
             return float("inf")
         return abs(float(self.row @ down) * float(self.pulled.at(x)) + float(self.own.at(x)))
-
-    def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
-        return np.zeros(len(model.terms)), self.row
 
     def acting(self, model: Model) -> FloatArray:
         return np.vstack([UnderWeights.acting(self, model), self.pulled.exponents, self.own.exponents])
@@ -300,24 +281,17 @@ class StaticForce(UnderWeights):
 
 
 @dataclass(frozen=True, slots=True)
-class StaticBending(UnderWeights):
+class StaticBending(StaticForce):
     """What bends a shaft under the weights: |factor(x) sum_t signs_t p_t b_t . u|, of one monomial [Pa]."""
 
-    signs: FloatArray
     factor: Monomials
-    solved_directly = True
+    signed = False
     no_bounds = "is what weights bend that may pull against each other"
     not_convex = no_bounds
     rough = "is what weights bend that may pull against each other, and has a kink where it is nothing"
 
     def value(self, model: Model, x: FloatArray) -> float:
-        return abs(StaticForce(self.signs).value(model, x)) * float(self.factor.at(x))
-
-    def reading(self, model: Model) -> tuple[FloatArray, FloatArray]:
-        return self.signs, np.zeros(model.n_coords)
-
-    def reach(self, model: Model) -> Reach:
-        return StaticForce(self.signs).reach(model)
+        return abs(StaticForce.value(self, model, x)) * float(self.factor.at(x))
 
     def acting(self, model: Model) -> FloatArray:
         return np.vstack([UnderWeights.acting(self, model), self.factor.exponents])
@@ -329,5 +303,5 @@ class StaticBending(UnderWeights):
         return self._carried(model, x, rounding) * float(self.factor.at(x))
 
     def on_points(self, at: FormBounds, x: FloatArray) -> Bounds:
-        value = np.abs(StaticForce(self.signs).on_points(at, x)[0]) * self.factor.at(x)
+        value = np.abs(StaticForce.on_points(self, at, x)[0]) * self.factor.at(x)
         return value, value
