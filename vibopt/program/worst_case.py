@@ -63,7 +63,7 @@ def around(scene: Scene, x: FloatArray) -> Program:
 
 def doubts_at(scene: Scene, x: FloatArray) -> tuple[Uncertain, ...]:
     """Numbers that may be off at a design x (n_vars,)."""
-    return uncertain_at(scene, {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)})
+    return uncertain_at(scene, scene.named(x))
 
 
 def measured_around(scene: Scene, x: FloatArray, name: str) -> tuple[Program, Aim]:

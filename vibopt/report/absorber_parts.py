@@ -98,11 +98,6 @@ class Modes:
     span: tuple[float, float]
 
 
-def chosen_in(design: Design) -> dict[str, float]:
-    """Value of each variable by path [SI]."""
-    return {variable.path: float(v) for variable, v in zip(design.scene.variables, design.x, strict=True)}
-
-
 def has_absorbers(design: Design) -> bool:
     """Whether there are absorbers and a design of them."""
     return bool(design.scene.absorbers) and len(design.x) == len(design.scene.variables)
@@ -112,7 +107,7 @@ def parts_of(design: Design) -> tuple[Part, ...]:
     """What to build, absorber by absorber; empty without a design."""
     if not has_absorbers(design):
         return ()
-    machine, around = machine_of(design.scene, chosen_in(design)), turning(design.scene)
+    machine, around = machine_of(design.scene, design.scene.named(design.x)), turning(design.scene)
     return tuple(_part(design.scene, machine, name, name in around) for name in design.scene.absorbers)
 
 
@@ -153,7 +148,7 @@ def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:
     scene = design.scene
     if not has_absorbers(design):
         return ()
-    machine = machine_of(scene, chosen_in(design))
+    machine = machine_of(scene, design.scene.named(design.x))
     return tuple(bar for name in scene.absorbers for bar in _bars(scene, machine, name))
 
 
@@ -223,7 +218,7 @@ def modes(design: Design) -> Modes | None:
     steady = {name: excitation for name, excitation in scene.excitations.items() if excitation.sort == "steady"}
     if not has_absorbers(design) or not steady:
         return None
-    chosen = chosen_in(design)
+    chosen = design.scene.named(design.x)
     units = [excitation.speed.unit for excitation in steady.values() if not excitation.of_vehicle]
     unit = units[0] if units else "Hz"
     factor = to_unit(1.0, unit, "angular_rate")

@@ -30,7 +30,7 @@ def choices_of(design: Design) -> list[dict[str, Any]]:
 
 
 def _choice(scene: Scene, pick: Mapping[str, Any]) -> dict[str, Any]:
-    chosen = {variable.path: value for variable, value in zip(scene.variables, pick["x"], strict=True)}
+    chosen = scene.named(pick["x"])
     inner = tied(scene)
     values = {
         variable.path: Entry(chosen[variable.path], variable.dimension, variable.unit)

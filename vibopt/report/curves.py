@@ -349,7 +349,7 @@ class _Drawing:
         """What adds to it at every speed."""
         if type(entry.response).beside is HarmonicResponse.beside:
             return 0.0
-        chosen = {each.path: value for each, value in zip(self.scene.variables, self.design.x, strict=True)}
+        chosen = self.scene.named(self.design.x)
         _, member = self._member(entry)
         return member.beside(machine_of(self.scene, chosen)) if isinstance(member, HarmonicResponse) else 0.0
 

@@ -13,7 +13,6 @@ from vibopt.errors import InputError
 from vibopt.excitations.excitation import Excitation
 from vibopt.mechanics.harmonic import motion
 from vibopt.mechanics.machine import Machine
-from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.what_to_build import machine_in
 from vibopt.responses import Response
 from vibopt.responses.motion import Displacement
@@ -267,7 +266,7 @@ def _effects(
     scene: Scene, design: Design, machine: Machine, place: str, points: list[str], speeds: FloatArray
 ) -> ComplexArray:
     """Displacement of points per unbalance at a place, (n_speeds, n_points) [m per kg m], agreed on by both routes."""
-    model, chosen = model_of(scene), chosen_in(design)
+    model, chosen = model_of(scene), design.scene.named(design.x)
     p = model.values(np.array([chosen[variable.path] for variable in scene.variables]))
     moved = motion(model, p, model.points[place].astype(complex), speeds)
     one = np.array([moved @ model.points[point] for point in points]).T * speeds[:, None] ** 2

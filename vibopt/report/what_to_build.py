@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from vibopt.answer.entry import Entry
 from vibopt.mechanics.built import Joint
 from vibopt.mechanics.machine import Machine, is_in_space
-from vibopt.report.absorber_parts import chosen_in, parts_of
+from vibopt.report.absorber_parts import parts_of
 from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Design, Scene
 from vibopt.units import plain, show, to_unit
@@ -59,7 +59,7 @@ def machine_in(design: Design) -> Machine | None:
     """The machine as built without tolerances; None where no design was found."""
     scene = design.scene
     found = len(design.x) == len(scene.variables) and design.status not in ("infeasible", "unbounded", "unproven")
-    return machine_of(scene, chosen_in(design)) if found and not open_places(scene) else None
+    return machine_of(scene, design.scene.named(design.x)) if found and not open_places(scene) else None
 
 
 def build_rows(design: Design, machine: Machine, *, whole: bool = True) -> list[tuple[str, str]]:

@@ -80,7 +80,7 @@ def at_rates(scene: Scene, x: FloatArray) -> Scene:
     """The scene of which every run-up has the rate that a design x (n_vars,) chooses; its variables stay."""
     from vibopt.excitations.run_up import RATE, at_rate
 
-    chosen = {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
+    chosen = scene.named(x)
     fixed = {name: at_rate(each, chosen.get(RATE.format(name))) for name, each in scene.excitations.items()}
     return replace(scene, excitations=fixed)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
@@ -131,6 +131,10 @@ class Scene:
     def is_analysis(self) -> bool:
         """Nothing to choose and nothing to find: responses are measured."""
         return not self.variables and self.find_all is None
+
+    def named(self, x: Iterable[float]) -> dict[str, float]:
+        """A value of each of its variables [SI], in their order, by path."""
+        return {variable.path: float(value) for variable, value in zip(self.variables, x, strict=True)}
 
 
 Design: TypeAlias = Answer[Scene]

@@ -32,7 +32,7 @@ def side_by_side(scene: Scene, nominal: Found | None, robust: Robust, goal_off: 
     if nominal is None or nominal.x is None:
         return Tolerances("", None, {}, widths, goal_off, robust.open)
     plain = replace(scene, off={})
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, nominal.x, strict=True)}
+    chosen = scene.named(nominal.x)
     goal = goal_of(plain, chosen)
     variables = {variable.path: chosen_of(variable, chosen[variable.path]).value for variable in scene.variables}
     parts = {path: word.value for path, word in parts_of(plain, chosen).items()}
@@ -72,13 +72,13 @@ def goal_machine(scene: Scene, hits: Mapping[int, Hit]) -> dict[str, float]:
 
 def limits_over(scene: Scene, x: FloatArray, robust: Robust) -> dict[str, Checked]:
     """Limits on the worst machines around a design."""
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
+    chosen = scene.named(x)
     return checked_limits(scene, chosen, limit_offs(scene, x, robust.hits))
 
 
 def measures_over(scene: Scene, x: FloatArray, robust: Robust) -> tuple[dict[str, Checked], Robust]:
     """Measures on the worst machines around a design, and what is proven of them beside limits and goal."""
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
+    chosen = scene.named(x)
     hits, left = {}, list(robust.open)
     for name in scene.measures:
         program, part = measured_around(scene, x, name)

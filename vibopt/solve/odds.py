@@ -83,7 +83,7 @@ def _machines(doubts: Sequence[Uncertain], factors: FloatArray) -> list[dict[str
 def _contradicted(scene: Scene, x: FloatArray, row: Checked, seen: Sampled, machines: list[dict[str, float]]) -> str:
     """What the machines nearest to the bound, measured as built, say against their values; "" where nothing."""
     assert row.limit is not None
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
+    chosen = scene.named(x)
     near = np.argsort(np.abs(seen.values - row.limit.value), kind="stable")[:_PUT_BACK]
     for k in {*near.tolist(), int(seen.values.argmin()), int(seen.values.argmax())}:
         rows = checked_limits(replace(scene, off=machines[k]), chosen).values()

@@ -226,7 +226,7 @@ def _on_worst(
     from vibopt.program.worst_case import around
 
     x = np.asarray(found.x)
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, x, strict=True)}
+    chosen = scene.named(x)
     off = replace(scene, off=machine)
     made = _answered(off, program, found, clock, rows, goal_row(off, chosen, None if machine else program.model))
     notes = (*made.notes, "Tolerances: curves show the machine as designed and the worst one, maps the first.")
@@ -365,7 +365,7 @@ def _permitted(scene: Scene, program: Program, clock: _Clock) -> Design:
 
 def _something(scene: Scene, program: Program, found: Found, clock: _Clock) -> Design:
     assert found.x is not None
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
+    chosen = scene.named(found.x)
     built = Built(scene, chosen, program.model)
     return _answered(scene, program, found, clock, (built.limits({}), built.measures({})), built.goal)
 
@@ -380,7 +380,7 @@ def _answered(
 ) -> Design:
     """A design with its rows; the goal is measured on the machine that `scene` speaks of."""
     assert found.x is not None
-    chosen = {variable.path: float(v) for variable, v in zip(scene.variables, found.x, strict=True)}
+    chosen = scene.named(found.x)
     limits, measures = rows
     if goal is not None and scene.goal is not None and scene.goal.response.of_limits:
         limits = {key: replace(row, tight=goal.value.value) for key, row in limits.items()}

@@ -10,7 +10,7 @@ from vibopt.answer.blocks import SIDES, spoken, value_at
 from vibopt.answer.entry import Checked, Entry
 from vibopt.errors import InputError
 from vibopt.records import dataclass
-from vibopt.report.absorber_parts import BUILD, Part, chosen_in, has_absorbers, parts_of
+from vibopt.report.absorber_parts import BUILD, Part, has_absorbers, parts_of
 from vibopt.report.adjust import Adjusting, adjusting
 from vibopt.report.machine_words import THOROUGH, goal_words
 from vibopt.responses import HarmonicResponse, RandomResponse
@@ -109,7 +109,7 @@ def consequences(design: Design, *, thorough: bool = False) -> tuple[Consequence
     Where answers anew would be much work the row says so, unless `thorough`.
     """
     scene = design.scene
-    machine = machine_of(scene, chosen_in(design))
+    machine = machine_of(scene, design.scene.named(design.x))
     document = _measured(design)
     if document is None:
         return ()
@@ -207,7 +207,7 @@ def _anew(
         return None
     if design.work > PATIENCE and not thorough:
         return Consequence(name, what, NOT_ASKED, (), None, f"not computed: much work. {THOROUGH} does.")
-    known = chosen_in(design) if what == NO_DAMPER_ANEW else None
+    known = design.scene.named(design.x) if what == NO_DAMPER_ANEW else None
     method = design.method if design.method == "nlp" else None
     other = _answered(alter(plain_document(design.scene.document), name), design.scene.name, known, method)
     if other is None:

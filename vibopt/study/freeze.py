@@ -28,13 +28,8 @@ _ALONG = (("mass", "kg"), ("stiffness", "N/m"), ("damping", "N s/m"))
 _AROUND = (("inertia", "kg m2"), ("torsional_stiffness", "N m/rad"), ("torsional_damping", "N m s/rad"))
 
 
-def named(scene: Scene, x: Sequence[float] | FloatArray) -> dict[str, float]:
-    """The values of its variables [SI], in their order, by path."""
-    return {variable.path: float(value) for variable, value in zip(scene.variables, x, strict=True)}
-
-
 def shown_values(scene: Scene, x: Sequence[float] | FloatArray) -> dict[str, Entry]:
-    """The same in the units of the file."""
+    """The values of its variables in the units of the file, in their order, by path."""
     pairs = zip(scene.variables, x, strict=True)
     return {variable.path: Entry(float(value), variable.dimension, variable.unit) for variable, value in pairs}
 
@@ -52,7 +47,7 @@ def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene
         Whether the goal stays, as a measure called `minimised` or `maximised`.
     """
     values: dict[str, Any] = {}
-    chosen = named(scene, x)
+    chosen = scene.named(x)
     tied = set()
     for part in bound_parts(scene):
         values[f"{part.path}.name"] = part.names[part.chosen(chosen)]
@@ -89,7 +84,7 @@ def _bought(scene: Scene, x: Sequence[float], written: Mapping[str, Any]) -> dic
 
     A pendulum keeps its length, for its own weight pulls it back; `written` are the tables with what was chosen.
     """
-    machine = machine_of(scene, named(scene, x))
+    machine = machine_of(scene, scene.named(x))
     around = turning(scene)
     tables = {}
     for name, table in scene.absorbers.items():

@@ -23,7 +23,6 @@ from vibopt.solve.proof import searched
 from vibopt.solve.ranges import closed
 from vibopt.solve.robust import judged
 from vibopt.solve.several import Several, keys_of
-from vibopt.study.freeze import named
 from vibopt.values.soft import softness
 from vibopt.verify.checked import checked_limits, chosen_of, disagreement
 from vibopt.verify.rated import parts_of
@@ -73,7 +72,7 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
         return replace(design, status="check_failed", claim=claim, conflict=None)
     if not uncertain(scene) and any(one.doubt for one in rows.values()):  # what is claimed is of another machine
         return replace(design, status="check_failed", claim=disagreement(rows), conflict=None)
-    chosen = named(scene, x)
+    chosen = scene.named(x)
     found = Nearest(
         variables={variable.path: chosen_of(variable, chosen[variable.path]) for variable in scene.variables},
         places=parts_of(scene, chosen),
@@ -91,7 +90,7 @@ def _rows(scene: Scene, program: Program, x: FloatArray) -> dict[str, Checked]:
     """Every limit on the machine as built, the worst within its tolerances."""
     if uncertain(scene):
         return limits_over(scene, x, judged(scene, x))
-    return checked_limits(scene, named(scene, x), model=program.model)
+    return checked_limits(scene, scene.named(x), model=program.model)
 
 
 def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
@@ -105,7 +104,7 @@ def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     best = modest(alone).solve(alone)
     if best.x is None or best.status not in ("optimal", "feasible"):
         return None
-    rows = checked_limits(scene, named(scene, np.asarray(best.x)), model=program.model)
+    rows = checked_limits(scene, scene.named(np.asarray(best.x)), model=program.model)
     same = next(one for one in rows.values() if (one.name, one.side) == (row.name, row.side))
     opened = any(axis.open_high or axis.open_low for axis in program.axes)
     value = same.value

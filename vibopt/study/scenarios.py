@@ -22,7 +22,7 @@ from vibopt.solve.dispatch import best_of
 from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
 from vibopt.study.for_all import AS_IT_IS, OneForAll
-from vibopt.study.freeze import named, shown_values
+from vibopt.study.freeze import shown_values
 from vibopt.study.many import answers
 from vibopt.study.seen import goal_of, goal_word
 from vibopt.verify.checked import checked_limits, disagreement, goal_row
@@ -69,7 +69,7 @@ def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
         claim = f"{found.claim}; no one design was found that holds in all scenarios"
         reason = _reason(program, found.claim) if found.status == "infeasible" else ""
         return OneForAll(job, found.status, claim, None, {}, {}, reason)
-    chosen = named(scene, found.x)
+    chosen = scene.named(found.x)
     limits = {name: dict(checked_limits(one, chosen)) for name, one in scenes.items()}
     broken = [f"{key} in {name}" for name, rows in limits.items() for key, row in rows.items() if not row.met]
     doubt = disagreement(*limits.values()) or (f"{', '.join(broken)} not met as measured" if broken else "")

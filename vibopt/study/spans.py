@@ -22,7 +22,6 @@ from vibopt.solve.dispatch import best_of
 from vibopt.solve.least_missed import slid
 from vibopt.solve.method import Progress
 from vibopt.solve.one_range import permitted
-from vibopt.study.freeze import named
 from vibopt.verify.checked import checked_limits
 
 BETWEEN = "A value between them may be forbidden, whatever the others are"
@@ -180,7 +179,7 @@ def _places(program: Program, index: int, x: FloatArray) -> Iterator[FloatArray]
 
 
 def _rows(scene: Scene, x: FloatArray) -> list[Any]:
-    return list(checked_limits(scene, named(scene, x)).values())
+    return list(checked_limits(scene, scene.named(x)).values())
 
 
 class Violations:

@@ -17,7 +17,6 @@ from vibopt.answer.entry import Checked, Entry, Word
 from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError
 from vibopt.jobs import facts
-from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.catalogue_choices import tied
 from vibopt.scene.places import place_of
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
@@ -249,7 +248,7 @@ def _price_rows(designs: Sequence[Design]) -> list[Row]:
 
 def _price_row(kind: str, name: str, sense: float, designs: Sequence[Design]) -> Row:
     """Prices of variants; of those that differ in what is bought none is the best."""
-    prices = [price_of(design, chosen_in(design)) if has_machine(design) else None for design in designs]
+    prices = [price_of(design, design.scene.named(design.x)) if has_machine(design) else None for design in designs]
     said = [
         None if price is None else replace(price, text=price_words(price, design, designs))
         for design, price in zip(designs, prices, strict=True)
@@ -296,7 +295,7 @@ def _measure_rows(measured: Sequence[Mapping[str, Entry]]) -> list[Row]:
 def _mode_rows(designs: Sequence[Design]) -> list[Row]:
     """The lowest natural frequencies of each machine without tolerances."""
     modes = [
-        np.sort(machine_of(design.scene, chosen_in(design)).natural_frequencies())
+        np.sort(machine_of(design.scene, design.scene.named(design.x)).natural_frequencies())
         if has_machine(design)
         else np.zeros(0)
         for design in designs

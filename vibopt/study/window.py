@@ -26,7 +26,7 @@ from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
 from vibopt.solve.ranges import closed
-from vibopt.study.freeze import named, shown_values
+from vibopt.study.freeze import shown_values
 from vibopt.study.permitted import Window
 from vibopt.study.rotor_window import rotor_window
 from vibopt.study.spans import Span, Violations, between, spans_of
@@ -99,7 +99,7 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
 def _confirmed(scene: Scene, program: Program, designs: Sequence[FloatArray]) -> None:
     """Refuse to tell a window of a model from which the machine as built differs at one of the designs (n_vars,)."""
     for x in designs:
-        rows = checked_limits(scene, named(scene, x), model=program.model)
+        rows = checked_limits(scene, scene.named(x), model=program.model)
         if any(row.doubt for row in rows.values()):
             raise RoutesDiffer(f"{scene.name}: no window is told: {disagreement(rows)}")
 

@@ -9,7 +9,6 @@ from vibopt.answer.blocks import SIDES, at_words, spoken
 from vibopt.answer.entry import Checked
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
-from vibopt.report.absorber_parts import chosen_in
 from vibopt.report.figures.paper import short
 from vibopt.report.limiting_views import limiting
 from vibopt.report.machine_words import (
@@ -227,7 +226,7 @@ def _doubts(design: Design) -> tuple[Uncertain, ...]:
     """How far numbers may be off; of what is bought as the catalogue says of the part."""
     if len(design.x) != len(design.scene.variables):
         return uncertain(design.scene)
-    return uncertain_at(design.scene, chosen_in(design))
+    return uncertain_at(design.scene, design.scene.named(design.x))
 
 
 def proof_of(design: Design) -> list[str]:
