@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from scipy.optimize import linprog
 
 import vibopt as vo
 from vibopt.arrays import FloatArray
+from vibopt.forms.tangent import Tangent
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_text
@@ -19,7 +21,7 @@ from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
 from vibopt.solve.conflict import asked, conflicts
 from vibopt.solve.ranges import closed
-from vibopt.solve.tangents import Tangents
+from vibopt.solve.tangents import Tangents, _Box, _together
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
 SHAPES = ("half sine", "versed sine", "sine", "rectangle", "triangle", "falling sawtooth", "drop", "step")
@@ -255,3 +257,35 @@ def test_limits_of_a_blow_that_clash_are_no_more_than_tangents_prove() -> None:
     assert {tuple(name for name, _ in one) for one in clashes.sets} == {("jump", "block"), ("ground", "jump")}
     assert clashes.complete
     assert not clashes.doubtful
+
+
+@settings(few, max_examples=200)
+@given(
+    seed=st.integers(0, 100_000),
+    reach=st.floats(-9.0, -1.0),
+    off=st.floats(-6.0, 0.0),
+    clash=st.booleans(),
+    apart=st.sampled_from([0.0, 0.1]),
+)
+def test_what_tangents_say_together_is_no_more_than_their_linear_program(
+    seed: int, reach: float, off: float, clash: bool, apart: float
+) -> None:
+    """Of two limits that all but clash, or do, a third and a goal, by HiGHS in parts of each one's change."""
+    rng = np.random.default_rng(seed)
+    half = 10.0**reach * rng.uniform(0.5, 2.0, 2)
+    box = _Box(1.0 - half, 1.0 + half, -np.inf, np.zeros(2))
+    slopes = rng.normal(size=(4, 2))
+    slopes[1] = apart * rng.normal(size=2) - slopes[0]
+    sizes = np.abs(slopes) @ box.reach
+    most = 10.0**off * (1.0 if clash else -1.0) * sizes[0]
+    values = np.array([most, most, rng.normal() * sizes[2], 1.0])
+    known = [Tangent(float(value), slope, 0.0, np.zeros(2)) for value, slope in zip(values, slopes, strict=True)]
+    box.limits, box.goals = known[:3], known[3:]
+    bound = _together(box)
+    rows = slopes * box.reach / sizes[:, None]
+    exact = linprog(rows[3], rows[:3], -values[:3] / sizes[:3], bounds=[(-1.0, 1.0)] * 2)
+    if exact.status == 0:
+        assert bound is not None
+        assert bound <= 1.0 + (exact.fun + 1e-6) * sizes[3]
+    elif apart == 0.0 and most > 1e-7:  # far above what the program is solved to
+        assert bound is None or bound > 1.0 + sizes[3]

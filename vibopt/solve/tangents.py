@@ -350,7 +350,7 @@ def _together(box: _Box) -> float | None:
 
 
 def _weights(tangents: Sequence[Tangent], count: int, reach: FloatArray) -> FloatArray | None:
-    """Of tangents, by the program: least t with the first `count` of them at most t and the others at most 0."""
+    """Least t with the first `count` of tangents at most t, the others at most 0; None where those clash for sure."""
     n, goal = len(reach), np.arange(len(tangents)) < count
     unit = np.eye(n, n + 1)
     slopes = np.array([tangent.slope for tangent in tangents])
@@ -359,7 +359,7 @@ def _weights(tangents: Sequence[Tangent], count: int, reach: FloatArray) -> Floa
     solved = solve_cones(np.eye(n + 1)[n], rows, np.concatenate([rest, reach, reach]), [(LINEAR, len(rows))])
     weights = np.maximum(solved.z[: len(tangents)], 0.0)
     total = float(weights[:count].sum())
-    return np.asarray(weights / total) if 0.0 < total < np.inf else None
+    return np.asarray(weights / total) if np.finfo(float).eps * weights.max() < total < np.inf else None
 
 
 def _weighed(tangents: Sequence[Tangent], weights: FloatArray, reach: FloatArray) -> float:
