@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from vibopt.cli.options import Once, anew, as_json, changes, files, force, limited, read_job
-from vibopt.cli.output import say, say_json, show, told
+from vibopt.cli.output import told
 from vibopt.cli.sweep_table import rows_text, table_text
 from vibopt.errors import InputError
 from vibopt.files.writing import checked_target, write_file
@@ -67,16 +67,16 @@ def compare(
         return _stepped(next(iter(jobs.values())), limits, table, as_json=as_json)
     with Bar() as bar:
         result = beside(jobs, progress=bar)
-    if table is not None:
-        write_file(table, csv_text(result).encode())
-    written = [str(table)] if table is not None else []
-    if as_json:
-        say_json({"status": "ok" if result.exit_code == 0 else result.designs[0].status, **_plain(result, written)})
-    else:
-        show(lambda console: _tell(result, console))
-        for one in written:
-            say(f"Written: {one}")
+    written = _written(table, csv_text(result)) if table is not None else []
+    status = "ok" if result.exit_code == 0 else result.designs[0].status
+    told(result, _tell, as_json=as_json, status=status, written=written)
     return result.exit_code
+
+
+def _written(table: Path, text: str) -> list[str]:
+    """The file that is written."""
+    write_file(table, text.encode())
+    return [str(table)]
 
 
 def _stepped(job: Job, limits: str, table: Path | None, *, as_json: bool) -> int:
@@ -89,10 +89,7 @@ def _stepped(job: Job, limits: str, table: Path | None, *, as_json: bool) -> int
         part_of(step)
     with Bar() as bar:
         result = stepped(job, steps, progress=bar)
-    written = []
-    if table is not None:
-        write_file(table, table_text(result).encode())
-        written = [str(table)]
+    written = _written(table, table_text(result)) if table is not None else []
     told(result, _tell_steps, as_json=as_json, written=written)
     return 0
 
@@ -137,16 +134,6 @@ def _names(files: tuple[str, ...]) -> tuple[str, ...]:
         raise InputError(f"{twice} is named twice. Name each variant once.")
     short = tuple(Path(file).stem for file in files)
     return short if len(set(short)) == len(short) else files
-
-
-def _plain(result: Variants, written: list[str]) -> dict[str, Any]:
-    from vibopt.answer.jsonable import plain
-
-    return {
-        "variants": {name: design.to_json() for name, design in zip(result.names, result.designs, strict=True)},
-        "rows": plain(result.rows),
-        "written": written,
-    }
 
 
 def csv_text(result: Variants) -> str:

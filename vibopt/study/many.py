@@ -15,7 +15,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.balancing import is_rotor
 from vibopt.document.mistakes import Mistakes
-from vibopt.errors import PoolError, VibOptError
+from vibopt.errors import VibOptError
 from vibopt.jobs import answer, is_scene, of_document, with_changes
 from vibopt.program.drawn import drawn_alike
 from vibopt.records import dataclass
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
     from vibopt.study.varied import Varied
-    from vibopt.study.workers import Pool
+    from vibopt.study.workers import Lost, Pool
 
 Answered = Callable[[Sequence[FactAt], Point], None]
 FEWEST_TOGETHER = 12
@@ -193,14 +193,10 @@ class _Shared:
 
     def answer(self, alone: Callable[[int, Point], None], tell: Callable[[float], None]) -> None:
         """Have all points answered; each is told by its index as soon as it is there."""
-        from vibopt.study.workers import Lost, each  # loads multiprocessing, of no use for one process
+        from vibopt.study.workers import each, taken  # loads multiprocessing, of no use for one process
 
         def ready(index: int, found: tuple[list[Point], float] | VibOptError | Lost) -> None:
-            if isinstance(found, Lost):
-                raise PoolError(f"A point was lost: {found.why}. {self._pool.advice}")
-            if isinstance(found, VibOptError):
-                raise found
-            points, work = found
+            points, work = taken(found, "A point", self._pool)
             self._done += len(points)
             self._work += work * len(points)
             tell(self._done / len(self._rest))

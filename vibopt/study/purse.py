@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry, Way
 from vibopt.document.mistakes import Mistakes
-from vibopt.errors import PoolError, VibOptError
+from vibopt.errors import VibOptError
 from vibopt.jobs import facts, is_scene, of_document
 from vibopt.records import cached_property, dataclass
 from vibopt.study.axis import NO_STEP, Axis, axis_of
@@ -298,7 +298,7 @@ class _Ahead:
 
     def of(self, k: int) -> _Seen:
         """What is seen of errand `k`, once it is there."""
-        from vibopt.study.workers import Lost
+        from vibopt.study.workers import taken
 
         pool = self._purse.pool
         assert pool is not None
@@ -310,12 +310,7 @@ class _Ahead:
             for one in pool.ready(self._running):
                 self._seen[one.index] = one.result()
                 self._running.remove(one)
-        seen = self._seen.pop(k)
-        if isinstance(seen, Lost):
-            raise PoolError(f"An answer was lost: {seen.why}. {pool.advice}")
-        if isinstance(seen, VibOptError):
-            raise seen
-        return seen
+        return taken(self._seen.pop(k), "An answer", pool)
 
     def end(self) -> None:
         """End what nobody waits for any more."""

@@ -56,7 +56,7 @@ def strips(sweep: Sweep) -> Strips:
     active = [boundary for boundary in sweep.boundaries if not boundary.of_feasibility] if chosen else []
     return Strips(
         title=sweep.job.title,
-        x_label=_label(fact),
+        x_label=_label(fact, spoken_path(fact.path)),
         x=_shown(np.array([point.value.value for point in points]), fact),
         log_x=sweep.by_ratios,
         strips=tuple(_answers(sweep, points) if chosen else _measured(points, sweep.drawn)),
@@ -99,8 +99,8 @@ def map_of(sweep: Sweep) -> Map:
 
     return Map(
         title=sweep.job.title,
-        x_label=_label(first),
-        y_label=_label(second),
+        x_label=_label(first, spoken_path(first.path)),
+        y_label=_label(second, spoken_path(second.path)),
         x=_shown(sweep.axes[0], first),
         y=_shown(sweep.axes[1], second),
         log=(sweep.varied[0].by_ratios, sweep.varied[1].by_ratios),
@@ -169,9 +169,9 @@ def _state_words(state: State) -> str:
     return f"{', '.join(names)} active" if names else "no limit active"
 
 
-def _label(fact: FactAt) -> str:
+def _label(fact: FactAt, name: str) -> str:
     unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
-    return f"{spoken_path(fact.path)} [{unit}]" if unit else spoken_path(fact.path)
+    return f"{name} [{unit}]" if unit else name
 
 
 def _shown(values: FloatArray, fact: FactAt) -> FloatArray:
@@ -304,8 +304,5 @@ def _drawn(job: Job, fact: FactAt, name: str, points: Sequence[Point], reached: 
     response = job.goal.response if is_scene(job) and job.goal is not None else None
     said = spoken(response.response, place_of(response)) if response is not None else name or "goal"
     shown = _strip(said.replace("_", " "), goal, first.dimension, (response.unit if response else first.unit) or "")
-    unit = f"{fact.unit} pk" if fact.amplitude and not split_detector(fact.unit)[1] else fact.unit
-    label = fact.path.split(".")[1]
-    x = _shown(np.array([entry.value for entry in reached]), fact)
-    words = f"{label} [{unit}]" if unit else label
-    return Front(job.title, words, shown.label.replace("\n", " "), x, shown.lines[0].y, (), ())
+    x, label = _shown(np.array([entry.value for entry in reached]), fact), _label(fact, fact.path.split(".")[1])
+    return Front(job.title, label, shown.label.replace("\n", " "), x, shown.lines[0].y, (), ())

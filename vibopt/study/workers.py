@@ -12,6 +12,7 @@ from multiprocessing.connection import Connection, wait
 from threading import Lock
 from typing import Any, Generic, Protocol, TypeVar, cast
 
+from vibopt.errors import PoolError, VibOptError
 from vibopt.records import dataclass
 from vibopt.work import deaf
 
@@ -64,6 +65,15 @@ class Pool(Protocol):
 
     def ready(self, running: Sequence[Running[Result]]) -> Sequence[Running[Result]]:
         """Those that are ready, as soon as one is."""
+
+
+def taken(found: Result | VibOptError | Lost, what: str, pool: Pool) -> Result:
+    """What another process has made; PoolError where that is lost, and any error with which it ended is raised here."""
+    if isinstance(found, Lost):
+        raise PoolError(f"{what} was lost: {found.why}. {pool.advice}")
+    if isinstance(found, VibOptError):
+        raise found
+    return found
 
 
 def usual_number() -> int:
