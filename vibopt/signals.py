@@ -202,6 +202,10 @@ class Segment:
         return self if np.ndim(self.length) == 0 else self.each(*(one[those] for one in every))
 
 
+AT_REST = Segment(1.0, np.zeros(1), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1))
+"""No signal."""
+
+
 def side_by_side(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
     """Signals of as many like segments, of any lengths and sizes, as one in which each machine of a row has its own."""
     found = []

@@ -111,6 +111,8 @@ class Form:
     rough: ClassVar[str] = "is no smooth function of the design"
     no_bounds: ClassVar[str] = "has no bounds on boxes of designs"
     """Why it has no statement in cvxpy, none in CasADi, or no bounds on boxes of designs, behind its name."""
+    tangents_up_to: ClassVar[int] = 3
+    """Variables up to which boxes with tangents come to an end."""
     once: ClassVar[float] = 0.25
     """Work of measuring it at one design, or at one speed of one, of few coordinates [nominal ms]."""
 
@@ -233,6 +235,10 @@ class Form:
         Only of forms that have `tangents_of`; `level` and `times` [s] say where it is worth looking.
         """
         return [[] for _ in x]
+
+    def tangents_cost(self, model: Model) -> float:
+        """Work of tangents on a box beside a measurement in its middle [nominal ms]."""
+        return 0.007 * int(model.exponents.any(axis=1).sum()) * model.n_free
 
     def greatest_at(self, model: Model, x: FloatArray) -> float | None:
         """When, or at which duration [s], it is greatest at a design (n_vars,), as `tangents` takes it; else None."""

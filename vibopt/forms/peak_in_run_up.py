@@ -6,21 +6,23 @@ around the design, for the answer is analytic in the coefficients and its modulu
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
-from vibopt.forms.form import ROOTS, Form, by_differences, kept
+from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms.form import ROOTS, WITHOUT_END, Form, by_differences, kept
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.motor import NO_SWEEP, Motor
 from vibopt.mechanics.transient import Reading
 from vibopt.records import dataclass
-from vibopt.signals import Output, Sweep, Sweeps
+from vibopt.signals import AT_REST, Output, Sweep, Sweeps
 
 if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
+    from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.ringing import Peak
@@ -31,6 +33,8 @@ BY_TORQUE = 3e-5
 """Part of itself to which the greatest is known where the speed follows from torque."""
 _STEP, _WIDE = 1e-5, 1e-4
 """Parts of a rate, and of any value where whirls hang on the spin, for differences."""
+_SETTLED, _APART = 50.0, 0.1
+"""Times that the slowest mode fades by e until nothing is left; part by which times differ that are told apart."""
 _HALF, _AROUND = 4, 0.05
 """Points of half a circle around a design, and the greatest change of a phase on it [rad]."""
 
@@ -52,7 +56,8 @@ class PeakInRunUp(Form):
     load: FloatArray
     sweep: Sweep | Sweeps | Motor
     spun: bool = False
-    no_bounds = "is a peak in a run-up: it has no bounds on boxes of designs"
+    tangents_up_to = 2
+    no_bounds = "is a peak in a run-up: tangents alone bound it, of a run-up that is the same at all designs"
     not_convex = "is a peak in a run-up, which is not convex in stiffness and damping"
     rough = "is a peak in a run-up: its instant is found by a search, and jumps from one resonance to another"
 
@@ -71,34 +76,35 @@ class PeakInRunUp(Form):
         peak, p = self.peak(model, x), model.values(x)
         if not 0.0 < peak.value < np.inf or isinstance(self.sweep, Motor):
             return by_differences(lambda at: self.value(model, at), x)
+        at, changes = np.array([peak.time]), self._changes(model, x, model.exponents.T, np.array([peak.time]))[:, 0]
         machine, row = self.run_up(model, x, p)
-        own = machine.modal(row)
-        here = machine.turning(own, np.array([peak.time]))[0]
-        reach = _AROUND / (1.0 + float(np.abs(own.poles).max()) * (peak.time if np.isfinite(peak.time) else 0.0))
-        changes = [self._change(model, x, reach, i, peak.time) for i in range(model.n_vars)]
-        slope: FloatArray = np.real(np.array(changes) / here)
+        if isinstance(self.sweep, Sweeps):
+            changes[self.sweep.index] = self._change_of_rate(model, x, peak.time)
+        slope: FloatArray = np.real(changes / machine.turning(machine.modal(row), at)[0])
         if self.output.shared_by:
             slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
         return slope
 
-    def _change(self, model: Model, x: FloatArray, reach: float, index: int, time: float) -> complex:
-        """Slope of the complex reading at one time in the log of one variable.
+    def _changes(self, model: Model, x: FloatArray, ways: FloatArray, times: FloatArray) -> ComplexArray:
+        """How the complex reading at times (n,) changes along ways of log p (k, n_terms), (k, n).
 
         On the lower half of the circle all is conjugate to the upper.  A rate moves joints of the force, too, in which
         nothing is analytic: its slope is that of the reading's size, by differences.
         """
         from vibopt.mechanics.sweep_response import Modal, mean
 
-        p, exponents = model.values(x), model.exponents[:, index]
-        if isinstance(self.sweep, Sweeps) and self.sweep.index == index:
-            return self._change_of_rate(model, x, time)
-
+        p, found = model.values(x), np.empty((len(ways), len(times)), dtype=complex)
+        machine, row = self.run_up(model, x, p)
+        last = times[np.isfinite(times)].max(initial=0.0)
+        reach = _AROUND / (1.0 + float(np.abs(machine.modal(row).poles).max()) * last)
         turns = np.exp(2j * np.pi * (np.arange(_HALF) + 0.5) / (2 * _HALF))
-        around = [self.run_up(model, x, p * (1.0 + reach * turn * exponents)) for turn in turns]
-        upper = [machine.modal(row) for machine, row in around]
-        lower = [Modal(one.poles.conj(), one.parts.conj(), one.through.conjugate()) for one in upper]
-        weights = 0.5 / (_HALF * reach * np.concatenate([turns, turns.conj()]))
-        return complex(around[0][0].turning(mean([*upper, *lower], weights), np.array([time]))[0])
+        for found_on, way in zip(found, ways, strict=True):
+            around = [self.run_up(model, x, p * (1.0 + reach * turn * way)) for turn in turns]
+            upper = [machine.modal(row) for machine, row in around]
+            lower = [Modal(one.poles.conj(), one.parts.conj(), one.through.conjugate()) for one in upper]
+            weights = 0.5 / (_HALF * reach * np.concatenate([turns, turns.conj()]))
+            found_on[:] = around[0][0].turning(mean([*upper, *lower], weights), times)
+        return found
 
     def _change_of_rate(self, model: Model, x: FloatArray, time: float) -> complex:
         """What changes the size of the reading at one time in the log of the rate, in the phase of the reading."""
@@ -112,6 +118,54 @@ class PeakInRunUp(Form):
             machine, row = self.run_up(model, beside, model.values(x))
             sizes.append(complex(machine.turning(machine.modal(row), at)[0]))
         return (abs(sizes[1]) - abs(sizes[0])) / (2.0 * _STEP) * sizes[2] / abs(sizes[2])
+
+    @property
+    def tangents_of(self) -> tuple[float, ...]:
+        given = isinstance(self.sweep, Sweep) and not self.spun
+        return (1.0,) if given else ()  # it is no less than at any time, at any angle of beginning
+
+    def tangents(
+        self, model: Model, x: FloatArray, reach: FloatArray, level: float = WITHOUT_END, times: Sequence[float] = ()
+    ) -> list[list[Tangent]]:
+        """At the time of the peak at x, and at each of `times` [s]."""
+        return [self._tangents(model, one, off, times) for one, off in zip(x, reach, strict=True)]
+
+    def tangents_cost(self, model: Model) -> float:
+        return self.cost(model) * int(model.exponents.any(axis=1).sum())
+
+    def greatest_at(self, model: Model, x: FloatArray) -> float:
+        return self.peak(model, x).time
+
+    def _tangents(self, model: Model, x: FloatArray, reach: FloatArray, times: Sequence[float]) -> list[Tangent]:
+        from vibopt.forms.tangent import Opened
+        from vibopt.mechanics.harmonic import mount_count
+        from vibopt.mechanics.kernel_bounds import extension, swept
+        from vibopt.mechanics.transient import Transient
+
+        peak, opened = self.peak(model, x), Opened(model, self.output)
+        if not 0.0 < peak.value < np.inf or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
+            return []
+        machine, read = self.run_up(model, x, model.values(x))
+        own, sweep = machine.modal(read), machine.sweep
+        with np.errstate(divide="ignore"):
+            settled = float(_SETTLED / -own.poles.real.max(initial=-np.inf))
+        moments = np.array([peak.time, *(one for one in times if abs(one - peak.time) > _APART * peak.time)])
+        moments = np.minimum(moments, sweep.times[-1] + settled)
+        sizes = np.array([machine.at_most(extension(element)) for element in opened.elements])
+        if not np.isfinite([*moments, *sizes]).all():
+            return []
+        p = np.broadcast_to(model.values(x), (len(moments), len(model.terms)))
+        here = machine.turning(own, moments)
+        still = Transient(*matrices(model, p), model.n_free, self.load[:, None], (AT_REST,))
+        pushed = moments + (settled if sweep.still[0] else 0.0)
+        near = swept(
+            still, read, opened.elements, pushed, np.abs(here), np.broadcast_to(sizes, (len(here), len(sizes)))
+        )
+        if near is None:
+            return []
+        slopes = np.real(self._changes(model, x, opened.ways, moments) / here * np.abs(here)).T
+        wide = np.broadcast_to(reach, (len(here), len(reach)))
+        return opened.tangents(near, p, slopes, wide, 1.0 / mount_count(model, self.output, x))
 
     def acting(self, model: Model) -> FloatArray:
         chosen = [np.eye(model.n_vars)[self.sweep.index]] if isinstance(self.sweep, Sweeps) else []

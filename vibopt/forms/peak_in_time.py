@@ -120,7 +120,7 @@ class PeakInTime(Form):
         part = np.concatenate([[peaks[i].part for i in known], part])
         tangents = self._tangents(model, x[which], reach[which], within, part)
         for i, tangent in zip(which, tangents, strict=bool(tangents)):  # of none there are none
-            found[i] += [tangent] if np.isfinite(tangent.rest) else []
+            found[i].append(tangent)
         return found
 
     def greatest_at(self, model: Model, x: FloatArray) -> float:
@@ -135,29 +135,16 @@ class PeakInTime(Form):
         self, model: Model, x: FloatArray, reach: FloatArray, within: IntArray, part: FloatArray
     ) -> list[Tangent]:
         """At one time of each design; none where the motion follows too suddenly to have one."""
-        from vibopt.forms.tangent import Tangent, bent
+        from vibopt.forms.tangent import Opened
         from vibopt.mechanics.harmonic import mount_count
-        from vibopt.mechanics.kernel_bounds import Element, nearby
+        from vibopt.mechanics.kernel_bounds import nearby
 
-        p, active = model.values(x), np.flatnonzero(model.exponents.any(axis=1))
-        elements = [Element(int(model.kinds[i]), model.vectors[i], float(self.output.signs[i])) for i in active]
-        near = nearby(*self.transient(model, p), elements, within, part)
+        p, opened = model.values(x), Opened(model, self.output)
+        near = nearby(*self.transient(model, p), opened.elements, within, part)
         if near is None:
             return []
-        exponents = model.exponents[active]
-        alike, group = np.unique(exponents, axis=0, return_inverse=True)  # what follows the same numbers goes as one
-        ways = (np.arange(len(alike))[:, None] == group.ravel()) @ np.eye(p.shape[1])[active]
-        slopes = self._changes(model, p, ways, within, part)
-        boxes = reach[:, None] * np.vstack([np.ones(x.shape[1]), np.eye(x.shape[1])])  # (n, 1 + n_vars, n_vars)
-        bends = bent(exponents, boxes)
-        rests = near.rests(p[:, None, active] * (boxes @ np.abs(exponents).T + bends))
-        rests = rests + (bent(alike, boxes) @ np.abs(slopes)[..., None])[..., 0]
-        share = np.copysign(1.0, near.value) / mount_count(model, self.output, x[0])
-        slopes, rests = slopes @ alike * share[:, None], rests * np.abs(share)[:, None]
-        return [
-            Tangent(float(value), slope, float(rest[0]), rest[1:])
-            for value, slope, rest in zip(near.value * share, slopes, rests, strict=True)
-        ]
+        slopes = self._changes(model, p, opened.ways, within, part)
+        return opened.tangents(near, p, slopes, reach, 1.0 / mount_count(model, self.output, x[0]))
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """What all motions together hardly leave of a reading is rounding of theirs."""

@@ -8,7 +8,10 @@ from __future__ import annotations
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.mechanics.kernel_bounds import Element, Nearby
+from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
+from vibopt.signals import Output
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,7 +19,7 @@ class Tangent:
     """On |s| <= reach the form is at least value + slope . s - rest.
 
     slope, sides
-        Shape (n_vars,); of `rest`, about what would be left of it on that side alone.
+        Shape (n_vars,); of `rest`, which may be infinite, about what would be left of it on that side alone.
     """
 
     value: float
@@ -45,3 +48,39 @@ def bent(exponents: FloatArray, reach: FloatArray) -> FloatArray:
     linear = np.abs(exponents) * reach
     off: FloatArray = np.prod(1.0 + linear + np.maximum(*ends), axis=-1) - 1.0 - linear.sum(axis=-1)
     return np.maximum(off, 0.0)
+
+
+class Opened:
+    """Coefficients of a machine that follow the design, and tangents of what is read at a time by its slopes in them.
+
+    elements
+        What each multiplies, and its weight in what is read.
+    ways
+        Of those that follow the same variables alike, which coefficients they are, (k, n_terms).
+    """
+
+    def __init__(self, model: Model, output: Output) -> None:
+        self._active = np.flatnonzero(model.exponents.any(axis=1))
+        self.elements = [Element(int(model.kinds[i]), model.vectors[i], float(output.signs[i])) for i in self._active]
+        self._exponents = model.exponents[self._active]
+        self._alike, group = np.unique(self._exponents, axis=0, return_inverse=True)
+        self.ways = (np.arange(len(self._alike))[:, None] == group.ravel()) @ np.eye(len(model.terms))[self._active]
+
+    def tangents(
+        self, near: Nearby, p: FloatArray, slopes: FloatArray, reach: FloatArray, share: float
+    ) -> list[Tangent]:
+        """At coefficients p (n, n_terms), on boxes that reach so far (n, n_vars), of a `share` of what is read.
+
+        slopes
+            Of what is read along each of the ways, in logarithms, (n, k).
+        """
+        count = reach.shape[1]
+        boxes = reach[:, None] * np.vstack([np.ones(count), np.eye(count)])  # (n, 1 + n_vars, n_vars)
+        off = boxes @ np.abs(self._exponents).T + bent(self._exponents, boxes)
+        rests = near.rests(p[:, None, self._active] * off)
+        rests = (rests + (bent(self._alike, boxes) @ np.abs(slopes)[..., None])[..., 0]) * share
+        slopes = slopes @ self._alike * (np.copysign(share, near.value))[:, None]
+        return [
+            Tangent(abs(float(value)) * share, slope, float(rest[0]), rest[1:])
+            for value, slope, rest in zip(near.value, slopes, rests, strict=True)
+        ]

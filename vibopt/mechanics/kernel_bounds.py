@@ -4,7 +4,8 @@ With coefficients p that are off by d, the motion is that of the machine at p0 u
 the element i is extended by (its rate, its acceleration), on the machine as it is.  So the reading is its tangent in d,
 and a rest of second order.  Schwarz and Young bound the rest: the answer to a force is never greater than the root of
 the energy of its kernel times that of the force, and its own energy is no greater than the kernel's sum times the
-force's.  Energies are integrals of squares up to that time, by doubling.  Machines stand in a row, each with its time.
+force's.  Energies are integrals of squares up to that time, by doubling; in a run-up the greatest sizes stand in their
+place, and sums of kernels for the roots.  Machines stand in a row, each with its time.
 """
 
 from __future__ import annotations
@@ -47,14 +48,15 @@ class Nearby:
     value
         The reading at p0, (n,).
     kernels, sums
-        Of each extension against a force on each element: root of the integral of the squares, and bound of the
-        integral of sizes, with the part that follows at once.
+        Of each extension against a force on each element: root of the integral of the squares (in a run-up bound of
+        that of sizes), and bound of the integral of sizes, with the part that follows at once.
     read, read_at_once
         The same of the reading against a force on each element, and the part that follows at once.
     at_once
         Part of each extension that follows a force on each element at once.
     energies, now
-        Root of the integral of the square of each extension up to the time, and its size at the time.
+        Root of the integral of the square of each extension up to the time, and its size at the time; in a run-up its
+        greatest size both.
     weights
         Of the elements' own forces in the reading, (n_elements,).
     """
@@ -107,6 +109,36 @@ def nearby(
 
     None where the reading or an element is driven by a blow or a jerk, or what only springs hold has an open one.
     """
+    if not _bounded(machine, reading, elements):
+        return None
+    begins = np.cumsum([0.0, *(segment.length for segment in machine.segments)])
+    squares, now = _along(machine, [*map(extension, elements), reading], within, part)
+    kernels, sums, at_once = _felt(machine, reading, elements, begins[within] + part)
+    return _near(elements, now[:, -1], (kernels, sums, at_once), np.sqrt(squares), np.abs(now[:, :-1]))
+
+
+def swept(
+    machine: Transient,
+    reading: Reading,
+    elements: Sequence[Element],
+    times: FloatArray,
+    value: FloatArray,
+    sizes: FloatArray,
+) -> Nearby | None:
+    """The same in a run-up, at a time so many seconds behind what moves the machine, by the reading's value there.
+
+    times, value
+        (n,).
+    sizes
+        Greatest size of each extension up to the time, (n, n_elements).
+    """
+    if not _bounded(machine, reading, elements):
+        return None
+    _, sums, at_once = _felt(machine, reading, elements, times)
+    return _near(elements, value, (sums, sums, at_once), sizes, sizes)
+
+
+def _bounded(machine: Transient, reading: Reading, elements: Sequence[Element]) -> bool:
     order = max(i + reading.power for i, row in enumerate((reading.row, reading.rates, reading.inertia)) if row.any())
     blown = any(segment.blows.any() for segment in machine.segments)
     if (
@@ -114,38 +146,50 @@ def nearby(
         or (reading.power and any(element.weight for element in elements))
         or (blown and any(element.kind == INERTIA for element in elements))
     ):
-        return None
-    if machine.jointed is not None and any(element.vector[machine.jointed.quick].any() for element in elements):
-        return None
-    every = [*(Reading(*_split(element), power=0) for element in elements), reading]
-    vectors = np.array([element.vector[: machine.n_free] for element in elements])
-    pushes = (machine.struck @ vectors.T).mT
-    _, first, same = np.unique(vectors, axis=0, return_index=True, return_inverse=True)  # spring and damper push alike
-    same = same.ravel()
-    rows = _rows(machine, every, machine.own) / wide(machine.scale)
-    count = len(elements)
-    begins = np.cumsum([0.0, *(segment.length for segment in machine.segments)])
-    kernels, sums = (one[..., same] for one in _kernels(machine, pushes[:, first], rows, begins[within] + part))
-    direct = np.abs(np.stack([_at_once(machine, one, pushes) for one in every], axis=1))
-    squares, now = _along(machine, every, within, part)
+        return False
+    hung = machine.jointed
+    return hung is None or not any(element.vector[hung.quick].any() for element in elements)
+
+
+def _near(
+    elements: Sequence[Element],
+    value: FloatArray,
+    felt: tuple[FloatArray, FloatArray, FloatArray],
+    energies: FloatArray,
+    now: FloatArray,
+) -> Nearby:
+    """Of kernels, sums and what follows at once, of extensions and reading (n, n_elements + 1, n_elements) each."""
+    (kernels, sums, at_once), count = felt, len(elements)
     return Nearby(
-        value=now[:, -1],
+        value=value,
         kernels=kernels[:, :count],
-        sums=sums[:, :count] + direct[:, :count],
+        sums=sums[:, :count] + at_once[:, :count],
         read=kernels[:, count],
-        read_at_once=direct[:, count],
-        at_once=direct[:, :count],
-        energies=np.sqrt(squares),
-        now=np.abs(now[:, :-1]),
+        read_at_once=at_once[:, count],
+        at_once=at_once[:, :count],
+        energies=energies,
+        now=now,
         weights=np.abs([element.weight for element in elements]),
     )
 
 
-def _split(element: Element) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Rows of the positions, rates and accelerations that the coefficient multiplies."""
+def _felt(
+    machine: Transient, reading: Reading, elements: Sequence[Element], times: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    vectors = np.array([element.vector[: machine.n_free] for element in elements])
+    pushes = (machine.struck @ vectors.T).mT
+    _, first, same = np.unique(vectors, axis=0, return_index=True, return_inverse=True)  # spring and damper push alike
+    same, every = same.ravel(), [*map(extension, elements), reading]
+    rows = _rows(machine, every, machine.own) / wide(machine.scale)
+    kernels, sums = (one[..., same] for one in _kernels(machine, pushes[:, first], rows, times))
+    return kernels, sums, np.abs(np.stack([_at_once(machine, one, pushes) for one in every], axis=1))
+
+
+def extension(element: Element) -> Reading:
+    """What a coefficient multiplies: an extension, its rate or its acceleration."""
     rows = np.zeros((3, len(element.vector)))
     rows[_POWERS[element.kind]] = element.vector
-    return rows[0], rows[1], rows[2]
+    return Reading(rows[0], rows[1], rows[2])
 
 
 def _rows(machine: Transient, readings: Sequence[Reading], a: FloatArray) -> FloatArray:
@@ -184,14 +228,21 @@ def _kernels(
 
 
 def _sizes(a: FloatArray, starts: FloatArray, rows: FloatArray, spans: FloatArray) -> FloatArray:
-    """Bound of the integral of |row . z| over times 0 to a span with z' = a z from each of `starts`, mode by mode."""
+    """Bound of the integral of |row . z| over times 0 to a span with z' = a z from each of `starts`, mode by mode.
+
+    What a mode and its conjugate add is a cosine that fades: of each half turn no more than 2, faded at its beginning.
+    """
     values, modes = np.linalg.eig(a)
     apart = np.linalg.cond(modes) <= _APART
     modes = np.where(wide(apart), modes, np.eye(a.shape[-1]))
     falls = -values.real * spans[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         slow = np.where(np.abs(falls) > _SLIGHT, -np.expm1(-falls) / falls, 1.0 + np.abs(falls))
-        each = np.abs(np.linalg.solve(modes, starts.mT.astype(modes.dtype))) * (spans[:, None] * slow)[..., None]
+        half = np.pi / np.abs(values.imag)
+        waves = 2.0 / np.pi * half * np.expm1(values.real * half * np.ceil(spans[:, None] / half))
+        waves = np.abs(waves / np.expm1(values.real * half))
+        long = np.fmin(spans[:, None] * slow, waves)  # nan where nothing turns or fades
+        each = np.abs(np.linalg.solve(modes, starts.mT.astype(modes.dtype))) * long[..., None]
         return np.where(wide(apart), np.abs(rows @ modes) @ each, np.inf)
 
 

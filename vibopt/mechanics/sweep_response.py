@@ -31,6 +31,8 @@ _ALIKE, _CIRCLE, _AROUND = 50.0, 16, 0.05
 """Condition of modes beyond which the damping goes round its value on a circle; points, and radius as a part."""
 _UNMOVED, _FAINT = 1e-12, 1e-9
 """Parts of what a pole might add, and of the most that one adds, below both of which it adds rounding alone."""
+_SAMPLES, _ABOVE = 129, 1.05
+"""Of a rough look, and how much more than it saw may be in it."""
 _FIRST, _SURE, _ROUNDING = 4.0, 1e-12, 1e-17
 """Periods of the slowest mode in the first window behind; rounding of a value, and of a phase."""
 
@@ -54,15 +56,23 @@ class RunUp:
     load: FloatArray
     sweep: Sweep
 
-    def peak(self, reading: Reading) -> Peak:
-        """Greatest size of a reading over every angle at which it begins, from the beginning on, for ever."""
+    def at_most(self, reading: Reading) -> float:
+        """No less than the greatest size of a reading, and hardly more, in less work."""
+        times = np.linspace(0.0, self.sweep.times[-1], _SAMPLES)
+        return self.peak(reading, _ABOVE * float(self.history(reading, times).max())).value
+
+    def peak(self, reading: Reading, least: float = 0.0) -> Peak:
+        """Greatest size of a reading over every angle at which it begins, from the beginning on, for ever.
+
+        Where it is not above `least`, that.
+        """
         machine = self.modal(reading)
         for time, speed, size in zip((0.0, np.inf), self._ends, self.sweep.still, strict=True):
             if size and machine.met(speed):
                 return Peak(np.inf, time, len(self.sweep.rates) if time else 0)
         turning, stays = self.stretches(machine)
-        found = greatest(turning.envelope(turning.length), np.zeros(len(turning.length)), turning.length)
-        best, begun = Peak(0.0, 0.0), self.sweep.times
+        found = greatest(turning.envelope(turning.length), np.zeros(len(turning.length)), turning.length, least)
+        best, begun = Peak(least, 0.0), self.sweep.times
         if found is not None:
             best = Peak(found.value, float(begun[found.number]) + found.at, found.number, found.at, found.open)
         return stays.peak(best, float(begun[-1]), len(turning.length))

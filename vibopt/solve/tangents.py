@@ -27,10 +27,11 @@ from vibopt.solve.nlp import Nlp
 from vibopt.solve.ranges import starts
 from vibopt.work import Budget
 
-_MOST_VARIABLES, _AT_ONCE, _DEEP = 3, 32, 3
-"""Variables; boxes that are looked at side by side; how often one is halved at once where they are few."""
+_AT_ONCE, _DEEP = 32, 3
+"""Boxes that are looked at side by side; how often one is halved at once where they are few."""
 _STARTS = 4
-_BOX, _TERM = 1.5, 0.007  # of nominal work [ms] of a box beside its measurements, and of a term on a coordinate
+_BOX, _LONG = 1.5, 1e4
+"""Work of a box beside its measurements and tangents, and of all boxes at most [nominal ms]."""
 _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
 _KNOWN, _APART = 3, 0.01
@@ -57,12 +58,14 @@ class Tangents:
     def refuses(self, program: Program) -> str | None:
         if program.ties or any(axis.values is not None for axis in program.axes):
             return "it takes continuous variables alone."
-        if not 1 <= len(program.axes) <= _MOST_VARIABLES:
-            return f"{len(program.axes)} continuous variables are not 1 to {_MOST_VARIABLES}."
-        if all(part.form.in_time is None and not part.form.searched for part in program.parts):
-            return "no peak in time is asked for."
+        most = min((part.form.tangents_up_to for part in program.parts), default=0)
+        if not 1 <= len(program.axes) <= most:
+            return f"{len(program.axes)} continuous variables are not 1 to {most}."
         loose = next((part for part in program.parts if not _bounded(part, program)), None)
-        return None if loose is None else f"{loose.name} {loose.form.no_bounds}."
+        if loose is not None:
+            return f"{loose.name} {loose.form.no_bounds}."
+        timed = any(part.form.tangents_of and part.form.powers is None for part in program.parts)
+        return None if timed else "no peak in time is asked for."
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Status "optimal" with `bound`, "infeasible", or "feasible" and "unproven" where the boxes are used up."""
@@ -174,10 +177,9 @@ class _Search:
             bounds.add(first_speeds(part.form))
         self.best_x: FloatArray | None = None
         self.best = np.inf
-        terms = sum(
-            int(one.of.model.exponents.any(axis=1).sum()) * one.of.model.n_free for one in self.limits + self.aims
-        )
-        self.budget = Budget(self.method.most, "boxes", _BOX + program.cost + _TERM * terms)
+        tangents = sum(one.of.form.tangents_cost(one.of.model) for one in self.limits + self.aims)
+        box = _BOX + program.cost + tangents
+        self.budget = Budget(min(self.method.most, int(_LONG / box)), "boxes", box)
 
     def answer(self) -> Found:
         self.begin()
@@ -337,16 +339,17 @@ def _together(box: _Box) -> float | None:
     """
     reach = box.reach
     alone = max([box.floor, *(goal.least(reach) for goal in box.goals)])
-    if not box.limits:
+    limits, goals = ([one for one in some if np.isfinite(one.rest)] for some in (box.limits, box.goals))
+    if not limits:
         return alone
-    if box.goals:
-        size = max(abs(goal.value) for goal in box.goals) or 1.0
-        goals = [goal.scaled(0.0, size) for goal in box.goals]
-        weights = _weights([*goals, *box.limits], len(goals), reach)
+    if goals:
+        size = max(abs(goal.value) for goal in goals) or 1.0
+        goals = [goal.scaled(0.0, size) for goal in goals]
+        weights = _weights([*goals, *limits], len(goals), reach)
         if weights is not None:
-            return max(alone, size * _weighed([*goals, *box.limits], weights, reach))
-    weights = _weights(box.limits, len(box.limits), reach)
-    return None if weights is not None and _weighed(box.limits, weights, reach) > SAFETY else alone
+            return max(alone, size * _weighed([*goals, *limits], weights, reach))
+    weights = _weights(limits, len(limits), reach)
+    return None if weights is not None and _weighed(limits, weights, reach) > SAFETY else alone
 
 
 def _weights(tangents: Sequence[Tangent], count: int, reach: FloatArray) -> FloatArray | None:
