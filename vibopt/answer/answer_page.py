@@ -55,10 +55,6 @@ def html(
     paper
         "A4" or "letter": what it is printed on.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     words = _words(answer, sheet, also or ())
     said = {
         "changes": list(changes),
@@ -67,7 +63,15 @@ def html(
         "sheet": sheet,
         "version": version(),
     }
-    return template.render(**words, **said, room=_room(words), paper=paper)
+    return filled(TEMPLATE, **words, **said, room=_room(words), paper=paper)
+
+
+def filled(template: Path, **words: Any) -> str:
+    """A page as its template has it with some words; one that is missing is an error."""
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
+    return environment.from_string(template.read_text(encoding="utf-8")).render(**words)
 
 
 def shown_digests(digests: Mapping[str, str] | None) -> list[tuple[str, str]]:

@@ -6,7 +6,7 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Along
-from vibopt.excitations.excitation import Once, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
 from vibopt.signals import Line
 from vibopt.values import Fact, number, word
 
@@ -39,14 +39,6 @@ class BaseMotion(Along):
         if len(given) != 1:
             raise word('needs one of displacement, velocity and acceleration. Write displacement = "1 mm".')
         return self
-
-    @property
-    def once(self) -> Once | None:
-        if self.begins is None:
-            return None
-        from vibopt.excitations.begun import begun
-
-        return begun(self)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         for power, given in ((0, self.displacement), (-1, self.velocity), (-2, self.acceleration)):

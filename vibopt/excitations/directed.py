@@ -6,7 +6,7 @@ from typing import Annotated, Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Excitation
+from vibopt.excitations.excitation import Excitation, Once
 from vibopt.mechanics.vectors import cross
 from vibopt.values.directions import AXES, Direction, Place, Vector
 from vibopt.values.kinds import Later
@@ -29,6 +29,14 @@ class Along(Excitation):
         if self.direction is None:
             return super().acts
         return {f"{self.place}.{axis}": complex(part) for axis, part in zip(AXES, self.direction, strict=True) if part}
+
+    @property
+    def once(self) -> Once | None:
+        if getattr(self, "begins", None) is None:
+            return None
+        from vibopt.excitations.begun import begun
+
+        return begun(self)
 
 
 class Directed(Along):

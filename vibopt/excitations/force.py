@@ -6,7 +6,7 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed, RunUp
-from vibopt.excitations.excitation import Once, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
 from vibopt.signals import Line
 from vibopt.values import Fact, number, word
 
@@ -42,14 +42,6 @@ class Force(Directed):
         if self.run_up is not None and self.begins is not None:
             raise word("has run_up and begins: does it gain speed, or begin suddenly at full speed? Keep one.")
         return self
-
-    @property
-    def once(self) -> Once | None:
-        if self.begins is None:
-            return None
-        from vibopt.excitations.begun import begun
-
-        return begun(self)
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         return (unit_line(1.0, direction, 0.0, self.varied(self.amplitude.value)),)

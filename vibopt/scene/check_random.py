@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.devices import FAMILIES, Device
+from vibopt.devices import Device
 from vibopt.document.mistakes import Mistakes, Path, dotted, given_at
 from vibopt.mechanics.builder import GROUND, MOST_WHOLE
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene import places
-from vibopt.scene.check_speeds import reached
+from vibopt.scene.check_speeds import reached, whole
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 
@@ -127,7 +127,7 @@ def _in_time(scene: Scene, path: Path, response: TransientResponse, mistakes: Mi
     names = names_for(scene, response)
     if _many_coordinates(scene, path, mistakes) or _joint_pushed(scene, path, response, names, mistakes):
         return
-    if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
+    if not whole(scene, broken) or not _acting(scene, names):
         return
     turning = _turns(scene, response)
     if turning:
@@ -259,7 +259,7 @@ def _infinite(scene: Scene, path: Path, response: RandomResponse, mistakes: Mist
         or _through_inerter(scene, path, response, names, mistakes)
     ):
         return
-    if any(one.split(".")[0] in FAMILIES for one in broken) or not _joined(scene) or not _acting(scene, names):
+    if not whole(scene, broken) or not _acting(scene, names):
         return
     place = next((name for name, _ in response.places().values()), "")
     if place in places.turning(scene):
@@ -449,9 +449,3 @@ def _acting(scene: Scene, names: tuple[str, ...]) -> bool:
     return all(
         noise.on in (places.moving(scene) if noise.family == "bodies" else places.supports(scene)) for noise in noises
     )
-
-
-def _joined(scene: Scene) -> bool:
-    """Whether every link ends at something; a link that does not has been reported already."""
-    known = {*places.points(scene), GROUND}
-    return all(end in known for two in places.ends(scene).values() for end in two)

@@ -41,7 +41,7 @@ def check_speeds(scene: Scene, path: Path, response: HarmonicResponse, mistakes:
         _several(scene, path, response, names, mistakes)
     if many or response.normalised:
         _ratio(scene, path, response, names, many, mistakes)
-    if not any(one.split(".")[0] in FAMILIES for one in broken) and _joined(scene):
+    if whole(scene, broken):
         reached(scene, path, response, names, mistakes)
 
 
@@ -203,6 +203,11 @@ def _ratio(
     family, why, way = response.ratio_to
     if scene.excitations[names[0]].family != family:
         mistakes.add(path, f"{where}: {why}, which excitations.{names[0]} is not.{way}")
+
+
+def whole(scene: Scene, broken: set[str]) -> bool:
+    """Whether all devices could be read, and every link ends at something."""
+    return not any(one.split(".")[0] in FAMILIES for one in broken) and _joined(scene)
 
 
 @places.once

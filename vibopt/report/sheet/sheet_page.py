@@ -9,7 +9,7 @@ from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.answer_page import inline, shown_digests, version
+from vibopt.answer.answer_page import filled, inline, shown_digests, version
 from vibopt.answer.blocks import Block
 from vibopt.errors import InputError
 from vibopt.mechanics.machine import Machine
@@ -73,13 +73,9 @@ def html(
     InputError
         The file asks at which speeds its limits hold: there is no one design to sign.
     """
-    from jinja2 import Environment, StrictUndefined
-
     asks_for_one_design(design.scene)
-    environment = Environment(autoescape=True, trim_blocks=True, lstrip_blocks=True, undefined=StrictUndefined)
-    template = environment.from_string(TEMPLATE.read_text(encoding="utf-8"))
     said = _said(design, digests, changes, on) | {"paper": paper}
-    return template.render(**said, size=SIZES[density if density is not None else density_of(said)])
+    return filled(TEMPLATE, **said, size=SIZES[density if density is not None else density_of(said)])
 
 
 def _said(design: Design, digests: Mapping[str, str] | None, changes: Sequence[str], on: date | None) -> dict[str, Any]:
