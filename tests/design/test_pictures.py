@@ -199,7 +199,7 @@ SEEN = ("press_on_rubber", "footbridge_detuned", "rao_9_34", "rao_9_39", "rao_9_
 
 
 def off_the_curve(figure: Any, drawn: list[Panel]) -> list[tuple[str, float]]:
-    """Marks farther than two pixels from every curve of their panel."""
+    """Marks farther than two pixels from every curve of their panel, or below a least by as much."""
     figure.draw_without_rendering()
     axes = list(figure.findobj(Axes))[: len(drawn)]
     found = []
@@ -209,7 +209,11 @@ def off_the_curve(figure: Any, drawn: list[Panel]) -> list[tuple[str, float]]:
             if not panel.y_span[0] <= mark.y <= panel.y_span[1]:
                 continue  # shown at the edge of the paper, as an arrow
             point = each.transData.transform((mark.x, mark.y))
-            gap = min(_distance(point, line[np.isfinite(line).all(axis=1)]) for line in lines)
+            known = [line[np.isfinite(line).all(axis=1)] for line in lines]
+            if [one.label for one in panel.curves] == ["least that any isolator could reach"]:
+                gap = float(np.interp(point[0], *known[0].T) - point[1])
+            else:
+                gap = min(_distance(point, line) for line in known)
             found += [(mark.words, gap)] if gap > 2.0 else []
     return found
 
