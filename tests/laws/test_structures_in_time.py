@@ -145,29 +145,41 @@ def test_a_free_chain_on_springs_is_that_chain_from_standstill_on(
     assert found[2] == pytest.approx(found[0], rel=1e-6)
 
 
+@pytest.mark.parametrize("asked", ["steady", "noise", "run-up"])
 @FEW
 @given(
-    st.lists(st.tuples(st.floats(50.0, 500.0), st.integers(10_000, 400_000)), min_size=3, max_size=5),
-    st.floats(1e-4, 2e-3),
+    st.lists(st.tuples(st.floats(1.0, 500.0), st.floats(1e3, 1e6)), min_size=2, max_size=20),
+    st.sampled_from([0.0, 1e-4, 2e-3]),
+    st.sampled_from([3, 4, 17]),
 )
-def test_a_free_chain_rides_on_a_base_of_white_acceleration(
-    tmp_path_factory: pytest.TempPathFactory, parts: list[tuple[float, int]], lost: float
+def test_a_free_chain_is_that_of_its_bodies(
+    tmp_path_factory: pytest.TempPathFactory,
+    asked: str,
+    parts: list[tuple[float, float]],
+    lost: float,
+    digits: int,
 ) -> None:
-    """Rounding of the damping matrix, whose rows add up to a last digit, holds nothing to the ground."""
+    """Rounding of matrices whose rows add up to a last digit holds nothing to the ground."""
     M, K = np.diag([mass for mass, _ in parts]), np.zeros((len(parts), len(parts)))
-    links = {}
-    for i, (_, stiffness) in enumerate(parts[1:]):
-        spring = {"stiffness": f"{stiffness} N/m", "damping": f"{lost * stiffness!r} N s/m"}
+    links: dict[str, Any] = {}
+    for i, (_, drawn) in enumerate(parts[1:]):
+        stiffness = float(f"{drawn:.{digits}g}")
+        spring = {"stiffness": f"{stiffness!r} N/m", "damping": f"{lost * stiffness!r} N s/m"}
         links[f"s{i}"] = {"between": [f"b{i}", f"b{i + 1}"], **spring}
         K[i : i + 2, i : i + 2] += stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
     bodies = {"bodies": {f"b{i}": {"mass": f"{mass!r} kg"} for i, (mass, _) in enumerate(parts)}, "links": links}
-    noise = {"kind": "white_noise", "on": "deck", "density": "0.1 (m/s²)²/Hz"}
+    shaker = {
+        "steady": {"kind": "force", "on": "box", "amplitude": "100 N", "speed": "1..20 Hz", "varies": "constant"},
+        "noise": {"kind": "white_noise", "on": "deck", "density": "0.1 (m/s²)²/Hz"},
+        "run-up": {**SHAKERS["run-up"], "on": "box"},
+    }[asked]
+    sort = {"steady": "", "noise": "rms_", "run-up": "peak_"}[asked]
     measures = {
-        "box": {"response": "rms_acceleration", "of": "box"},
-        "base": {"response": "rms_force", "through": "held"},
+        "box": {"response": f"{sort}acceleration", "of": "box"},
+        "base": {"response": f"{sort or 'transmitted_'}force", "through": "held"},
     }
     found = [
-        answered({**carried(on), "excitations": {"shaker": noise}, "measures": measures})
+        answered({**carried(on), "excitations": {"shaker": shaker}, "measures": measures})
         for on in (bodies, by_matrices(tmp_path_factory.mktemp("free"), M, lost * K, K, [*range(len(parts))]))
     ]
     assert found[1] == pytest.approx(found[0], rel=1e-6)

@@ -369,10 +369,16 @@ class StructureTable(Device):
 
     def _remark(self, name: str, host: Reduction) -> str:
         """How good the coordinates are, for the answer."""
+        from vibopt.mechanics.host import free_motions
+
         text = (
             f"{name}: {counted(self.whole.size, 'degrees of freedom')}{self._without()}, {host.coordinates.count} "
             f"used; greatest error of receptances {_size(host.error)}, checked at {counted(host.checks, 'frequencies')}"
         )
+        free = free_motions(self.matrices)
+        if free.count:
+            hidden = float(np.sqrt(free.hidden)) / (2.0 * np.pi)
+            text += f"; nothing holds {counted(free.count, 'motions')} of it, to less than {hidden:.0e} Hz"
         lost = _lost(self.matrices, tuple(self.kept_points.values()))
         if lost.worst > WORTH_SAYING:
             text += f"; rounding of the matrix entries alone moves them by {lost.worst:.0e}"
@@ -432,7 +438,7 @@ def _reduced(matrices: Matrices, points: tuple[tuple[str, int], ...], top: float
 def _lost(matrices: Matrices, places: tuple[int, ...]) -> Any:
     from vibopt.mechanics.host import digits_lost
 
-    return digits_lost(matrices, list(places), 1e-3 * matrices.fastest)
+    return digits_lost(matrices, list(places))
 
 
 def _size(error: float) -> str:

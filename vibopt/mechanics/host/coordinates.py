@@ -7,7 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.mechanics.host.matrices import Matrices, solve
+from vibopt.mechanics.host.lowest import still
+from vibopt.mechanics.host.matrices import Matrices
 from vibopt.records import dataclass
 
 
@@ -118,8 +119,8 @@ class Lost:
         return max(self.rounding, self.refined)
 
 
-def digits_lost(matrices: Matrices, places: list[int], omega: float) -> Lost:
-    """Digits lost at standstill, or beside it at omega [rad/s] where nothing holds the structure.
+def digits_lost(matrices: Matrices, places: list[int]) -> Lost:
+    """Digits lost at standstill; of what is free, those of its motion beside the free ones.
 
     Notes
     -----
@@ -129,9 +130,9 @@ def digits_lost(matrices: Matrices, places: list[int], omega: float) -> Lost:
     """
     loads = matrices.units(np.array(places, dtype=np.intp))
     try:
-        found = solve(matrices, loads, 0.0)
+        found = still(matrices, loads)
     except RuntimeError:
-        found = solve(matrices, loads, 0.0, shift=omega**2)
+        return Lost(np.inf, np.inf, np.inf, places[0])
     motion = np.asarray(found.motion, dtype=float)
     moved = motion[places, np.arange(len(places))]
     squared = matrices.stiffness.copy()

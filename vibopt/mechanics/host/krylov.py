@@ -14,7 +14,8 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.host.coordinates import Coordinates
-from vibopt.mechanics.host.matrices import Matrices, factored, solve
+from vibopt.mechanics.host.lowest import free_motions, lowest_modes, still, undamped
+from vibopt.mechanics.host.matrices import Matrices, solve
 from vibopt.records import dataclass
 
 TARGET = 1e-10
@@ -106,46 +107,27 @@ class _Basis:
     def coordinates(self, names: list[str]) -> Coordinates:
         """The projected structure on its own undamped modes, mass 1 each."""
         points = dict(zip(names, self.vectors[:, self.places].T, strict=True))
-        return _on_modes(self.small, points, self.matrices.loss_factor)
+        return _on_modes(self.small, points, self.matrices)
 
 
-def _on_modes(small: dict[str, FloatArray], points: dict[str, FloatArray], loss_factor: float) -> Coordinates:
-    """M, C, K (r, r), and rows of points over their coordinates (r,), on their undamped modes, mass 1 each."""
-    squares, shapes = _modes(small["M"].astype(np.longdouble), small["K"].astype(np.longdouble))
-    damping = (shapes.T @ small["C"] @ shapes).astype(float)
-    rows = {name: (row.astype(np.longdouble) @ shapes).astype(float) for name, row in points.items()}
-    size = np.abs(damping).max(initial=0.0)
-    free = (squares == 0.0) & (np.abs(damping).max(axis=1, initial=0.0) <= 1e-15 * size)
-    damping[free], damping[:, free] = 0.0, 0.0  # rounding would hold what is free to the ground
-    off = damping - np.diag(np.diag(damping))
-    if np.abs(off).max(initial=0.0) <= 1e-13 * size:
-        damping = np.diag(np.diag(damping))
-    return Coordinates(np.ones(len(squares)), squares, damping, rows, loss_factor)
+def _on_modes(small: dict[str, Any], points: dict[str, Any], matrices: Matrices) -> Coordinates:
+    """M, C, K (r, r), and rows of points over their coordinates (r,), on their undamped modes, mass 1 each.
 
-
-def _modes(mass: Any, stiffness: Any) -> tuple[FloatArray, Any]:
-    """Squares of the natural frequencies, not negative, and mass-normalised shapes in long doubles.
-
-    The first solution is in doubles; one step of first-order correction in long doubles gives the low
-    modes the digits that the high ones cost them.
+    The first coordinates are the free motions of the structure, the others have no part in them.
     """
-    from scipy.linalg import eigh
-
-    _, first = eigh(stiffness.astype(float), mass.astype(float))
-    shapes = first.astype(np.longdouble)
-    for _ in range(2):
-        m, k = shapes.T @ mass @ shapes, shapes.T @ stiffness @ shapes
-        squares = np.diag(k) / np.diag(m)
-        gap = squares[None, :] - squares[:, None]
-        near = np.abs(gap) <= 1e-6 * np.abs(squares).max() * 1e-6 + 1e-9 * np.abs(squares)[None, :]
-        turn = np.where(near, -0.5 * m, (k - m * squares[None, :]) / np.where(near, 1.0, gap))
-        np.fill_diagonal(turn, 0.5 * (1.0 - np.diag(m)))
-        shapes = shapes + shapes @ turn
-    k = shapes.T @ stiffness @ shapes
-    m = shapes.T @ mass @ shapes
-    squares = (np.diag(k) / np.diag(m)).astype(float)
-    floor = 1e-15 * float(squares.max(initial=0.0))
-    return np.where(squares < floor, 0.0, squares), shapes / np.sqrt(np.diag(m))
+    free = free_motions(matrices)
+    held = slice(free.count, None)
+    squares, shapes = np.zeros(len(small["M"])), np.eye(len(small["M"]), dtype=np.longdouble)
+    if free.count < len(squares):
+        found, shapes[held, held] = undamped(*(small[key][held, held].astype(np.longdouble) for key in "MK"))
+        squares[held] = np.maximum(found, 0.0)
+    damping = (shapes.T @ small["C"] @ shapes).astype(float)
+    damping[: free.coasting], damping[:, : free.coasting] = 0.0, 0.0  # rounding would hold what is free to the ground
+    rows = {name: (row.astype(np.longdouble) @ shapes).astype(float) for name, row in points.items()}
+    off = damping - np.diag(np.diag(damping))
+    if np.abs(off).max(initial=0.0) <= 1e-13 * np.abs(damping).max(initial=0.0):
+        damping = np.diag(np.diag(damping))
+    return Coordinates(np.ones(len(squares)), squares, damping, rows, matrices.loss_factor)
 
 
 def reduced_host(matrices: Matrices, points: dict[str, int], top: float, *, modes: int = 0) -> Reduction:
@@ -166,6 +148,7 @@ def reduced_host(matrices: Matrices, points: dict[str, int], top: float, *, mode
     names = list(points)
     loads = matrices.units(places)
     basis = _Basis(matrices, places)
+    basis.add(free_motions(matrices).motions)
     if modes:
         frequencies, shapes = lowest_modes(matrices, modes)
         basis.add(shapes)
@@ -196,41 +179,32 @@ def whole_host(matrices: Matrices, points: dict[str, int]) -> Reduction:
     points
         Coordinate number per named point.
     """
-    places, unit = np.array(list(points.values()), dtype=np.intp), np.eye(matrices.size)
-    small = {"M": matrices.mass.toarray(), "C": matrices.damping.toarray(), "K": matrices.stiffness.toarray()}
-    now = _on_modes(small, {name: unit[place] for name, place in points.items()}, matrices.loss_factor)
+    places, free = np.array(list(points.values()), dtype=np.intp), free_motions(matrices)
+    whole = _beside(matrices, free.motions)
+    small = {key: whole.T @ (one @ whole) for key, one in zip("MCK", matrices.long, strict=True)}
+    now = _on_modes(small, {name: whole[place] for name, place in points.items()}, matrices)
     top, loads = _ABOVE * float(np.sqrt(now.stiffness.max())), matrices.units(places)
     checks = _between([0.0, top], top, CHECKS)
     errors = [_error(now, omega, solve(matrices, loads, omega).motion[places].astype(complex)) for omega in checks]
     return Reduction(now, matrices.size, max(errors), len(checks), len(checks), top)
 
 
-def lowest_modes(matrices: Matrices, count: int) -> tuple[FloatArray, FloatArray]:
-    """Lowest undamped natural frequencies (k,) [rad/s] and shapes (n, k) of the structure alone."""
-    from scipy.linalg import eigh
-    from scipy.sparse.linalg import LinearOperator, eigsh
+def _beside(matrices: Matrices, free: FloatArray) -> Any:
+    """A basis of all motions, (n, n) in long doubles: the free ones, then those that have no part in them."""
+    from scipy.linalg import qr
 
-    size = matrices.size
-    if count >= size - 1 or size <= 2 * _MOST:
-        squares, shapes = eigh(matrices.stiffness.toarray(), matrices.mass.toarray())
-        return np.sqrt(np.maximum(squares[:count], 0.0)), shapes[:, :count]
-    shift = (1e-6 * matrices.fastest) ** 2
-    lu = factored(matrices.dynamic(-shift, 0.0))
-    inverse = LinearOperator(shape=(size, size), matvec=lu.solve, dtype=float)
-    start = np.sqrt(matrices.mass.diagonal())
-    squares, shapes = eigsh(matrices.stiffness, count, matrices.mass, sigma=-shift, OPinv=inverse, v0=start)
-    order = np.argsort(squares)
-    return np.sqrt(np.maximum(squares[order], 0.0)), shapes[:, order]
+    whole = np.eye(matrices.size, dtype=np.longdouble)
+    if not free.shape[1]:
+        return whole
+    whole -= free @ (matrices.long[0] @ free.astype(np.longdouble)).T
+    weighed = np.sqrt(matrices.mass.diagonal()) * free.T
+    leading = qr(weighed, pivoting=True, mode="r")[1][: free.shape[1]]
+    return np.hstack([free, np.delete(whole, leading, axis=1)])
 
 
 def _begin(matrices: Matrices, basis: _Basis, loads: FloatArray, top: float) -> list[float]:
-    """Standstill (beside it where nothing holds the structure) and the top frequency."""
-    try:
-        still = solve(matrices, loads, 0.0)
-        held = still.left < 1e-6
-    except RuntimeError:
-        held = False
-    basis.add(still.motion if held else solve(matrices, loads, 0.0, shift=(0.03 * top) ** 2).motion)
+    """Standstill, of what is held, and the top frequency."""
+    basis.add(still(matrices, loads).motion)
     basis.add(solve(matrices, loads, top).motion)
     return [0.0, top]
 
