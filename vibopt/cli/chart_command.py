@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from hashlib import sha256
 from pathlib import Path
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibopt.answer.console import Console
+    from vibopt.charts.runner import Chart
     from vibopt.charts.runs import Rows
-    from vibopt.charts.trial import Trial
     from vibopt.files.journal import Journal
     from vibopt.scene.scene import Scene
 
@@ -79,7 +79,7 @@ def speed_accuracy(files: tuple[str, ...], family: str | None, quick: bool, **ho
     made = partial(run, scenes, family=family, quick=quick)
     asked = _Asked("accuracy", [family, quick], files, scenes, **how)
     result = _charted(asked, made)
-    return _code(result.trials, less=bool(result.cut or result.left))
+    return _code(result)
 
 
 @chart.command(cls=Once)
@@ -94,7 +94,7 @@ def stability(family: str | None, quick: bool, **how: Any) -> int:
 
     made = partial(run, family=family, quick=quick)
     result = _charted(_Asked("stability", [family, quick], **how), made)
-    return _code(result.trials, less=bool(result.cut or result.left))
+    return _code(result)
 
 
 @chart.command(cls=Once)
@@ -132,9 +132,7 @@ def profiles(family: str | None, seed: int, count: int | None, quick: bool, **ho
 
     made = partial(run, family, seed=seed, count=count, quick=quick)
     result = _charted(_Asked("profiles", [family, seed, count, quick], **how), made)
-    parts = result.charts.values()
-    less = any(part.cut or part.left for part in parts)
-    return _code([trial for part in parts for trial in part.trials], less=less)
+    return _code(*result.charts.values())
 
 
 @dataclass
@@ -225,14 +223,14 @@ def _kept_words(journal: Journal[Rows] | None) -> str:
     return f"{held}; the same command with --resume goes on."
 
 
-def _code(trials: Iterable[Trial], *, less: bool) -> int:
-    """Exit code: whether vibopt itself is silently wrong, or less was asked than the chart promises."""
+def _code(*charts: Chart) -> int:
+    """Exit code: whether vibopt itself is silently wrong, or less was asked than the charts promise."""
     from vibopt.charts.trial import DEFAULT
     from vibopt.charts.verdicts import SILENT
 
-    if any(trial.verdict == SILENT and trial.method == DEFAULT for trial in trials):
+    if any(trial.verdict == SILENT and trial.method == DEFAULT for one in charts for trial in one.trials):
         return SILENTLY_WRONG
-    return ASKED_LESS if less else 0
+    return ASKED_LESS if any(one.cut or one.left for one in charts) else 0
 
 
 @chart.command(cls=Once)

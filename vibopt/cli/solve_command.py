@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,7 +27,7 @@ from vibopt.cli.options import (
     scenario,
     with_scenario,
 )
-from vibopt.cli.output import colour, complain, note_kept, say, say_json, show, width
+from vibopt.cli.output import colour, complain, note_kept, say, say_json, show, told, width
 from vibopt.errors import InputError
 from vibopt.work import metered, seconds_of_each_answer
 
@@ -170,10 +171,7 @@ def _for_all(job: Job, others: bool, *, as_json: bool, require_proof: bool) -> i
         raise InputError(f"{alone} Leave the other options out.")
     with Bar() as bar:
         found = one_for_all(job, progress=bar)
-    if as_json:
-        say_json(found.to_json())
-    else:
-        show(lambda console: _tell_all(found, console))
+    told(found, _tell_all, as_json=as_json, status=found.status)
     code = EXIT_CODES[found.status]
     return UNPROVEN if require_proof and code == 0 and found.status != "optimal" else code
 
@@ -247,23 +245,26 @@ def _coefficients(job: Job, save: str | None, *, force: bool) -> dict[Path, str]
             "rotor. Leave --save-coefficients out."
         )
     from vibopt.balancing.coefficients import coefficients_document
-    from vibopt.document.toml_writing import document_toml
-    from vibopt.files.marks import with_check
-    from vibopt.files.writing import checked_target
 
-    text = f"# Influence coefficients of {job.name}, saved by vibopt: read them as influence in the next job.\n\n"
-    return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(coefficients_document(job)))}
+    words = f"Influence coefficients of {job.name}, saved by vibopt: read them as influence in the next job."
+    return _learnt(words, coefficients_document(job), save, force=force)
 
 
 def _modelled(design: Any, save: str, *, force: bool) -> dict[Path, str]:
     """The balancing job of a rotor of discs, and its text."""
+    from vibopt.report.modelled_balancing import balancing_document
+
+    words = f"What weights on the discs of {design.scene.name} do, by its model: a balancing job, made by vibopt."
+    return _learnt(words, balancing_document(design), save, force=force)
+
+
+def _learnt(words: str, document: Mapping[str, Any], save: str, *, force: bool) -> dict[Path, str]:
+    """A document under its words as the text of a file."""
     from vibopt.document.toml_writing import document_toml
     from vibopt.files.marks import with_check
     from vibopt.files.writing import checked_target
-    from vibopt.report.modelled_balancing import balancing_document
 
-    text = f"# What weights on the discs of {design.scene.name} do, by its model: a balancing job, made by vibopt.\n\n"
-    return {checked_target(save, PROBLEMS, force=force): with_check(text + document_toml(balancing_document(design)))}
+    return {checked_target(save, PROBLEMS, force=force): with_check(f"# {words}\n\n{document_toml(document)}")}
 
 
 def _say(drawn: Rounded | None, written: list[str], refused: str) -> None:
