@@ -108,7 +108,6 @@ WRONG = {
     ),
     "unknown key": ({"damping =": "dampng ="}, 'line 9: unknown key "dampng" in links.mount. Did you mean "damping"?'),
     "unknown table": ({"[goal]": "[gaol]"}, 'line 22: unknown key "gaol" at the top level. Did you mean "goal"?'),
-    "a table of later": ({"[goal]": "[masses.x]\n[goal]"}, "line 22: [masses] is not supported yet. Remove it."),
     "name taken twice": (
         {"[links.mount]": "[links.fan]", 'of = "mount"': 'of = "fan"'},
         "line 6: links.fan takes a name that bodies.fan has already. Choose another.",

@@ -16,7 +16,6 @@ from vibopt.balancing.rotor_tables import (
     GoalTable,
     QualityTable,
     ScatterTable,
-    named_tables,
     one_of,
     optional_table,
     place_of,
@@ -24,7 +23,7 @@ from vibopt.balancing.rotor_tables import (
     read_value,
 )
 from vibopt.balancing.rotor_tables import ResidualLimit as ResidualTable
-from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.document.mistakes import Mistakes, Path, dotted, named_tables
 from vibopt.errors import QuantityError, way_out
 from vibopt.units import read_quantity, show
 from vibopt.values import Fact

@@ -28,13 +28,12 @@ from vibopt.balancing.rotor_tables import (
     DrillTable,
     PlaneTable,
     SensorTable,
-    named_tables,
     positive,
     read_each,
     read_table,
     read_value,
 )
-from vibopt.document.mistakes import Mistakes, Path, dotted
+from vibopt.document.mistakes import Mistakes, Path, dotted, named_tables
 from vibopt.errors import QuantityError
 from vibopt.records import replace
 from vibopt.units import Detector

@@ -29,11 +29,10 @@ from vibopt.balancing.rotor_tables import (
     RotorTable,
     headed,
     known_keys,
-    named_tables,
     optional_table,
     read_table,
 )
-from vibopt.document.mistakes import Mistakes, Path
+from vibopt.document.mistakes import Mistakes, Path, named_tables
 from vibopt.errors import InputError
 from vibopt.units import show
 from vibopt.values.grade import grade_velocity

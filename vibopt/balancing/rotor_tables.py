@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from pydantic import model_validator
 
 from vibopt.balancing.planes import MASS
-from vibopt.document.mistakes import Mistakes, Path, validated
+from vibopt.document.mistakes import Mistakes, Path, named_tables, records_in, text_in, validated
 from vibopt.errors import QuantityError, way_out
 from vibopt.units import read_quantity, si_unit
 from vibopt.values import Fact, Table, number
@@ -396,14 +396,8 @@ def known_keys(document: Mapping[str, Any], known: Sequence[str], mistakes: Mist
 
 def headed(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[str, tuple[Mapping[str, Any], ...]]:
     """The title, or the name of the file, and its records; `statement` is for who reads the file."""
-    for key in ("title", "statement"):
-        if not isinstance(document.get(key, ""), str):
-            mistakes.value((key,), document[key], "is not a text. Write it in quotation marks.")
-    given = document.get("expected", [])
-    if not isinstance(given, list) or not all(isinstance(one, Mapping) for one in given):
-        mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
-        given = []
-    return str(document.get("title", mistakes.name)), tuple(given)
+    title, _ = (text_in(document, key, mistakes.name, mistakes) for key in ("title", "statement"))
+    return title, records_in(document, mistakes)
 
 
 def read_tables(document: Mapping[str, Any], family: str, kind: type[Kind], mistakes: Mistakes) -> dict[str, Kind]:
@@ -411,15 +405,6 @@ def read_tables(document: Mapping[str, Any], family: str, kind: type[Kind], mist
     given = named_tables(document, family, mistakes)
     found = {name: read_table(kind, table, (family, name), mistakes) for name, table in given.items()}
     return {name: table for name, table in found.items() if table is not None}
-
-
-def named_tables(document: Mapping[str, Any], family: str, mistakes: Mistakes) -> Mapping[str, Any]:
-    """The tables of a family by name; a mistake where the family is none."""
-    tables = document.get(family, {})
-    if isinstance(tables, Mapping):
-        return tables
-    mistakes.value((family,), tables, f"is not a table. Write [{family}.NAME].")
-    return {}
 
 
 def listed_tables(document: Mapping[str, Any], family: str, mistakes: Mistakes) -> list[Any]:

@@ -267,3 +267,30 @@ def given_at(table: object, path: Path) -> object:
         except (KeyError, IndexError, TypeError):
             return None
     return here
+
+
+def text_in(document: Mapping[str, Any], key: str, default: str, mistakes: Mistakes) -> str:
+    """A text at the top of a document, or what stands for it; a mistake where it is none."""
+    given = document.get(key, default)
+    if isinstance(given, str):
+        return given
+    mistakes.value((key,), given, "is not a text. Write it in quotation marks.")
+    return default
+
+
+def records_in(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Mapping[str, Any], ...]:
+    """The records of a document, [[expected]]; a mistake where they are none."""
+    given = document.get("expected", [])
+    if isinstance(given, list) and all(isinstance(one, Mapping) for one in given):
+        return tuple(given)
+    mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
+    return ()
+
+
+def named_tables(document: Mapping[str, Any], family: str, mistakes: Mistakes) -> Mapping[str, Any]:
+    """The tables of a family by name; a mistake where the family is none."""
+    tables = document.get(family, {})
+    if isinstance(tables, Mapping):
+        return tables
+    mistakes.value((family,), tables, f"is not a table. Write [{family}.NAME].")
+    return {}

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.forms.form import by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime, matrices, reading
-from vibopt.forms.rubbing import acting_with_friction, friction_of, grip_of
+from vibopt.forms.rubbing import Rubbing, acting_with_friction, friction_of, grip_of
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.records import dataclass
 
@@ -30,9 +30,7 @@ of its terms below which a sum is rounding."""
 class PeakRubbing(PeakInTime):
     """As `PeakInTime`, of what slips, stops and holds: loads that come together do not add; slopes are differences."""
 
-    no_bounds = "is a motion with dry friction, which has no bounds on boxes of designs"
-    not_convex = "is a motion with dry friction, which is not convex in stiffness, damping and friction"
-    rough = "is a motion with dry friction, which slips, stops or holds: no smooth function of the design"
+    no_bounds, not_convex, rough = Rubbing.no_bounds, Rubbing.not_convex, Rubbing.rough
 
     @property
     def in_time(self) -> None:

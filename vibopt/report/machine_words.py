@@ -26,6 +26,7 @@ THOROUGH = "`vibopt explain FILE --thorough`"
 """What computes all that an answer leaves out because of the work."""
 """More values than this are not listed one by one."""
 
+HELD = ("optimal", "feasible", "met")
 _PLAIN = {
     "optimal": "",
     "feasible": "all limits hold; that nothing better exists is not proven",
@@ -36,7 +37,6 @@ _PLAIN = {
     "unproven": "no design was found, and none was proven impossible",
     "check_failed": "a method claimed this design, the independent check refused it",
 }
-CANNOT_BE_TOLD = "it cannot be told whether enough of all machines keep every limit"
 
 
 def goal_words(design: Design) -> str:
@@ -56,17 +56,23 @@ def verdict(design: Design) -> str:
     """What the first line of the answer says behind its status, without its proof."""
     if design.found is not None and design.status != "check_failed":
         return found_words(design)
-    broken = listed([f'"{name}"' for name, limit in design.limits.items() if not limit.met])
-    said = _PLAIN[design.status].format(broken=broken or "a limit")
-    if design.status == "violated" and not broken:
-        said = "a whirl of the machine grows without end"
+    said = status_words(design)
     if design.status == "met" and not design.limits:
         said = "no limit was set; the measures below are what was asked"
-    if odds := odds_said(design):
+    if design.status in ("met", "feasible") and (odds := odds_said(design)):
         held, end, rest = said.partition(";")
-        kept = f"{held}, {odds}{end}{rest}" if design.status in ("met", "feasible") else said
-        said = CANNOT_BE_TOLD if design.status == "unproven" else kept
+        said = f"{held}, {odds}{end}{rest}"
     return "; ".join(filter(None, (goal_words(design), said)))
+
+
+def status_words(design: Design) -> str:
+    """What its status means; of limits that do not hold which."""
+    broken = listed([f'"{name}"' for name, limit in design.limits.items() if not limit.met])
+    if design.status == "violated" and not broken:
+        return "a whirl of the machine grows without end"
+    if design.status == "unproven" and odds_said(design):
+        return "it cannot be told whether enough of all machines keep every limit"
+    return _PLAIN["violated" if broken and design.status in HELD else design.status].format(broken=broken)
 
 
 def found_words(design: Design) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.devices import FAMILIES
 from vibopt.document.locate import Locator, located
-from vibopt.document.mistakes import Mistakes, validated
+from vibopt.document.mistakes import Mistakes, named_tables, records_in, text_in, validated
 from vibopt.document.toml_reading import changed, parsed, placed, text_of
 from vibopt.errors import way_out
 from vibopt.excitations import KINDS as EXCITATIONS
@@ -33,7 +33,6 @@ _HEAD = ["title", "statement", "source"]
 _TAIL = ["excitations", "limits", "measures", "goal", "scenarios", "expected"]
 _PROBES = ((0.5,), (0.0, 1.0), (1.0, 0.0), (0.0,), (1.0,), (0.38, 0.74, 0.17), (0.81, 0.27, 0.63), (0.12, 0.55, 0.92))
 """Positions at which a scene is checked, as parts of each range in turn."""
-_LATER = ["planes", "sensors", "runs", "conventions", "shaft", "masses", "cylinders"]
 
 
 def read(path: str | FilePath) -> Scene:
@@ -152,8 +151,8 @@ class _Parts:
         goal, find_all = self._goal()
         return Scene(
             name=name,
-            title=self._text("title", name),
-            statement=self._text("statement", ""),
+            title=text_in(known, "title", name, self.mistakes),
+            statement=text_in(known, "statement", "", self.mistakes),
             **own,
             others={family: tables for family, tables in devices.items() if tables},
             excitations=excitations,
@@ -162,7 +161,7 @@ class _Parts:
             goal=goal,
             find_all=find_all,
             variables=tuple(self.variables),
-            expected=self._expected(),
+            expected=records_in(known, self.mistakes),
             document=self.document,
             notes=tuple(dict.fromkeys(self.notes)),
             locator=locator,
@@ -186,34 +185,19 @@ class _Parts:
         self.notes.append(f"excitations.{name}.grade: {size}, of a rotor of {mass}")
         return known
 
-    def _text(self, key: str, default: str) -> str:
-        value = self.document.get(key, default)
-        if not isinstance(value, str):
-            self.mistakes.value((key,), value, "is not a text. Write it in quotation marks.")
-            return default
-        return value
-
     def _top(self) -> None:
         known = [*_HEAD, *FAMILIES, *_TAIL]
         for key in self.document:
             if key not in known:
                 self.broken.add(key)
-            if key in _LATER:
-                self.mistakes.add((key,), f"[{key}] is not supported yet. Remove it.")
-            elif key not in known:
                 self.mistakes.unknown_key((key,), known)
-        self._text("source", "")
+        text_in(self.document, "source", "", self.mistakes)
 
     def _tables(self, family: str) -> dict[str, dict[str, Any]]:
-        if family not in self.document:
-            return {}
-        tables = self.document[family]
-        if not isinstance(tables, (dict, Mapping)):
+        if not isinstance(self.document.get(family, {}), (dict, Mapping)):
             self.broken.add(family)
-            self.mistakes.value((family,), tables, f"is not a table. Write [{family}.NAME].")
-            return {}
         good = {}
-        for name, table in tables.items():
+        for name, table in named_tables(self.document, family, self.mistakes).items():
             if isinstance(table, (dict, Mapping)):
                 good[name] = table if isinstance(table, dict) else dict(table)
             else:
@@ -335,10 +319,3 @@ class _Parts:
                 words.pop(key)
         made = self._table(("goal",), words, GOALS[words["response"]])
         return Goal(sense, str(table[sense]), made) if made is not None else None
-
-    def _expected(self) -> tuple[Mapping[str, Any], ...]:
-        given = self.document.get("expected", [])
-        if not isinstance(given, list) or not all(isinstance(one, (dict, Mapping)) for one in given):
-            self.mistakes.add(("expected",), "expected is not a list of tables. Write [[expected]] above each record.")
-            return ()
-        return tuple(given)

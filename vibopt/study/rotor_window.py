@@ -24,7 +24,7 @@ from vibopt.cones import Cones
 from vibopt.errors import InputError, RoutesDiffer
 from vibopt.jobs import answer
 from vibopt.study.permitted import Window, turned
-from vibopt.study.spans import Span
+from vibopt.study.spans import Span, no_design
 
 if TYPE_CHECKING:
     from vibopt.balancing.question import Question
@@ -163,7 +163,7 @@ def rotor_window(job: RotorJob) -> Window:
     plan = answer(job, explain=False, brief=True)
     if plan.status not in ("optimal", "feasible"):
         known = "proven" if plan.status == "infeasible" else plan.claim
-        raise InputError(f"{job.name}: there is no permitted design ({known}). vibopt explain says which limits clash.")
+        raise no_design(job.name, known)
     of, _, idle, posed = asked_of(job)
     question, decided = posed.question, decided_of(posed.question.options)
     free = tuple(k for k, own in enumerate(job.planes) if own.is_open and k not in idle and question.caps[k] > 0.0)

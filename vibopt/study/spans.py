@@ -56,8 +56,9 @@ class Span:
     tried: int = 0
 
 
-def _none(scene: Scene, words: str) -> InputError:
-    return InputError(f"{scene.name}: there is no permitted design ({words}). vibopt explain says which limits clash.")
+def no_design(name: str, words: str) -> InputError:
+    """That there is no design to tell a window of."""
+    return InputError(f"{name}: there is no permitted design ({words}). vibopt explain says which limits clash.")
 
 
 def _only(scene: Scene, program: Program) -> tuple[Span, ...]:
@@ -65,7 +66,7 @@ def _only(scene: Scene, program: Program) -> tuple[Span, ...]:
     (variable,) = scene.variables
     found = permitted(program)
     if not found.intervals:
-        raise _none(scene, "proven" if found.complete else "none was found")
+        raise no_design(scene.name, "proven" if found.complete else "none was found")
     ends = tuple(
         (Entry(low, variable.dimension, variable.unit), Entry(high, variable.dimension, variable.unit))
         for low, high in found.intervals
@@ -108,7 +109,7 @@ class _Whole:
         begin = self.designs[-1].tolist() if self.designs else None
         found, _ = best_of(aimed, scene, None, None, begin)
         if found.x is None and found.status != "unbounded":
-            raise _none(scene, "proven" if found.status == "infeasible" else "none was found")
+            raise no_design(scene.name, "proven" if found.status == "infeasible" else "none was found")
         self.opened |= found.status == "unbounded"
         self.designs += [] if found.x is None else [found.x]
         sound = found.x is None or all(one.met for one in _rows(scene, found.x))

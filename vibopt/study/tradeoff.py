@@ -142,13 +142,18 @@ def tradeoff(
     InputError
         No goal, no such limit, or no design at any bound.
     """
-    if not is_open(job) or not goal_word(job):
-        raise InputError(f"{job.name}: tradeoff needs a goal and something to choose. Write a [goal], or use sweep.")
+    refuse_analysis(job)
     if not FEWEST <= points <= MOST:
         raise InputError(f"--points {points} is not between {FEWEST} and {MOST}.")
     job, path = bounded(job, against)
     front = MovedBound(job, fact_at(job, path), progress, np.inf if thorough else MOST_WORK)
     return front.curve(points)
+
+
+def refuse_analysis(job: Job) -> None:
+    """InputError of a job that has no goal, or nothing to choose."""
+    if not is_open(job) or not goal_word(job):
+        raise InputError(f"{job.name}: tradeoff needs a goal and something to choose. Write a [goal], or use sweep.")
 
 
 Holds = Callable[[Point | None], bool]

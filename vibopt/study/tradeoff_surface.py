@@ -11,13 +11,13 @@ import numpy as np
 from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
 from vibopt.errors import InputError
-from vibopt.jobs import fact_at, is_open, with_changes
+from vibopt.jobs import fact_at, with_changes
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.study.against import bounded
 from vibopt.study.points import Heads, Point, varied_at
 from vibopt.study.seen import goal_word
-from vibopt.study.tradeoff import CLOSE, FAR, MOST_WORK, RATIO, MovedBound
+from vibopt.study.tradeoff import CLOSE, FAR, MOST_WORK, RATIO, MovedBound, refuse_analysis
 from vibopt.units import si_unit
 from vibopt.values.fact_at import FactAt
 
@@ -125,8 +125,7 @@ def tradeoff_surface(
     InputError
         Not two, no goal, no such limit, or no design at any bound.
     """
-    if not is_open(job) or not goal_word(job):
-        raise InputError(f"{job.name}: tradeoff needs a goal and something to choose. Write a [goal], or use sweep.")
+    refuse_analysis(job)
     if len(against) != 2:
         raise InputError(f"{job.name}: --against is given {len(against)} times. A trade-off has one or two of them.")
     if not FEWEST <= points <= MOST:

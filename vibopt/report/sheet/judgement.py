@@ -12,13 +12,14 @@ from vibopt.records import dataclass
 from vibopt.report.figures.paper import short
 from vibopt.report.limiting_views import limiting
 from vibopt.report.machine_words import (
-    CANNOT_BE_TOLD,
+    HELD,
     goal_words,
     listed,
     loosening_words,
     model_words,
     notes_of,
     off_words,
+    status_words,
 )
 from vibopt.report.sheet.mount_plan import said
 from vibopt.scene.scene import MINIMISE, Design
@@ -33,14 +34,7 @@ MOST_NOTES = 9
 MOST_OFF = 3
 LONGEST = 200
 """Letters of a note; the report has the rest."""
-HELD = ("optimal", "feasible", "met")
-_WHY_NOT = {
-    "violated": "the machine breaks {broken}",
-    "infeasible": "no design meets all limits (proven)",
-    "unbounded": "the goal has no best value, so there is no design",
-    "unproven": "no design was found, and none was proven impossible",
-    "check_failed": "a design was claimed, and the independent check refused it",
-}
+_SO = {"infeasible": " (proven)", "unbounded": ", so there is no design"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +48,8 @@ class Verdict:
 
 def verdict_of(design: Design) -> Verdict:
     """What stands on top.  Only a design of which every limit holds may be signed."""
-    broken = [f'"{key}"' for key, limit in design.limits.items() if not limit.met]
-    if design.status not in HELD or broken:
-        said = _WHY_NOT.get(design.status, _WHY_NOT["violated"]).format(broken=listed(broken) or "a limit")
-        if design.status == "unproven" and odds_said(design):
-            said = CANNOT_BE_TOLD
-        if design.status == "violated" and not broken:
-            said = "a whirl of the machine grows without end"
+    if design.status not in HELD or not all(limit.met for limit in design.limits.values()):
+        said = status_words(design) + _SO.get(design.status, "")
         lines = [f"{said[:1].upper()}{said[1:]}.", *_conflict(design)]
         if "rounded" in design.details:
             lines.append(f"{design.claim[:1].upper()}{design.claim[1:]}.")
