@@ -10,7 +10,6 @@ from vibopt.forms import Form, LogDecrement, ModeDamping, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
 from vibopt.responses.parameters import OfLink
-from vibopt.responses.response import FEW_MODES
 from vibopt.responses.whirl_damping import OfWhirls
 from vibopt.signals import Combine, Drive
 from vibopt.values import word
@@ -22,11 +21,9 @@ class DampingOfModes(OfWhirls):
     Keys
     ----
     of: The damping ratio of this link instead of that of a mode: `of = "mount"`.
-    mode: Which of the least damped modes, 1 is the least damped.
     """
 
     of: str | None = None
-    mode: int = 1
     names: ClassVar[dict[str, str]] = {"of": "link"}
     dimension: ClassVar[str] = "ratio"
     of_link: ClassVar[bool] = True
@@ -34,8 +31,6 @@ class DampingOfModes(OfWhirls):
 
     @model_validator(mode="after")
     def _words(self) -> "DampingOfModes":
-        if self.mode < 1:
-            raise word("has a mode below 1. Modes are counted from 1, the least damped.")
         if self.of is not None and "mode" in self.model_fields_set:
             raise word("has both of (a link) and mode. Keep one of them.")
         if self.of is not None and self.spins:
@@ -43,16 +38,12 @@ class DampingOfModes(OfWhirls):
         return self
 
     @property
-    def modes(self) -> int:
-        return 0 if self.spins else max(self.mode, FEW_MODES)
-
-    @property
     def free_vibration(self) -> str:
         return "damping ratio of free vibration" if self.of is None else ""
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if self.spins:
-            return self.whirl_form(self.mode)
+            return self.whirl_form()
         if self.of is None:
             return ModeDamping(self.mode)
         ratio = model.ratios[self.of]
@@ -62,44 +53,28 @@ class DampingOfModes(OfWhirls):
         if self.of is not None:
             return machine.joint(self.of).damping_ratio
         if self.spins:
-            return self.whirl_damping(machine, self.mode)
+            return self.whirl_damping(machine)
         poles = machine.poles()
         ratios = np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))
         return float(ratios[self.mode - 1]) if len(ratios) >= self.mode else float("inf")
 
 
 class LogarithmicDecrement(OfWhirls):
-    """`response = "logarithmic_decrement"`: of the `mode`-th least damped mode or whirl, 2 pi z / sqrt(1 - z^2).
+    """`response = "logarithmic_decrement"`: of the `mode`-th least damped mode or whirl, 2 pi z / sqrt(1 - z^2)."""
 
-    Keys
-    ----
-    mode: Which of the least damped modes, 1 is the least damped.
-    """
-
-    mode: int = 1
     less_is_worse: ClassVar[bool] = True
-
-    @model_validator(mode="after")
-    def _words(self) -> "LogarithmicDecrement":
-        if self.mode < 1:
-            raise word("has a mode below 1. Modes are counted from 1, the least damped.")
-        return self
-
-    @property
-    def modes(self) -> int:
-        return 0 if self.spins else max(self.mode, FEW_MODES)
 
     @property
     def free_vibration(self) -> str:
         return "logarithmic decrement of free vibration"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        return self.whirl_form(self.mode) if self.spins else LogDecrement(self.mode)
+        return self.whirl_form() if self.spins else LogDecrement(self.mode)
 
     def measure_static(self, machine: Machine) -> float:
         """By what is left after one turn of each pole e^{i w t}: log of the ratio of two sizes."""
         if self.spins:
-            return self.whirl_damping(machine, self.mode)
+            return self.whirl_damping(machine)
         poles = machine.poles()
         poles = poles[np.argsort(np.abs(poles))[machine.loose :]]
         turning = poles[poles.real > 1e-9 * np.abs(poles)]

@@ -10,7 +10,7 @@ from pydantic import field_validator, model_validator
 from vibopt.errors import QuantityError
 from vibopt.forms import Form, WhirlDamping
 from vibopt.mechanics.machine import Machine
-from vibopt.responses.response import At, Bound, Over, Response
+from vibopt.responses.response import FEW_MODES, At, Bound, Over, Response
 from vibopt.signals import Band
 from vibopt.units import Quantity, read_quantity, show
 from vibopt.values import SpeedRange, word
@@ -32,16 +32,18 @@ def of_rotation(found: object) -> object:
 
 
 class OfWhirls(Response):
-    """Damping of the modes of a machine, or of the free whirls of a rotor at a spin.
+    """Damping of the `mode`-th least damped mode of a machine, or of the free whirls of a rotor at a spin.
 
     Keys
     ----
+    mode: Which of the least damped modes, 1 is the least damped.
     at: Of a rotor: the spins at which its free whirls are looked at: `at = "3000 rpm"`. Not beside `over`.
     over: Of a rotor: every spin of a range; the least counts: `over = "0..3600 rpm"`.
     up_to: Of a rotor: whirls that are no quicker than this count, and it must be said: `up_to = "6000 rpm"`.
     whirl: Of a rotor: "forward" or "backward" whirls alone; both without it: `whirl = "forward"`.
     """
 
+    mode: int = 1
     at: At = None
     over: Over = None
     up_to: Bound = None
@@ -78,7 +80,13 @@ class OfWhirls(Response):
                 "does not say which whirls of the rotor count, and the quickest are the least telling. Add the "
                 'greatest frequency that counts: up_to = "6000 rpm".'
             )
+        if self.mode < 1:
+            raise word("has a mode below 1. Modes are counted from 1, the least damped.")
         return self
+
+    @property
+    def modes(self) -> int:
+        return 0 if self.spins else max(self.mode, FEW_MODES)
 
     @property
     def spins(self) -> tuple[Band, ...]:
@@ -107,16 +115,15 @@ class OfWhirls(Response):
     def absent(self) -> str:
         if not self.spins:
             return ""
-        many = getattr(self, "mode", 1)
-        which = " ".join(filter(None, ("no" if many == 1 else f"fewer than {many}", self.whirl)))
-        what = "whirl" if many == 1 else "whirls"
+        which = " ".join(filter(None, ("no" if self.mode == 1 else f"fewer than {self.mode}", self.whirl)))
+        what = "whirl" if self.mode == 1 else "whirls"
         return f"{which} {what} up to {show(self.up_to.value, self.up_to.unit, ROTATION)}"
 
-    def whirl_form(self, number: int) -> Form:
+    def whirl_form(self) -> Form:
         bands = tuple((band.low, band.high) for band in self.spins)
-        return WhirlDamping(self.ratio, bands, self.up_to.value, SENSES[self.whirl], number)
+        return WhirlDamping(self.ratio, bands, self.up_to.value, SENSES[self.whirl], self.mode)
 
-    def whirl_damping(self, machine: Machine, number: int) -> float:
+    def whirl_damping(self, machine: Machine) -> float:
         """Of the built machine, by its waves."""
         from vibopt.mechanics.rotating import RotatingMachine
         from vibopt.mechanics.whirls_as_built import in_planes, least_over
@@ -125,7 +132,7 @@ class OfWhirls(Response):
         built, sense = in_planes(machine), SENSES[self.whirl]
         damping = _ratio if self.ratio else _decrement
         bands = [(band.low, band.high) for band in self.spins]
-        return min(least_over(built, band, self.up_to.value, sense, number, damping) for band in bands)
+        return min(least_over(built, band, self.up_to.value, sense, self.mode, damping) for band in bands)
 
 
 def _decrement(rate: complex) -> float:
