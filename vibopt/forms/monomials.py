@@ -9,7 +9,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.form import WITHOUT_END, Form
-from vibopt.mechanics.monomial import product
+from vibopt.mechanics.monomial import Monomial, product
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -31,6 +31,12 @@ class Monomials(Form):
     one_line = True
     rank = 0
     rough = ""
+
+    @classmethod
+    def of(cls, model: Model, *powers: Monomial) -> Monomials:
+        """Their sum, in the variables of a model."""
+        exponents = np.array([one.row(model.n_vars) for one in powers]).reshape(len(powers), model.n_vars)
+        return cls(np.array([one.scale for one in powers]), exponents)
 
     @property
     def powers(self) -> Monomials:
@@ -163,7 +169,4 @@ class Monomials(Form):
 
 def mounts(model: Model, output: Output) -> Monomials:
     """Number of mounts by which what an output reads is divided: one without any."""
-    if not output.shared_by:
-        return Monomials(np.ones(1), np.zeros((1, model.n_vars)))
-    count = model.counts[output.shared_by]
-    return Monomials(np.array([count.scale]), count.row(model.n_vars)[None, :])
+    return Monomials.of(model, model.counts[output.shared_by] if output.shared_by else Monomial(1.0))

@@ -110,7 +110,7 @@ def ratings(full: Model, *, reduce: bool = True) -> Iterator[Limit]:
         if side is None or name not in full.links or rating.scale == 0.0:
             continue
         part = full.properties[name, "static_stiffness"] * rating**-1.0
-        factor = forms.Monomials(np.array([part.scale]), part.row(full.n_vars)[None, :])
+        factor = forms.Monomials.of(full, part)
         if name not in models:
             models[name] = reduced(full, forms.StaticRow(full.links[name])) if reduce and full.n_free > 1 else full
         needed = models[name]

@@ -50,8 +50,7 @@ class OfAbsorber(Response):
     names: ClassVar[dict[str, str]] = {"of": "absorber"}
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        one = model.properties[self.of, self.response]
-        return Monomials(np.array([one.scale]), np.array([one.row(model.n_vars)]))
+        return Monomials.of(model, model.properties[self.of, self.response])
 
 
 class OwnFrequency(OfAbsorber):

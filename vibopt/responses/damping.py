@@ -44,10 +44,7 @@ class DampingOfModes(OfWhirls):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if self.spins:
             return self.whirl_form()
-        if self.of is None:
-            return ModeDamping(self.mode)
-        ratio = model.ratios[self.of]
-        return Monomials(np.array([ratio.scale]), np.array([ratio.row(model.n_vars)]))
+        return ModeDamping(self.mode) if self.of is None else Monomials.of(model, model.ratios[self.of])
 
     def measure_static(self, machine: Machine) -> float:
         if self.of is not None:

@@ -76,8 +76,7 @@ class FrictionForce(OfLink):
     moves: ClassVar[str] = "line"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        force = model.properties[self.of, "friction_force"]
-        return _single(model, self.of, Monomials(np.array([force.scale]), force.row(model.n_vars)[None, :]))
+        return _single(model, self.of, Monomials.of(model, model.properties[self.of, "friction_force"]))
 
     def measure_static(self, machine: Machine) -> float:
         joint = machine.joint(self.of)
@@ -91,8 +90,7 @@ class Count(OfLink):
     of_mount: ClassVar[str] = "group"
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        count = model.counts[self.of]
-        return Monomials(np.array([count.scale]), np.array([count.row(model.n_vars)]))
+        return Monomials.of(model, model.counts[self.of])
 
     def measure_static(self, machine: Machine) -> float:
         return machine.joint(self.of).count

@@ -2,8 +2,6 @@
 
 from typing import ClassVar
 
-import numpy as np
-
 from vibopt.forms import Form, Monomials
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
@@ -19,11 +17,7 @@ class TotalPrice(Response):
     against_friction: ClassVar[str] = ""
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        prices = [one for (_, word), one in model.properties.items() if word == "price"]
-        return Monomials(
-            np.array([price.scale for price in prices]),
-            np.array([price.row(model.n_vars) for price in prices]).reshape(len(prices), model.n_vars),
-        )
+        return Monomials.of(model, *(one for (_, word), one in model.properties.items() if word == "price"))
 
     def measure_static(self, machine: Machine) -> float:
         from vibopt.mechanics.rigid import SpaceMachine

@@ -96,10 +96,10 @@ class StaticBendingStress(_OfBeam):
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         if "@" in self.of:
             pulls = np.where(model.kinds == STIFFNESS, _tilting(model, self.of), 0.0)
-            return StaticBending(pulls, _powers(model, model.counts[stressed(self.of)] ** -1.0))
+            return StaticBending(pulls, Monomials.of(model, model.counts[stressed(self.of)] ** -1.0))
         (spring,) = (term for term in model.terms if term.owner == self.of and term.kind == STIFFNESS)
         stress = model.counts[stressed(self.of)] ** -1.0
-        pulled = _powers(model, stress.times(spring.static_scale / spring.scale))
+        pulled = Monomials.of(model, stress.times(spring.static_scale / spring.scale))
         if (self.of, "stress") not in model.readings:
             return StaticLoad(model.links[self.of], pulled)
         weighs = next(
@@ -107,7 +107,7 @@ class StaticBendingStress(_OfBeam):
         )
         alone = -model.readings[self.of, "stress"][1]
         sagging = Monomial(weighs.scale, dict(enumerate(weighs.exponents))) * model.counts[forced(self.of)] ** -1.0
-        return StaticMoment(-model.links[self.of], pulled, _powers(model, sagging.times(GRAVITY * alone)))
+        return StaticMoment(-model.links[self.of], pulled, Monomials.of(model, sagging.times(GRAVITY * alone)))
 
     def measure_static(self, machine: Machine) -> float:
         if "@" in self.of:
@@ -199,10 +199,6 @@ def _tilting(model: Model, end: str) -> FloatArray:
     """How far tilting one end of a span of a rotor moves each term, (n_terms,): what the moment there does work on."""
     span, _, side = end.rpartition(".")
     return np.array([term.tilts[side == "right"] if term.owner == span else 0.0 for term in model.terms])
-
-
-def _powers(model: Model, one: Monomial) -> Monomials:
-    return Monomials(np.array([one.scale]), one.row(model.n_vars)[None, :])
 
 
 class ShearStress(BendingStress):
