@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Against, Form, Local, Worst, by_differences, log_of
+from vibopt.forms.form import Against, AtWorst, Form, Local, Worst, by_differences, log_of
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Added(Form):
+class Added(AtWorst):
     """Sum of forms that are no less than zero; `squares`: the root of the sum of their squares.
 
     With `peaks` each is at its greatest over its speeds, also where the least of the whole is asked for.
@@ -49,16 +49,10 @@ class Added(Form):
         alone = part.against(model, x, name, least_wanted=least_wanted)
         return replace(alone, others=rest, squares=self.squares) if self.peaks else replace(alone, beside=rest)
 
-    def value(self, model: Model, x: FloatArray) -> float:
-        return self.worst(model, x).value
-
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
         least = least_wanted and not self.peaks
         each = [part.worst(model, x, least_wanted=least) for part in self.parts]
         return Worst(self._together([one.value for one in each]), {k: v for one in each for k, v in one.speeds.items()})
-
-    def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        return self.extremes(model, x, least_wanted=False)[0].slope
 
     def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
         """The one that is made of the worst of each."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.form import Form, Worst
+from vibopt.forms.form import AtWorst, Worst
 from vibopt.forms.orbit import Orbit, frozen
 from vibopt.forms.whirling import of_whirls
 from vibopt.mechanics.model import Model
@@ -30,7 +30,7 @@ Size = Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, slots=True)
-class Amplification(Form):
+class Amplification(AtWorst):
     """The greatest of all peaks inside bands of the spin; 0 of none, infinite where nothing damps one."""
 
     output: Output
@@ -50,9 +50,6 @@ class Amplification(Form):
             if all(0.0 < value < np.inf for value in ends):
                 found[i] = np.log(ends[0] / ends[1]) / (2.0 * _TURN)
         return found
-
-    def value(self, model: Model, x: FloatArray) -> float:
-        return self.worst(model, x).value
 
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
         found = [(factor, speed, drive.name) for drive in self.shaken for speed, factor in self._all(model, x, drive)]

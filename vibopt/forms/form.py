@@ -372,6 +372,18 @@ class Form:
         return self.once + 1e-4 * model.n_free**2
 
 
+class AtWorst(Form):
+    """A form that is known by where it is worst."""
+
+    __slots__ = ()
+
+    def value(self, model: Model, x: FloatArray) -> float:
+        return self.worst(model, x).value
+
+    def slope(self, model: Model, x: FloatArray) -> FloatArray:
+        return self.extremes(model, x, least_wanted=False)[0].slope
+
+
 def kept(model: Model, form: Form, x: FloatArray, measured: Callable[[FloatArray], Sequence[_T]]) -> list[_T]:
     """What a form measures at designs x (n, n_vars), of which the last ones stay with the model."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.forms.form import WITHOUT_END, Against, Form, Local, Worst, kept
+from vibopt.forms.form import WITHOUT_END, Against, AtWorst, Form, Local, Worst, kept
 from vibopt.forms.monomials import mounts
 from vibopt.forms.rational import TELLING, Groups, Sampled, box_coefficients, ratio_bounds, sampled, sampled_lines
 from vibopt.records import dataclass
@@ -30,7 +30,7 @@ _MANY = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Modulus(Form):
+class Modulus(AtWorst):
     """Combined modulus of linear responses under equilibrium D(p) u = f, over bands of speeds.
 
     With `rigid_link` named, the value is the modulus with that link made rigid divided by the
@@ -78,9 +78,6 @@ class Modulus(Form):
         poles = self.once + 4e-3 * min(model.n_free, 40) ** 2  # of more coordinates none are sought
         over = sum(len(drive.lines) ** 2 for drive in self.drives if not all(band.is_point for band in drive.bands))
         return poles * over + (0.08 + 2e-5 * model.n_free**2) * len(self.bands)
-
-    def value(self, model: Model, x: FloatArray) -> float:
-        return self.worst(model, x).value
 
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
         from vibopt.forms.drive_response import drive_extreme
@@ -133,10 +130,6 @@ class Modulus(Form):
         assert self.line is not None
         line, speed = self.line, self.bands[0].low
         return kept(model, self, x, lambda some: solved(model, self.output, line, [speed], some)[:, 0].tolist())
-
-    def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        """Of the greatest value."""
-        return self.extremes(model, x, least_wanted=False)[0].slope
 
     def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
         from vibopt.forms.extremes import of_drive, of_few

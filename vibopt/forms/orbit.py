@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.forms.form import Against, Form, Local, Worst, by_differences, log_of, top_by_differences
+from vibopt.forms.form import Against, AtWorst, Local, Worst, by_differences, log_of, top_by_differences
 from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.orbits import spun
@@ -28,7 +28,7 @@ _TOGETHER, _BESIDE, _EVEN = 1e-7, 1e-6, 1e-10
 
 
 @dataclass(frozen=True, slots=True)
-class Orbit(Form):
+class Orbit(AtWorst):
     """Greater half axis of the ellipse on which a reading goes round, the greatest over bands of speeds.
 
     With F and B the forward and the backward part it is |F| + |B|.
@@ -41,18 +41,12 @@ class Orbit(Form):
     not_convex = "is an orbit in bearings that are not alike in both planes, which is not convex in the design"
     rough = "is an orbit in bearings that are not alike in both planes, whose axis has no statement as a formula"
 
-    def value(self, model: Model, x: FloatArray) -> float:
-        return self.worst(model, x).value
-
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
         found = {drive.name: self._tops(model, x, drive, least_wanted)[0] for drive in self.shaken}
         return Worst(self._total([one.value for one in found.values()]), {k: one.speed for k, one in found.items()})
 
     def _total(self, values: list[float]) -> float:
         return hypot(*values) if self.combine == "rss" else float(sum(values))
-
-    def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        return self.extremes(model, x, least_wanted=False)[0].slope
 
     def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
         """Of one excitation each; of several the worst of all together."""

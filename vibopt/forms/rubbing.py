@@ -11,7 +11,7 @@ from numpy.polynomial import chebyshev
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.errors import InputError
-from vibopt.forms.form import Form, Local, Worst, top_by_differences
+from vibopt.forms.form import AtWorst, Local, Worst, top_by_differences
 from vibopt.mechanics.slipping import radians_at
 from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
@@ -49,7 +49,7 @@ _INTO = np.linalg.inv(chebyshev.chebvander(_NODES, _DEGREE))
 
 
 @dataclass(frozen=True, slots=True)
-class Rubbing(Form):
+class Rubbing(AtWorst):
     """Greatest size of a response over a cycle and over bands of speeds, exact at each of them.
 
     drives
@@ -80,15 +80,9 @@ class Rubbing(Form):
         vector = np.abs(line.vector) * np.abs(line.amplitude.at(np.array(speed / line.order)))
         return float(vector[0] or mass * speed**2 * vector[-1])
 
-    def value(self, model: Model, x: FloatArray) -> float:
-        return self.worst(model, x).value
-
     def worst(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> Worst:
         value, speed = self.tops(model, x, least_wanted)[0]
         return Worst(value, {self.shaken[0].name: speed})
-
-    def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        return self.extremes(model, x, least_wanted=False)[0].slope
 
     def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
         """Local extremes over the speeds; moving one changes nothing to first order, and an end stays."""

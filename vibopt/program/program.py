@@ -154,7 +154,7 @@ class Tie:
     table
         Values [SI], shape (n_parts, n_axes).
     names
-        Name of each part.
+        Name of each part; none where it is the values of one variable.
     """
 
     path: str

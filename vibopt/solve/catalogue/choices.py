@@ -12,38 +12,18 @@ from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.forms import Form
 from vibopt.forms.form import row_said
 from vibopt.mechanics.model import Model
-from vibopt.program.program import Program
+from vibopt.program.program import Program, Tie
 from vibopt.records import dataclass
 
 
-@dataclass(frozen=True, slots=True)
-class Factor:
-    """What is chosen at once: a part of a table, or one value of a discrete variable.
-
-    path
-        In the file.
-    axes
-        Indices of the variables that take their values from it.
-    table
-        Values [SI], shape (n_entries, n_axes).
-    names
-        Of the parts; empty for a discrete variable.
-    """
-
-    path: str
-    axes: tuple[int, ...]
-    table: FloatArray
-    names: tuple[str, ...] = ()
-
-
-def factors_of(program: Program) -> tuple[Factor, ...]:
-    """Tables first, then the discrete variables that no table has."""
+def factors_of(program: Program) -> tuple[Tie, ...]:
+    """What is chosen at once: parts of tables first, then values of the discrete variables that no table has."""
     tied = {axis for tie in program.ties for axis in tie.axes}
-    found = [Factor(tie.path, tie.axes, tie.table, tie.names) for tie in program.ties]
+    found = [*program.ties]
     for index, axis in enumerate(program.axes):
         if index not in tied:
             assert axis.values is not None
-            found.append(Factor(axis.path, (index,), np.array(axis.values)[:, None]))
+            found.append(Tie(axis.path, (index,), np.array(axis.values)[:, None], ()))
     return tuple(found)
 
 
@@ -69,7 +49,7 @@ class Choices:
         Number of variables.
     """
 
-    factors: tuple[Factor, ...]
+    factors: tuple[Tie, ...]
     n_vars: int
 
     @property
