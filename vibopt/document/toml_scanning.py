@@ -95,31 +95,26 @@ class Scan:
                 self.too_deep = True
                 raise RecursionError
             self._depth += 1
-            self._array(here) if self._skip("[") else self._inline_table(here)
+            if self._skip("["):
+                self._listed(here, "]")
+            elif self._skip("{"):
+                self._listed(here, "}")
             self._depth -= 1
         elif not self._take(_STRING):
             self._take(_BARE)
 
-    def _array(self, here: Node) -> None:
+    def _listed(self, here: Node, closing: str) -> None:
+        """Values of an array, or pairs of an inline table, up to the bracket that closes it."""
         index = 0
         self._take(_BLANK)
-        while self._position < len(self._text) and not self._skip("]"):
+        while self._position < len(self._text) and not self._skip(closing):
             start = self._position
-            self._value(here.step(index, self._line()))
+            if closing == "]":
+                self._value(here.step(index, self._line()))
+            else:
+                self._pair(here)
             self._take(_BLANK)
             index += self._skip(",")
-            self._take(_BLANK)
-            if self._position == start:
-                return
-
-    def _inline_table(self, here: Node) -> None:
-        self._skip("{")
-        self._take(_BLANK)
-        while self._position < len(self._text) and not self._skip("}"):
-            start = self._position
-            self._pair(here)
-            self._take(_BLANK)
-            self._skip(",")
             self._take(_BLANK)
             if self._position == start:
                 return

@@ -142,7 +142,7 @@ class _Parts:
     def scene(self, name: str, locator: Locator | None) -> Scene:
         self._top()
         known = self.document
-        devices: dict[str, Any] = {family: self._family(family) if family in known else {} for family in FAMILIES}
+        devices: dict[str, Any] = {one: self._kinds(one, "", FAMILIES) if one in known else {} for one in FAMILIES}
         own = {family: devices.pop(family) for family in OWN_FIELDS}
         excitations: dict[str, Excitation] = self._kinds("excitations", "kind", EXCITATIONS)
         excitations = {name: self._weighed(name, excitation, own["rotors"]) for name, excitation in excitations.items()}
@@ -207,19 +207,11 @@ class _Parts:
                 )
         return good
 
-    def _family(self, family: str) -> dict[str, Any]:
-        read = {}
-        for name, table in self._tables(family).items():
-            made = self._table((family, name), table, FAMILIES[family])
-            if made is not None:
-                read[name] = made
-                self._values((family, name), made)
-        return read
-
     def _kinds(self, family: str, key: str, kinds: Mapping[str, type[Any]]) -> dict[str, Any]:
+        """The tables of a family, by name; `key` says which of its kinds one is, "" where it has one kind alone."""
         read = {}
         for name, table in self._tables(family).items():
-            kind = self._kind_of((family, name), table, key, kinds)
+            kind = self._kind_of((family, name), table, key, kinds) if key else kinds[family]
             made = self._table((family, name), table, kind) if kind is not None else None
             if made is not None:
                 read[name] = made

@@ -20,7 +20,7 @@ from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import log_box
-from vibopt.solve.rivals.general import discrete
+from vibopt.solve.rivals.general import Continuous
 from vibopt.solve.rivals.sampled import sampled_speeds
 
 _SPEEDS, _STEPS = 400, 40
@@ -36,7 +36,7 @@ _AGREE = 12
 
 
 @dataclass
-class EqualPeaks:
+class EqualPeaks(Continuous):
     """Newton's method with differenced slopes and Levenberg's damping (MINPACK), from tunings evenly apart."""
 
     name: str = "equal_peaks"
@@ -50,7 +50,7 @@ class EqualPeaks:
         own = many > 0 and sorted(_words(program)) == ["damping_ratio"] * many + ["tuning"] * many
         if not least or not own or program.limits or not _on_one_mass(program):
             return f"{self.name} takes absorbers on the one excited mass, for the least worst response, without limits."
-        return discrete(self.name, program)
+        return super().refuses(program)
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Claims success where Newton converges inside the ranges, and no other speed is worse."""

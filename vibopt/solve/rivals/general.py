@@ -30,16 +30,22 @@ _BESIDE = 0.2
 """Part of the highest peak that a lower one must have to be added as well."""
 
 
-def discrete(name: str, program: Program) -> str | None:
-    """The refusal of discrete variables."""
-    for axis in program.axes:
-        if axis.values is not None and len(axis.values) > 1:
-            return f"{name} takes continuous variables only, but {axis.path} is chosen from {len(axis.values)} values."
-    return None
+class Continuous:
+    """A method of continuous variables."""
+
+    name: str
+
+    def refuses(self, program: Program) -> str | None:
+        """Discrete variables."""
+        for axis in program.axes:
+            if axis.values is not None and len(axis.values) > 1:
+                many = f"{axis.path} is chosen from {len(axis.values)} values"
+                return f"{self.name} takes continuous variables only, but {many}."
+        return None
 
 
 @dataclass
-class _OnSampledSpeeds:
+class _OnSampledSpeeds(Continuous):
     """One run on so many speeds of every band; the worst response as a goal is an unknown above all its samples."""
 
     speeds: int = 200
@@ -50,10 +56,6 @@ class _OnSampledSpeeds:
     @property
     def summary(self) -> str:
         return f"{self.words}{_from(self.starts)}, limits on {self.speeds} sampled speeds"
-
-    def refuses(self, program: Program) -> str | None:
-        """Discrete variables."""
-        return discrete(self.name, program)
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Run it from every start, and pass on the flag of the best."""
@@ -229,7 +231,7 @@ class PeakRows(SampledRows):
 
 
 @dataclass
-class OnPeaks:
+class OnPeaks(Continuous):
     """SLSQP with the exact worst value of every limit and of the goal as one row each."""
 
     name: str = "slsqp_peaks"
@@ -239,10 +241,6 @@ class OnPeaks:
     @property
     def summary(self) -> str:
         return f"scipy SLSQP on exact peaks{_from(self.starts)}"
-
-    def refuses(self, program: Program) -> str | None:
-        """Discrete variables."""
-        return discrete(self.name, program)
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """The best of its runs, with its flag."""
@@ -255,7 +253,7 @@ class OnPeaks:
 
 
 @dataclass
-class Exchange:
+class Exchange(Continuous):
     """SLSQP from the last design again and again until no exact peak is above what it was told.
 
     tolerance
@@ -272,10 +270,6 @@ class Exchange:
     @property
     def summary(self) -> str:
         return f"scipy SLSQP{_from(self.starts)}, exact peaks exchanged"
-
-    def refuses(self, program: Program) -> str | None:
-        """Discrete variables."""
-        return discrete(self.name, program)
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Claims success where SLSQP does and the exact peaks agree."""

@@ -19,7 +19,7 @@ from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import log_box
-from vibopt.solve.rivals.general import discrete
+from vibopt.solve.rivals.general import Continuous
 from vibopt.work import late
 
 HOW = "pip install cma"
@@ -54,7 +54,7 @@ class _Measured:
 
 
 @dataclass
-class _ByComparing:
+class _ByComparing(Continuous):
     """So many measured points."""
 
     most: int = 1000
@@ -64,10 +64,6 @@ class _ByComparing:
     @property
     def summary(self) -> str:
         return f"{self.words}, {self.most} designs measured at their exact peaks"
-
-    def refuses(self, program: Program) -> str | None:
-        """Discrete variables."""
-        return discrete(self.name, program)
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """The best that was measured and keeps every limit."""
