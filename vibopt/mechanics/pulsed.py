@@ -28,9 +28,12 @@ _SEGMENTS, _CELLS, _FEWEST = 6, 1 << 18, 64
 _CELL, _BENT, _WITHIN, _STEPS = 0.5, 0.05, 3000, 8
 """Radians of the fastest motion in a cell, part of the greatest value by which it may bend, cells of a machine that are
 looked into at most, and steps of Newton in each."""
-_APART, _NOTHING, _ROUNDED = 1e-4, 1e-12, 4e3
-"""Ratio of squares of natural frequencies, slowest to fastest, from which on both keep their digits; part of the
-sizes in a sum that is rounding; how far the waves in a sum may exceed its greatest value."""
+_APART, _SLOW, _NOTHING, _ROUNDED = 1e-6, 1e-5, 1e-12, 4e3
+"""Part of what springs do to each other in a mode from which on the rest of it keeps its digits; ratio of squares of
+natural frequencies to the greatest below which they are told apart once more; part of the sizes in a sum that is
+rounding; how far the waves in a sum may exceed its greatest value."""
+_SEEN = 1e-4
+"""Part of the greatest wave from which on a grid follows one; smaller ones are looked into where they may matter."""
 _PLAIN = 1e6
 """Condition of the vectors of signals, above which they are none."""
 _ALIKE, _RISE = 1e-13, 1e-15
@@ -119,7 +122,9 @@ class _Road:
         rows: FloatArray = np.empty((self.count, 3, mass.shape[-1]))
         rows[:, 0], rows[:, 1], rows[:, 2] = reading.row, reading.rates, reading.inertia
         squares, shapes = _undamped(mass[..., :n], stiffness[..., :n])
-        self.good: BoolArray = squares[:, 0] > _APART * squares[:, -1]
+        sizes = np.abs(shapes)
+        cancelled = (sizes * (np.abs(stiffness[..., :n]) @ sizes)).sum(axis=1)
+        self.good: BoolArray = (squares > _APART * cancelled).all(axis=1)
         squares = np.where(self.good[:, None], squares, 1.0)
         self.led = np.zeros((self.count, 3, loads.shape[1]))
         if len(moved):
@@ -293,11 +298,25 @@ def _undamped(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, Floa
         return stiffness[:, 0] / own, 1.0 / np.sqrt(mass)
     if np.count_nonzero(mass) == own.size:
         size = 1.0 / np.sqrt(own)
-        squares, turned = np.linalg.eigh(size[:, :, None] * stiffness * size[:, None])
+        squares, turned = _told_apart(size[:, :, None] * stiffness * size[:, None])
         return squares, size[:, :, None] * turned
     root = np.asarray(np.linalg.inv(np.linalg.cholesky(mass)).mT)
-    squares, turned = np.linalg.eigh(root.mT @ stiffness @ root)
+    squares, turned = _told_apart(root.mT @ stiffness @ root)
     return squares, np.asarray(root @ turned)
+
+
+def _told_apart(stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Eigenvalues (b, n), rising, and vectors; those far below the greatest are told apart among themselves again.
+
+    The first look mixes them by the rounding of the greatest; what it leaves of that in their own space it does not.
+    """
+    squares, turned = np.linalg.eigh(stiffness)
+    count = int((squares < _SLOW * squares[:, -1:]).all(axis=0).sum())
+    if 0 < count < squares.shape[1]:
+        slow = turned[..., :count]
+        squares[:, :count], again = _told_apart(slow.mT @ stiffness @ slow)
+        turned[..., :count] = slow @ again
+    return squares, turned
 
 
 def _modes(squares: FloatArray, shapes: FloatArray, braked: FloatArray, pushed: FloatArray) -> _Modes:
@@ -327,14 +346,16 @@ def _modes(squares: FloatArray, shapes: FloatArray, braked: FloatArray, pushed: 
 def _highest(pieces: _Pieces, least: FloatArray) -> _Top:
     """The greatest of all pieces, `least` (b,) where none is as great; the earliest of those as great."""
     count = len(pieces.length)
-    turns = float((np.abs(pieces.rates.imag).max(axis=2) * pieces.length).max()) / _CELL
+    sizes = np.abs(pieces.waves)
+    seen = np.where(sizes > _SEEN * sizes.max(axis=2, keepdims=True), np.abs(pieces.rates.imag), 0.0)
+    turns = float((seen.max(axis=2) * pieces.length).max()) / _CELL
     if not turns * pieces.length.size <= _CELLS:
         if count == 1:
             return _Top.none(1)
         halves = (_highest(pieces.some(half), least[half]) for half in (slice(count // 2), slice(count // 2, count)))
         return _Top(*(np.concatenate(both) for both in zip(*halves, strict=True)))
     most, cells = _cells(pieces, int(np.ceil(np.sqrt(max(turns, _FEWEST)))), least)
-    while len(cells.of) and (cells.bent > _BENT * most[cells.of]).any():
+    while len(cells.of) and (cells.rough(most) | (cells.bent() > _BENT * most[cells.of])).any():
         cells = cells.halved(most)
     top = _Top.none(count)
     top.size[:] = np.where(np.isnan(most), most, least)
@@ -373,7 +394,7 @@ def _cells(pieces: _Pieces, many: int, least: FloatArray) -> tuple[FloatArray, _
         values = values + line[..., :1, None] + line[..., 1:, None] * since
     sizes = np.abs(values)
     most: FloatArray = np.maximum(sizes.max(axis=(1, 2, 3)), least)
-    bent = (np.abs(begun) @ (np.abs(rates)[..., None] ** 2)) * (0.125 * width**2)[..., None, None]
+    bent = _bent(np.abs(begun), np.abs(rates)[:, :, None] * width[..., None, None])[..., None]
     high = np.maximum(sizes[..., :-1], sizes[..., 1:]) + bent >= (most * (1.0 - _ALIKE))[:, None, None, None]
     of, piece, row, column = (few := _few(most, *np.nonzero(high)))
     begins = since[few]
@@ -382,6 +403,11 @@ def _cells(pieces: _Pieces, many: int, least: FloatArray) -> tuple[FloatArray, _
         of, piece, begins, width[of, piece], rates[of, piece], begun[of, piece, row] * along[of, piece, :, column],
         offset + slope * begins, slope,
     )  # fmt: skip
+
+
+def _bent(sizes: FloatArray, turns: FloatArray) -> FloatArray:
+    """By how much sums of waves (..., K) may rise above their values at both ends, turning so many radians between."""
+    return np.asarray((sizes * np.minimum(0.125 * turns**2, 2.0)).sum(axis=-1))
 
 
 def _few(most: FloatArray, of: IntArray, *others: IntArray) -> tuple[IntArray, ...]:
@@ -410,16 +436,20 @@ class _Cells(NamedTuple):
     offset: FloatArray
     slope: FloatArray
 
-    @property
-    def bent(self) -> FloatArray:
-        """By how much each may rise above its values at both ends, (n,)."""
-        return np.asarray((np.abs(self.waves) * np.abs(self.rates) ** 2).sum(axis=1) * (0.125 * self.width**2))
+    def bent(self, part: float = 1.0) -> FloatArray:
+        """By how much a part of each may rise above its values at both ends, (n,)."""
+        return _bent(np.abs(self.waves), np.abs(self.rates) * (part * self.width)[:, None])
+
+    def rough(self, most: FloatArray) -> BoolArray:
+        """Whether waves that are no rounding turn further in it than in a cell of their own, (n,)."""
+        fast = np.abs(self.rates) * self.width[:, None] > 2.0 * _CELL
+        return np.asarray((np.abs(self.waves) * fast).sum(axis=1) > _ALIKE * most[self.of])
 
     def halved(self, most: FloatArray) -> _Cells:
         """Halves that may hold more than is known of their machine: `most` (b,), which takes up what is seen."""
         sizes = np.abs([self.at(part * self.width, self.waves[None])[0] for part in (0.0, 0.5, 1.0)])
         np.maximum.at(most, self.of, sizes.max(axis=0))
-        high = np.maximum(sizes[:-1], sizes[1:]) + 0.25 * self.bent >= most[self.of] * (1.0 - _ALIKE)
+        high = np.maximum(sizes[:-1], sizes[1:]) + self.bent(0.5) >= most[self.of] * (1.0 - _ALIKE)
         which, half = np.nonzero(high.T)
         _, half, which = _few(most, self.of[which], half, which)
         part, rates, slope = 0.5 * half * self.width[which], self.rates[which], self.slope[which]
