@@ -11,7 +11,7 @@ from vibopt.errors import QuantityError, way_out
 from vibopt.records import dataclass
 from vibopt.units import read_quantity
 from vibopt.values import Fact, Table, number, word
-from vibopt.values.directions import AXES, SIX, Direction, Place
+from vibopt.values.directions import AXES, SIX, Direction, Place, axis_words
 from vibopt.values.fields import complaint, wrong_part
 
 _ROUNDING = 1e-9
@@ -187,30 +187,21 @@ def tensor_fault(tensor: FloatArray) -> str:
     size = float(np.abs(values).max())
     if values[0] < -_ROUNDING * size:
         return (
-            f"is no inertia of a body: about the axis {_axis(axes[:, 0])} it would be {values[0]:.4g} kg m². Check the "
-            "products of inertia and their signs: xy is the integral of x y dm."
+            f"is no inertia of a body: about the axis {axis_words(axes[:, 0])} it would be {values[0]:.4g} kg m². "
+            "Check the products of inertia and their signs: xy is the integral of x y dm."
         )
     if values[0] <= _ROUNDING * size:
         return (
-            f"is zero about the axis {_axis(axes[:, 0])}, but a body in space turns there as well. Write its real "
+            f"is zero about the axis {axis_words(axes[:, 0])}, but a body in space turns there as well. Write its real "
             'inertia, or motion = "plane".'
         )
     if values[2] > (values[0] + values[1]) * (1.0 + _ROUNDING):
         return (
             f"is no inertia of a body: the greatest principal moment, {values[2]:.4g} kg m² about the axis "
-            f"{_axis(axes[:, 2])}, is more than the other two together, {values[0]:.4g} and {values[1]:.4g} kg m². "
-            "Check the three values and their units."
+            f"{axis_words(axes[:, 2])}, is more than the other two together, {values[0]:.4g} and {values[1]:.4g} kg "
+            "m². Check the three values and their units."
         )
     return ""
-
-
-def _axis(vector: FloatArray) -> str:
-    """An axis in words, "x" or "(0.5, 0, 0.87)"."""
-    for name, one in zip(AXES, np.abs(vector), strict=True):
-        if one > 1.0 - 1e-9:
-            return name
-    signed = vector * (1.0 if vector[np.abs(vector).argmax()] > 0 else -1.0)
-    return f"({', '.join(f'{round(float(one), 3) + 0.0:g}' for one in signed)})"
 
 
 class Piece(Table):

@@ -92,6 +92,13 @@ class Limit(Asked):
             return "outside"
         return {"at_most": "at_least", "at_least": "at_most"}[self.side] if self.complement else self.side
 
+    def missed(self, value: float) -> float:
+        """How far a value misses the bound, as a part of it; below zero where it is kept."""
+        size = abs(self.bound) or 1.0
+        if self.side == "at_most":
+            return (value - self.bound) / size if np.isfinite(value) else np.inf
+        return (self.bound - value) / size if np.isfinite(value) else -np.inf
+
 
 @dataclass(frozen=True, slots=True)
 class Aim(Asked):

@@ -303,9 +303,4 @@ class _Hunt:
 
 def missed(part: Limit, value: float) -> float:
     """How far the value of a hit misses the bound, as a part of it."""
-    size = abs(part.bound) or 1.0
-    if part.side == "outside":
-        return value / max(part.bound, 1e-300)
-    if part.side == "at_most":
-        return (value - part.bound) / size if np.isfinite(value) else np.inf
-    return (part.bound - value) / size if np.isfinite(value) else -np.inf
+    return value / max(part.bound, 1e-300) if part.side == "outside" else part.missed(value)

@@ -17,7 +17,7 @@ from vibopt.scene.assemble import model_of
 from vibopt.scene.scene import Scene
 from vibopt.scene.space import bodies_in_space, carrier, guides, is_spatial, mount_of, place_in_space, sliders
 from vibopt.units import show
-from vibopt.values.directions import AXES, Vector
+from vibopt.values.directions import AXES, Vector, axis_words
 
 if TYPE_CHECKING:
     from vibopt.devices.device import Device
@@ -164,23 +164,14 @@ def _motion(model: Model, name: str, free: FloatArray) -> str:
     turn = np.array([model.points[f"{name}.r{axis}"][:n] @ free for axis in AXES])
     whole = float(np.linalg.norm(free))
     if np.linalg.norm(turn) > 1e-6 * whole:
-        return f"turning about {_axis(turn)}"
-    return f"moving along {_axis(slide)}" if np.linalg.norm(slide) > 1e-6 * whole else ""
+        return f"turning about {axis_words(turn)}"
+    return f"moving along {axis_words(slide)}" if np.linalg.norm(slide) > 1e-6 * whole else ""
 
 
 def _why(scene: Scene, name: str) -> str:
     """What its mounts are like, where they leave it free."""
     many = sum(table.count for table in scene.mounts.values() if name in table.between)
     return (": it has no mount", ": it has one mount only", ": its mounts stand in one line")[min(many, 2)]
-
-
-def _axis(vector: FloatArray) -> str:
-    unit = vector / np.linalg.norm(vector)
-    for axis, part in zip(AXES, unit, strict=True):
-        if abs(part) > 1.0 - 1e-6:
-            return axis
-    unit = unit * np.sign(unit[np.abs(unit).argmax()])
-    return f"({', '.join(f'{round(float(one), 3) + 0.0:g}' for one in unit)})"
 
 
 def _outside(scene: Scene, mistakes: Mistakes) -> None:
@@ -490,6 +481,5 @@ def _kept(scene: Scene, name: str, way: Vector | None, *, turn: bool) -> str:
         return ""
     what = ("about", 'axis = "y"') if turn else ("along", 'direction = "x", or "z"')
     return (
-        f"{what[0]} {_axis(np.array(way))}, but bodies.{body} moves in a plane: along x and z, and about y. Write "
-        f"{what[1]}."
+        f"{what[0]} {axis_words(way)}, but bodies.{body} moves in a plane: along x and z, and about y. Write {what[1]}."
     )

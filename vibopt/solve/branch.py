@@ -91,12 +91,7 @@ class Judge:
 
 def violation(limit: Limit, value: float, x: FloatArray) -> float:
     """How far a value misses its bound, as a part of the bound; negative when it is met."""
-    if limit.side == "outside":
-        return _inside_band(limit, x)
-    size = abs(limit.bound) or 1.0
-    if limit.side == "at_most":
-        return (value - limit.bound) / size if np.isfinite(value) else np.inf
-    return (limit.bound - value) / size if np.isfinite(value) else -np.inf
+    return _inside_band(limit, x) if limit.side == "outside" else limit.missed(value)
 
 
 def _inside_band(limit: Limit, x: FloatArray) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Annotated
 
 from pydantic import BeforeValidator, WithJsonSchema
@@ -36,6 +36,17 @@ AXES = ("x", "y", "z")
 SIX = ("xx", "yy", "zz", "xy", "yz", "zx")
 UNIT: dict[str, Vector] = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 WAYS = 'Write "x", "y", "z" or three numbers, for example [0.5, 0, 0.866].'
+
+
+def axis_words(vector: Iterable[float]) -> str:
+    """An axis in words, "x" or "(0.5, 0, 0.87)", whichever way along it."""
+    given = [float(one) for one in vector]
+    unit = [one / math.hypot(*given) for one in given]
+    for axis, part in zip(AXES, unit, strict=True):
+        if abs(part) > 1.0 - 1e-6:
+            return axis
+    sense = math.copysign(1.0, max(unit, key=abs))
+    return f"({', '.join(f'{round(sense * one, 3) + 0.0:g}' for one in unit)})"
 
 
 def is_tensor(given: object) -> bool:
