@@ -138,9 +138,7 @@ def _fastest(against: FloatArray, matrix: FloatArray, among: BoolArray) -> float
 
 def check_price(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> None:
     """A price is asked for only where every part has one, all in one currency."""
-    tables = {f"links.{name}": link.part for name, link in scene.links.items()}
-    tables |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}
-    bought = {path: part for path, part in tables.items() if part is not None}
+    bought = places.bought(scene)
     if not bought and any("part" in table for one in ("links", "mounts") for table in places.raw(scene, one).values()):
         return  # said where the part is
     if not bought:

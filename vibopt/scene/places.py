@@ -14,7 +14,7 @@ from vibopt.scene.scene import Scene
 from vibopt.values.directions import way_words
 
 if TYPE_CHECKING:
-    from vibopt.devices.part import Bound
+    from vibopt.devices.part import Bound, Part
 
 _Asked = TypeVar("_Asked", bound=Callable[..., Any])
 
@@ -58,6 +58,13 @@ def devices(scene: Scene) -> list[tuple[str, str, Device]]:
 def bound_parts(scene: Scene) -> list[Bound]:
     """Parts of catalogues that are to be chosen."""
     return [bound for _, name, table in devices(scene) for bound in table.bound(name)]
+
+
+def bought(scene: Scene) -> dict[str, Part]:
+    """Parts from catalogues, chosen or fixed, by the path of what they are bought for: "links.feet"."""
+    parts = {f"links.{name}": link.part for name, link in scene.links.items()}
+    parts |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}
+    return {path: part for path, part in parts.items() if part is not None}
 
 
 @once

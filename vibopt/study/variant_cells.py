@@ -7,11 +7,11 @@ from dataclasses import replace
 from math import isfinite
 
 from vibopt.answer.entry import Entry, Value
-from vibopt.devices.part import Part
 from vibopt.records import dataclass
 from vibopt.report.machine_words import listed
 from vibopt.responses.price import TotalPrice
-from vibopt.scene.scene import Design, Scene
+from vibopt.scene.places import bought
+from vibopt.scene.scene import Design
 from vibopt.verify.certify import measure
 from vibopt.verify.checked import shown_value, usual_unit
 
@@ -90,13 +90,6 @@ def _same(value: float, other: float, least: float) -> bool:
     if not (isfinite(value) and isfinite(other)):
         return value == other
     return abs(value - other) <= max(SAME * max(abs(value), abs(other)), least)
-
-
-def bought(scene: Scene) -> dict[str, Part]:
-    """Parts from catalogues, chosen or fixed, by the path of what they are bought for: "links.feet"."""
-    parts = {f"links.{name}": link.part for name, link in scene.links.items()}
-    parts |= {f"mounts.{name}": mount.part for name, mount in scene.mounts.items()}
-    return {path: part for path, part in parts.items() if part is not None}
 
 
 def price_of(design: Design, chosen: Mapping[str, float]) -> Entry | None:

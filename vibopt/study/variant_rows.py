@@ -18,12 +18,12 @@ from vibopt.document.toml_reading import inside
 from vibopt.errors import InputError
 from vibopt.jobs import facts
 from vibopt.report.catalogue_choices import tied
-from vibopt.scene.places import place_of
+from vibopt.scene.places import bought, place_of
 from vibopt.scene.scene import MAXIMISE, MINIMISE, Design, Goal, Scene
 from vibopt.study.freeze import frozen
 from vibopt.study.rounded import goal_on
 from vibopt.study.seen import NOTHING, entries_of, goal_of, results, shown_value
-from vibopt.study.variant_cells import SAME, Cell, Row, bought, comparable, marked, price_of, price_words, row_of
+from vibopt.study.variant_cells import SAME, Cell, Row, comparable, marked, price_of, price_words, row_of
 from vibopt.values.fields import Fact, rule_of
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.measured_goal import MEASURED, goal_as_shown

@@ -233,6 +233,10 @@ class Search:
             self.tally.mirrored += int((~kept).sum())
             chosen = chosen[kept]
         chosen = self._filtered(chosen)
+        return self._best_first(chosen)
+
+    def _best_first(self, chosen: IntArray) -> tuple[FloatArray, IntArray]:
+        """Choices that may be among the best, with the bound of their goal."""
         goals = self._goals(self.choices.designs(chosen))
         kept = goals <= self._bar
         return _sorted(goals[kept], chosen[kept])
@@ -259,10 +263,7 @@ class Search:
             learnt |= self._offer(entries)
         goals, waiting = goals[taken:], waiting[taken:]
         if learnt and len(waiting) <= _REFRESH:
-            waiting = self._filtered(waiting, moving=True)
-            goals = self._goals(self.choices.designs(waiting))
-            kept = goals <= self._bar
-            return _sorted(goals[kept], waiting[kept])
+            return self._best_first(self._filtered(waiting, moving=True))
         return goals, waiting
 
     def _offer(self, entries: IntArray) -> bool:
