@@ -35,7 +35,9 @@ def machine(names: tuple[str, ...], **limits: Any) -> dict[str, Any]:
 
 
 def numbers(count: int) -> st.SearchStrategy[list[list[float]]]:
-    one = st.tuples(st.sampled_from([1.5, 2.0, 3.0]), st.floats(40.0, 120.0), st.floats(0.02, 0.3)).map(list)
+    """Equal or well apart, for what differs by next to nothing counts as equal."""
+    part = st.integers(2, 30).map(lambda hundredths: 0.01 * hundredths)
+    one = st.tuples(st.sampled_from([1.5, 2.0, 3.0]), st.integers(40, 120).map(float), part).map(list)
     return st.lists(one, min_size=count, max_size=count)
 
 
@@ -51,8 +53,10 @@ def test_whatever_order_a_method_finds_them_in_the_answer_is_the_same(count: int
     }
     assert len(found) == 1
     x = np.array(found.pop()).reshape(count, 3)
-    assert sorted(map(tuple, x)) == sorted(map(tuple, rows))
-    assert list(map(tuple, x)) == sorted(map(tuple, x), key=lambda row: (-row[0], row[1], row[2]))
+    told = np.array(sorted(rows, key=lambda row: (-row[0], row[1], row[2])))
+    if (told[:, 1:] == told[0, 1:]).all():  # move as one, and share evenly
+        told[:, 0] = told[:, 0].mean()
+    np.testing.assert_allclose(x, told, rtol=1e-15)
 
 
 def test_what_one_of_them_alone_must_keep_is_not_broken_by_the_order() -> None:
