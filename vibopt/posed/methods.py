@@ -21,7 +21,6 @@ from vibopt.posed.weights import Named, convex, smooth
 from vibopt.work import worked
 
 CVXPY, IPOPT = "cvxpy", "ipopt"
-NAMES = (CVXPY, IPOPT)
 MARGINS = (0.0, 2e-9, 2e-8)
 """Parts by which bounds are drawn in, one after the other, until the answer keeps the true ones to 1e-9."""
 KEPT = 1e-9

@@ -63,7 +63,6 @@ class StrokeBar:
     value: float
     at: Entry
     limit: float | None
-    limit_name: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,12 +154,11 @@ def stroke_bars(design: Design) -> tuple[StrokeBar, ...]:
 def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
     from vibopt.responses.absorber_responses import Stroke
 
-    asked = {key: one for key, one in scene.limits.items() if isinstance(one, Stroke) and one.of == name}
+    asked = [one for one in scene.limits.values() if isinstance(one, Stroke) and one.of == name]
     for excitation, table in scene.excitations.items():
         if table.sort != "steady" or name not in _shaken(scene, table.on):
             continue
-        limit = next((key for key, one in asked.items() if excitation in names_for(scene, one)), "")
-        response = asked.get(limit)
+        response = next((one for one in asked if excitation in names_for(scene, one)), None)
         own: dict[str, object] = {"response": "stroke", "of": name, "due_to": [excitation]}
         if response is not None and isinstance(response.over, dict):
             own["over"] = {key: one for key, one in response.over.items() if key == excitation}
@@ -171,7 +169,7 @@ def _bars(scene: Scene, machine: Machine, name: str) -> Iterator[StrokeBar]:
         speed = table.speed
         at = Entry(table.from_rotation(measured.speeds[excitation]), speed.dimension, speed.unit)
         bound = response.at_most.value if response is not None and response.at_most is not None else None
-        yield StrokeBar(name, excitation, measured.value, at, bound, limit if bound is not None else "")
+        yield StrokeBar(name, excitation, measured.value, at, bound)
 
 
 def _shaken(scene: Scene, on: str) -> set[str]:

@@ -341,7 +341,3 @@ def _ratings(
         if low > high > 0.0:
             cell = cells[columns.index(place)]
             said.add(row, place, f"{cell} is a least load above the greatest. Exchange the two.")
-
-
-HEADINGS = tuple((kind.headings[0], kind.dimension) for kind in _KINDS)
-"""Heading and dimension of every column of numbers."""
