@@ -309,6 +309,44 @@ def test_an_inerter_hands_a_blow_on_at_once() -> None:
     )
 
 
+@few
+@given(
+    st.tuples(*[st.floats(2.0, 20.0)] * 2),
+    st.tuples(*[st.floats(3e3, 3e4)] * 2),
+    st.tuples(*[st.floats(5.0, 90.0)] * 2),
+    st.floats(0.5, 10.0),
+    st.floats(0.1, 3.0),
+)
+def test_beside_an_inerter_that_hands_a_blow_on_springs_pull_as_matrices_say(
+    masses: tuple[float, ...], rates: tuple[float, ...], drags: tuple[float, ...], inertance: float, speed: float
+) -> None:
+    """A body on a base that is struck, with an inerter beside its mount, and another body on it."""
+    ends = {"foot": ["lower", "base"], "top": ["upper", "lower"]}
+    both = zip(ends, rates, drags, strict=True)
+    links = {n: {"between": ends[n], "stiffness": f"{k!r} N/m", "damping": f"{c!r} N s/m"} for n, k, c in both}
+    found = told({
+        "title": "struck", "bases": {"base": {}}, "links": links,
+        "bodies": {n: {"mass": f"{m!r} kg"} for n, m in zip(("lower", "upper"), masses, strict=True)},
+        "inerters": {"wheel": {"between": ["lower", "base"], "inertance": f"{inertance!r} kg"}},
+        "excitations": {"blow": {"kind": "drop", "on": "base", "velocity_change": f"{speed!r} m/s"}},
+        "measures": {
+            "foot": {"response": "peak_force", "through": "foot"}, "top": {"response": "peak_force", "through": "top"},
+            "upper": {"response": "peak_acceleration", "of": "upper"},
+        },
+    })  # fmt: skip
+    rows = np.array([[1.0, 0.0], [-1.0, 1.0]])
+    inverse = np.linalg.inv(np.diag(masses) + inertance * np.diag([1.0, 0.0]))
+    pulls = np.hstack([rows * np.array(rates)[:, None], rows * np.array(drags)[:, None]])
+    a = np.vstack([np.eye(2, 4, 2), -inverse @ rows.T @ pulls])
+    values, vectors = np.linalg.eig(a)
+    shares = np.linalg.solve(vectors, np.concatenate([np.zeros(2), -inverse @ np.array(masses) * speed]))
+    times = np.linspace(0.0, 4.0 * np.pi / np.abs(values).min(), 40_000)
+    seen = np.abs(np.vstack([pulls, a[3]]) @ (vectors * shares) @ np.exp(np.outer(values, times))).max(axis=1)
+    for name, sampled in zip(("foot", "top", "upper"), seen, strict=True):
+        assert sampled <= found[name] * (1.0 + 1e-9)
+        assert found[name] == pytest.approx(sampled, rel=1e-5)
+
+
 def test_two_bodies_that_ring_on_are_followed_until_they_meet() -> None:
     """Frequencies of 1 and 2 are never both at their greatest; a beat of a hundred periods is waited for."""
     both = {name: {"mass": "1 kg"} for name in ("a", "b")}

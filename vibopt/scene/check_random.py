@@ -198,11 +198,13 @@ def _no_peak_together(scene: Scene, response: TransientResponse, names: Sequence
 
 
 def _blow_handed_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
-    """Reads an acceleration or a force where an inerter hands a blow on."""
+    """Reads an acceleration or a force where an inerter ends, and one hands a blow on."""
     struck = [name for name, one in _once(scene, names).items() if one.blows]
     beside = {scene.excitations[one].on for one in struck}
-    wheels = [link for link, two in places.ends(scene).items() if _passes(scene, link) > 1 and beside & set(two)]
-    if not wheels or response.dimension not in ("acceleration", "force"):
+    inerters = {link: {link, *two} for link, two in places.ends(scene).items() if _passes(scene, link) > 1}
+    wheels = [link for link, parts in inerters.items() if beside & parts]
+    jump = set(places.joints(scene)).union(*inerters.values())  # forces of springs and dampers do not
+    if not wheels or _place(response) not in jump or response.dimension not in ("acceleration", "force"):
         return ""
     return (
         f"is infinite whatever the design: inerters.{wheels[0]} hands the blow of excitations.{struck[0]} on at once. "
