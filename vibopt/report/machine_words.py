@@ -190,15 +190,9 @@ def conflict_words(design: Design) -> list[str]:
     if conflict is None:
         return []
     proof = [f"  {conflict.proof}"] if conflict.proof and conflict.proof != design.claim else []
-    steps = loosening_words(design)
-    one = [f"Smallest loosening of one: {', or '.join(steps)}."] if steps else []
+    one = [f"Smallest loosening of one: {', or '.join(conflict.steps)}."] if conflict.steps else []
     every = design.nearest.together if design.nearest is not None else ()
     return [conflict.said('"'), *proof, *conflict.others_said('"'), *one, *every]
-
-
-def loosening_words(design: Design) -> list[str]:
-    """Per limit of a conflict, the smallest step that mends it: "start_up 20 mm -> 24 mm"."""
-    return [] if design.conflict is None else design.conflict.steps
 
 
 def listed(words: list[str], last: str = "and") -> str:

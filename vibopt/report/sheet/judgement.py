@@ -15,7 +15,6 @@ from vibopt.report.machine_words import (
     HELD,
     goal_words,
     listed,
-    loosening_words,
     model_words,
     notes_of,
     off_words,
@@ -94,7 +93,7 @@ def _conflict(design: Design) -> list[str]:
     if design.nearest is not None:
         missed = max((limit for limit in design.nearest.limits.values()), key=lambda checked: -checked.margin)
         lines.append(f"Shown is the nearest design: it misses no limit by more than {missed.margin_shown[1:]}.")
-    steps = loosening_words(design)
+    steps = design.conflict.steps if design.conflict is not None else []
     return lines + ([f"Smallest loosening of one that helps: {', or '.join(steps)}."] if steps else [])
 
 
