@@ -117,6 +117,17 @@ def test_a_film_that_drives_the_whirl_does_so_beyond_the_closed_form(drive: floa
     assert found == (pytest.approx(right, rel=1e-7) if right < last else math.inf)
 
 
+@pytest.mark.parametrize(("loss", "speed"), [(0.02, 500.0), (0.3, 1250.0), (2.0, 2600.0)])
+def test_a_loss_factor_beside_films_is_the_damper_of_its_speed(loss: float, speed: float) -> None:
+    """It makes no whirl grow, though it would one that went on with time."""
+    document = at(borne(friswell(), *STEADY), f"{speed!r} rpm")
+    moved = []
+    for said in ({"loss_factor": loss}, {"damping": f"{loss * 3e6 / (speed * RPM)!r} N s/m"}):
+        foot = {"between": ["second", "ground"], "stiffness": "3 MN/m", **said}
+        moved.append(asked({**document, "links": {"foot": foot}}, d={"response": "displacement", "of": "first"})["d"])
+    assert moved[0] == pytest.approx(moved[1], rel=1e-9)
+
+
 # Both routes
 
 SIGNED = st.integers(-300, 300)

@@ -19,6 +19,7 @@ from vibopt.jobs import answer
 from vibopt.jobs import from_text as job_from_text
 from vibopt.mechanics.model import INERTIA, STIFFNESS
 from vibopt.mechanics.modes import natural_frequencies
+from vibopt.mechanics.orbits import roots, spun
 from vibopt.mechanics.shaft_waves import MODES, Section, WhirlingShaft
 from vibopt.report.campbell import campbell_of
 from vibopt.report.figures.campbell_diagram import campbell_figure
@@ -341,6 +342,35 @@ def test_the_threshold_of_a_heavy_rotor_is_where_its_whirl_neither_grows_nor_fad
         rates = whirl_rates(mass, fixed, turning, stiffness, part * spin, polar)
         growth.append(rates.real.max())
     assert growth[0] < 0.0 < growth[1]
+
+
+@pytest.mark.parametrize("wide", [46.0, 56.811320755, 111.0])
+def test_the_threshold_of_a_thick_shaft_in_heavy_dampers_is_where_its_whirl_begins_to_grow(wide: float) -> None:
+    """Few free motions at rest tell little of what dampers hold: from where they end Newton may lead nowhere."""
+    sizes = (("first", "0.1638 m", 6.086, 0.1254, 0.233), ("second", "0.4603 m", 9.358, 0.2301, 0.4277))
+    document = friswell(
+        sections=[{"length": "0.6559 m", "diameter": f"{wide!r} mm"}],
+        stations={"left": "0.1088 m", "right": "0.3765 m"},
+        discs=[
+            {"name": name, "at": at, "mass": f"{mass} kg", "diametral": f"{tilts} kg m2", "polar": f"{spins} kg m2"}
+            for name, at, mass, tilts, spins in sizes
+        ],
+        modulus="213.2 GPa", shear_modulus="82 GPa", density="7850 kg/m3",
+    )  # fmt: skip
+    document["links"] = {
+        **held(4.889e9, 1.095e6),
+        "fit": {"between": ["left", "ground"], "rotating_damping": "328 kN s/m"},
+    }
+    document["links"]["right_bearing"] |= {"stiffness": "2592 MN/m", "damping": "2787 kN s/m"}
+    model = model_of(from_dict(document))
+    spin = asked(document, threshold={"response": "stability_threshold"})["threshold"]
+    rotor = spun(model, NONE)
+    growth = []
+    for part in (1.0 - 1e-3, 1.0 + 1e-3):
+        first, second = rotor.powers(part * spin)
+        rates = roots(second, first, rotor.dynamic(0.0, part * spin))
+        growth.append(-(rates.imag / np.abs(rates))[np.abs(rates) < 20.0 * spin].min())
+    assert growth[0] < 1e-6 < growth[1]
 
 
 # Laws of the model

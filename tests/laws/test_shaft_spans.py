@@ -126,6 +126,15 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
         {"stations": {"left": "50 mm", "right": "end of section 4"}},
         "scene: rotors.shaft has right at the end of section 4, and 3 sections. Count them from 1.",
     ),
+    "section nought": (
+        {"stations": {"left": "end of section 0", "right": "end of section 2"}},
+        "scene: rotors.shaft has left at the end of section 0, and 3 sections. Count them from 1.",
+    ),
+    "open diameter": (
+        {"sections": [{"length": "300 mm", "diameter": {"from": "50 mm"}}]},
+        "scene: rotors.shaft has sections of 0.05 m and of inf m: where diameters differ by more than a factor of "
+        "1000, rounding decides how the shaft bends. Write diameters nearer to each other.",
+    ),
     "behind what is not fixed": (
         {"stations": {"left": "100 mm", "right": "500 mm"}},
         "scene: rotors.shaft has right at 0.5 m, behind the begin of section 2, whose length is not fixed. Say where "

@@ -123,7 +123,7 @@ class RotorTable(Device):
         ends = [
             getattr(section.diameter, end, None) or 0.0 for section in self.sections for end in ("value", "low", "high")
         ]
-        wide = [end for end in ends if 0.0 < end < math.inf]
+        wide = [end for end in ends if end > 0.0]
         if max(wide, default=1.0) > _WIDEST * min(wide, default=1.0):
             raise word(
                 f"has sections of {min(wide):g} m and of {max(wide):g} m: where diameters differ by more than a factor "
@@ -134,10 +134,10 @@ class RotorTable(Device):
         for name, spot in by_section:  # those first: nodes stand there, too
             at: tuple[str | int, ...] = ("discs", discs.index(name), "at") if name in discs else ("stations", name)
             if isinstance(spot, EndOf):
-                if not 1 <= spot.section <= (last := len(self.sections)):
+                if not 1 <= spot.section <= len(self.sections):
                     raise word(
-                        f"has {name} at the end of section {spot.section}, and {counted(last, 'sections')}. Count them "
-                        "from 1.",
+                        f"has {name} at the end of section {spot.section}, and "
+                        f"{counted(len(self.sections), 'sections')}. Count them from 1.",
                         *at,
                     )
                 continue

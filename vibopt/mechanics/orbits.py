@@ -260,6 +260,8 @@ class Spun:
         still = self.coupling(none, at)[0]
         damping = -1j * (rows.T @ (self.coupling(one, at)[0] - still) @ rows)
         damping += np.kron(np.diag([-1j, 1j]), turned)
+        lossy = np.add.outer([0, len(self.rows)], np.arange(len(self._lossy)))
+        still[lossy, lossy] = 0.0  # a loss factor speaks of steady motion alone, and dampers have nothing at rest
         return states(np.tile(squares, 2), damping, rows.T @ still @ rows)
 
     def enough(self, top: float) -> int:

@@ -389,7 +389,7 @@ def _neutral(
         return None
     root = np.linalg.inv(np.linalg.cholesky(stiffness))
     periods, vectors = np.linalg.eigh(root @ mass @ root.T)
-    lowest = periods[: -2 * MODES - 1 : -1]
+    lowest = periods[: -4 * MODES - 1 : -1]
     lowest = lowest[lowest > _ROUNDED * lowest[0]]
     shapes, squares = root.T @ vectors[:, : -len(lowest) - 1 : -1] / np.sqrt(lowest), 1.0 / lowest
     drag, cross, turned = (shapes.T @ one @ shapes for one in (damping, turning, polar))

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.bracketing import crossing
 from vibopt.mechanics.growth import first_growth, states
 
 MOST = 8
@@ -21,8 +22,9 @@ MOST = 8
 _AXIS, _NOTHING, _SAME = 1e-5, 1e-10, 1e-14
 """Part of its size by which a root may be off its axis before it is polished; of the greatest, what is rounding."""
 
-_FOLLOWED, _HIGHEST = 16, 300.0
-"""Free motions of a rotor that are followed, and the highest spin over its lowest frequency."""
+_FOLLOWED, _MORE, _HIGHEST, _MOVED = 16, 48, 300.0, 0.2
+"""Free motions of a rotor that are followed, and where these tell too little; the highest spin over its lowest
+frequency; the part of itself by which a threshold may move when it is solved in all coordinates."""
 
 
 class TooManyError(Exception):
@@ -61,41 +63,75 @@ def rotor_threshold(
 ) -> float:
     """As `threshold`, of a rotor with gyroscopic moments W P and any number of coordinates that springs hold.
 
-    Followed over spins in its lowest free motions at rest, by steps that are sure; the first that is neutral is solved
-    in all coordinates: a quadratic form u^T D(w, W) u of that motion u, good to the square of what u is off.
+    Followed over spins in its lowest free motions at rest, by steps that are sure, and solved in all coordinates from
+    there; where that leads elsewhere, from where the growth of more free motions begins near it.
     """
     from scipy.linalg import eigh
 
     if not rotating.any():
         return float("inf")
-    n = len(mass)
-    periods, shapes = eigh(mass, stiffness, subset_by_index=[max(n - _FOLLOWED, 0), n - 1])
+    periods, shapes = eigh(mass, stiffness)
     told = periods[::-1] > _SAME * periods[-1]
-    periods, shapes = periods[::-1][told], shapes[:, ::-1][:, told]
-    squares, shapes = 1.0 / periods, shapes / np.sqrt(periods)
-    few = [shapes.T @ one @ shapes for one in (fixed + rotating, rotating, polar)]
-    unit, still = float(np.sqrt(squares[0])), np.zeros_like(few[0])
-    first = states(squares, few[0], still)
-    slope = states(squares, few[0] - 1j * few[2], -1j * few[1]) - first
+    squares, shapes = 1.0 / periods[::-1][told], shapes[:, ::-1][:, told] / np.sqrt(periods[::-1][told])
+    unit, matrices = float(np.sqrt(squares[0])), (mass, polar, fixed + rotating, rotating, stiffness)
+
+    def of(most: int) -> tuple[ComplexArray, ComplexArray]:
+        ways = shapes[:, :most]
+        damping, turning, turned = (ways.T @ one @ ways for one in (fixed + rotating, rotating, polar))
+        first = states(squares[:most], damping, np.zeros_like(damping))
+        return first, states(squares[:most], damping - 1j * turned, -1j * turning) - first
+
+    first, slope = of(_FOLLOWED)
     begun = first_growth(first, slope, 0.0, _HIGHEST * unit, unit)
     if begun is None:
         return float("inf")
-    rates = np.linalg.eigvals(first + begun * slope)
-    whirl, spin = float(rates[rates.real.argmax()].imag), begun
-    moved = np.ones(n, dtype=complex)
+    spin = _neutral(*matrices, first + begun * slope, begun)
+    if abs(spin - begun) <= _MOVED * begun:
+        return spin
+    first, slope = of(_MORE)
+
+    def growth(spin: float) -> float:
+        return float(np.linalg.eigvals(first + spin * slope).real.max()) - _NOTHING * unit
+
+    low = high = begun
+    while growth(low) > 0.0 and low > _NOTHING * begun:
+        low *= 1.0 - _MOVED
+    while growth(high) <= 0.0:
+        high *= 1.0 + _MOVED
+        if high > _HIGHEST * unit:
+            return float("inf")
+    begun = crossing(growth, low, high)[1]
+    spin = _neutral(*matrices, first + begun * slope, begun)
+    return spin if abs(spin - begun) <= _MOVED * begun else begun
+
+
+def _neutral(
+    mass: FloatArray, polar: FloatArray, damping: FloatArray, rotating: FloatArray, stiffness: FloatArray,
+    state: ComplexArray, spin: float,
+) -> float:  # fmt: skip
+    """The spin near one of a `state` at which a whirl neither grows nor fades, by Newton; not a number if none is.
+
+    By a quadratic form u^T D(w, W) u of its motion u, good to the square of what u is off.
+    """
+    rates = np.linalg.eigvals(state)
+    whirl = float(rates[rates.real.argmax()].imag)
+    moved = np.ones(len(mass), dtype=complex)
     for turn in range(40):
-        dynamic = stiffness - whirl**2 * mass + 1j * whirl * (fixed + rotating) - 1j * spin * rotating
+        dynamic = stiffness - whirl**2 * mass + 1j * whirl * damping - 1j * spin * rotating
         dynamic = dynamic + whirl * spin * polar
         for _ in range(1 if turn else 4):
             moved = np.linalg.solve(dynamic, moved)
             moved /= moved[np.abs(moved).argmax()]  # real but for what damps: rounding of what is stiff stays real
-        along = -2.0 * whirl * mass + 1j * (fixed + rotating) + spin * polar
+        along = -2.0 * whirl * mass + 1j * damping + spin * polar
         value, by_whirl, by_spin = (moved @ one @ moved for one in (dynamic, along, whirl * polar - 1j * rotating))
         table = [[by_whirl.real, by_spin.real], [by_whirl.imag, by_spin.imag]]
-        step = np.linalg.solve(table, [-value.real, -value.imag])
+        try:
+            step = np.linalg.solve(table, [-value.real, -value.imag])
+        except np.linalg.LinAlgError:
+            return float("nan")
         whirl, spin = whirl + step[0], spin + step[1]
         if abs(step[0]) <= _SAME * abs(whirl) and abs(step[1]) <= _SAME * spin:
-            break
+            return float(spin)
     return float(spin)
 
 
