@@ -18,8 +18,9 @@ from vibopt.work import worked
 NO_PEAK, HEAVY, _FOLLOWED = 1.0 / np.sqrt(2.0), 0.95, 0.98
 """Damping ratio from which on a whirl has no resonance; from which on it hardly swings and does not count; up to which
 it is followed where it is not known well."""
-_SAME, _STEPS, _NONE = 1e-13, 12, 1e-11
-"""Part of itself by which a frequency is known; steps of Newton; below which a damping is rounding."""
+_SAME, _LAST, _STEPS, _NONE = 1e-13, 1e-9, 12, 1e-11
+"""Part of itself by which a frequency is known; of the last step to one, behind which rounding is left; steps of
+Newton; below which a damping is rounding."""
 _ASTRAY, _TWICE, _NARROW = 0.1, 1e-9, 1e-4
 """Part of itself by which a whirl may move when solved in all coordinates; within which two are one; how narrow a range
 of spins is in which a whirl is solved."""
@@ -96,7 +97,7 @@ def _solved(
         system[:n, :n], system[:n, n], system[n, :n] = here, slope @ way * unit, read
         step = np.linalg.solve(system, np.append(here @ way, read @ way - 1.0))
         way, rate = way - step[:n], complex(rate - unit * step[n])
-        if abs(step[n]) <= _SAME:
+        if abs(step[n]) <= _LAST:
             break
     return rate, way / size
 
@@ -317,7 +318,7 @@ def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tupl
     low, like, way = off(before, near, way)
     for _ in range(_STEPS):
         high, like, way = off(here, like, way)
-        if high == low or abs(here - before) <= _SAME * here:
+        if high == low or abs(here - before) <= _LAST * here:
             break
         before, here, low = here, here - high * (here - before) / (high - low), high
     met = abs(high) <= _MET * here

@@ -19,9 +19,9 @@ from vibopt.work import worked
 
 _OF_PIECES = 1e-4
 """Work of the whirls of n coordinates, by n^3 [nominal ms]."""
-_TURNS, _CLOSE, _TRIED, _FINE = 1e-9, 1e-13, 20, 1e-9
-"""Part of itself that a frequency is at least of what turns; by which one is known; steps to it; part
-of the highest spin by which that of a least is known."""
+_TURNS, _LAST, _TRIED, _FINE = 1e-9, 1e-9, 20, 1e-9
+"""Part of itself that a frequency is at least of what turns; of the last step to one, behind which rounding
+is left; steps to it; part of the highest spin by which that of a least is known."""
 _ONE, _MET, _ALIKE = 1e-6, 1e-3, 1e-6
 """Part of themselves within which two speeds are one, by which a whirl that is met differs from its spin at most, and
 within which two whirls of pieces are alike, of which any mixture is one."""
@@ -107,7 +107,7 @@ def _by_waves(machine: OrbitingMachine, spin: float, near: complex, motion: Comp
         slope = (stiff[1] - stiff[2]) / (2.0 * step)
         move = complex(np.vdot(back, stiff[0] @ way) / np.vdot(back, slope @ way))
         at -= move
-        if abs(move) <= _CLOSE * abs(at):
+        if abs(move) <= _LAST * abs(at):
             break
     return at
 
@@ -222,7 +222,7 @@ def _synchronous(machine: OrbitingMachine, near: complex, motion: ComplexArray, 
     rates = [near := _by_waves(machine, spin, near, motion) for spin in spins]
     for _ in range(_TRIED):
         off = [rate.real - spin for rate, spin in zip(rates, spins, strict=True)]
-        if off[0] == off[1] or abs(spins[1] - spins[0]) <= _CLOSE * spins[1]:
+        if off[0] == off[1] or abs(spins[1] - spins[0]) <= _LAST * spins[1]:
             break
         spins = [spins[1], spins[1] - off[1] * (spins[1] - spins[0]) / (off[1] - off[0])]
         rates = [rates[1], _by_waves(machine, spins[1], rates[1], motion)]
