@@ -109,6 +109,15 @@ def test_below_its_friction_nothing_moves_and_all_is_handed_on() -> None:
     shape=st.sampled_from(SHAPES), base=st.booleans(), times=st.integers(1, 3), length=st.floats(0.05, 3.0),
     friction=st.floats(0.01, 1.1), ratio=st.one_of(st.just(0.0), st.floats(0.01, 2.0)), beside=st.booleans(),
 )  # fmt: skip
+@example(  # a peak between two samples, before the slip ends in what lasts a while and is all but as great
+    shape="half sine",
+    base=False,
+    times=1,
+    length=2.0081065499770316,
+    friction=0.11873409068826334,
+    ratio=0.0,
+    beside=True,
+)
 def test_every_peak_has_one_value_by_both_routes(
     shape: str, base: bool, times: int, length: float, friction: float, ratio: float, beside: bool
 ) -> None:

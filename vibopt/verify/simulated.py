@@ -261,14 +261,18 @@ class Simulated(MotionInTime):
                 _SAMPLES * self._fastest(number) * (high - low) / (2.0 * np.pi), _SAMPLES, _MANY[bool(self._lasting)]
             )
         )
-        bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
-        times = np.union1d(np.linspace(low, high, count), bent)
-        at = np.clip(times, *self._inside(number))
         run, many = self._run(number), TOGETHER // len(self._places)
+        bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
+        times = np.union1d(np.linspace(low, high, count), np.append(bent, self._turned(number)))
+        at = np.clip(times, *self._inside(number))
         found = times, joined([self._course(one, run(one)) for one in np.split(at, range(many, len(at), many))])
         if len(times) <= _CHUNK:
             self._courses[number] = found
         return found
+
+    def _turned(self, number: int) -> FloatArray:
+        """Times on a stretch just before the motion turns into another one: none where nothing rubs."""
+        return np.zeros(0)
 
     @cached_property
     def _courses(self) -> dict[int, tuple[FloatArray, Course]]:
@@ -306,7 +310,8 @@ class Simulated(MotionInTime):
         values, count = np.abs(response.trace(self.machine, course)) * np.ones(len(times)), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
-        edges = [i for i in (0, count - 1) if values[i] > _NEAR * values.max()]  # a top may hide beside an end
+        ends = [0, *np.searchsorted(times, self._turned(number)), count - 1]  # a top may hide beside each of them
+        edges = [i for i in ends if values[i] > _NEAR * values.max()]
         near = np.unique([*tops[np.argsort(-values[tops])[:_BEST]], *_even_tops(values), *edges]).astype(int)
         left, right = times[np.maximum(near - 1, 0)], times[np.minimum(near + 1, count - 1)]
         for _ in range(_ZOOMS if len(near) else 0):  # all tops at once, each time between the neighbours of its best

@@ -164,14 +164,16 @@ class Stopping(Simulated):
 
     def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
         """Forces and accelerations jump where the slip turns or ends: just before is looked at, too."""
-        found, run, (low, high) = super()._measured(number, response), self._run(number), self._spans[number]
-        begins, sides = np.hstack(self._senses)
-        turned = np.nextafter(begins[1:][sides[1:] != sides[:-1]], low)
-        at = turned[(turned > low) & (turned < high)]
+        found, run, at = super()._measured(number, response), self._run(number), self._turned(number)
         values = np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
         every = [found, *zip(values.tolist(), at.tolist(), strict=True)]
         most = max(every)[0]
         return most, min(time for value, time in every if value >= most * (1.0 - _EVEN))
+
+    def _turned(self, number: int) -> FloatArray:
+        (low, high), (begins, sides) = self._spans[number], np.hstack(self._senses)
+        turned = np.nextafter(begins[1:][sides[1:] != sides[:-1]], low)
+        return np.asarray(turned[(turned > low) & (turned < high)])
 
     @cached_property
     def _spans(self) -> list[tuple[float, float]]:
