@@ -14,7 +14,7 @@ from vibopt.verify.certify import measure
 few = settings(derandomize=True, database=None, deadline=None, max_examples=40)
 ORDERS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0)
 amplitudes = st.lists(
-    st.tuples(st.sampled_from(ORDERS), st.floats(0.01, 10.0), st.floats(-180.0, 180.0)),
+    st.tuples(st.sampled_from(ORDERS), st.floats(0.01, 10.0), st.floats(-180.0, 180.0).map(lambda at: round(at, 6))),
     min_size=2, max_size=4, unique_by=lambda one: one[0],
 )  # fmt: skip
 
