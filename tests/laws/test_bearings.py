@@ -128,6 +128,14 @@ def test_a_loss_factor_beside_films_is_the_damper_of_its_speed(loss: float, spee
     assert moved[0] == pytest.approx(moved[1], rel=1e-9)
 
 
+def test_a_whirl_that_grows_is_said_once_of_all_that_it_makes_unknown() -> None:
+    document = at(borne(friswell(), 1e6, 2e5, -1e5, 1.5e6, 200.0, 0.0, 0.0, 300.0), "100..3000 rpm")
+    places = {name: {"response": "displacement", "of": name} for name in ("first", "second", "left")}
+    claim = solve(from_dict({**document, "measures": places})).claim
+    assert claim.count("is not known") == 1
+    assert claim.endswith("; nor is second; nor is left")
+
+
 # Both routes
 
 SIGNED = st.integers(-300, 300)

@@ -329,9 +329,12 @@ def disagreement(*families: Mapping[str, Checked], besides: Sequence[str] = ()) 
 
 
 def unsteady(*families: Mapping[str, Checked]) -> str:
-    """That a whirl grows, where some number is one of a steady motion, in words; "" where none does."""
-    rows = [row.unsteady for family in families for row in family.values()]
-    return "; ".join(dict.fromkeys(filter(None, rows)))
+    """That a whirl grows, where some number is one of a steady motion, in words, once; "" where none does."""
+    names: dict[str, dict[str, str]] = {}
+    for row in (row for family in families for row in family.values() if row.unsteady):
+        said = names.setdefault(row.unsteady.removeprefix(row.name), {})
+        said.setdefault(row.name, f"nor is {row.name}" if said else row.unsteady)
+    return "; ".join(words for said in names.values() for words in said.values())
 
 
 def usual_unit(scene: Scene, response: Response) -> str:
