@@ -29,7 +29,7 @@ from vibopt.signals import Segment
 
 CLOSE = 2e-4
 """Part of the upper end by which the two ends may differ."""
-_FEW, _MOST, _ROUNDS, _JOINTS = 60, 2500, 9, 200
+_FEW, _MOST, _ROUNDS, _JOINTS = 60, 2500, 20, 200
 """Cells at first, and in all; programs in a row; joints that are all nodes at first."""
 _BULGE = 0.3
 """Part of the room that a bulge between the first nodes takes at most, as far as there may be cells."""
