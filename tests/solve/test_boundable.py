@@ -67,7 +67,7 @@ def changed(**values: Any) -> Program:
         ),
         (
             {"goal": {"maximise": "decay_rate"}},
-            "the goal is a decay rate: poles of several modes have no bounds on boxes of designs",
+            "the goal is a decay rate: of up to three variables and six coordinates, all held, poles have bounds",
         ),
         (
             {"excitations__f": TWO["excitations"]["e"], "goal__combine": "sum"},

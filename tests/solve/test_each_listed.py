@@ -114,8 +114,9 @@ def test_an_answer_over_listed_values_is_printed_reported_and_saved(tmp_path: Pa
     file.write_text(
         'title = "Tank"\n[bodies.t]\nmass = { one_of = ["100 kg", "140 kg"] }\n[links.l]\nbetween = ["t", "ground"]\n'
         'stiffness = { from = "10 kN/m", to = "1 MN/m" }\ndamping = { from = "10 N s/m", to = "9 kN s/m" }\n'
+        '[bodies.r]\nmass = "9 kg"\n[links.s]\nbetween = ["r", "t"]\nstiffness = "9 kN/m"\ndamping = "40 N s/m"\n'
         '[excitations.e]\nkind = "force"\non = "t"\namplitude = "100 N"\nspeed = "10 Hz"\nvaries = "constant"\n'
-        '[limits.x]\nresponse = "decay_rate"\nat_least = "3 1/s"\n[goal]\nminimise = "total_mass"\n',
+        '[limits.x]\nresponse = "damping_ratio"\nmode = 2\nat_least = "9 %"\n[goal]\nminimise = "total_mass"\n',
         encoding="utf-8",
     )
     assert main(["solve", str(file)]) == 0

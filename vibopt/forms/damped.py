@@ -8,6 +8,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.form import ROOTS, Form, Local, by_differences, log_of, plus
+from vibopt.forms.rational import Groups
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 from vibopt.mechanics.modes import damping_ratios, decay_rates, free_matrices, pole_slopes, poles
 from vibopt.records import dataclass
@@ -21,6 +22,8 @@ if TYPE_CHECKING:
 
 _NEAR = 2.0
 """Poles with up to so many times the least decay rate (damping ratio) are pieces of their own."""
+_MEET = 1e-5
+"""Part of a goal that boxes leave open: where two poles meet, rounding moves each by its root."""
 
 
 class OfPoles(Form):
@@ -38,8 +41,15 @@ class OfPoles(Form):
         """Whether its best may lie where poles meet."""
         return True
 
+    def closed_to(self, model: Model) -> float:
+        return _MEET * (model.n_free > 1)
+
     def level(self, rates: ComplexArray) -> FloatArray:
         """The number of poles e^{s t} by their rates s (m,)."""
+        raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
+
+    def most_within(self, rates: ComplexArray, radii: FloatArray) -> FloatArray:
+        """The most that the number of a pole can be so near to rates s (m,) [1/s], (m,)."""
         raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
 
     def place(self, level: float, height: float) -> complex:
@@ -80,9 +90,22 @@ class OfPoles(Form):
 class DecayRate(OfPoles):
     """Least decay rate of free vibration, -max Re(pole) [1/s]; rigid motion, which nothing calls back, is left out."""
 
-    no_bounds = "is a decay rate: poles of several modes have no bounds on boxes of designs"
+    no_bounds = "is a decay rate: of up to three variables and six coordinates, all held, poles have bounds"
     not_convex = "is a decay rate, which is not convex in stiffness and damping"
     rough = "is the least decay rate of several modes, which has a kink where two of them are equal"
+
+    def bounded(self, model: Model) -> bool:
+        from vibopt.forms.poles_on_boxes import bounded
+
+        return bounded(model)
+
+    def groups(self, model: Model) -> Groups:
+        return Groups.of(model)
+
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        from vibopt.forms.poles_on_boxes import on_boxes
+
+        return on_boxes(self, known, low, high)
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         return ROOTS * float(np.abs(poles(model, model.values(x))).max(initial=0.0))
@@ -95,6 +118,9 @@ class DecayRate(OfPoles):
 
     def level(self, rates: ComplexArray) -> FloatArray:
         return np.asarray(-rates.real)
+
+    def most_within(self, rates: ComplexArray, radii: FloatArray) -> FloatArray:
+        return np.asarray(radii - rates.real)
 
     def place(self, level: float, height: float) -> complex:
         return complex(-level, height)
@@ -114,7 +140,7 @@ class ModeDamping(OfPoles):
     mode: int
     relative = True
     one_line = True
-    no_bounds = "is a damping ratio: poles of several modes have no bounds on boxes of designs"
+    no_bounds = "is a damping ratio: the least of up to three variables and six coordinates, all held, has bounds"
     not_convex = "is a damping ratio of several modes, which is not convex in stiffness and damping"
 
     def meet(self, model: Model) -> bool:
@@ -142,10 +168,19 @@ class ModeDamping(OfPoles):
         return kink * (model.n_free > 1)
 
     def bounded(self, model: Model) -> bool:
-        return model.n_free == 1
+        from vibopt.forms.poles_on_boxes import bounded
+
+        return model.n_free == 1 or (self.mode == 1 and bounded(model))
+
+    def groups(self, model: Model) -> Groups | None:
+        return Groups.of(model) if model.n_free > 1 else None
 
     def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        from vibopt.forms.poles_on_boxes import on_boxes
+
         model = known.model
+        if model.n_free > 1:
+            return on_boxes(self, known, low, high)
         small, large = model.extent(low, high)
         square = model.vectors[:, 0] ** 2
 
@@ -170,6 +205,10 @@ class ModeDamping(OfPoles):
 
     def level(self, rates: ComplexArray) -> FloatArray:
         return np.asarray(-rates.real / np.abs(rates))
+
+    def most_within(self, rates: ComplexArray, radii: FloatArray) -> FloatArray:
+        angle = np.abs(np.angle(-rates)) - np.arcsin(np.minimum(radii / np.abs(rates), 1.0))
+        return np.where(angle > 0.0, np.cos(angle), np.inf)  # on the axis nothing swings, and there is no such number
 
     def place(self, level: float, height: float) -> complex:
         return height * complex(-level, float(np.sqrt(max(1.0 - level * level, 0.0))))
@@ -202,6 +241,12 @@ class LogDecrement(Form):
     @property
     def _ratio(self) -> ModeDamping:
         return ModeDamping(self.mode)
+
+    def closed_to(self, model: Model) -> float:
+        return self._ratio.closed_to(model)
+
+    def groups(self, model: Model) -> Groups | None:
+        return self._ratio.groups(model)
 
     def value(self, model: Model, x: FloatArray) -> float:
         return float(decrement(np.array(self._ratio.value(model, x))))

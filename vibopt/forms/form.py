@@ -236,6 +236,10 @@ class Form:
         """
         return [[] for _ in x]
 
+    def closed_to(self, model: Model) -> float:
+        """Part of a goal that boxes leave open to rounding, where that is more than of most; else 0."""
+        return 0.0
+
     def tangents_cost(self, model: Model) -> float:
         """Work of tangents on a box beside a measurement in its middle [nominal ms]."""
         return 0.007 * int(model.exponents.any(axis=1).sum()) * model.n_free

@@ -12,17 +12,16 @@ determinants are polynomials in the variables, and their Bernstein coefficients 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import product
-from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.forms.characteristic import ROUNDING, circle, nodes, plain, powers, tables, typical_rate
 from vibopt.forms.monomials import mounts
-from vibopt.forms.rational import determinants, expanded, ratio_bounds, to_bernstein
+from vibopt.forms.rational import determinants, expanded, ratio_bounds
 from vibopt.mechanics.harmonic import bordered
-from vibopt.mechanics.model import HYSTERETIC, INERTIA, STIFFNESS, Model, factors
+from vibopt.mechanics.model import HYSTERETIC, Model, factors
 from vibopt.signals import Noise
 
 if TYPE_CHECKING:
@@ -37,8 +36,6 @@ _NOTHING, _AGREE = 1e-9, 1e-6
 _RATES, _SURE, _BOUND = (1.0, 1.3), 1e-10, 1e-4
 """Rates that numbers are counted in, by parts of a typical one, the part of a value by which what they make of it may
 differ, and the part that a bound of all rounding, which counts the worst of it, may be of a mean square."""
-_EPS = 50.0 * float(np.finfo(float).eps)
-"""Part of a sum of products that rounding may take."""
 
 
 def bounded(form: RootMeanSquare, model: Model) -> bool:
@@ -69,14 +66,14 @@ def at_designs(form: RootMeanSquare, model: Model, x: FloatArray) -> FloatArray:
     Numbers are counted in two rates: what rounding makes of them differs.
     """
     with np.errstate(all="ignore"):
-        first, other = (_at(form, model, x, part * _rate(model, x[0])) for part in _RATES)
+        first, other = (_at(form, model, x, part * typical_rate(model, x[0])) for part in _RATES)
         told = np.isfinite(first) & (np.abs(first - other) <= _SURE * first)
     return np.where(told, first, np.nan) / mounts(model, form.output).at(x)
 
 
 def _at(form: RootMeanSquare, model: Model, x: FloatArray, rate: float) -> FloatArray:
     """By numbers counted in one rate [rad/s]."""
-    omega = _circle(model, rate)
+    omega = circle(model, rate)
     numbers = model.values(x)[:, None] * factors(model.kinds, omega)
     size = np.sqrt(np.abs(numbers[:1, 0]) @ model.vectors[:, : model.n_free] ** 2)
     squares = np.zeros(len(x))
@@ -98,7 +95,7 @@ def _single(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: Floa
 
 
 def _bounds(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
-    rate, above, off = _rate(known.model, known.reference), np.zeros(0), np.zeros(0)
+    rate, above, off = typical_rate(known.model, known.reference), np.zeros(0), np.zeros(0)
     for noise in form.noises:
         top, bottom = _polynomials(form, known, noise, low, high, rate)
         parts, size = _quotient(top, bottom), np.pi * noise.density * rate
@@ -112,15 +109,6 @@ def _bounds(form: RootMeanSquare, known: FormBounds, low: FloatArray, high: Floa
     return np.sqrt(np.where(told, least[:, 0], 0.0)), np.sqrt(np.where(told, most[:, 0], np.inf))
 
 
-def _rate(model: Model, x: FloatArray) -> float:
-    """A typical natural frequency [rad/s]: s is counted in it."""
-    n, p = model.n_free, model.values(x)
-    mass, stiff = (model.matrix(kind, p)[:n, :n] for kind in (INERTIA, STIFFNESS))
-    squares = np.linalg.eigvals(np.linalg.solve(mass, stiff)).real
-    held = squares[squares > _NOTHING * squares.max()]
-    return float(np.exp(0.5 * np.log(held).mean())) if len(held) else 1.0
-
-
 def _polynomials(
     form: RootMeanSquare, known: FormBounds, noise: Noise, low: FloatArray, high: FloatArray, rate: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -130,36 +118,20 @@ def _polynomials(
     a number where white noise is left of the response at high speeds or at rest.
     """
     model, groups = known.model, form.groups(known.model)
-    shape = [degree + 1 for degree in groups.degrees]
     if (noise.name, 0) not in known.samples:
         vector = noise.vector.astype(complex)
-        made = expanded(model, form.output, vector, _circle(model, rate), known.reference)
+        made = expanded(model, form.output, vector, circle(model, rate), known.reference)
         known.samples[noise.name, 0] = made
-    nodes = np.array(list(product(*[np.linspace(0.0, 1.0, size) if size > 1 else [0.0] for size in shape])))
-    ends = low ** (1.0 / groups.roots), high ** (1.0 / groups.roots)
-    x = (ends[0][:, None] + (ends[1] - ends[0])[:, None] * nodes) ** groups.roots
-    each = []
-    for values in _coefficients(form, model, noise, *known.samples[noise.name, 0].at(x), rate):
-        table = np.moveaxis(values, -1, 0).reshape(-1, len(low), *shape)
-        for axis, size in enumerate(shape, 2):
-            change = to_bernstein(size - 1) * np.array([comb(size - 1, k) for k in range(size)])[:, None]
-            table = np.moveaxis(np.tensordot(table, change, axes=(axis, 1)), -1, axis)
-        each.append(table)
-    return each[0], each[1]
-
-
-def _circle(model: Model, rate: float) -> ComplexArray:
-    """Frequencies [rad/s] with s on a circle of a radius of one rate, enough for N and D of a machine."""
-    count = 2 * model.n_free + 4
-    return np.asarray(-1j * rate * np.exp(2j * np.pi * np.arange(count) / count))
+    top, bottom = known.samples[noise.name, 0].at(nodes(groups, low, high))
+    above, below = _coefficients(form, model, noise, top, bottom, rate)
+    return tables(above, groups), tables(below, groups)
 
 
 def _coefficients(
     form: RootMeanSquare, model: Model, noise: Noise, top: ComplexArray, bottom: ComplexArray, rate: float
 ) -> tuple[FloatArray, FloatArray]:
     """N (..., order) and D (..., order + 1) by ascending powers of s / rate, from values (..., n) on the circle."""
-    order, count = 2 * model.n_free, top.shape[-1]
-    above, below = (np.asarray(np.fft.fft(one).real / count, dtype=float) for one in (top, bottom))
+    order, above, below = 2 * model.n_free, powers(top), powers(bottom)
     moved = form.output.power - 2 * (bool(noise.vector[model.n_free :].any()) and not noise.displaced)
     kept = np.roll(above, moved, axis=-1) * rate**moved
     left = np.abs(kept[..., order:]).max(axis=-1)
@@ -182,7 +154,7 @@ def _quotient(top: FloatArray, bottom: FloatArray) -> tuple[FloatArray, FloatArr
     above, below = (_along(one, minors, order, signed=True) for one in (squared, first))
     off, shift = (_along(one, rounded, order, signed=False) for one in (sizes, own))
     below, shift = _times(polynomials[-1], below), numbers[-1] * shift
-    return -_plain(above), _EPS * off[:, None], 2.0 * _plain(below), 2.0 * _EPS * shift[:, None]
+    return -plain(above), ROUNDING * off[:, None], 2.0 * plain(below), 2.0 * ROUNDING * shift[:, None]
 
 
 def _row(bottom: Sequence[FloatArray], i: int) -> dict[int, FloatArray]:
@@ -230,14 +202,6 @@ def _times(one: FloatArray, other: FloatArray) -> FloatArray:
     return found
 
 
-def _plain(one: FloatArray) -> FloatArray:
-    """Bernstein coefficients alone, (n_boxes, n_coefficients)."""
-    for axis, size in enumerate(one.shape[1:], 1):
-        binomials = np.array([float(comb(size - 1, k)) for k in range(size)])
-        one = one / binomials.reshape(-1, *[1] * (one.ndim - 1 - axis))
-    return one.reshape(len(one), -1)
-
-
 def _size(one: FloatArray) -> FloatArray:
     """The greatest Bernstein coefficient on each box, (n_boxes,)."""
-    return np.asarray(np.abs(_plain(one)).max(axis=1))
+    return np.asarray(np.abs(plain(one)).max(axis=1))

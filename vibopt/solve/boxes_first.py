@@ -6,24 +6,24 @@ from dataclasses import replace
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.bounds import FormBounds
-from vibopt.program.program import Limit, Program
+from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.boundable import unbounded
 from vibopt.solve.branch import Judge, Search
-from vibopt.solve.global_search import BranchAndBound
+from vibopt.solve.global_search import FINE, BranchAndBound
 from vibopt.solve.method import OPEN, Found, Progress
 from vibopt.solve.nlp import Nlp
 from vibopt.work import Budget
 
-_BOXES, _LOOSE, _WORK = 40_000, 4000, 8e7
-"""Boxes, those where a limit has no bounds on them, and numbers on all of them together."""
+_BOXES, _OF_POLES, _LOOSE, _WORK = 40_000, 100_000, 4000, 8e7
+"""Boxes, those without mean squares, those where a limit has no bounds on them, and numbers on all of them together."""
 _FEW, _LOOK = 2, 500
 """Starts before them, and boxes before those: where there is no design no start finds one."""
 
 
 @dataclass(frozen=True)
 class BoxesFirst:
-    """Branch and bound for mean squares; the best of it and of `starts` where it is not proven, with its bound.
+    """Branch and bound for mean squares and poles; the best of it and of `starts`, with its bound, if it is not proven.
 
     Limits without bounds on boxes are measured where designs are: what is proven without them is true with them.
     """
@@ -34,18 +34,26 @@ class BoxesFirst:
     summary = "interval branch and bound, and the best of several starts where it leaves something open"
 
     def refuses(self, program: Program) -> str | None:
-        squares = program.aim is not None and program.aim.form.random
-        if unbounded(program.aim.pieces if program.aim is not None and squares else program.parts):
+        aimed = program.aim is not None and (program.aim.form.random or _of_poles(program.aim))
+        if unbounded(program.aim.pieces if program.aim is not None and aimed else program.parts):
             return "something has no bounds on boxes of designs."
         return BranchAndBound().refuses(program) or self.starts.refuses(program)
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
-        """As branch and bound; starts come first where the goal is light: at its limits boxes find no design alone."""
-        light = program.aim is not None and program.aim.form.powers is not None
-        tried = light and Search(Judge(program), budget=Budget(_LOOK, "boxes")).run().status != "infeasible"
-        first = replace(self.starts, count=_FEW, brief=True).solve(program, progress).x if tried else None
-        near = self.near if first is None else first
-        boxes = BranchAndBound(most=_most(program), near=near, alone=False).solve(program, progress)
+        """As branch and bound; starts come first where the goal is light or a number of poles.
+
+        At the limits of the one, and where poles meet, boxes find no design alone.
+        """
+        aim = program.aim
+        tried = (
+            aim is not None
+            and (aim.form.powers is not None or _of_poles(aim))
+            and Search(Judge(program), budget=Budget(_LOOK, "boxes")).run().status != "infeasible"
+        )
+        begun = replace(self.starts, count=_FEW, brief=True).solve(program, progress).x if tried else None
+        near = self.near if begun is None else begun
+        gap = max([FINE, *(piece.form.closed_to(piece.model) for piece in (aim.pieces if aim is not None else ()))])
+        boxes = BranchAndBound(gap, _most(program), near, alone=False).solve(program, progress)
         if boxes.status not in OPEN:
             return boxes
         other, judge = self.starts.solve(program, progress), Judge(program)
@@ -58,9 +66,16 @@ class BoxesFirst:
         return replace(other, claim=f"{other.claim}; {boxes.claim}{without}", bound=boxes.bound)
 
 
+def _of_poles(aim: Aim) -> bool:
+    return any(piece.form.closed_to(piece.model) > 0.0 for piece in aim.pieces)
+
+
 def _most(program: Program) -> int:
     """Boxes to look at: determinants of a mean square are made of ever more minors, two for each row."""
-    squares = [part for part in program.parts if part.form.random]
-    each = sum(4.0**part.model.n_free * FormBounds(part.model, part.form, program.high).size for part in squares)
-    most = _BOXES if unbounded(program.limits) is None else _LOOSE
-    return int(min(most, _WORK / max(each, 1.0)))
+    each, most = 1.0, _OF_POLES
+    for part in program.parts:
+        if part.form.random or part.form.closed_to(part.model):
+            numbers = 4.0**part.model.n_free if part.form.random else (2.0 * part.model.n_free + 1.0) ** 2
+            each += numbers * FormBounds(part.model, part.form, program.high).size
+            most = min(most, _BOXES if part.form.random else _OF_POLES)
+    return int(min(most if unbounded(program.limits) is None else _LOOSE, _WORK / each))
