@@ -136,6 +136,25 @@ def test_a_whirl_that_grows_is_said_once_of_all_that_it_makes_unknown() -> None:
     assert claim.endswith("; nor is second; nor is left")
 
 
+def test_values_at_which_every_whirl_grows_from_another_spin_on_are_unproven() -> None:
+    disc = {"name": "d", "at": "0.4 m", "mass": "20 kg", "diametral": "0.2 kg m2", "polar": "0.35 kg m2"}
+    document = friswell(
+        sections=[{"length": "0.9 m", "diameter": {"from": "30 mm", "to": "70 mm"}}],
+        stations={"left": "0 m", "right": "0.9 m"}, discs=[disc],
+    )  # fmt: skip
+    film = {"between": ["left", "ground"], **numbers(20e6, 6e6, -6e6, 30e6, 15e3, 0.0, 0.0, 18e3)}
+    document |= {
+        "bearings": {"film": film},
+        "links": {"right_bearing": held(3e7, 3e3)["right_bearing"]},
+        "measures": {},
+    }
+    document["excitations"]["imbalance"] |= {"on": "d", "speed": "3000..4000 rpm"}
+    document["limits"] = {"far": {"response": "displacement", "of": "d", "at_most": "1 mm"}}
+    design = solve(from_dict({**document, "goal": {"find_all": "rotors.rotor.sections.1.diameter"}}))
+    assert (design.status, design.found) == ("unproven", None)
+    assert "beyond its stability threshold of 0 rpm" in design.claim
+
+
 # Both routes
 
 SIGNED = st.integers(-300, 300)

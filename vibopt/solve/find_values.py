@@ -79,10 +79,11 @@ def permitted_values(scene: Scene, program: Program) -> Design:
     wrong = [(Entry(value, variable.dimension, variable.unit).shown, rows)
              for value, good in tried if _good(rows := measured(value)) != good]  # fmt: skip
     wrong += [(one.value.shown, one.rows) for one in ends if found.complete and not one.as_found]
-    grown = unsteady(*(rows for _, rows in wrong))
+    looked = [*(one.rows for one in ends), *(rows for _, rows in wrong)]
+    grown = unsteady(*looked)
     there = ", ".join(shown for shown, _ in wrong)
     alone = [f"the limits hold on one of model and machine as built alone at {there}"] if wrong and not grown else []
-    doubt = disagreement(*(one.rows for one in ends), besides=alone) or grown
+    doubt = disagreement(*looked if grown else (one.rows for one in ends), besides=alone)
     near = any(static_shapes(scene, {variable.path: one.value.value}) for one in ends)
     claim, complete = _claim(program, found, variable.path, any(one.leaps for one in ends), _SHAPES if near else "")
     proven, unsettled = ("met", "feasible") if intervals else ("infeasible", "unproven")
