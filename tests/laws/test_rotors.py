@@ -578,6 +578,14 @@ REFUSED = {
         "t line 7: rotors.r.discs[1] has a polar moment of inertia of more than twice the diametral one: there is no "
         "such body. A thin disc has twice.",
     ),
+    "a disc that could be chosen as none can be": (
+        HEAD
+        + SHAFT
+        + 'discs = [{ name = "fan", at = "0.2 m", mass = "3 kg", diametral = "1 kg m2", polar = { from = "1 kg m2", '
+        'to = "2.1 kg m2" } }]\n' + TAIL,
+        "t line 7: rotors.r.discs[1] may have a polar moment of inertia of more than twice the diametral one: there is "
+        "no such body. A thin disc has twice.",
+    ),
     "a tolerance beside a bore": (
         HEAD + SHAFT.replace('"50 mm"', '{ value = "50 mm", tolerance = "2 %" }, inner_diameter = "20 mm"') + TAIL,
         "t line 5: rotors.r.sections[1] has an inner_diameter while its diameter has a tolerance. Write inner_ratio = "

@@ -7,7 +7,7 @@ from pydantic import model_validator
 from vibopt.devices.shaft_places import At
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.mechanics.monomial import Monomial
-from vibopt.values import Fact, Table, Value, number, word
+from vibopt.values import Choice, Fact, Table, Value, number, word
 
 
 class RotorDisc(Table):
@@ -45,11 +45,12 @@ class RotorDisc(Table):
                 raise word(f"gives mass and {sizes[0]}. Keep the mass with its moments of inertia, or the sizes.")
             if (self.diametral is None) != (self.polar is None):
                 raise word('gives one moment of inertia. Write both: diametral = "0.4 kg m2" and polar = "0.8 kg m2".')
-            polar, diametral = (getattr(one, "value", None) for one in (self.polar, self.diametral))
-            if polar is not None and diametral is not None and polar > 2.0 * diametral * (1.0 + 1e-9):
+            ways = [one for one in (self.polar, self.diametral) if one is not None]
+            if ways and _ends(ways[0])[1] > 2.0 * _ends(ways[1])[0] * (1.0 + 1e-9):
+                how = "may have" if any(isinstance(one, Choice) for one in ways) else "has"
                 raise word(
-                    "has a polar moment of inertia of more than twice the diametral one: there is no such body. A thin "
-                    "disc has twice."
+                    f"{how} a polar moment of inertia of more than twice the diametral one: there is no such body. "
+                    "A thin disc has twice."
                 )
             return self
         if len(sizes) < 3:
@@ -91,3 +92,7 @@ class RotorDisc(Table):
         mass = given("density") * math.pi * (outer - inner) * (outer + inner) * wide
         about = outer**2 + inner**2
         return mass, mass * (3.0 * about + wide**2) / 12.0, 0.5 * mass * about
+
+
+def _ends(one: Value) -> tuple[float, float]:
+    return (one.low, one.high) if isinstance(one, Choice) else (one.value, one.value)
