@@ -19,7 +19,9 @@ from vibopt.signals import Band, Drive
 if TYPE_CHECKING:
     from vibopt.forms.modulus import Modulus
 
-_MANY = 160
+_MANY, _SOME, _FINE = 160, (60, 480), 0.0067
+"""Speeds of a band at which designs are looked at; at which they are followed, at least and at most, and their distance
+in logs: between speeds too far from each other hide sharp peaks."""
 _LOWEST = 0.003
 
 
@@ -87,9 +89,20 @@ def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None
         return np.asarray(found.max(axis=1))
     if not _is_hosted(model, form):
         return None
-    hosted = _hosted(model, form)
-    heights = np.array([np.abs(hosted.response(one)).max() / mount_count(model, form.output, one) for one in x])
-    return np.asarray(np.nan_to_num(heights, nan=np.inf))
+    counts = np.array([mount_count(model, form.output, one) for one in x])
+    found = np.concatenate([np.abs(hosted.response(some)) for hosted, some in _hosted(model, form).at_once(x)])
+    return np.asarray(np.nan_to_num(found.reshape(len(x), -1).max(axis=1) / counts, nan=np.inf))
+
+
+def along(model: Model, form: Modulus, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Logs of the values at speeds spread over the bands, (n, n_speeds), at designs x (n, n_vars), and their slopes.
+
+    The slopes are those in log x, (n, n_speeds, n_vars).
+    """
+    found = [hosted.slopes(some) for hosted, some in _hosted(model, form, fine=True).at_once(x)]
+    value, slope = (np.concatenate(each).reshape(len(x), -1, *each[0].shape[1:]) for each in zip(*found, strict=True))
+    counts = np.array([mount_count(model, form.output, one) for one in x])
+    return np.log(np.abs(value) / counts[:, None]), np.asarray((slope / value[..., None]).real)
 
 
 def _is_hosted(model: Model, form: Modulus) -> bool:
@@ -97,13 +110,14 @@ def _is_hosted(model: Model, form: Modulus) -> bool:
     return form.line is not None and not model.spins and model.n_free > 1
 
 
-def _hosted(model: Model, form: Modulus) -> Attached:
+def _hosted(model: Model, form: Modulus, *, fine: bool = False) -> Attached:
     """The model at many speeds, its fixed part solved once."""
     assert form.line is not None
-    known: dict[int, tuple[Modulus, Attached]] = vars(model).setdefault("hosted", {})
-    if id(form) not in known:
-        known[id(form)] = form, Attached.of(model, form.output, form.line, _many(form.drives[0].bands))
-    return known[id(form)][1]
+    known: dict[tuple[int, bool], tuple[Modulus, Attached]] = vars(model).setdefault("hosted", {})
+    key = id(form), fine
+    if key not in known:
+        known[key] = form, Attached.of(model, form.output, form.line, _many(form.drives[0].bands, fine=fine))
+    return known[key][1]
 
 
 def heights_of(model: Model, form: Modulus, x: FloatArray, speeds: FloatArray | None = None) -> FloatArray | None:
@@ -132,12 +146,13 @@ def about_link(model: Model, form: Modulus, speeds: FloatArray) -> Moebius | Non
 
 
 @lru_cache(maxsize=32)
-def _many(bands: tuple[Band, ...]) -> FloatArray:
+def _many(bands: tuple[Band, ...], *, fine: bool = False) -> FloatArray:
     """Speeds spread over the bands, denser for lower ones, shape (n,)."""
-    parts = [
-        np.array([band.low]) if band.is_point else np.geomspace(max(band.low, _LOWEST * band.high), band.high, _MANY)
-        for band in bands
-    ]
+    parts = []
+    for band in bands:
+        low = band.low if band.is_point else max(band.low, _LOWEST * band.high)
+        count = int(np.clip(np.log(band.high / low) / _FINE, *_SOME)) if fine and not band.is_point else _MANY
+        parts.append(np.array([band.low]) if band.is_point else np.geomspace(low, band.high, count))
     return np.concatenate(parts)
 
 

@@ -8,7 +8,8 @@ again with the devices keeps everything finite where a frequency is an undamped 
 
 from __future__ import annotations
 
-from dataclasses import field
+from collections.abc import Iterator
+from dataclasses import field, replace
 
 import numpy as np
 
@@ -19,6 +20,8 @@ from vibopt.signals import Line, Output
 
 _SAME = 1e-13
 _CHUNK = 16_000_000
+_AT_ONCE, _TOGETHER = 16, 100_000
+"""Designs that are solved for at once, and receptances beyond which they are fewer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,34 +133,52 @@ class Attached:
     def n_rows(self) -> int:
         return len(self.host.loaded)
 
+    def at_once(self, x: FloatArray) -> Iterator[tuple[Attached, FloatArray]]:
+        """Designs x (count, n_vars), some at once, each with what has every frequency as often as there are of them."""
+        host, step = self.host, max(1, min(_AT_ONCE, _TOGETHER // max(self.host.receptance.size, 1)))
+        for some in np.array_split(x, range(step, len(x), step)):
+            many = (len(some),)
+            if many not in self._repeated:
+                table, loaded, read = (np.tile(one, many) for one in (host.receptance, host.loaded, host.read))
+                whole = Host(table, loaded, read, np.tile(host.direct, many), host.dash)
+                self._repeated[many] = replace(
+                    self, host=whole, omega=np.tile(self.omega, many), scale=np.tile(self.scale, many)
+                )
+            yield self._repeated[many], some
+
+    @cached_property
+    def _repeated(self) -> dict[tuple[int], Attached]:
+        return {}
+
     def response(self, x: FloatArray) -> ComplexArray:
-        """Response at each speed at design x (n_vars,), complex peak, shape (n,)."""
-        kappa = self._coefficients(x)[0] @ self._phi
+        """Response at each frequency at design x (n_vars,), complex peak, shape (n,).
+
+        Of designs (count, n_vars) each takes its part of the frequencies, in turn.
+        """
+        kappa = self._spread @ self._terms(x)
         moved = self._solve(kappa, 1)
         return self._read(kappa, moved[0], self._extension(moved)[0])
 
     def slopes(self, x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-        """Response (n,) and its slope in log x, shape (n, n_vars), at design x (n_vars,)."""
-        value, change = self._coefficients(x)
-        kappa = value @ self._phi
+        """Response (n,) and its slope in log x, shape (n, n_vars), at design x (n_vars,), or designs as above."""
+        terms = self._terms(x)
+        kappa = self._spread @ terms
         moved = self._solve(kappa, 2)
         extension, back = self._extension(moved)
-        through = extension * (self.signs[:, None] - back)
-        turned = (change @ self._phi).reshape(-1, len(self.vectors), len(self.omega))
-        slope: ComplexArray = (turned * through).sum(axis=1) * self.scale
-        return self._read(kappa, moved[0], extension), slope.T
+        through = extension * (self.signs[:, None] - back) * self.scale
+        slope: ComplexArray = (terms * through[self.groups]).T @ self.exponents
+        return self._read(kappa, moved[0], extension), slope
 
-    def _coefficients(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Coefficient of each group by kind, (g, 4), and its slopes in log x, (n_vars * g, 4)."""
-        p = self.scales * np.exp(self.exponents @ np.log(x))
-        slope = self._spread @ (p[:, None] * self.exponents)
-        return (self._spread @ p).reshape(-1, 4), slope.T.reshape(-1, 4)
+    def _terms(self, x: FloatArray) -> ComplexArray:
+        """Dynamic stiffness of each variable term, (t, n)."""
+        p = self.scales * np.exp(np.log(x).reshape(-1, x.shape[-1]) @ self.exponents.T)
+        each: ComplexArray = p.T[:, :, None] * self._phi[self.kinds].reshape(len(self.kinds), len(p), -1)
+        return each.reshape(len(self.kinds), -1)
 
     @cached_property
     def _spread(self) -> FloatArray:
-        table = np.zeros((4 * len(self.vectors), len(self.groups)))
-        table[4 * self.groups + self.kinds, np.arange(len(self.groups))] = 1.0
-        return table
+        """Which group each variable term belongs to, (g, t)."""
+        return np.asarray(self.groups == np.arange(len(self.vectors))[:, None], dtype=float)
 
     @cached_property
     def _tables(self) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
@@ -174,6 +195,13 @@ class Attached:
         q = self.vectors.shape[1] - self.n_rows
         joined = self._tables[2].reshape(q, q, -1).any(axis=-1)
         return not (joined & ~np.eye(q, dtype=bool)).any()
+
+    @cached_property
+    def _carried(self) -> list[tuple[int, IntArray]]:
+        """Each inner coordinate with the rows of the host that it is joined to."""
+        p, q = self.n_rows, self.vectors.shape[1] - self.n_rows
+        joined = np.asarray(self._tables[1].reshape(p, q, -1).any(axis=-1))
+        return [(k, np.flatnonzero(joined[:, k])) for k in range(q)]
 
     @cached_property
     def _quiet(self) -> bool:
@@ -209,12 +237,13 @@ class Attached:
         if not inner.all():
             inner[inner == 0.0] = 1e-14j * np.abs(kappa).max()
         share = mixed / inner
-        rows -= (share[:, None] * mixed[None]).sum(axis=2)
+        for k, ends in self._carried:
+            rows[ends[:, None], ends] -= share[ends[:, None], k] * mixed[ends, k]
         if sources is not None:
             pushed = sources[:, :p] - (share[None] * sources[:, None, p:]).sum(axis=2)
             right = right + host.receptance_times(pushed)
         moved = _small(host.receptance_times(rows, unit=True), right)
-        beyond = -(share[None] * moved[:, :, None]).sum(axis=1)
+        beyond = np.stack([-(share[ends, k] * moved[:, ends]).sum(axis=1) for k, ends in self._carried], axis=1)
         if sources is not None:
             beyond += sources[:, p:] / inner
         return np.concatenate([moved, beyond], axis=1)

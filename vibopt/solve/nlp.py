@@ -13,18 +13,16 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.program.casadi_nlp import SampledProgram, Samples
-from vibopt.program.held import held
 from vibopt.program.program import Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.coalesce import polished
 from vibopt.solve.link_by_link import improved_by_links
-from vibopt.solve.local import refined
 from vibopt.solve.measured_pieces import SLOPES, Exact, Point
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import corners, halton, log_box, on_ends, starts
-from vibopt.solve.regrouped import divided, exchanged, left_out, likes, retuned
-from vibopt.solve.screen import promising, screenable
+from vibopt.solve.regrouped import exchanged, likes
+from vibopt.solve.screen import beside, promising, screenable
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, is_limited, late, worked
 
@@ -47,8 +45,9 @@ _PROVABLE = 4
 """Continuous variables up to which the first design found may be proven."""
 _MEASUREMENTS = 5000
 """Exact measurements of designs."""
-_HOPS, _HOP = 8, (0.8, 0.3)
-"""Designs beside the best that are followed in vain before no more are, and how far (in logs) they are put in turn."""
+_VAIN, _HOPS, _HOP = 2, 8, (0.8, 0.3)
+"""Batches of designs beside the best, and designs, that are followed in vain before no more are, and how far (in logs)
+those are put in turn."""
 _FAR, _LOST = 0.05, 0.5
 """Log violation beyond which a start is not followed: where a design is known and little is to be done; at all."""
 _DAMPING, _MUCH = (".damping", ".damping_ratio"), 0.25
@@ -162,9 +161,7 @@ class _Run:
             x, claim = self._x(np.array(min(good)[1])), "the ranges alone permit no better goal"
             return Found("feasible", x, claim, self.method.name, details=self._details(1))
         good += self._mirrored(good)
-        good += self._regrouped(good)
         good += self._beside(good)
-        good += self._one_less(good)
         good += self._mirrored(good)
         good += self._settled(good)
         goal, y = _first(good)
@@ -254,57 +251,26 @@ class _Run:
         return [one for one in ends if one[0] < goal - _ROUNDING * abs(goal)]
 
     def _beside(self, good: list[Design]) -> list[Design]:
-        """What designs beside the best lead to, where it was not found again."""
+        """What designs beside the best lead to: with devices in other ways, or where the best was not found again."""
         if self.method.brief or self.method.given or not screenable(self.program) or len(self.exact.free) < 3:
             return []
         found: list[Design] = []
+        vain, batch, several = 0, 0, True
+        while several and vain < _VAIN and not self.budget.over:
+            goal, best = min([*good, *found])
+            fresh = beside(self.program, np.array(best), batch)[:_HOPS]
+            several, batch = bool(fresh), batch + 1
+            for y in fresh:
+                found += self._sharpened([y])
+            vain = 0 if min([*good, *found])[0] < goal - _SAME * abs(goal) else vain + 1
         vain = 0
         for number, step in enumerate(halton(_BATCHES * _HOPS, len(self.low)) - 0.5):
             goal, best = min([*good, *found])
-            if vain == _HOPS or self.budget.over or self._agree([*good, *found]) >= _AGREED:
+            if several or vain == _HOPS or self.budget.over or self._agree([*good, *found]) >= _AGREED:
                 break
             found += self._sharpened([np.clip(np.array(best) + _HOP[number % 2] * step, self.low, self.high)])
             vain = 0 if min([*good, *found])[0] < goal - _SAME * abs(goal) else vain + 1
         return found
-
-    def _one_less(self, good: list[Design]) -> list[Design]:
-        """What the best with one device left out leads to: as light as it may be, it is what the others are without it.
-
-        So more devices are not worse than one less.  Of devices that are alike one is left out; where starts agree on
-        the best, the others begin where they are.
-        """
-        weights = [] if self.method.brief else left_out(self.program)
-        found: list[Design] = []
-        for own, weight in weights:
-            if self.budget.over:
-                break
-            x = self._x(np.array(min([*good, *found])[1]))
-            x[weight] = self.program.axes[weight].low
-            others = [i for i in range(len(x)) if i not in own]
-            less = held(self.program, x, others)
-            sure = self._agree([*good, *found]) >= _AGREED
-            best = refined(less, x[others]) if sure else Nlp(most=self.method.most // 4 // len(weights)).solve(less).x
-            if best is None:
-                continue
-            x[others] = best
-            y = np.clip(np.log(np.maximum(x, np.exp(self.low))), self.low, self.high)
-            found += self._good([y, self._sharp(y)])
-        return found
-
-    def _regrouped(self, good: list[Design]) -> list[Design]:
-        """What the best leads to with a device divided, or tuned next to another, as long as that is better."""
-        found: list[Design] = []
-        waiting = [] if self.method.brief else self._groupings(min(good))
-        while waiting and not self.budget.over:
-            goal = min([*good, *found])[0]
-            found += self._good([self._sharp(np.log(np.maximum(waiting.pop(0), np.exp(self.low))))])
-            if min(found, default=(goal,))[0] < goal - _SAME * abs(goal):
-                waiting = self._groupings(min(found))
-        return found
-
-    def _groupings(self, design: Design) -> list[FloatArray]:
-        x = self._x(np.array(design[1]))
-        return divided(self.program, x) + retuned(self.program, x)
 
     def _searched(self, begun: list[FloatArray]) -> list[Design]:
         """What all starts lead to that meets every limit: by sampled speeds first, then refined."""

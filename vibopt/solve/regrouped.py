@@ -1,21 +1,17 @@
-"""Designs beside one of several devices: two exchanged, one left out, divided in two or tuned next to another."""
+"""Designs beside one of several like devices: two exchanged."""
 
 from __future__ import annotations
 
-from itertools import combinations, permutations, product
+from itertools import combinations
 
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.mechanics.model import INERTIA, Model
 from vibopt.program.program import Program
-from vibopt.solve.screen import SPRINGS, MassOnSpring, masses_on_springs
 
 _SCALED = {"stiffness", "damping"}
 """Numbers of a device that go with the mass that hangs on it."""
-_IDLE, _NONE, _BESIDE, _NEAR = 1.5, 1e-6, 0.05, 0.02
-"""How much heavier than the lightest a device may be that does little, what counts as nothing, and how far it is tuned
-from what it is half of."""
 
 
 def likes(program: Program) -> list[tuple[list[int], list[int], BoolArray, BoolArray]]:
@@ -53,60 +49,3 @@ def exchanged(
         if taken.any() and given.any():
             there[own] += scaled[own] * np.log(after[taken].sum() / before[given].sum())
     return there
-
-
-def left_out(program: Program) -> list[tuple[list[int], int]]:
-    """Of each device whose mass is to be chosen, where there are several, its variables and which of them is its mass.
-
-    One of those with like ranges on the same host.
-    """
-    hung = masses_on_springs(program)
-    return [(list(one.axes.values()), one.weight) for one in _unlike(program, hung)] if len(hung) > 1 else []
-
-
-def divided(program: Program, x: FloatArray) -> list[FloatArray]:
-    """Designs (n_vars,) in which a device next to as light as it may be takes half of another, both tuned apart."""
-    hung, found = [one for one in masses_on_springs(program) if one.weight >= 0], list[FloatArray]()
-    least = [_IDLE * max(axis.low, _NONE * axis.high) for axis in program.axes]
-    idle = _unlike(program, [one for one in hung if x[one.weight] <= least[one.weight]])
-    for one, other, way in product(idle, hung, (1.0 - _BESIDE, 1.0 + _BESIDE)):
-        if set(one.axes) != set(other.axes) or x[other.weight] <= least[other.weight]:
-            continue
-        y = x.copy()
-        for word, i in other.axes.items():
-            part = 1.0 if word in SPRINGS - {"stiffness"} or word == "damping_ratio" else 0.5
-            apart = way ** {"stiffness": 2.0}.get(word, float(word in SPRINGS))
-            y[i], y[one.axes[word]] = part * x[i] * apart, part * x[i] / apart
-        found.append(np.clip(y, program.low, program.high))
-    return found
-
-
-def retuned(program: Program, x: FloatArray) -> list[FloatArray]:
-    """Designs (n_vars,) in which one device is tuned next to another, as far damped as it was."""
-    hung, found = [one for one in masses_on_springs(program) if one.last], list[FloatArray]()
-    speeds = [_own(one, x) for one in hung]
-    for (one, w), (other, v) in permutations(zip(hung, speeds, strict=True), 2):
-        ratio = v / w * (1.0 + _NEAR * np.sign(w - v))
-        if one is not other and abs(np.log(ratio)) > _NEAR:
-            y = x.copy()
-            for word, i in one.axes.items():
-                y[i] *= ratio ** {"stiffness": 2.0, "damping": 1.0}.get(word, float(word in SPRINGS))
-            found.append(np.clip(y, program.low, program.high))
-    return found
-
-
-def _own(one: MassOnSpring, x: FloatArray) -> float:
-    """Frequency of a device on a host at rest, in whatever it is told."""
-    word = next(word for word in one.axes if word in SPRINGS)
-    mass = one.mass or (x[one.weight] if one.weight >= 0 else 1.0)
-    return float(np.sqrt(x[one.axes[word]] / mass)) if word == "stiffness" else float(x[one.axes[word]])
-
-
-def _unlike(program: Program, hung: list[MassOnSpring]) -> list[MassOnSpring]:
-    """Those on which nothing rides and whose mass is to be chosen, one of those with like ranges on the same host."""
-    found: dict[tuple[object, ...], MassOnSpring] = {}
-    for one in hung:
-        if one.weight >= 0:
-            ends = [(word, program.axes[i].low, program.axes[i].high) for word, i in sorted(one.axes.items())]
-            found.setdefault((one.host, *ends), one)
-    return list(found.values())

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from itertools import chain, product, zip_longest
+from itertools import chain, cycle, product, zip_longest
 
 import numpy as np
 
@@ -11,22 +11,20 @@ from vibopt.forms.few import applies
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
-from vibopt.signals import Band
+from vibopt.solve.least_pth import least_pth
 from vibopt.solve.ranges import halton, log_box, natural_size, starts
 
 _TRIED, _ASKED = 512, 64
 """Designs looked at, and those of them at which forms that take longer are asked."""
+_FOLLOWED, _BESIDE = 256, 128
+"""Designs with several devices that are followed together: from anywhere, and in a batch beside one."""
 _APART = 0.05
 """Distance of two beginnings, in parts of the range of logs."""
 _WEIGHT = 10.0
-_ABOUT, _SPREADS, _DAMPED = 16, (-0.2, -0.1, -0.04, 0.04, 0.1, 0.2), (0.03, 0.1, 0.25)
-"""Devices tuned about so many frequencies, how far from each other, and their damping ratios."""
-_HEAVY, _LIGHTER = (0.8, 0.3, 0.1, 0.03), (1.0, 0.25, 0.1)
-"""Parts of the greatest masses, and of its host that one is which rides on another."""
+_LIGHT, _LIGHTER, _LITTLE = 0.03, 0.2, 0.05
+"""Least part of the greatest masses, of its host of one that rides on another, and of the damping of those between."""
 _LEAST, _MOST = 0.005, 0.4
 """Damping ratios of devices of which each is tuned by itself."""
-_LITTLE = 0.05
-"""Part of the damping of those in the middle."""
 SPRINGS, _WEIGHTS = {"frequency", "tuning", "stiffness"}, (".mass", ".mass_ratio")
 
 
@@ -54,8 +52,11 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     spread over the ranges: the most promising may all lead to the same.
     """
     low, high = log_box(program)
-    y = np.clip(np.concatenate([starts(program, _TRIED), tuned(program)]), low, high)
     cheap = [part for part in program.parts if is_cheap(part)]
+    own = tuned(program, _FOLLOWED)
+    if len(own):
+        return least_pth(cheap, np.clip(own, low, high), low, high)[:count]
+    y = np.clip(starts(program, _TRIED), low, high)
     slow = [part for part in program.parts if not is_cheap(part)]
     merit = _merit(cheap, np.exp(y))
     asked = np.argsort(merit, kind="stable")[:_ASKED]
@@ -74,51 +75,59 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     return chosen
 
 
-def tuned(program: Program) -> FloatArray:
-    """Designs y = log x (n, n_vars) whose devices are tuned side by side or each by itself; none without devices.
+def beside(program: Program, y: FloatArray, batch: int) -> list[FloatArray]:
+    """Designs that a design y = log x (n_vars,) leads to with one or two devices tuned and heavy in other ways.
+
+    Those of one batch and the next differ.  Each device is also put on its stiffest spring and damper, and made as
+    light as it may be: the others may be better off without it.  None without several devices.
+    """
+    low, high = log_box(program)
+    first, hung = _FOLLOWED + batch * _BESIDE, masses_on_springs(program)
+    other = tuned(program, first + _BESIDE)[first:]
+    if not len(other):
+        return []
+    begun = np.tile(y, (len(other) + 2 * len(hung), 1))
+    for row, there, (one, two) in zip(begun, other, cycle(product(hung, hung)), strict=False):
+        both = [*one.axes.values(), *two.axes.values()]
+        row[both] = there[both]
+    for row, one in zip(begun[len(other) :], [*hung, *hung], strict=True):
+        own = list(one.axes.values())
+        row[own] = [y[j] if j == one.weight else high[j] for j in own]
+    for row, one in zip(begun[-len(hung) :], hung, strict=True):
+        row[[*one.axes.values()]] = y[[*one.axes.values()]]
+        row[one.weight] = low[one.weight] if one.weight >= 0 else y[one.weight]
+    cheap = [part for part in program.parts if is_cheap(part)]
+    return least_pth(cheap, np.clip(begun, low, high), low, high, rungs=1 + batch % 2)
+
+
+def tuned(program: Program, count: int) -> FloatArray:
+    """Designs y = log x (count, n_vars) whose devices are tuned each by itself; none without several of them.
 
     Of several on each other those in the middle are damped little and each is lighter than what it rides on.
     """
     devices = masses_on_springs(program)
-    bands = [Band(band.low, band.high) for part in program.parts for drive in part.form.drives for band in drive.bands]
+    bands = [band for part in program.parts for drive in part.form.drives for band in drive.bands if band.high]
     if len(devices) < 2 or not bands:
         return np.zeros((0, len(program.axes)))
-    about = np.geomspace(min(band.low for band in bands if band.high) or 1.0, max(band.high for band in bands), _ABOUT)
-    heavy = [1.0] if all(device.mass for device in devices) else _HEAVY
-    lighter = _LIGHTER if len(heavy) > 1 and any(device.depth for device in devices) else [1.0]
-    base = np.log(np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high))
-    side, found = np.linspace(-1.0, 1.0, len(devices)), list[FloatArray]()
-    for middle, apart, damped, part, lower in product(about, _SPREADS, _DAMPED, heavy, lighter):
-        shares = np.array([lower**one.depth for one in devices])
-        ratios = np.array([damped if one.last else _LITTLE * damped for one in devices])
-        found.append(
-            _tuned(program, devices, base, middle * (1.0 + apart * side), ratios, part * shares / shares.sum())
-        )
-    ends = np.array(sorted({(0.9 * max(band.low, 0.1 * band.high), 1.1 * band.high) for band in bands if band.high}))
-    for one in halton(_TRIED, 3 * len(devices) + 1):
+    ends = np.array(sorted({(0.9 * max(band.low, 0.1 * band.high), 1.1 * band.high) for band in bands}))
+    whole = sum(axis.high for axis in program.axes if axis.path.endswith(_WEIGHTS))
+    about = float(np.sqrt(ends.min() * ends.max()))
+    base = np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high)
+    last, depth = np.array([(device.last, device.depth) for device in devices]).T
+    found = np.tile(base, (count, 1))
+    for x, one in zip(found, halton(count, 3 * len(devices) + 1), strict=True):
         place, damping, shares = one[:-1].reshape(3, -1)
         low, high = ends[(len(ends) * place).astype(int)].T
-        w, ratios = low * (high / low) ** (len(ends) * place % 1.0), _LEAST * (_MOST / _LEAST) ** damping
-        found.append(
-            _tuned(program, devices, base, w, ratios, max(heavy) * min(heavy) ** one[-1] * shares / shares.sum())
-        )
-    return np.array(found)
-
-
-def _tuned(
-    program: Program, devices: list[MassOnSpring], base: FloatArray, speeds: FloatArray, ratios: FloatArray,
-    shares: FloatArray,
-) -> FloatArray:  # fmt: skip
-    x = np.exp(base)
-    whole = sum(axis.high for axis in program.axes if axis.path.endswith(_WEIGHTS))
-    about = float(np.sqrt(speeds.min() * speeds.max()))
-    for device, w, ratio, share in zip(devices, speeds, ratios, shares, strict=True):
-        mass = device.mass or whole * share
-        own = {"frequency": w, "stiffness": mass * w * w, "damping_ratio": ratio, "damping": 2.0 * ratio * mass * w}
-        own |= {"mass": mass, "mass_ratio": whole * share, "tuning": w / about}
-        for word, index in device.axes.items():
-            x[index] = own.get(word, x[index])
-    return np.asarray(np.log(np.maximum(x, 1e-300)))
+        speeds, ratios = low * (high / low) ** (len(ends) * place % 1.0), _LEAST * (_MOST / _LEAST) ** damping
+        ratios, shares = ratios * np.where(last, 1.0, _LITTLE), shares * _LIGHTER**depth
+        parts = whole * _LIGHT ** one[-1] * shares / shares.sum()
+        for device, w, ratio, part in zip(devices, speeds, ratios, parts, strict=True):
+            mass = device.mass or part
+            own = {"frequency": w, "stiffness": mass * w * w, "damping_ratio": ratio, "damping": 2.0 * ratio * mass * w}
+            own |= {"mass": mass, "mass_ratio": part, "tuning": w / about}
+            for word, index in device.axes.items():
+                x[index] = own.get(word, x[index])
+    return np.asarray(np.log(np.maximum(found, 1e-300)))
 
 
 @dataclass(frozen=True, slots=True)
