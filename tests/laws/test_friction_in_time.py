@@ -118,6 +118,8 @@ def test_below_its_friction_nothing_moves_and_all_is_handed_on() -> None:
     ratio=0.0,
     beside=True,
 )
+@example("half sine", True, 1, 1.0 / 3.0, 0.99999, 1.9656, False)  # it slips for less than a step
+@example("half sine", False, 2, 2.8512, 0.99999, 1.4026, True)
 def test_every_peak_has_one_value_by_both_routes(
     shape: str, base: bool, times: int, length: float, friction: float, ratio: float, beside: bool
 ) -> None:

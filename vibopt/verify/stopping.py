@@ -18,8 +18,9 @@ from vibopt.verify.motion_in_time import INSIDE, PLACES, WEIGHTS, carried
 from vibopt.verify.rubbing_states import RubbingStates
 from vibopt.verify.simulated import Simulated
 
-_TURN, _BEGUN, _ROUND = 0.2, 1e-5, 1e-12
-"""How far what is fastest turns in a step; part of a step that is the beginning of a slip; rounding of a speed."""
+_TURN, _BEGUN, _ROUND, _NEAR = 0.2, 1e-5, 1e-12, 0.05
+"""How far what is fastest turns in a step; part of a step that is the beginning of a slip; rounding of a speed; and
+part of the friction that is left in a step, within which less may be left for a moment."""
 _LASTING, _REPEATS, _EVEN = 400, 1e-10, 1e-9
 """Turns of a sine that lasts, at most; parts of the states by which one may differ from the next, and of the greatest
 value by which an earlier one may be less."""
@@ -129,8 +130,11 @@ class Stopping(Simulated):
     def _until(
         self, state: FloatArray, time: float, step: float, side: float, span: tuple[float, float], *, fresh: bool
     ) -> tuple[float, FloatArray]:
-        """Part of a step up to the next event, all of it without one, and the states there."""
-        from scipy.optimize import brentq
+        """Part of a step up to the next event, all of it without one, and the states there.
+
+        What holds may slip and hold again within a step.
+        """
+        from scipy.optimize import brentq, minimize_scalar
 
         def after(part: float) -> FloatArray:
             return self._onward(state[:, None], np.array([time]), np.array([part * step]), np.array([side]), span)
@@ -144,11 +148,17 @@ class Stopping(Simulated):
             carries = self._states.carries(there, signals)
             return self.joint.friction - abs(float(carries[0]))
 
-        whole = after(1.0)
-        if left(1.0, whole) > 0.0:
-            return 1.0, whole[:, 0]
+        whole, last = after(1.0), 1.0
+        if (rest := left(1.0, whole)) > 0.0:
+            near = not side and min(rest, left(0.5)) < _NEAR * self.joint.friction
+            found = (
+                minimize_scalar(left, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-9}) if near else None
+            )
+            if found is None or found.fun > 0.0:
+                return 1.0, whole[:, 0]
+            last = float(found.x)
         first = _BEGUN if fresh else 0.0
-        part = float(brentq(left, first, 1.0, xtol=1e-14, disp=False)) if left(first) > 0.0 else first or 1e-9
+        part = float(brentq(left, first, last, xtol=1e-14, disp=False)) if left(first) > 0.0 else first or 1e-9
         return part, after(part)[:, 0]
 
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
