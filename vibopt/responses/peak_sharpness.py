@@ -6,8 +6,9 @@ from pydantic import model_validator
 
 from vibopt.forms import Amplification, Form
 from vibopt.mechanics.model import Model
+from vibopt.responses.asked_speeds import Over
 from vibopt.responses.motion import Displacement
-from vibopt.responses.response import Over, Response
+from vibopt.responses.response import Response
 from vibopt.signals import Combine, Drive
 from vibopt.values import word
 

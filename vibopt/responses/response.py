@@ -1,6 +1,5 @@
 """What all responses have in common: a place, speeds to look at, bounds."""
 
-import re
 from collections.abc import Mapping
 from typing import Annotated, Any, ClassVar, Literal
 
@@ -13,54 +12,21 @@ from vibopt.forms import Form, Modulus
 from vibopt.mechanics.built import Course, Motion
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.model import Model
+from vibopt.responses.asked_speeds import At, Over
 from vibopt.signals import Band, Combine, Drive, Noise, Output, Sort
 from vibopt.units import Quantity, read_quantity, to_unit
 from vibopt.units.spelling import split_detector
-from vibopt.values import SpeedRange, Table, read_speeds, word
-from vibopt.values.fields import KeyedError, ReadBy, complaint
+from vibopt.values import Table, word
+from vibopt.values.fields import KeyedError, complaint
 from vibopt.values.probability import Probability
 from vibopt.values.soft import Soft
 
-START_UP = "start-up"
-_OTHER_WORDS = ("runup", "rundown", "coastdown", "shutdown", "startstop", "acceleration", "all", "start")
 PLACES = ("into", "through", "of", "across")
 _READ = (*PLACES, "direction")
 FEW_MODES = 6
 """Lowest modes of a structure that count where all of them are asked for."""
 
 Bound = Annotated[Any, WithJsonSchema({"type": ["string", "number"], "description": "a value with its unit"})]
-
-
-def _one(given: object) -> SpeedRange | str:
-    word = re.sub(r"[\s_-]", "", given).lower() if isinstance(given, str) else ""
-    if word == "startup":
-        return START_UP
-    if word in _OTHER_WORDS:
-        raise QuantityError(f'is no speed. Did you mean "{START_UP}", every speed from rest to the highest own speed?')
-    return read_speeds(given)
-
-
-def _over(given: object) -> object:
-    try:
-        if isinstance(given, dict):
-            return {name: _one(one) for name, one in given.items()}
-        return _one(given)
-    except QuantityError as error:
-        raise complaint(str(error)) from None
-
-
-def _at(given: object) -> object:
-    speeds = _over(given)
-    parts = list(speeds.values()) if isinstance(speeds, dict) else [speeds]
-    for part in parts:
-        if not isinstance(part, SpeedRange) or not all(band.is_point for band in part.bands):
-            raise complaint('is a range, but `at` names single speeds. Write over = "..." for every speed in a range.')
-    return speeds
-
-
-_SPEEDS = {"type": ["string", "array", "object"], "description": 'speeds, for example "0..3000 rpm"'}
-Over = Annotated[Any, ReadBy(_over, _SPEEDS)]
-At = Annotated[Any, ReadBy(_at, _SPEEDS)]
 
 
 class Response(Table):

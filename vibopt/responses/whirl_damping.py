@@ -10,7 +10,8 @@ from pydantic import field_validator, model_validator
 from vibopt.errors import QuantityError
 from vibopt.forms import Form, WhirlDamping
 from vibopt.mechanics.machine import Machine
-from vibopt.responses.response import FEW_MODES, At, Bound, Over, Response
+from vibopt.responses.asked_speeds import At, Over
+from vibopt.responses.response import FEW_MODES, Bound, Response
 from vibopt.signals import Band
 from vibopt.units import Quantity, read_quantity, show
 from vibopt.values import SpeedRange, word

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vibopt.devices import FAMILIES
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import HarmonicResponse, RandomResponse, TransientResponse
-from vibopt.responses.response import START_UP
+from vibopt.responses.asked_speeds import START_UP
 from vibopt.scene import places
 from vibopt.scene.drives import bands_for, line_count, names_for, speeds_for
 from vibopt.scene.scene import MAXIMISE, Scene

@@ -13,7 +13,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations import Excitation
 from vibopt.mechanics.builder import EVERY_MODE
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
-from vibopt.responses.response import START_UP
+from vibopt.responses.asked_speeds import START_UP
 from vibopt.scene.places import devices, once, rubbing
 from vibopt.scene.scene import Scene
 from vibopt.signals import Amplitude, Band, Combine, Drive, Line, Noise, Piece, Segment, Sort, Sweep, Sweeps
