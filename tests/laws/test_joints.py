@@ -485,3 +485,33 @@ def test_a_joint_that_follows_what_no_spring_holds_passes_on_the_whole_torque() 
     }))  # fmt: skip
     assert answer.status == "met", answer.claim
     assert answer.measures["stress"].value.value == pytest.approx(16.0 * 60e3 / (np.pi * 0.2**3), rel=1e-12)
+
+
+def at_high_frequency(document: dict[str, Any], s: float) -> dict[str, float]:
+    """How far each body follows the floor at e^(s t), from m s^2 u = sum of (k + s c) (other - u)."""
+    names = list(document["bodies"])
+    whole = np.diag([float(one["mass"].split()[0]) * s**2 for one in document["bodies"].values()])
+    load = np.zeros(len(names))
+    for link in document["links"].values():
+        stiff = sum(float(link.get(key, "0").split()[0]) * s**k for k, key in enumerate(("stiffness", "damping")))
+        row = np.array([float(name == link["between"][0]) - float(name == link["between"][1]) for name in names])
+        whole += stiff * np.outer(row, row)
+        load += stiff * np.abs(row) * ("floor" in link["between"])
+    return dict(zip(names, np.linalg.solve(whole, load), strict=True))
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_a_blow_accelerates_a_joint_without_end_where_it_follows_its_base_at_every_frequency(seed: int) -> None:
+    document = machine(np.random.default_rng(400 + seed), "0 kg")
+    document["excitations"] = {"drop": SHAKEN["drop"]}
+    for name, part in at_high_frequency(document, 1e8).items():
+        document["measures"] = {"a": {"response": "peak_acceleration", "of": name}}
+        if part < 1e-3:
+            assert np.isfinite(vo.solve(vo.from_dict(document)).measures["a"].value.value)
+            continue
+        with pytest.raises(InputError) as error:
+            vo.solve(vo.from_dict(document))
+        assert str(error.value) == (
+            "scene: measures.a is infinite whatever the design: the blow of excitations.drop reaches "
+            f"{name}, which has no mass, at once. Give it its mass, or ask for its peak_velocity."
+        )

@@ -198,18 +198,25 @@ def _no_peak_together(scene: Scene, response: TransientResponse, names: Sequence
 
 
 def _blow_handed_on(scene: Scene, response: TransientResponse, names: Sequence[str]) -> str:
-    """Reads an acceleration or a force where an inerter ends, and one hands a blow on."""
-    struck = [name for name, one in _once(scene, names).items() if one.blows]
-    beside = {scene.excitations[one].on for one in struck}
+    """Reads an acceleration or a force where an inerter ends, and one hands a blow on; or a joint that a blow jolts."""
     inerters = {link: {link, *two} for link, two in places.ends(scene).items() if _passes(scene, link) > 1}
-    wheels = [link for link, parts in inerters.items() if beside & parts]
-    jump = set(places.joints(scene)).union(*inerters.values())  # forces of springs and dampers do not
-    if not wheels or _place(response) not in jump or response.dimension not in ("acceleration", "force"):
-        return ""
-    return (
-        f"is infinite whatever the design: inerters.{wheels[0]} hands the blow of excitations.{struck[0]} on at once. "
-        "Write a pulse with a duration instead."
-    )
+    jump, joints = set(places.joints(scene)).union(*inerters.values()), places.joints(scene)
+    place, read = _place(response), response.dimension
+    for name in (name for name, one in _once(scene, names).items() if one.blows):
+        on = str(scene.excitations[name].on)
+        wheel = next((link for link, parts in inerters.items() if on in parts), "")
+        blow = f"the blow of excitations.{name}"
+        if wheel and place in jump and read in ("acceleration", "force"):  # forces of springs and dampers do not jump
+            what, way = f"inerters.{wheel} hands {blow} on at once", "Write a pulse with a duration instead"
+        elif place in joints and read == "acceleration" and _falls(scene, on)[place] < 1:
+            what, way = (
+                f"{blow} reaches {place}, which has no mass, at once",
+                "Give it its mass, or ask for its peak_velocity",
+            )
+        else:
+            continue
+        return f"is infinite whatever the design: {what}. {way}."
+    return ""
 
 
 def _led(scene: Scene, response: RandomResponse | TransientResponse, name: str) -> bool:
