@@ -10,15 +10,15 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.boundable import unbounded
 from vibopt.solve.branch import Judge, Search
-from vibopt.solve.global_search import FINE, BranchAndBound
+from vibopt.solve.global_search import COARSE, FINE, BranchAndBound
 from vibopt.solve.method import OPEN, Found, Progress
 from vibopt.solve.nlp import Nlp
 from vibopt.work import Budget
 
 _BOXES, _OF_POLES, _LOOSE, _WORK = 40_000, 100_000, 4000, 8e7
 """Boxes, those without mean squares, those where a limit has no bounds on them, and numbers on all of them together."""
-_FEW, _LOOK = 2, 500
-"""Starts before them, and boxes before those: where there is no design no start finds one."""
+_FEW, _LOOK, _LONGER = 2, 500, 50_000
+"""Starts before them, and boxes before those, of a goal of poles more: where there is no design no start finds one."""
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,11 @@ class BoxesFirst:
         At the limits of the one, and where poles meet, boxes find no design alone.
         """
         aim = program.aim
-        tried = (
-            aim is not None
-            and (aim.form.powers is not None or _of_poles(aim))
-            and Search(Judge(program), budget=Budget(_LOOK, "boxes")).run().status != "infeasible"
-        )
-        begun = replace(self.starts, count=_FEW, brief=True).solve(program, progress).x if tried else None
+        looks = 0 if aim is None else _LONGER if _of_poles(aim) else _LOOK if aim.form.powers is not None else 0
+        budget = Budget(looks, "boxes")
+        if looks and program.limits and Search(Judge(program), gap=COARSE, budget=budget).run().status == "infeasible":
+            return BranchAndBound().none_in(budget.spent)
+        begun = replace(self.starts, count=_FEW, brief=True).solve(program, progress).x if looks else None
         near = self.near if begun is None else begun
         gap = max([FINE, *(piece.form.closed_to(piece.model) for piece in (aim.pieces if aim is not None else ()))])
         boxes = BranchAndBound(gap, _most(program), near, alone=False).solve(program, progress)
@@ -75,7 +74,7 @@ def _most(program: Program) -> int:
     each, most = 1.0, _OF_POLES
     for part in program.parts:
         if part.form.random or part.form.closed_to(part.model):
-            numbers = 4.0**part.model.n_free if part.form.random else (2.0 * part.model.n_free + 1.0) ** 2
+            numbers = 4.0**part.model.n_free if part.form.random else 6.0 * part.model.n_free
             each += numbers * FormBounds(part.model, part.form, program.high).size
             most = min(most, _BOXES if part.form.random else _OF_POLES)
     return int(min(most if unbounded(program.limits) is None else _LOOSE, _WORK / each))

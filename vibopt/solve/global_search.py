@@ -63,9 +63,7 @@ class BranchAndBound:
             proof = search.run(x)
         boxes = budget.spent
         if proof.status == "infeasible":
-            each = "every one of " * (boxes != 1)
-            claim = f"proven by branch and bound: {each}{counted(boxes, 'boxes')} breaks a limit"
-            return Found("infeasible", None, claim, self.name, details={"boxes": boxes})
+            return self.none_in(boxes)
         if proof.x is None:
             return Found("unproven", None, f"nothing found and nothing proven in {counted(boxes, 'boxes')}", self.name)
         if proof.value == -np.inf:
@@ -94,6 +92,12 @@ class BranchAndBound:
                     return sloped
         x = from_starts(program, x, judge) if self.alone else x
         return self._found(program, "feasible", x, boxes, _open_words(boxes, bound, judge.goal(x).value), bound)
+
+    def none_in(self, boxes: int) -> Found:
+        """That each of so many boxes, which are all there is, breaks a limit."""
+        each = "every one of " * (boxes != 1)
+        claim = f"proven by branch and bound: {each}{counted(boxes, 'boxes')} breaks a limit"
+        return Found("infeasible", None, claim, self.name, details={"boxes": boxes})
 
     def _found(
         self,
