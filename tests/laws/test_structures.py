@@ -36,6 +36,21 @@ def test_receptances_of_a_rod_are_those_of_its_recurrence(n: int) -> None:
             assert found[column, 0].real == pytest.approx(rod_receptance(n, node, part * FIRST), rel=1e-10)
 
 
+@pytest.mark.parametrize("part", [0.02, 0.1, 0.3, 1.2])
+def test_the_error_said_is_that_at_frequencies_of_ones_own(part: float) -> None:
+    """A chain of 300 alike: few of its modes, or more than are carried; what is off by much says so."""
+    ones, below = np.ones(300), np.ones(299)
+    stiffness = 1e4 * sparse.diags_array([2.0 * ones, -below, -below], offsets=[0, 1, -1]).tocsc()
+    chain = Matrices(sparse.diags_array(ones).tocsc(), (1e-6 * stiffness).tocsc(), stiffness)
+    places, top = np.array([130, 299]), part * chain.fastest
+    made = reduced_host(chain, {"a": 130, "b": 299}, top)
+    omega = top * np.random.default_rng(5).uniform(0.0, 1.0, 40)
+    exact = Dashed(chain, places, 0.0).receptances(omega)
+    off = np.abs(made.coordinates.receptances(omega) - exact).max(axis=(1, 2)) / np.abs(exact).max(axis=(1, 2))
+    assert (float(off.max()) < 1e-6) == (made.error < 1e-6)
+    assert (made.error < 1e-6) == (part < 0.5)
+
+
 def test_a_rod_of_many_elements_is_a_continuous_rod() -> None:
     made = reduced_host(rod(10_000), {"end": 9_999}, 9.7 * FIRST)
     omega = np.array([0.3, 2.2, 5.5]) * FIRST

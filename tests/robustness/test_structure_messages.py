@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from scipy.io import mmwrite
 
 import vibopt as vo
 from rods import beam
+from vibopt.devices import structure
 from vibopt.errors import InputError
 
 MASS = np.diag([10.0, 10.0, 10.0])
@@ -297,3 +299,21 @@ def test_a_stiffness_that_holds_nothing_is_said(k: str, said_of_it: str, tmp_pat
     assert said(tmp_path, table, {"mass": np.eye(N), "stiffness": BLOCKS[k]}) == [
         f'bad.toml line 3: structures.skid.stiffness = "stiffness.mtx" cannot be used. It {said_of_it}'
     ]
+
+
+def test_a_structure_that_its_coordinates_do_not_carry_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name, matrix in (("mass", MASS), ("stiffness", STIFFNESS), ("damping", DAMPING)):
+        mmwrite(tmp_path / f"{name}.mtx", sparse.coo_array(matrix))
+    (tmp_path / "scene.toml").write_text(SKID + REST, encoding="utf-8")
+    assert vo.solve(vo.read(tmp_path / "scene.toml")).status == "met"
+    good = structure._reduced
+    monkeypatch.setattr(structure, "_reduced", lambda *given: replace(good(*given), error=3e-3))
+    with pytest.raises(InputError) as error:
+        vo.solve(vo.read(tmp_path / "scene.toml"))
+    assert "structures.skid moves in more ways up to" in str(error.value)
+    assert (
+        "with 3 coordinates, receptances are off by 3e-03 of their size, and 1e-06 is the most. "
+        "Ask up to a lower frequency, or give its modes instead."
+    ) in str(error.value)

@@ -23,7 +23,7 @@ from vibopt.devices.matrix_files import (
     sign_fault,
 )  # fmt: skip
 from vibopt.devices.symbols import Numbers, Symbols
-from vibopt.errors import QuantityError, counted
+from vibopt.errors import InputError, QuantityError, counted
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import EVERY_MODE, MOST_WHOLE, ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 MOST_LOST = 1e-4
 """Greatest relative error of a receptance from rounding of the entries that is accepted."""
+MOST_OFF = 1e-6
+"""Greatest relative error of a receptance from leaving out coordinates that is accepted."""
 WORTH_SAYING = 1e-9
 _MOST_MODES = 200
 _ROUNDING = 1e-12
@@ -328,7 +330,14 @@ class StructureTable(Device):
         return 0
 
     def declare(self, builder: ModelBuilder, name: str) -> None:
-        coordinates = _coordinates(self.host(builder.top, builder.modes))
+        host = self.host(builder.top, builder.modes)
+        coordinates, off = _coordinates(host), getattr(host, "error", 0.0)
+        if off > MOST_OFF:
+            raise InputError(
+                f"scene: structures.{name} moves in more ways up to {builder.top / (2.0 * np.pi):.4g} Hz than are "
+                f"carried: with {coordinates.count} coordinates, receptances are off by {off:.0e} of their size, and "
+                f"{MOST_OFF:.0e} is the most. Ask up to a lower frequency, or give its modes instead."
+            )
         names = _coordinate_names(name, coordinates.count)
         for one in names:
             builder.add_coordinate(one)

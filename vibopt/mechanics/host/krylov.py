@@ -21,7 +21,7 @@ from vibopt.records import dataclass
 TARGET = 1e-10
 CHECKS = 11
 _GRID = 400
-_MOST = 60
+_MOST, _WIDEST = 60, 240
 _SAME = 1e-11
 _ABOVE = 1.2
 
@@ -222,19 +222,23 @@ def _differ(now: ComplexArray, before: ComplexArray, grid: FloatArray, used: lis
 def _checked(
     matrices: Matrices, basis: _Basis, names: list[str], loads: FloatArray, top: float, used: list[float]
 ) -> Reduction:
-    """Measure the error at fresh frequencies between the used ones; one that misses is used too."""
+    """Measure the error at fresh frequencies between the used ones; what misses is used too, and measured anew."""
     now = basis.coordinates(names)
     done, worst, solved = 0, 0.0, len(used)
-    for omega in _between(used, top, CHECKS):
+    while done < CHECKS:
+        omega = _between(used, top, 1)[0]
+        used.append(omega)
         true = solve(matrices, loads, omega).motion
         wanted = true[basis.places].astype(complex)
-        error = _error(now, omega, wanted)
-        done, solved = done + 1, solved + 1
-        if error > TARGET and solved < 2 * _MOST:
+        error, solved = _error(now, omega, wanted), solved + 1
+        if error > TARGET and solved < 2 * _MOST and basis.count < _WIDEST:
             basis.add(true)
-            now = basis.coordinates(names)
-            error = _error(now, omega, wanted)
-        worst = max(worst, error)
+            now, missed = basis.coordinates(names), error
+            error = _error(now, omega, wanted)  # small by itself: only another frequency tells
+            if error < 0.1 * missed:
+                done, worst = 0, 0.0
+                continue
+        done, worst = done + 1, max(worst, error)
     return Reduction(now, matrices.size, worst, done, solved, top)
 
 
