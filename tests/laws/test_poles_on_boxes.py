@@ -13,6 +13,8 @@ from vibopt.forms.bounds import FormBounds
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_text
+from vibopt.solve.boundable import unbounded
+from vibopt.solve.choose import choose
 from vibopt.solve.ranges import closed
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
@@ -119,6 +121,24 @@ def test_the_best_damped_design_is_proven_and_no_sample_beats_it(seed: int, goal
         own = np.array([numbers(machine, one, goal) for one in x])
         assert own.max() <= best * (1.0 + 2e-5)
         x = np.clip(x[own.argmax()] * np.exp(0.1 * rng.normal(size=(300, 2))), program.low, program.high)
+
+
+@few
+@given(seed=st.integers(0, 100_000), bodies=st.integers(2, 6), goal=st.sampled_from(ASKED), listed=st.booleans())
+def test_boxes_are_asked_for_the_most_of_a_poles_number_alone(
+    seed: int, bodies: int, goal: str, *, listed: bool
+) -> None:
+    """Of the least they know nothing: starts have it, on each listed value of its own."""
+    words, methods = text(drawn(np.random.default_rng(seed), bodies), goal), []
+    if listed:
+        words = words.replace("[goal]", "[bodies.more]\nmass = { one_of = ['1 kg', '2 kg'] }\n[links.more]\n"
+                              "between = ['more', 'b0']\nstiffness = '1 N/m'\ndamping = '1 N s/m'\n[goal]")  # fmt: skip
+    for sense in ("maximise", "minimise"):
+        program = closed(pose(from_text(words.replace("maximise", sense))))
+        methods.append(choose(program, None).name)
+        assert (unbounded(program.parts) is None) == (sense == "maximise" and bodies + listed <= 6)
+    assert methods[1] == ("each_listed" if listed else "nlp")
+    assert methods[0] == methods[1] or bodies + listed <= 6
 
 
 def test_what_has_no_bounds_is_said() -> None:

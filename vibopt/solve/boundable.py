@@ -71,10 +71,14 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
 
 
 def unbounded(parts: Sequence[Limit | Aim]) -> Limit | Aim | None:
-    """The first that has no bounds on boxes."""
+    """The first that has no bounds on boxes; of a pole's number they are of the most, and none of a least one."""
     from vibopt.forms.bounds import FormBounds
 
-    return next((part for part in parts if not FormBounds(part.model, part.form, np.zeros(0)).bounded), None)
+    def told(part: Limit | Aim) -> bool:
+        most = isinstance(part, Aim) and part.form.closed_to(part.model) > 0.0
+        return FormBounds(part.model, part.form, np.zeros(0)).bounded and (part.least_wanted or not most)
+
+    return next((part for part in parts if not told(part)), None)
 
 
 def no_rows(part: Limit | Aim) -> str:
