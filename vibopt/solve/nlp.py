@@ -22,7 +22,7 @@ from vibopt.solve.measured_pieces import SLOPES, Exact, Point
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import corners, halton, log_box, on_ends, starts
 from vibopt.solve.regrouped import exchanged, likes
-from vibopt.solve.screen import beside, promising, screenable
+from vibopt.solve.screen import beside, on_one_body, promising, screenable
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, is_limited, late, worked
 
@@ -255,7 +255,8 @@ class _Run:
         if self.method.brief or self.method.given or not screenable(self.program) or len(self.exact.free) < 3:
             return []
         found: list[Design] = []
-        vain, batch, several = 0, 0, True
+        found_again = on_one_body(self.program) and self._agree(good) >= _AGREED
+        vain, batch, several = 0, 0, not found_again
         while several and vain < _VAIN and not self.budget.over:
             goal, best = min([*good, *found])
             fresh = beside(self.program, np.array(best), batch)[:_HOPS]

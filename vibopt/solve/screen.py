@@ -16,8 +16,9 @@ from vibopt.solve.ranges import halton, log_box, natural_size, starts
 
 _TRIED, _ASKED = 512, 64
 """Designs looked at, and those of them at which forms that take longer are asked."""
-_FOLLOWED, _BESIDE = 256, 128
-"""Designs with several devices that are followed together: from anywhere, and in a batch beside one."""
+_FOLLOWED, _ON_ONE, _BESIDE = 256, 32, 0.5
+"""Designs with several devices that are followed together from anywhere, those of devices on one body alone, and what
+part of them is in a batch beside one."""
 _APART = 0.05
 """Distance of two beginnings, in parts of the range of logs."""
 _WEIGHT = 10.0
@@ -53,7 +54,7 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     """
     low, high = log_box(program)
     cheap = [part for part in program.parts if is_cheap(part)]
-    own = tuned(program, _FOLLOWED)
+    own = tuned(program, _many(program))
     if len(own):
         return least_pth(cheap, np.clip(own, low, high), low, high)[:count]
     y = np.clip(starts(program, _TRIED), low, high)
@@ -75,6 +76,15 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     return chosen
 
 
+def on_one_body(program: Program) -> bool:
+    """Whether nothing moves but devices and the one body that carries them: few ways to tune them are worth while."""
+    return program.model.n_free <= 1 + len(masses_on_springs(program))
+
+
+def _many(program: Program) -> int:
+    return _ON_ONE if on_one_body(program) else _FOLLOWED
+
+
 def beside(program: Program, y: FloatArray, batch: int) -> list[FloatArray]:
     """Designs that a design y = log x (n_vars,) leads to with one or two devices tuned and heavy in other ways.
 
@@ -82,8 +92,9 @@ def beside(program: Program, y: FloatArray, batch: int) -> list[FloatArray]:
     light as it may be: the others may be better off without it.  None without several devices.
     """
     low, high = log_box(program)
-    first, hung = _FOLLOWED + batch * _BESIDE, masses_on_springs(program)
-    other = tuned(program, first + _BESIDE)[first:]
+    many, hung = _many(program), masses_on_springs(program)
+    first, last = many + int(batch * _BESIDE * many), many + int((batch + 1) * _BESIDE * many)
+    other = tuned(program, last)[first:]
     if not len(other):
         return []
     begun = np.tile(y, (len(other) + 2 * len(hung), 1))
