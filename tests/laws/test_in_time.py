@@ -973,3 +973,29 @@ def test_what_dampers_alone_hold_creeps_to_where_it_stays(damping: float) -> Non
         )
         assert answer.status == "met"
         assert answer.measures["way"].value.value == pytest.approx(momentum / damping, rel=1e-9)
+
+
+@pytest.mark.parametrize("duration", [0.1, 1e-2, 1e-3])
+@pytest.mark.parametrize("shape", ["versed sine", "half sine", "triangle"])
+@pytest.mark.parametrize("count", [1, 3])
+def test_a_base_that_comes_back_carries_nothing_away(count: int, shape: str, duration: float) -> None:
+    """However short it is, of known duration or unknown; of a mass alone the peak is sqrt(k / m) times the area."""
+    under = [f"m{i - 1}" if i else "floor" for i in range(count)]
+    document: dict[str, Any] = {
+        "bodies": {f"m{i}": {"mass": "1 kg"} for i in range(count)},
+        "bases": {"floor": {}},
+        "links": {f"k{i}": {"between": [f"m{i}", under[i]], "stiffness": "1000 N/m"} for i in range(count)},
+        "excitations": {
+            "bump": {"kind": "pulse", "on": "floor", "shape": shape, "displacement": "5 mm",
+                     "duration": f"{duration!r} s"}
+        },
+        "measures": {"x": {"response": "peak_displacement", "of": "m0"}},
+    }  # fmt: skip
+    known = vo.solve(vo.from_dict(document))
+    document["excitations"]["bump"]["duration_up_to"] = document["excitations"]["bump"].pop("duration")
+    unknown = vo.solve(vo.from_dict(document))
+    assert (known.status, unknown.status) == ("met", "met")
+    assert unknown.measures["x"].value.value >= known.measures["x"].value.value * (1.0 - 1e-9)
+    if count == 1 and duration < 0.01:
+        area = 5e-3 * duration * {"half sine": 2.0 / np.pi}.get(shape, 0.5)
+        assert known.measures["x"].value.value == pytest.approx(np.sqrt(1000.0) * area, rel=1e-3)

@@ -57,6 +57,15 @@ class Stretch:
             return np.append(0.0, np.cumsum(self.length))
         return np.arange(self.count + 1.0) * self.length[..., None]
 
+    @property
+    def sizes(self) -> FloatArray:
+        """Of each state of the machine, at the joints or as its load drives it between two of them, (..., size)."""
+        size = self.left.shape[-1]
+        driven = np.abs(self.a[..., :size, size:]).sum(axis=-1)
+        driven = driven if self.uneven else driven[..., None, :]
+        load = np.abs(self.starts[..., size:]).max(axis=-1, initial=0.0)
+        return np.asarray(np.maximum(np.abs(self.starts[..., :size]), driven * load[..., None]).max(axis=-2))
+
     def of(self, which: IntArray) -> tuple[Numbers, FloatArray, Numbers]:
         """a, length and start of one segment of each machine (...)."""
         starts = np.take_along_axis(self.starts, which[..., None, None], axis=-2)[..., 0, :]

@@ -115,7 +115,7 @@ class Transient:
         count = len(self.mass)
         peaks, begun, ended, seen = Peaks.none(count), 0, np.zeros(count), np.zeros((count, self.size))
         for stretch in self.stretches:
-            seen = np.maximum(seen, np.abs(stretch.starts[..., : self.size]).max(axis=1))
+            seen = np.maximum(seen, stretch.sizes)
             best = stretch.highest(self._row_on(stretch, reading), np.abs(peaks.value))
             joints = np.broadcast_to(stretch.joints, (count, stretch.count + 1))
             low, high = (np.take_along_axis(joints, best.start[:, None] + k, 1)[:, 0] for k in (0, 1))
