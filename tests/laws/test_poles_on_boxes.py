@@ -93,6 +93,24 @@ def test_no_design_of_a_box_is_better_damped_than_its_bound(seed: int, bodies: i
     assert np.median(narrow / [numbers(machine, design, goal) for design in x]) < 1.001
 
 
+@few
+@given(seed=st.integers(0, 100_000))
+def test_two_bodies_on_a_stiff_link_are_one(seed: int) -> None:
+    """What rounding takes of determinants grows with what one link is stiffer than others."""
+    rng = np.random.default_rng(seed)
+    (m, n), (k, h) = rng.uniform(1.0, 5.0, 2).tolist(), rng.uniform(1e3, 3e3, 2).tolist()
+    program = closed(pose(from_text(
+        f"[bodies.a]\nmass = '{m} kg'\n[bodies.b]\nmass = '{n} kg'\n[links.l]\nbetween = ['a', 'ground']\n"
+        f"stiffness = '{k} N/m'\ndamping = {{ from = '1e-6 N s/m', to = '1 N s/m' }}\n[links.stiff]\n"
+        "between = ['a', 'b']\nstiffness = '1e11 N/m'\ndamping = '3 N s/m'\n[links.h]\nbetween = ['b', 'ground']\n"
+        f"stiffness = '{h} N/m'\n[goal]\nmaximise = 'damping_ratio'"
+    )))  # fmt: skip
+    (one,) = program.parts
+    c = 10.0 ** rng.uniform(-6.0, 0.0, (200, 1))
+    most = FormBounds(one.model, one.form, program.high).on(c, c)[1]
+    assert (c[:, 0] / (2.0 * np.sqrt((k + h) * (m + n))) <= most * (1.0 + 1e-6)).all()
+
+
 @pytest.mark.parametrize("ratio", [0.01, 0.05, 0.3])
 def test_two_pairs_of_poles_that_meet_are_proven_best(ratio: float) -> None:
     """An absorber on an undamped machine: the decay rate is half its frequency times the root of mu / (1 + mu)."""

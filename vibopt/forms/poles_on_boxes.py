@@ -57,9 +57,11 @@ def on_boxes(form: OfPoles, known: FormBounds, low: FloatArray, high: FloatArray
     own = powers(made.at(0.5 * (low + high)[:, None])[1])[:, 0, : order + 1]
     on_nodes = powers(made.at(nodes(made.groups, low, high))[1])[..., : order + 1]
     boxes = np.array([plain(one) for one in tables(on_nodes, made.groups)])
-    most = np.full(len(low), np.inf)
-    for center, count in _centers(form, own):
-        off = _off(*_sizes(boxes, own, center), count)
+    most, centers = np.full(len(low), np.inf), _centers(form, own)
+    sizes = np.abs([center for center, count in centers if count == 1])
+    lost = ROUNDING * (sizes.max(axis=0) / sizes.min(axis=0)) ** 2  # determinants lose what the stiffest is stiffer
+    for center, count in centers:
+        off = _off(*_sizes(boxes, own, center, lost), count)
         most = np.minimum(most, form.most_within(rate * center, rate * off))
     return np.zeros(len(low)), most
 
@@ -79,11 +81,13 @@ def _centers(form: OfPoles, numbers: FloatArray) -> list[tuple[ComplexArray, int
     return each
 
 
-def _sizes(boxes: FloatArray, own: FloatArray, center: ComplexArray) -> tuple[FloatArray, FloatArray]:
+def _sizes(boxes: FloatArray, own: FloatArray, center: ComplexArray, lost: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The greatest and the least size that each c_k has on a box, (order + 1, n_boxes) each.
 
     boxes, own
         Bernstein coefficients of the numbers of D, (order + 1, n_boxes, m), and those in the middle.
+    lost
+        Part of them that is rounding, (n_boxes,).
     """
     order = len(boxes) - 1
     sizes = np.abs(boxes).max(axis=2)
@@ -91,7 +95,7 @@ def _sizes(boxes: FloatArray, own: FloatArray, center: ComplexArray) -> tuple[Fl
     most, least = np.empty((2, order + 1, len(center)))
     for k in range(order + 1):
         parts = np.array([comb(j, k) * center ** (j - k) for j in range(k, order + 1)])
-        rounded = ROUNDING * (np.abs(parts) * sizes[k:]).sum(axis=0)
+        rounded = lost * (np.abs(parts) * sizes[k:]).sum(axis=0)
         middle = (parts * own.T[k:]).sum(axis=0)
         off = np.abs(np.einsum("jn,jnm->nm", parts, boxes[k:]) - middle[:, None]).max(axis=1) + rounded
         most[k], least[k] = np.abs(middle) + off, np.abs(middle) - off
