@@ -93,22 +93,24 @@ def test_no_design_of_a_box_is_better_damped_than_its_bound(seed: int, bodies: i
     assert np.median(narrow / [numbers(machine, design, goal) for design in x]) < 1.001
 
 
-@few
-@given(seed=st.integers(0, 100_000))
-def test_two_bodies_on_a_stiff_link_are_one(seed: int) -> None:
-    """What rounding takes of determinants grows with what one link is stiffer than others."""
-    rng = np.random.default_rng(seed)
-    (m, n), (k, h) = rng.uniform(1.0, 5.0, 2).tolist(), rng.uniform(1e3, 3e3, 2).tolist()
-    program = closed(pose(from_text(
-        f"[bodies.a]\nmass = '{m} kg'\n[bodies.b]\nmass = '{n} kg'\n[links.l]\nbetween = ['a', 'ground']\n"
-        f"stiffness = '{k} N/m'\ndamping = {{ from = '1e-6 N s/m', to = '1 N s/m' }}\n[links.stiff]\n"
-        "between = ['a', 'b']\nstiffness = '1e11 N/m'\ndamping = '30 N s/m'\n[links.h]\nbetween = ['b', 'ground']\n"
-        f"stiffness = '{h} N/m'\n[goal]\nmaximise = 'damping_ratio'"
-    )))  # fmt: skip
-    (one,) = program.parts
-    c = 10.0 ** rng.uniform(-6.0, -3.0, (200, 1))  # the stiff mode has more
-    most = FormBounds(one.model, one.form, program.high).on(c, c)[1]
-    assert (c[:, 0] / (2.0 * np.sqrt((k + h) * (m + n))) <= most * (1.0 + 1e-6)).all()
+@pytest.mark.parametrize("stiff", [1e6, 1e8])
+def test_what_rounding_takes_of_determinants_beside_a_stiff_link_is_counted(stiff: float) -> None:
+    """The bound on the least damping ratio is never below what hardly damped modes have."""
+    told = 0
+    for seed in range(12):
+        rng = np.random.default_rng([3, seed])
+        masses, springs, _ = machine = drawn(rng, 3)
+        springs[1] *= stiff
+        machine = masses, springs, [1e-9 * float(np.sqrt(k * m)) for k, m in zip(springs, masses, strict=True)]
+        program = posed(machine, "damping_ratio")
+        (one,) = program.parts
+        x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (100, 2)))
+        reach = 1.0 + 10.0 ** rng.uniform(-9.0, -2.0, (100, 1))
+        most = FormBounds(one.model, one.form, np.sqrt(program.low * program.high)).on(x / reach, x * reach)[1]
+        own = np.array([numbers(machine, design, "damping_ratio") for design in x])
+        assert (own <= most + 1e-13 * np.sqrt(stiff)).all()
+        told += int((most < 1.0).sum())
+    assert told > 0 or stiff > 1e6
 
 
 @pytest.mark.parametrize("ratio", [0.01, 0.05, 0.3])
