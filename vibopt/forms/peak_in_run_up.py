@@ -76,9 +76,9 @@ class PeakInRunUp(Form):
         peak, p = self.peak(model, x), model.values(x)
         if not 0.0 < peak.value < np.inf or isinstance(self.sweep, Motor):
             return by_differences(lambda at: self.value(model, at), x)
-        at, changes = np.array([peak.time]), self._changes(model, x, model.exponents.T, np.array([peak.time]))[:, 0]
-        machine, row = self.run_up(model, x, p)
-        if isinstance(self.sweep, Sweeps):
+        at = np.array([peak.time])
+        changes, (machine, row) = self._changes(model, x, model.exponents.T, at)[:, 0], self.run_up(model, x, p)
+        if isinstance(self.sweep, Sweeps):  # it moves joints of the force, in which nothing is analytic
             changes[self.sweep.index] = self._change_of_rate(model, x, peak.time)
         slope: FloatArray = np.real(changes / machine.turning(machine.modal(row), at)[0])
         if self.output.shared_by:
@@ -88,22 +88,21 @@ class PeakInRunUp(Form):
     def _changes(self, model: Model, x: FloatArray, ways: FloatArray, times: FloatArray) -> ComplexArray:
         """How the complex reading at times (n,) changes along ways of log p (k, n_terms), (k, n).
 
-        On the lower half of the circle all is conjugate to the upper.  A rate moves joints of the force, too, in which
-        nothing is analytic: its slope is that of the reading's size, by differences.
+        On the lower half of the circle all is conjugate to the upper.
         """
         from vibopt.mechanics.sweep_response import Modal, mean
 
-        p, found = model.values(x), np.empty((len(ways), len(times)), dtype=complex)
+        p, found = model.values(x), np.zeros((len(ways), len(times)), dtype=complex)
         machine, row = self.run_up(model, x, p)
         last = times[np.isfinite(times)].max(initial=0.0)
         reach = _AROUND / (1.0 + float(np.abs(machine.modal(row).poles).max()) * last)
         turns = np.exp(2j * np.pi * (np.arange(_HALF) + 0.5) / (2 * _HALF))
-        for found_on, way in zip(found, ways, strict=True):
-            around = [self.run_up(model, x, p * (1.0 + reach * turn * way)) for turn in turns]
+        for i in np.flatnonzero(ways.any(axis=1)):
+            around = [self.run_up(model, x, p * (1.0 + reach * turn * ways[i])) for turn in turns]
             upper = [machine.modal(row) for machine, row in around]
             lower = [Modal(one.poles.conj(), one.parts.conj(), one.through.conjugate()) for one in upper]
             weights = 0.5 / (_HALF * reach * np.concatenate([turns, turns.conj()]))
-            found_on[:] = around[0][0].turning(mean([*upper, *lower], weights), times)
+            found[i] = around[0][0].turning(mean([*upper, *lower], weights), times)
         return found
 
     def _change_of_rate(self, model: Model, x: FloatArray, time: float) -> complex:
