@@ -14,14 +14,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.form import kept
-from vibopt.forms.noise_states import decaying, under_displacement, under_force
+from vibopt.forms.noise_states import LIGHT, States, decaying, under_displacement, under_force
 from vibopt.forms.reduce import closure
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
@@ -33,12 +32,10 @@ if TYPE_CHECKING:
 
 Numbers = np.ndarray[Any, np.dtype[Any]]
 """Real, or complex with the imaginary part as a slope."""
-Matrices = Callable[[Numbers], tuple[Numbers, Numbers, Numbers] | None]
-"""A, b, c at coefficients p (n_terms,)."""
+Matrices = Callable[[Numbers], States | None]
+"""States at coefficients p (n_terms,)."""
 _NOTHING = 1e-11
 """Part of its own size below which an excitation or a reading has no share in something."""
-_LIGHT = 1e-9
-"""Damping ratio below which a Lyapunov equation loses its digits and single modes are added instead."""
 _SLOW = 1e-9
 """Part of its size below which the answer to a slow drift is rounding."""
 _STEP = 1e-30
@@ -103,8 +100,8 @@ class _Frame:
     def from_base(self) -> bool:
         return bool(self.noise.vector[self.model.n_free :].any())
 
-    def matrices(self, p: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-        """A (m, m), B (m,), c (m,) with m = held + d, at coefficients p (n_terms,), real or complex."""
+    def states(self, p: Numbers) -> States:
+        """The m = held + d states at coefficients p (n_terms,), real or complex."""
         n, model, held = self.model.n_free, self.model, self.held
         free = model.vectors[:, :n] @ self.basis
         mass, stiff, damping = ((free.T * (p * (model.kinds == kind))) @ free for kind in (INERTIA, STIFFNESS, DAMPING))
@@ -124,7 +121,7 @@ class _Frame:
             velocities = np.zeros_like(c)
             velocities[2 * held :] = c0[held:]
             c = c + np.linalg.solve(a.T, velocities)
-        return a, b, c
+        return States(a, b, c, np.concatenate([np.zeros_like(self.basis[:, :held]), self.basis], axis=1), self.rate)
 
     @property
     def integrated(self) -> bool:
@@ -137,8 +134,8 @@ class _Frame:
         based = (output.row + (output.signs * p * (self.model.kinds != INERTIA)) @ np.abs(self.model.vectors))[n:]
         if output.power or self.held < self.basis.shape[1] or based.any():
             return True
-        a, b, twice = self.matrices(p)
-        c = a.T @ (a.T @ twice) * self.rate**2
+        found = self.states(p)
+        a, b, c = found.a, found.b, found.a.T @ (found.a.T @ found.c) * self.rate**2
         free = self.model.vectors[:, :n] @ self.basis
         inverse = np.linalg.inv((free.T * (p * (self.model.kinds == INERTIA))) @ free)
         first, _ = self._load(p, free, inverse, np.zeros_like(inverse))
@@ -152,9 +149,9 @@ class _Frame:
         """Whether a motion that no spring holds is read, and pushed without anything to stop it."""
         if not self.loose:
             return False
-        a, b, _ = self.matrices(p)  # of motions that are damped: what is not held settles at a speed of its own
+        found = self.states(p)  # of motions that are damped: what is not held settles at a speed of its own
         read = self.output.row[: self.model.n_free] @ self.basis[:, self.held :]
-        return not _small(np.linalg.solve(a.T, np.concatenate([np.zeros(2 * self.held), read])), b)
+        return not _small(np.linalg.solve(found.a.T, np.concatenate([np.zeros(2 * self.held), read])), found.b)
 
     def _load(self, p: Numbers, free: FloatArray, inverse: Numbers, damping: Numbers) -> tuple[Numbers, Numbers]:
         """What the noise adds to the rates of position and of velocity, each (d,), in units of `rate`."""
@@ -186,8 +183,8 @@ class _Frame:
         return -(row @ stiff) * self.rate**2, -(row @ damping) * self.rate**2
 
 
-def _with_joints(model: Model, output: Output, noise: Noise, p: FloatArray) -> Matrices | None:
-    """A, b, c of a machine with joints as functions of the coefficients; None where the answer is infinite."""
+def _as_states(model: Model, output: Output, noise: Noise, p: FloatArray) -> Matrices | None:
+    """States of a machine with joints, or on a base that is displaced, from the coefficients; None where infinite."""
     n = model.n_free
     ride = None
     if noise.vector[n:].any() and not noise.displaced:
@@ -197,7 +194,7 @@ def _with_joints(model: Model, output: Output, noise: Noise, p: FloatArray) -> M
         if output.power < 2 and output.row.any() and not _small(output.row, full):
             return None
 
-    def matrices(at: Numbers) -> tuple[Numbers, Numbers, Numbers] | None:
+    def matrices(at: Numbers) -> States | None:
         if noise.displaced:
             return under_displacement(model, output, noise, at)
         return under_force(model, output, noise, at, ride)
@@ -206,23 +203,17 @@ def _with_joints(model: Model, output: Output, noise: Noise, p: FloatArray) -> M
 
 
 def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
-    if model.massless.any():
-        matrices = _with_joints(model, output, noise, p)
-        made = matrices(p) if matrices is not None else None
-        return _of_states(made, noise)
-    if noise.displaced:
-        return _of_displacement(model, output, noise, p)
+    if model.massless.any() or noise.displaced:
+        matrices = _as_states(model, output, noise, p)
+        return _of_states(model, matrices(p) if matrices is not None else None, noise, p)
     frame = _frame(model, output, noise, p)
     if frame is None:
         return float("inf")
     if not frame.basis.shape[1]:
         return 0.0
-    a, b, c = frame.matrices(p)
-    rates = np.linalg.eigvals(a)
-    if np.max(rates.real / np.maximum(np.abs(rates), 1e-300)) > -_LIGHT:
-        return np.pi * noise.density * _by_modes(frame, p)
-    states = _lyapunov(a, b)
-    square, parts = float(c @ states @ c), float(np.abs(c) @ np.sqrt(np.abs(np.diag(states)))) ** 2
+    states = frame.states(p)
+    reach, c = _reach(states, model, p), states.c
+    square, parts = float(c @ reach @ c), float(np.abs(c) @ np.sqrt(np.abs(np.diag(reach)))) ** 2
     return float(np.pi * noise.density * square) if square > LOST * parts else 0.0  # as where all is symmetric
 
 
@@ -232,33 +223,20 @@ def reached(model: Model, form: RootMeanSquare, x: FloatArray) -> float:
     for noise in form.noises if not model.massless.any() else ():
         frame = _frame(model, form.output, noise, p) if not noise.displaced else None
         if frame is not None and frame.basis.shape[1]:
-            a, b, c = frame.matrices(p)
-            total += np.pi * noise.density * float(c @ c) * float(np.abs(np.trace(_lyapunov(a, b))))
+            states = frame.states(p)
+            total += (
+                np.pi * noise.density * float(states.c @ states.c) * float(np.abs(np.trace(_reach(states, model, p))))
+            )
     return float(np.sqrt(total)) / mount_count(model, form.output, x)
 
 
-def _of_displacement(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
-    """The mean square where a base's displacement is the noise."""
-    n = model.n_free
-    found = under_displacement(model, output, noise, p)
-    if found is None:
-        return float("inf")
-    root = np.linalg.inv(np.linalg.cholesky(model.matrix(INERTIA, p)[:n, :n])).T
-    stiff, load = model.matrix(STIFFNESS, p)[:n, :n], model.matrix(STIFFNESS, p)[:n, n:] @ noise.vector[n:]
-    _, undamped = _split(model, root, stiff, p)
-    row = _row(model, output, p) @ root
-    if _rings(undamped, root.T @ stiff @ root, root.T @ load, row):
-        return float("inf")
-    return _of_states(found, noise)
-
-
-def _of_states(found: tuple[Numbers, Numbers, Numbers] | None, noise: Noise) -> float:
-    """The mean square of c z with z' = a z + b w; infinite where there is none, or what lasts is read."""
-    dying = decaying(*found) if found is not None else None
+def _of_states(model: Model, found: States | None, noise: Noise, p: FloatArray) -> float:
+    """The mean square of what states read; infinite where there are none, or what lasts is read."""
+    dying = decaying(found, model, p) if found is not None else None
     if dying is None:
         return float("inf")
-    a, b, c = dying
-    return float(np.pi * noise.density * (c @ _lyapunov(a, b) @ c.conj()).real) if len(a) else 0.0
+    c = dying.c
+    return float(np.pi * noise.density * (c @ _reach(dying, model, p) @ c.conj()).real) if len(c) else 0.0
 
 
 def _slope(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:
@@ -266,37 +244,36 @@ def _slope(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatAr
     matrices = _matrices_of(model, output, noise, p)
     if matrices is None:
         return _slope_by_steps(model, output, noise, p)
-    a, b, c = _made(matrices, p)
-    reach, seen = _lyapunov(a, b), _lyapunov(a.T, c)
+    states = _made(matrices, p)
+    reach, seen, b, c = _reach(states, model, p), _reach(states, model, p, seen=True), states.b, states.c
     slope = np.zeros(model.n_vars)
     if not (np.isfinite(reach).all() and np.isfinite(seen).all()):
         return slope  # from where it has no end no way leads down
     for i in range(model.n_vars):
         off = _made(matrices, p * (1.0 + 1j * _STEP * model.exponents[:, i]))
-        da, db, dc = (one.imag / _STEP for one in off)
+        da, db, dc = (one.imag / _STEP for one in (off.a, off.b, off.c))
         slope[i] = 2.0 * (np.sum(seen * (da @ reach)) + b @ seen @ db + c @ reach @ dc)
     return np.asarray(np.pi * noise.density * slope)
 
 
-def _made(matrices: Matrices, p: Numbers) -> tuple[Numbers, Numbers, Numbers]:
-    """A, b, c, where they are known to be there."""
+def _made(matrices: Matrices, p: Numbers) -> States:
+    """States, where they are known to be there."""
     found = matrices(p)
     assert found is not None
     return found
 
 
 def _matrices_of(model: Model, output: Output, noise: Noise, p: FloatArray) -> Matrices | None:
-    """A, B, c as functions of the coefficients; None where states must be left out that change with them."""
-    jointed = model.massless.any()
-    if not noise.displaced and not jointed:
+    """States as functions of the coefficients; None where some must be left out that change with them."""
+    if not noise.displaced and not model.massless.any():
         frame = _frame(model, output, noise, p)
         assert frame is not None
-        return frame.matrices
-    matrices = _with_joints(model, output, noise, p) if jointed else partial(under_displacement, model, output, noise)
+        return frame.states
+    matrices = _as_states(model, output, noise, p)
     assert matrices is not None
     found = _made(matrices, p)
-    dying = decaying(*found)
-    return None if dying is None or len(dying[0]) < len(found[0]) else matrices
+    dying = decaying(found, model, p)
+    return None if dying is None or len(dying.c) < len(found.c) else matrices
 
 
 def _slope_by_steps(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:
@@ -308,6 +285,16 @@ def _slope_by_steps(model: Model, output: Output, noise: Noise, p: FloatArray) -
     return np.array([(up - down) / 2e-5 for down, up in ends])
 
 
+def _reach(states: States, model: Model, p: FloatArray, *, seen: bool = False) -> Numbers:
+    """X with a X + X a^H + b b^H = 0; or `seen`, what is read of them, with a^T X + X a* + c c^H = 0."""
+    a, load = (states.a.T, states.c) if seen else (states.a, states.b)
+    rates = np.linalg.eigvals(a)
+    if np.max(rates.real / np.maximum(np.abs(rates), 1e-300), initial=-1.0) <= -LIGHT:
+        return _lyapunov(a, load)
+    rates, shapes = states.turned(model, p)
+    return _by_states(a, load, rates, np.linalg.inv(shapes).T if seen else shapes)
+
+
 def _lyapunov(a: Numbers, b: Numbers) -> Numbers:
     """X with a X + X a^H + b b^H = 0."""
     from scipy.linalg import solve_continuous_lyapunov
@@ -317,7 +304,7 @@ def _lyapunov(a: Numbers, b: Numbers) -> Numbers:
         try:
             found = np.asarray(solve_continuous_lyapunov(a, -np.outer(b, b.conj())))
         except RuntimeWarning:  # two states that hardly decay beside others that do at once
-            return _by_states(a, b)
+            return _by_states(a, b, *np.linalg.eig(a))
         size = np.sqrt(np.abs(np.diag(found)))
         if not (np.isfinite(size).all() and size.min() > 0.0):
             return found
@@ -329,28 +316,13 @@ def _lyapunov(a: Numbers, b: Numbers) -> Numbers:
     return np.asarray(scaled * np.outer(size, size))
 
 
-def _by_states(a: Numbers, b: Numbers) -> Numbers:
-    """The same state by state; infinite where rounding leaves one of them that does not decay."""
-    rates, shapes = np.linalg.eig(a)
+def _by_states(a: Numbers, b: Numbers, rates: Numbers, shapes: Numbers) -> Numbers:
+    """The same by rates (N,) and shapes (N, N) of states; infinite where rounding leaves one that does not decay."""
     if rates.real.max() >= 0.0:
         return np.full_like(a, np.inf)
     load = np.linalg.solve(shapes, b)
     found: Numbers = shapes @ (-np.outer(load, load.conj()) / (rates[:, None] + rates.conj())) @ shapes.conj().T
     return found if np.iscomplexobj(a) or np.iscomplexobj(b) else found.real
-
-
-def _by_modes(frame: _Frame, p: FloatArray) -> float:
-    """Mean square over pi S where damping is next to nothing: each mode alone, as no two of them meet."""
-    a, b, c = frame.matrices(p)
-    held = frame.held
-    squares, shapes = np.linalg.eigh(0.5 * (a[held:, :held][:held] + a[held:, :held][:held].T))
-    total = 0.0
-    for square, shape in zip(-squares, shapes.T, strict=True):
-        rate = float(shape @ -a[held:, held:][:held, :held] @ shape)
-        load = (shape @ b[held:][:held]) ** 2 + square * (shape @ b[:held]) ** 2
-        read = (shape @ c[:held]) ** 2 + square * (shape @ c[held:][:held]) ** 2
-        total += load * read / (2.0 * rate * square)
-    return total
 
 
 def _frame(model: Model, output: Output, noise: Noise, p: FloatArray) -> _Frame | None:

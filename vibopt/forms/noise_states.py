@@ -1,4 +1,4 @@
-"""White noise as one system of first order, z' = A z + b w, y = c z: of joints without mass, of a base's displacement.
+"""White noise as one system of first order, z' = a z + b w, y = c z: of joints without mass, of a base's displacement.
 
 With v = x' + M^-1 C_b u the derivative of the base's motion u drops out of the equations of motion.  A reading
 y = c z + d u is finite where d is nothing; each derivative of it is c A z + c b u + d u', finite as long as that holds
@@ -14,23 +14,47 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.joints import first_order
-from vibopt.mechanics.model import INERTIA, Model
+from vibopt.mechanics.model import DAMPING, INERTIA, Model
+from vibopt.mechanics.modes import rigid_count
+from vibopt.records import dataclass
 from vibopt.signals import Noise, Output
 
 Numbers = np.ndarray[Any, np.dtype[Any]]
 _NOTHING = 1e-11
 """Part of its own size below which a share of the noise that is read at once is rounding."""
-_STILL = 1e-10
-"""Part of the fastest rate below which a motion is not held by any spring."""
-_LASTS = 1e-12
-"""Damping ratio below which a motion counts as one that does not die away."""
+LIGHT = 1e-6
+"""Damping ratio up to which a Lyapunov equation loses digits: decay is what dampers take of each motion instead."""
 _RESIDUE = 1e-9
 
 
-def under_force(
-    model: Model, output: Output, noise: Noise, p: Numbers, ride: FloatArray | None
-) -> tuple[Numbers, Numbers, Numbers] | None:
-    """A, b, c under a force, or relative to a base with which the machine can `ride` (n_free,); None where infinite."""
+@dataclass(frozen=True, slots=True)
+class States:
+    """z' = a z + b w and y = c z, (N, N) and (N,), with time counted in 1 / `rate` [rad/s].
+
+    places
+        The free coordinates of a free motion from the states, times any number, (n_free, N).
+    """
+
+    a: Numbers
+    b: Numbers
+    c: Numbers
+    places: Numbers
+    rate: float = 1.0
+
+    def turned(self, model: Model, p: FloatArray) -> tuple[Numbers, Numbers]:
+        """Rates (N,) and shapes (N, N) of free motion; what hardly decays does by what dampers take of its motion."""
+        rates, shapes = np.linalg.eig(self.a)
+        moved, rows = self.places @ shapes, model.vectors[:, : model.n_free]
+        felt = np.abs(rows @ moved)
+        felt[felt <= _NOTHING * (np.abs(rows) @ np.abs(moved))] = 0.0
+        taken, heavy = (p * (model.kinds == kind) @ felt**2 for kind in (DAMPING, INERTIA))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            slow = 1j * rates.imag - 0.5 * taken / heavy / self.rate
+        return np.where(np.abs(rates.real) <= LIGHT * np.abs(rates), slow, rates), shapes
+
+
+def under_force(model: Model, output: Output, noise: Noise, p: Numbers, ride: FloatArray | None) -> States | None:
+    """Under a force, or relative to a base with which the machine can `ride` (n_free,); None where infinite."""
     n = model.n_free
     mass, damping, stiffness = (each[:n, :n] for each in matrices(model, p))
     one = first_order(mass, damping, stiffness, n)
@@ -52,13 +76,11 @@ def under_force(
             through, size = through + felt * (left == 1), size + float(np.abs(along) @ np.abs(b)) * (left == 1)
             along = along @ one.rates
         c = c + along
-    return None if abs(through) > _NOTHING * size else (one.rates, b, c)
+    return None if abs(through) > _NOTHING * size else States(one.rates, b, c, one.places[:n])
 
 
-def under_displacement(
-    model: Model, output: Output, noise: Noise, p: Numbers
-) -> tuple[Numbers, Numbers, Numbers] | None:
-    """A, b, c where a base's displacement u is the noise: the states less what its rate adds; None where infinite."""
+def under_displacement(model: Model, output: Output, noise: Noise, p: Numbers) -> States | None:
+    """Where a base's displacement u is the noise: the states less what its rate adds; None where infinite."""
     n = model.n_free
     one = first_order(*matrices(model, p), n)
     own, bases = one.own, model.n_coords - n
@@ -75,28 +97,30 @@ def under_displacement(
         if abs(c @ b) > _NOTHING * np.abs(c * b).sum():
             return None
         c = a.T @ c
-    return a, b, c
+    return States(a, b, c, one.places[:n, :own])
 
 
-def decaying(a: Numbers, b: Numbers, c: Numbers) -> tuple[Numbers, Numbers, Numbers] | None:
+def decaying(states: States, model: Model, p: FloatArray) -> States | None:
     """The states that die away; None where one that does not is both shaken and seen."""
-    from scipy.linalg import schur
+    from scipy.linalg import schur, solve_sylvester
 
-    rates = np.linalg.eigvals(a).astype(complex)
-    top = float(np.abs(rates).max(initial=0.0))
+    a, b, c, rates = states.a, states.b, states.c, states.turned(model, p)[0]
+    lasting = rates.real >= 0.0
+    lasting[np.argsort(np.abs(rates))[: rigid_count(model, p)]] = True
+    if not lasting.any():
+        return states
 
     def lasts(rate: Any) -> bool:
-        return bool(abs(rate) <= _STILL * top or rate.real > -_LASTS * abs(rate))
+        return bool(lasting[np.abs(rates - rate).argmin()])
 
-    if not any(map(lasts, rates)):
-        return a, b, c
     sorted_by: Any = schur  # its stubs know no function of a complex number
     form, turn, count = sorted_by(a.astype(complex), output="complex", sort=lasts)
-    load, row = turn.conj().T @ b, c @ turn
+    load, row, places = turn.conj().T @ b, c @ turn, states.places @ turn
     if np.abs(row[:count]).max(initial=0.0) <= _RESIDUE * np.linalg.norm(np.abs(c) @ np.abs(turn)):
-        return form[count:, count:], load[count:], row[count:]
+        beside = solve_sylvester(form[:count, :count], -form[count:, count:], -form[:count, count:])
+        return States(form[count:, count:], load[count:], row[count:], places[:, count:] + places[:, :count] @ beside)
     form, turn, count = sorted_by(a.astype(complex), output="complex", sort=lambda rate: not lasts(rate))
-    load, row = turn.conj().T @ b, c @ turn
+    load, row, places = turn.conj().T @ b, c @ turn, states.places @ turn
     if np.abs(load[count:]).max(initial=0.0) > _RESIDUE * np.linalg.norm(np.abs(turn.conj().T) @ np.abs(b)):
         return None
-    return form[:count, :count], load[:count], row[:count]
+    return States(form[:count, :count], load[:count], row[:count], places[:, :count])

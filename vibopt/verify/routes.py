@@ -143,10 +143,11 @@ class Modelled:
             modes = natural_frequencies(self.full, self.p)
             value = float(modes[np.abs(modes - measured.value).argmin()])
         else:
-            model = self.full  # seen in the response's whirl already
-            if form.swings is not None:
-                model, form = on_needed(self.scene, model, response, reduce=False)
-            value = form.worst(model, self.x, least_wanted=measured.least).value
+            model, asked = self.full, form  # seen in the response's whirl already
+            if form.swings is not None or form.random:  # of modes that meet one may be neither shaken nor seen
+                model, asked = on_needed(self.scene, model, response, reduce=form.random)
+            value = asked.worst(model, self.x, least_wanted=measured.least).value
+            form = form if form.random else asked
         if abs(value - measured.value) <= _SAME * abs(measured.value):
             return value, 0.0
         return value, form.room(self.full, self.x, value, measured.value, self._rounding)
