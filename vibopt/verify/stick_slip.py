@@ -24,8 +24,9 @@ from vibopt.verify.over_bands import Reached
 from vibopt.verify.rubbing_states import RubbingStates
 from vibopt.work import worked
 
-_FIRST, _MOST = 6, 600
-"""Half cycles from rest before roots are looked for, and at most."""
+_FIRST, _AGAIN, _MOST, _SLACK = 6, 50, 600, 1e-3
+"""Half cycles from rest before roots are looked for, and again, and at most; part by which one may change more than
+that before."""
 _LONGEST, _LEAST = 3e4, 1e-8
 """Radians of the fastest vibration that are followed between two events, ten steps each; part of the slowest one that
 the force is at least."""
@@ -288,16 +289,28 @@ class Rubbed:
 
     def steady(self) -> list[_Stretch] | None:
         """A half cycle whose end is the negative of its beginning; None where none was found."""
-        from scipy.optimize import root
-
         if self.push <= self.joint.friction:  # with what it rubs on, to the last digit
             return self.held()
         lasts = min(max(self._settles(1.0), self._settles(0.0)), np.pi / self.omega)
         if self.naturals[-1] * lasts > _LONGEST or self.omega < _LEAST * self.naturals[0]:
             return None
-        scale, state = self._scale, np.resize(self.begin, len(self._scale))
+        state = np.resize(self.begin, len(self._scale))
         if not any(self.begin) and self.naturals[0] > _SLOW * self.omega and not self.machine.jointed.any():
             state = self._still
+
+        state, left = self._repeated(state)
+        return self.half(state) if left <= 1e3 * self.part else None
+
+    def _repeated(self, state: FloatArray) -> tuple[FloatArray, float]:
+        """From a state of the bodies on to one whose negative ends its half cycle, and what is left between them.
+
+        Half cycle after half cycle, and by roots; ever more are left out while each changes as much as that before
+        (what joints without mass do follows from the rest: of them none is).
+        """
+        from scipy.optimize import root
+
+        scale, leap, last, least, begun = self._scale, 1.0, state, np.inf, _FIRST - 4 * any(self.begin)
+        free = not self.machine.jointed.any()
 
         def after(start: FloatArray) -> FloatArray:
             last = self.half(start)[-1]
@@ -306,16 +319,25 @@ class Rubbed:
         def missing(one: FloatArray) -> FloatArray:
             return one - after(one * scale) / scale
 
+        def rooted(one: FloatArray, missed: float) -> FloatArray:
+            found: Any = root(missing, one / scale, tol=10.0 * self.part)
+            good = np.isfinite(found.x).all() and np.abs(found.fun).max() < missed
+            return found.x * scale if good else one
+
         for count in range(_MOST):
             following = after(state)
-            left = float(np.abs((following - state) / scale).max()) / (1.0 + float(np.abs(state / scale).max()))
-            state = following
+            missed = float(np.abs((following - state) / scale).max())
+            left = missed / (1.0 + float(np.abs(state / scale).max()))
             if left <= 10.0 * self.part:
-                break
-            if count % 50 == _FIRST - 4 * any(self.begin):
-                found: Any = root(missing, state / scale, tol=10.0 * self.part)
-                state = found.x * scale if np.isfinite(found.x).all() and np.abs(found.fun).max() < left else state
-        return self.half(state) if left <= 1e3 * self.part else None
+                return (rooted(following, missed) if leap > 1.0 else following), left
+            far = free and missed > (1.0 + _SLACK) * least
+            last = last if far else following
+            if far or count % _AGAIN == begun:
+                state, least, leap = rooted(last, min(missed, least)), np.inf, 1.0
+            else:
+                least, state = missed, state + leap * (following - state)
+                leap *= 1.0 + (free and count > begun)
+        return last, left
 
     @property
     def _still(self) -> FloatArray:
