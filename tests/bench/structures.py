@@ -54,8 +54,9 @@ def attached(receptance: ComplexArray, dash: float) -> Attached:
     exponents = np.zeros((6, 6))
     for i in (0, 3):
         exponents[i : i + 3, i : i + 3] = [[1, 0, 0], [1, 2, 0], [1, 1, 1]]
+    table = np.ascontiguousarray(np.moveaxis(receptance, 0, -1))
     return Attached(
-        host=Host.of_points(receptance, 0, 0, dash),
+        host=Host(table, table[:, 0].copy(), table[:, 0].copy(), table[0, 0].copy(), dash),
         omega=speeds(),
         scale=np.ones(FREQUENCIES, dtype=complex),
         scales=np.array([1.0, 1.0, 2.0] * 2),

@@ -16,7 +16,7 @@ from vibopt.mechanics.host.matrices import Dashed, negative_count
 from vibopt.mechanics.hosted import Carrier, HostedMachine
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.monomial import Monomial
-from vibopt.mechanics.receptance import Attached, Host
+from vibopt.mechanics.receptance import Attached
 from vibopt.responses.response_rows import across_link, at_point, link_forces
 from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
 
@@ -217,8 +217,6 @@ def test_two_roads_to_receptances_of_points_agree() -> None:
     direct = Dashed(of, places, dash).receptances(omega)
     at = reduced_host(of, {"a": 299, "b": 150}, 5.0 * FIRST).coordinates
     assert at.receptances(omega, dash) == pytest.approx(direct, rel=1e-9)
-    table = Host.of_points(direct, 0, 1, dash)
-    assert table.direct == pytest.approx(direct[:, 1, 0], rel=1e-15)
 
 
 @pytest.mark.parametrize("full", [False, True], ids=["enough", "full"])

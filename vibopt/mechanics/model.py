@@ -255,10 +255,6 @@ class Model:
         """Whether a variable raises some term and lowers another."""
         return bool(((self.exponents > 0.0).any(axis=0) & (self.exponents < 0.0).any(axis=0)).any())
 
-    def slopes(self, x: FloatArray) -> FloatArray:
-        """d(log coefficient)/d(log x) is constant; this is d(coefficient)/dx, shape (n_terms, n_vars)."""
-        return self.values(x)[:, None] * self.exponents / np.asarray(x)[None, :]
-
     def matrix(self, kind: int, p: FloatArray) -> FloatArray:
         """Sum of the terms of one kind, shape (n_coords, n_coords), at coefficients p (n_terms,)."""
         chosen = self.kinds == kind
@@ -305,10 +301,6 @@ class Model:
     def n_coords(self) -> int:
         """Free coordinates and those of moving bases."""
         return int(self.terms[0].vector.shape[0])
-
-    def moves(self, place: str) -> bool:
-        """Whether a place is a body or a base of this model, and not the ground."""
-        return place in self.points
 
     def weights(self, p: FloatArray) -> FloatArray:
         """Mass that gravity acts on per coordinate [kg], shape (n_coords,), at coefficients p (n_terms,).

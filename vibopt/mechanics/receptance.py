@@ -56,15 +56,6 @@ class Host:
             whole[a, a] += 1.0
         return whole
 
-    @classmethod
-    def of_points(cls, receptance: ComplexArray, place: int, reading: int, dash: float = 0.0) -> Host:
-        """From receptances (n, p, p) of points [m/N], one of them excited with 1 N and one read.
-
-        With `dash`, the receptances were taken with that damper between each point and the ground [N s/m].
-        """
-        table = np.ascontiguousarray(np.moveaxis(receptance, 0, -1))
-        return cls(table, table[:, place].copy(), table[:, reading].copy(), table[reading, place].copy(), dash)
-
 
 @dataclass(frozen=True, eq=False)
 class Attached:

@@ -240,10 +240,5 @@ class Program:
         floor = least[0] if self.aim.sense > 0.0 else -most[0]
         return bool(np.isfinite(floor) and goal - floor <= _ROUNDING * abs(floor))
 
-    def without(self, *names: str) -> Program:
-        """The program less some limits."""
-        kept = tuple(limit for limit in self.limits if limit.name not in names)
-        return replace(self, limits=kept)
-
     def aiming(self, aim: Aim | None) -> Program:
         return replace(self, aim=aim)

@@ -273,11 +273,6 @@ class _Clock:
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
-    @property
-    def total(self) -> float:
-        """All of it [s]."""
-        return sum(self.seconds.values())
-
     def stage(self, name: str) -> None:
         now = time.perf_counter()
         self.seconds[name] = now - self._last

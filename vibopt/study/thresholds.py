@@ -241,10 +241,3 @@ def _climbed(margins: Margins, three: list[float], index: int) -> float | None:
         except StopIteration:
             return bad[0]
     return None
-
-
-def broken(scene: Scene, fact: FactAt, value: float) -> tuple[float, str]:
-    """Greatest violation as a part of its bound with a fact changed, and whose it is."""
-    margins = Margins(scene, fact)
-    most = margins.most(value)
-    return (most, margins.name(value)) if most > -LARGE else (0.0, "")

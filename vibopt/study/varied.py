@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
 
 Sample = Literal["", "sobol", "latin"]
-SAMPLES = ("sobol", "latin")
 DECIBEL = "dB"
 MOST_FACTS = 3
 USUAL = {1: 50, 2: 21, 3: 9}

@@ -17,9 +17,6 @@ from vibopt.values.fields import Choice, Fact
 if TYPE_CHECKING:
     from vibopt.devices.part import Part
 
-TOLERANCE = 1e-9
-"""Part of a rating by which a load may miss it: rounding, and no more."""
-
 
 def parts_of(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Word]:
     """The part chosen of each catalogue, by path."""
