@@ -413,12 +413,6 @@ PUSHED: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
         {"response": "rms_displacement", "of": "m"},
         "measures.x: excitations.e pushes q, which springs alone hold, so that it jumps with the force.",
     ),
-    "noise of a base beside ground": (
-        {"kind": "white_noise", "on": "floor", "density": "1 (m/s²)²/Hz"},
-        {"response": "rms_relative_displacement", "across": "upper"},
-        "measures.x: excitations.e shakes floor, which accelerates beside another support, with a joint without mass "
-        "on the machine. That is not supported yet. Let every support be that base, or give the joint its mass.",
-    ),
 }  # fmt: skip
 
 

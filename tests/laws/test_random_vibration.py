@@ -389,3 +389,48 @@ def test_what_hardly_decays_is_known_by_both_routes(seed: int, shaken: str) -> N
         assert form.value(model, np.zeros(0)) == pytest.approx(wanted, rel=1e-6)
         assert measure(scene, {}, response).value == pytest.approx(wanted, rel=1e-6)
     assert vo.solve(scene).status == "met"
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 10**6), hung=st.sampled_from(["by a damper", "by both", "at a joint"]))
+def test_a_base_accelerates_beside_the_ground(seed: int, hung: str) -> None:
+    """A body between base and ground with others on it: accelerations, and a force that feels no drift."""
+    rng = np.random.default_rng(seed)
+    springs, dampers = 10.0 ** rng.uniform(3.0, 6.0, 4), 10.0 ** rng.uniform(0.5, 3.0, 4)
+    dampers[3], springs[2] = (
+        (0.0 if hung == "at a joint" else dampers[3]),
+        (0.0 if hung == "by a damper" else springs[2]),
+    )
+    masses = np.array([10.0 ** rng.uniform(0.0, 2.0), 0.0 if hung == "at a joint" else 5.0, 3.0])
+    ends = [("base", "a"), ("a", "ground"), ("a", "b"), ("b", "c")]
+    links = {
+        f"l{i}": {"between": list(ends[i])}
+        | ({"stiffness": f"{float(springs[i])!r} N/m"} if springs[i] else {})
+        | ({"damping": f"{float(dampers[i])!r} N s/m"} if dampers[i] else {})
+        for i in range(4)
+    }
+    scene = vo.from_dict({
+        "bodies": {name: {"mass": f"{mass!r} kg"} for name, mass in zip(NAMES, masses.tolist(), strict=True)},
+        "bases": {"base": {}},
+        "links": links,
+        "excitations": {"noise": {"kind": "white_noise", "on": "base", "density": "1 (m/s²)²/Hz"}},
+        "measures": {
+            **{name: {"response": "rms_acceleration", "of": name} for name in "ac"},
+            "hung": {"response": "rms_force", "through": "l3"},
+        },
+    })  # fmt: skip
+    design = vo.solve(scene)
+    assert design.status == "met", design.claim
+    rows = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [-1.0, 1.0, 0.0], [0.0, -1.0, 1.0]])
+
+    def squared(w: float) -> Array:
+        passed = springs + 1j * w * dampers
+        moved = np.linalg.solve(rows.T @ (passed[:, None] * rows) - w**2 * np.diag(masses), [passed[0], 0.0, 0.0])
+        return np.abs([moved[0], moved[2], passed[3] * (moved[2] - moved[1]) / w**2]) ** 2
+
+    edges = np.concatenate([[0.0], np.geomspace(1e-4, 1e9, 2000)])
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    omega = (0.5 * (edges[1:] + edges[:-1])[:, None] + 0.5 * np.diff(edges)[:, None] * nodes).ravel()
+    total = (0.5 * np.diff(edges)[:, None] * weights).ravel() @ np.array([squared(w) for w in omega])
+    for name, square in zip(("a", "c", "hung"), total / (2.0 * np.pi), strict=True):
+        assert design.measures[name].value.value == pytest.approx(np.sqrt(square), rel=2e-5)

@@ -5,9 +5,8 @@ A P + P A^T + pi S B B^T = 0 and the mean square of y = c x is c P c^T.  Its slo
 adjoint equation, with the slopes of A, B and c by complex steps.
 
 A base whose acceleration is white drifts away without end.  What follows it (relative motion, link
-forces) is written in coordinates that ride on the base.  Where ground holds the machine back, the base's
-acceleration drives the machine's own; a reading that feels no slow drift is that, integrated twice.
-A base whose displacement is white has a state of its own (`noise_states`).
+forces) is written in coordinates that ride on the base.  Where ground holds the machine back, and where the
+displacement of a base is white, the base is among the states (`noise_states`).
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.form import kept
-from vibopt.forms.noise_states import LIGHT, States, decaying, under_displacement, under_force
+from vibopt.forms.noise_states import LIGHT, States, decaying, held_first, under_displacement, under_force
 from vibopt.forms.reduce import closure
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
@@ -36,11 +35,9 @@ Matrices = Callable[[Numbers], States | None]
 """States at coefficients p (n_terms,)."""
 _NOTHING = 1e-11
 """Part of its own size below which an excitation or a reading has no share in something."""
-_SLOW = 1e-9
-"""Part of its size below which the answer to a slow drift is rounding."""
 _STEP = 1e-30
-LOST = 1e-15
-"""Part of what the states would come to together below which a mean square is rounding."""
+_CANCELS, LOST = 1e-4, 1e-15
+"""Part of what the states would come to together up to which digits are lost, and a mean square is rounding."""
 
 
 def root_mean_square(model: Model, form: RootMeanSquare, x: FloatArray) -> float:
@@ -96,10 +93,6 @@ class _Frame:
     ride: FloatArray | None
     loose: bool = False
 
-    @property
-    def from_base(self) -> bool:
-        return bool(self.noise.vector[self.model.n_free :].any())
-
     def states(self, p: Numbers) -> States:
         """The m = held + d states at coefficients p (n_terms,), real or complex."""
         n, model, held = self.model.n_free, self.model, self.held
@@ -112,38 +105,14 @@ class _Frame:
         a[:held, held:] = np.eye(held, len(mass))
         a[held:, :held] = -stiff[:, :held]
         a[held:, held:] = -damping
-        first, second = self._load(p, free, inverse, damping)
         c0, c1 = self._reading(p, free, stiff, damping)
-        b, c = np.concatenate([first[:held], second]) / np.sqrt(self.rate), np.concatenate([c0[:held], c1])
-        if self.integrated:
-            c = np.linalg.solve(a.T, np.linalg.solve(a.T, c)) / self.rate**2
+        b, c = np.zeros(size, dtype=p.dtype), np.concatenate([c0[:held], c1])
+        b[held:] = inverse @ self._load(p, free) / self.rate**1.5
         if self.loose:
             velocities = np.zeros_like(c)
             velocities[2 * held :] = c0[held:]
             c = c + np.linalg.solve(a.T, velocities)
         return States(a, b, c, np.concatenate([np.zeros_like(self.basis[:, :held]), self.basis], axis=1), self.rate)
-
-    @property
-    def integrated(self) -> bool:
-        """Whether the reading is made from accelerations, by integrating twice."""
-        return self.from_base and self.ride is None and self.output.power < 2
-
-    def feels_drift(self, p: FloatArray) -> bool:
-        """Whether a reading that is to be integrated twice answers to a slow motion of the base."""
-        n, output = self.model.n_free, self.output
-        based = (output.row + (output.signs * p * (self.model.kinds != INERTIA)) @ np.abs(self.model.vectors))[n:]
-        if output.power or self.held < self.basis.shape[1] or based.any():
-            return True
-        found = self.states(p)
-        a, b, c = found.a, found.b, found.a.T @ (found.a.T @ found.c) * self.rate**2
-        free = self.model.vectors[:, :n] @ self.basis
-        inverse = np.linalg.inv((free.T * (p * (self.model.kinds == INERTIA))) @ free)
-        first, _ = self._load(p, free, inverse, np.zeros_like(inverse))
-        through = c[self.held :] @ first / np.sqrt(self.rate)
-        once = np.linalg.solve(a, b)
-        again = np.linalg.solve(a, once)
-        flat = abs(through - c @ once) > _SLOW * np.linalg.norm(c) * np.linalg.norm(once)
-        return bool(flat or abs(c @ again) > _SLOW * np.linalg.norm(c) * np.linalg.norm(again))
 
     def runs_away(self, p: FloatArray) -> bool:
         """Whether a motion that no spring holds is read, and pushed without anything to stop it."""
@@ -153,19 +122,12 @@ class _Frame:
         read = self.output.row[: self.model.n_free] @ self.basis[:, self.held :]
         return not _small(np.linalg.solve(found.a.T, np.concatenate([np.zeros(2 * self.held), read])), found.b)
 
-    def _load(self, p: Numbers, free: FloatArray, inverse: Numbers, damping: Numbers) -> tuple[Numbers, Numbers]:
-        """What the noise adds to the rates of position and of velocity, each (d,), in units of `rate`."""
-        model, vector, n = self.model, self.noise.vector, self.model.n_free
-        nothing = np.zeros(len(inverse), dtype=p.dtype)
-        if not self.from_base:
-            return nothing, inverse @ (self.basis.T @ vector[:n]) / self.rate
-        if self.ride is not None:
-            riding = (p * _own_inertia(model)) * (model.vectors[:, :n] @ self.ride)
-            return nothing, -inverse @ (free.T @ riding) / self.rate
-        pulled = model.vectors[:, n:] @ vector[n:]
-        spring = inverse @ (free.T @ (p * (model.kinds == STIFFNESS) * pulled))
-        dash = inverse @ (free.T @ (p * (model.kinds == DAMPING) * pulled))
-        return -dash, damping @ dash - spring / self.rate
+    def _load(self, p: Numbers, free: FloatArray) -> Numbers:
+        """Forces of the noise on the motions, (d,)."""
+        if self.ride is None:
+            return np.asarray(self.basis.T @ self.noise.vector[: self.model.n_free])
+        riding = (p * _own_inertia(self.model)) * (self.model.vectors[:, : self.model.n_free] @ self.ride)
+        return np.asarray(-free.T @ riding)
 
     def _reading(self, p: Numbers, free: FloatArray, stiff: Numbers, damping: Numbers) -> tuple[Numbers, Numbers]:
         """Parts of the response per position and per velocity (times 1 / rate), each (d,)."""
@@ -176,7 +138,7 @@ class _Frame:
             return (weight * (model.kinds == STIFFNESS)) @ free + row, (
                 weight * (model.kinds == DAMPING)
             ) @ free * self.rate
-        if output.power == 0 or (self.from_base and self.ride is None):
+        if output.power == 0:
             return row, np.zeros_like(row)
         if output.power == 1:
             return np.zeros_like(row), row * self.rate
@@ -184,12 +146,10 @@ class _Frame:
 
 
 def _as_states(model: Model, output: Output, noise: Noise, p: FloatArray) -> Matrices | None:
-    """States of a machine with joints, or on a base that is displaced, from the coefficients; None where infinite."""
+    """States of a machine that is `_in_states`, as functions of the coefficients; None where infinite."""
     n = model.n_free
-    ride = None
-    if noise.vector[n:].any() and not noise.displaced:
-        ride = _riding(model, noise, p)
-        assert ride is not None, "white acceleration of a base beside ground and joints"
+    ride = _riding(model, noise, p) if noise.vector[n:].any() and not noise.displaced else None
+    if ride is not None:
         full = np.concatenate([ride, noise.vector[n:]])
         if output.power < 2 and output.row.any() and not _small(output.row, full):
             return None
@@ -202,8 +162,14 @@ def _as_states(model: Model, output: Output, noise: Noise, p: FloatArray) -> Mat
     return matrices if matrices(p) is not None else None
 
 
+def _in_states(model: Model, noise: Noise, p: FloatArray) -> bool:
+    """Whether there are joints, a base is displaced, or one that is accelerated does not carry all."""
+    beside = noise.vector[model.n_free :].any() and _riding(model, noise, p) is None
+    return bool(model.massless.any() or noise.displaced or beside)
+
+
 def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> float:
-    if model.massless.any() or noise.displaced:
+    if _in_states(model, noise, p):
         matrices = _as_states(model, output, noise, p)
         return _of_states(model, matrices(p) if matrices is not None else None, noise, p)
     frame = _frame(model, output, noise, p)
@@ -218,10 +184,10 @@ def _mean_square(model: Model, output: Output, noise: Noise, p: FloatArray) -> f
 
 
 def reached(model: Model, form: RootMeanSquare, x: FloatArray) -> float:
-    """How great the reading could be of states as large; zero beside joints and displacements of a base."""
+    """How great the reading could be of states as large; zero of what is `_in_states`."""
     total, p = 0.0, model.values(x)
-    for noise in form.noises if not model.massless.any() else ():
-        frame = _frame(model, form.output, noise, p) if not noise.displaced else None
+    for noise in form.noises:
+        frame = _frame(model, form.output, noise, p) if not _in_states(model, noise, p) else None
         if frame is not None and frame.basis.shape[1]:
             states = frame.states(p)
             total += (
@@ -235,8 +201,13 @@ def _of_states(model: Model, found: States | None, noise: Noise, p: FloatArray) 
     dying = decaying(found, model, p) if found is not None else None
     if dying is None:
         return float("inf")
-    c = dying.c
-    return float(np.pi * noise.density * (c @ _reach(dying, model, p) @ c.conj()).real) if len(c) else 0.0
+    c, reach = dying.c, _reach(dying, model, p)
+    square, parts = float((c @ reach @ c.conj()).real), float(np.abs(c) @ np.sqrt(np.abs(np.diag(reach)))) ** 2
+    if square <= _CANCELS * parts:  # what each free motion has of the reading cancels less
+        _, rates, shapes = dying.turned(model, p)
+        each = (c @ shapes) * np.linalg.solve(shapes, dying.b)
+        square = -float((np.outer(each, each.conj()) / (rates[:, None] + rates.conj())).sum().real)
+    return float(np.pi * noise.density * square)
 
 
 def _slope(model: Model, output: Output, noise: Noise, p: FloatArray) -> FloatArray:
@@ -265,7 +236,7 @@ def _made(matrices: Matrices, p: Numbers) -> States:
 
 def _matrices_of(model: Model, output: Output, noise: Noise, p: FloatArray) -> Matrices | None:
     """States as functions of the coefficients; None where some must be left out that change with them."""
-    if not noise.displaced and not model.massless.any():
+    if not _in_states(model, noise, p):
         frame = _frame(model, output, noise, p)
         assert frame is not None
         return frame.states
@@ -291,7 +262,7 @@ def _reach(states: States, model: Model, p: FloatArray, *, seen: bool = False) -
     rates = np.linalg.eigvals(a)
     if np.max(rates.real / np.maximum(np.abs(rates), 1e-300), initial=-1.0) <= -LIGHT:
         return _lyapunov(a, load)
-    rates, shapes = states.turned(model, p)
+    _, rates, shapes = states.turned(model, p)
     return _by_states(a, load, rates, np.linalg.inv(shapes).T if seen else shapes)
 
 
@@ -332,13 +303,11 @@ def _frame(model: Model, output: Output, noise: Noise, p: FloatArray) -> _Frame 
     row = _row(model, output, p)
     if noise.vector[n:].any():
         ride = _riding(model, noise, p)
-        if ride is not None:
-            full = np.concatenate([ride, noise.vector[n:]])
-            if output.power < 2 and output.row.any() and not _small(output.row, full):
-                return None
-            load = -model.matrix(INERTIA, p * _own_inertia(model))[:n, :n] @ ride
-        else:
-            load = -model.matrix(STIFFNESS, p)[:n, n:] @ noise.vector[n:]
+        assert ride is not None, "a base that does not carry all is among the states"
+        full = np.concatenate([ride, noise.vector[n:]])
+        if output.power < 2 and output.row.any() and not _small(output.row, full):
+            return None
+        load = -model.matrix(INERTIA, p * _own_inertia(model))[:n, :n] @ ride
     mass, stiff, damping = (model.matrix(kind, p)[:n, :n] for kind in (INERTIA, STIFFNESS, DAMPING))
     root = np.linalg.inv(np.linalg.cholesky(mass)).T
     if output.power == 2 and not noise.vector[n:].any() and not _small(row @ root, root.T @ load):
@@ -350,15 +319,14 @@ def _frame(model: Model, output: Output, noise: Noise, p: FloatArray) -> _Frame 
     damped, undamped = _split(model, root, stiff, p)
     if _rings(undamped, root.T @ stiff @ root, root.T @ load, row @ root):
         return None
-    basis, held = _held_first(model, root @ damped, p)
+    basis, held = held_first(model, root @ damped, p)
     shapes = np.linalg.eigh(basis[:, :held].T @ stiff @ basis[:, :held])[1]
     basis = np.concatenate([basis[:, :held] @ shapes, basis[:, held:]], axis=1)
-    drifts = output.row.any() and output.power == 0 and not _nothing_of(row @ basis[:, held:], row @ basis)
-    loose = bool(drifts and (ride is not None or not noise.vector[n:].any()))
+    loose = bool(output.row.any() and not output.power and not _nothing_of(row @ basis[:, held:], row @ basis))
     rate = float(np.sqrt(np.abs(basis.T @ stiff @ basis).max(initial=0.0)))
     rate = rate or float(np.abs(basis.T @ damping @ basis).max(initial=0.0)) or 1.0
     found = _Frame(model, output, noise, basis, held, rate, ride, loose)
-    return None if (found.integrated and found.feels_drift(p)) or found.runs_away(p) else found
+    return None if found.runs_away(p) else found
 
 
 def _row(model: Model, output: Output, p: FloatArray) -> FloatArray:
@@ -406,18 +374,6 @@ def _rings(undamped: FloatArray, stiff: FloatArray, load: FloatArray, row: Float
         if not _small(row @ alike, alike.T @ load, float(np.linalg.norm(row) * np.linalg.norm(load))):
             return True
     return False
-
-
-def _held_first(model: Model, basis: FloatArray, p: FloatArray) -> tuple[FloatArray, int]:
-    """The basis turned so that motions held by springs come first, and their number."""
-    springs = model.vectors[(model.kinds == STIFFNESS) & (p > 0.0), : model.n_free] @ basis
-    sizes = np.linalg.norm(springs, axis=1, keepdims=True)
-    rows = springs[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
-    if not len(rows):
-        return basis, 0
-    _, values, turned = np.linalg.svd(rows)
-    held = int((values > _NOTHING * values[0]).sum())
-    return basis @ turned.T, held
 
 
 def _small(row: FloatArray, vector: FloatArray, size: float | None = None) -> bool:

@@ -13,8 +13,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.peak_in_time import matrices, reading
-from vibopt.mechanics.joints import first_order
-from vibopt.mechanics.model import DAMPING, INERTIA, Model
+from vibopt.mechanics.joints import condensed, first_order
+from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import rigid_count
 from vibopt.records import dataclass
 from vibopt.signals import Noise, Output
@@ -24,7 +24,8 @@ _NOTHING = 1e-11
 """Part of its own size below which a share of the noise that is read at once is rounding."""
 LIGHT = 1e-6
 """Damping ratio up to which a Lyapunov equation loses digits: decay is what dampers take of each motion instead."""
-_RESIDUE = 1e-9
+_RESIDUE, _SLOW = 1e-9, 1e-9
+"""Part of its size below which a share of what lasts, and the answer to a slow drift of a base, is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +42,8 @@ class States:
     places: Numbers
     rate: float = 1.0
 
-    def turned(self, model: Model, p: FloatArray) -> tuple[Numbers, Numbers]:
-        """Rates (N,) and shapes (N, N) of free motion; what hardly decays does by what dampers take of its motion."""
+    def turned(self, model: Model, p: FloatArray) -> tuple[Numbers, Numbers, Numbers]:
+        """Rates of free motion (N,), the same where what hardly decays does by what dampers take, and shapes (N, N)."""
         rates, shapes = np.linalg.eig(self.a)
         moved, rows = self.places @ shapes, model.vectors[:, : model.n_free]
         felt = np.abs(rows @ moved)
@@ -50,25 +51,29 @@ class States:
         taken, heavy = (p * (model.kinds == kind) @ felt**2 for kind in (DAMPING, INERTIA))
         with np.errstate(divide="ignore", invalid="ignore"):
             slow = 1j * rates.imag - 0.5 * taken / heavy / self.rate
-        return np.where(np.abs(rates.real) <= LIGHT * np.abs(rates), slow, rates), shapes
+        return rates, np.where(np.abs(rates.real) <= LIGHT * np.abs(rates), slow, rates), shapes
 
 
 def under_force(model: Model, output: Output, noise: Noise, p: Numbers, ride: FloatArray | None) -> States | None:
-    """Under a force, or relative to a base with which the machine can `ride` (n_free,); None where infinite."""
-    n = model.n_free
-    mass, damping, stiffness = (each[:n, :n] for each in matrices(model, p))
-    one = first_order(mass, damping, stiffness, n)
-    read = reading(model, output, p)
-    load, direct = noise.vector[:n], 0.0
+    """Under a force, or an accelerated base, with which the machine can `ride` (n_free,); None where infinite.
+
+    Where it cannot, the states are those beside what follows the base: where it is, u, and its rate v.
+    """
+    n, u, load, direct = model.n_free, noise.vector[model.n_free :], noise.vector[: model.n_free], 0.0
+    beside = ride is None and bool(u.any())
+    end = model.n_coords if beside else n
+    mass, damping, stiffness = (each[:end, :end] for each in matrices(model, p))
+    one, read = first_order(mass, damping, stiffness, n), reading(model, output, p)
     if ride is not None:
         own = p * (model.kinds == INERTIA) * ~model.inerters
         load = -(model.vectors[:, :n].T * own) @ (model.vectors[:, :n] @ ride)
         direct = float(output.row[:n] @ ride) if output.power == 2 else 0.0
-    b, c = one.struck @ load, np.zeros(len(one.rates), dtype=one.rates.dtype)
+    b = one.shaken @ u if beside else one.struck @ load
+    c = np.zeros(len(one.rates), dtype=one.rates.dtype)
     through: Any = direct
     size = abs(direct)
     for order, row in enumerate((read.row, read.rates, read.inertia), start=read.power):
-        along = row[:n] @ one.places
+        along = row[:end] @ one.places
         for left in range(order, 0, -1):
             felt = along @ b
             if left > 1 and abs(felt) > _NOTHING * float(np.abs(along) @ np.abs(b)):
@@ -76,7 +81,39 @@ def under_force(model: Model, output: Output, noise: Noise, p: Numbers, ride: Fl
             through, size = through + felt * (left == 1), size + float(np.abs(along) @ np.abs(b)) * (left == 1)
             along = along @ one.rates
         c = c + along
-    return None if abs(through) > _NOTHING * size else States(one.rates, b, c, one.places[:n])
+    if abs(through) > _NOTHING * size:
+        return None
+    if beside:
+        at, (by_place, by_rate) = condensed(mass, damping, stiffness, n), _following(model, p, u)
+        for far, near, *bases in ((by_place, 0.0 * by_place, u, 0.0 * u), (by_rate, by_place, 0.0 * u, u)):
+            led = np.concatenate([far[at.kept], near[at.kept[: at.heavy]], *bases])
+            most = np.concatenate([np.full(at.n, np.abs(far).max()), np.abs(led[at.n :])])
+            if abs(led @ c) > _SLOW * (most @ np.abs(c)):
+                return None
+        b = b - led
+    return States(one.rates[: one.own, : one.own], b[: one.own], c[: one.own], one.places[:n, : one.own])
+
+
+def _following(model: Model, p: Numbers, vector: FloatArray) -> tuple[Numbers, Numbers]:
+    """How free coordinates (n_free,) follow where bases are, and their rate, if neither ever changes quickly.
+
+    What no spring holds follows by its dampers.
+    """
+    n = model.n_free
+    mass, damping, stiffness = matrices(model, p)
+    turned, held = held_first(model, np.eye(n), p)
+    basis, loose = turned[:, :held], turned[:, held:]
+
+    def resting(load: Numbers) -> Numbers:
+        return -basis @ np.linalg.solve(basis.T @ stiffness[:n, :n] @ basis, basis.T @ load)
+
+    def dragged(load: Numbers) -> Numbers:
+        return -loose @ np.linalg.lstsq(loose.T @ damping[:n, :n] @ loose, loose.T @ load, rcond=None)[0]
+
+    place = resting(stiffness[:n, n:] @ vector)
+    place = place + dragged(damping[:n, :n] @ place + damping[:n, n:] @ vector)
+    rate = resting(damping[:n, :n] @ place + damping[:n, n:] @ vector)
+    return place, rate + dragged(damping[:n, :n] @ rate + mass[:n, :n] @ place + mass[:n, n:] @ vector)
 
 
 def under_displacement(model: Model, output: Output, noise: Noise, p: Numbers) -> States | None:
@@ -104,8 +141,8 @@ def decaying(states: States, model: Model, p: FloatArray) -> States | None:
     """The states that die away; None where one that does not is both shaken and seen."""
     from scipy.linalg import schur, solve_sylvester
 
-    a, b, c, rates = states.a, states.b, states.c, states.turned(model, p)[0]
-    lasting = rates.real >= 0.0
+    a, b, c, (rates, known, _) = states.a, states.b, states.c, states.turned(model, p)
+    lasting = known.real >= 0.0
     lasting[np.argsort(np.abs(rates))[: rigid_count(model, p)]] = True
     if not lasting.any():
         return states
@@ -124,3 +161,15 @@ def decaying(states: States, model: Model, p: FloatArray) -> States | None:
     if np.abs(load[count:]).max(initial=0.0) > _RESIDUE * np.linalg.norm(np.abs(turn.conj().T) @ np.abs(b)):
         return None
     return States(form[:count, :count], load[:count], row[:count], places[:, :count])
+
+
+def held_first(model: Model, basis: FloatArray, p: Numbers) -> tuple[FloatArray, int]:
+    """The basis turned so that motions held by springs come first, and their number."""
+    springs = model.vectors[(model.kinds == STIFFNESS) & (p.real > 0.0), : model.n_free] @ basis
+    sizes = np.linalg.norm(springs, axis=1, keepdims=True)
+    rows = springs[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
+    if not len(rows):
+        return basis, 0
+    _, values, turned = np.linalg.svd(rows)
+    held = int((values > _NOTHING * values[0]).sum())
+    return basis @ turned.T, held

@@ -330,11 +330,6 @@ def _joint_pushed(
             why = "springs alone hold, so that it jumps with the force. Push a body with mass, or give it a damper."
         elif on in light and on == place and (power or 0) > 1:
             why = "has no mass: its acceleration follows the rate of the force. Ask for its velocity or displacement."
-        elif light and scene.excitations[name].sort == "random" and _beside_base(scene, name):
-            why = (
-                "accelerates beside another support, with a joint without mass on the machine. That is not supported "
-                "yet. Let every support be that base, or give the joint its mass."
-            )
         else:
             continue
         does = "shakes" if on not in light else "releases" if any(begins) else "pushes"
@@ -347,13 +342,6 @@ def _begins(scene: Scene, name: str) -> tuple[float, float]:
     """Displacement and velocity with which what an excitation acts on begins."""
     once = scene.excitations[name].once
     return once.start if once is not None else (0.0, 0.0)
-
-
-def _beside_base(scene: Scene, name: str) -> bool:
-    """Whether a white noise of acceleration moves a base and something else holds the machine, too."""
-    noise = scene.excitations[name]
-    others = {end for two in places.ends(scene).values() for end in two if end not in places.moving(scene)} - {noise.on}
-    return noise.family == "bases" and not noise.displaced and bool(others)
 
 
 def _through_inerter(
