@@ -70,6 +70,7 @@ def judged(made: Drawn, seed: int, tried: int = 10) -> str:
     prices = [] if seed % 10 == 0 else ["--no-prices"]
     answer = said("solve", str(file), *prices, *([] if find_all else ["--save", str(saved)]))
     status = answer.data["status"]
+    assert status != "check_failed", answer.data["claim"]
     assert answer.code == CODES[status], f"exit code {answer.code} with {status}: {answer.data.get('messages')}"
     followed = _TOO_LONG not in "".join(answer.data.get("messages", []))  # how long, only an answer finds out
     assert checked.code == (2 if status == "input_error" and followed else 0), (checked.data, answer.data["messages"])

@@ -46,6 +46,7 @@ _BENT = ("bearing_force", *(f"{one}bending_stress" for one in ("", "static_", "c
 OF_ITS_OWN = {
     "friction_force": that_rubs,
     "gear_torque": that_is_geared,
+    "shear_stress": about_an_axis,
     "stability_threshold": that_spins,
     "critical_speed": that_whirls,
     "amplification_factor": that_whirls,

@@ -285,6 +285,15 @@ class StructureTable(Device):
         out = massless(self.whole.mass)
         return {name: place - int(np.searchsorted(out, place)) for name, place in (self.points or {}).items()}
 
+    @property
+    def loose(self) -> int:
+        """How many of its motions nothing holds."""
+        if self.modes is not None:
+            return sum(not mode.frequency.value for mode in self.modes)
+        from vibopt.mechanics.host import free_motions
+
+        return free_motions(self.matrices).count
+
     def host(self, top: float, modes: int = 0) -> Coordinates | Reduction:
         """What a model needs of the structure up to the frequency `top` [rad/s], with its lowest modes."""
         if self.modes is not None:

@@ -55,6 +55,8 @@ def check(scene: Scene, mistakes: Mistakes, broken: set[str]) -> None:
         check_response(scene, path, response, mistakes, broken)
     if not broken:
         check_probabilities(scene, asked, mistakes)
+    if _is_joined(scene, broken):
+        _rated(scene, mistakes)
     _question(scene, mistakes, broken)
     if not mistakes.found and not broken:
         check_stable(scene, mistakes)
@@ -157,25 +159,11 @@ def _is_joined(scene: Scene, broken: set[str]) -> bool:
 
 def _sags(scene: Scene, path: Path, name: str, place: str, mistakes: Mistakes) -> None:
     """Whether springs carry all weights, so that there is a static deflection."""
-    moving, ends = places.moving(scene), places.ends(scene)
-    if place in scene.points:
-        place = scene.points[place].on
-    if place in moving and not _held(scene, place):
-        mistakes.add(
-            path,
-            f"{name} asks for the static deflection of {place}, but no spring holds it. Add a link with a "
-            f"stiffness from {place} towards the ground.",
-        )
-    elif place in ends and all(not _held(scene, end) for end in ends[place] if end in moving):
-        mistakes.add(
-            path,
-            f"{name} asks for the static deflection of {place}, but no spring holds what rests on it. Add a link "
-            "with a stiffness towards the ground.",
-        )
+    place = scene.points[place].on if place in scene.points else place
     for one, absorber in scene.absorbers.items():
         if absorber.length is not None:
             why = "is a pendulum, which swings across its weight"
-        elif not absorber.has_spring and not _held(scene, one):
+        elif not absorber.has_spring and one not in _held(scene):
             why = "has no spring that carries its weight"
         else:
             continue
@@ -185,26 +173,39 @@ def _sags(scene: Scene, path: Path, name: str, place: str, mistakes: Mistakes) -
             f"give {one} a stiffness.",
         )
         return
+    if loose := _loose(scene, place):
+        mistakes.add(path, f"{name} asks for the static deflection of {place}, but {loose}.")
 
 
-def _held(scene: Scene, body: str) -> bool:
-    """Whether a chain of springs leads from the body to the ground, to a base or to a structure."""
-    moving, ends = set(places.moving(scene)) - places.carried(scene), places.ends(scene)
-    joined = [ends[name] for name in places.springs(scene)]
-    if body in places.carried(scene):
-        return True
-    seen, todo = {body}, [body]
-    while todo:
-        here = todo.pop()
-        for two in joined:
-            if here in two:
-                there = two[0] if two[1] == here else two[1]
-                if there not in moving:
-                    return True
-                if there not in seen:
-                    seen.add(there)
-                    todo.append(there)
-    return False
+def _rated(scene: Scene, mistakes: Mistakes) -> None:
+    """Whether springs carry all weights, so that bought parts have a static load."""
+    for path in places.bought(scene):
+        if loose := _loose(scene, path.partition(".")[2]):
+            way = "or write stiffness and damping in place of the part"
+            mistakes.add((*path.split("."), "part"), f"{path}.part has a rated load, but {loose}, {way}.")
+
+
+def _loose(scene: Scene, place: str) -> str:
+    """What no spring holds, a place, what rests on a link or else something, and how it would be; empty if all is."""
+    loose, add = [one for one in places.moving(scene) if one not in _held(scene)], "Add a link with a stiffness"
+    if {*places.ends(scene).get(place, ())} & {*loose}:
+        return f"no spring holds what rests on it. {add} towards the ground"
+    if loose:
+        free = place if place in loose else loose[0]
+        return f"no spring holds {'it' if free == place else free}. {add} from {free} towards the ground"
+    free = next((name for name, table in scene.structures.items() if table.loose), "")
+    return f"nothing holds structures.{free}, and how its weight rests is not known. Let it have supports" * bool(free)
+
+
+@places.once
+def _held(scene: Scene) -> set[str]:
+    """What a chain of springs leads from to the ground, to a base or to a structure, with these."""
+    held = {*places.points(scene)} - {*places.moving(scene)} | places.carried(scene)
+    joined = [{*places.ends(scene)[name]} for name in places.springs(scene)]
+    joined += [{name, point.on} for name, point in scene.points.items()]
+    while more := set[str]().union(*(two for two in joined if two & held)) - held:
+        held |= more
+    return held
 
 
 def _first_choice(scene: Scene) -> tuple[str, str]:
