@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from refusals import refused
 from vibopt.mechanics.two_planes import threshold_in_planes
-from vibopt.mechanics.whirl import threshold
+from vibopt.mechanics.whirl import rotor_threshold, threshold
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 
@@ -66,8 +66,17 @@ def test_both_planes_in_real_numbers_say_the_same(seed: int) -> None:
     assert threshold_in_planes(mass, fixed + rotating, rotating, stiffness) == pytest.approx(found, rel=1e-6)
 
 
+@pytest.mark.parametrize("seed", [*range(2, 12), 86, 98])
+def test_steps_that_are_sure_end_at_the_same_spin(seed: int) -> None:
+    """As of a rotor without gyroscopic moments; 10, 86 and 98 are neutral there to the last digit."""
+    n = 1 + seed % 5
+    mass, fixed, rotating, stiffness = chain(seed, n, min(1 + seed % 3, n))
+    found = threshold(mass, fixed, rotating, stiffness)
+    assert rotor_threshold(mass, 0.0 * mass, fixed, rotating, stiffness) == pytest.approx(found, rel=1e-9)
+
+
 def test_several_dampers_that_turn_alike_are_as_one() -> None:
-    """A rank of one in two terms takes the other road; so do gyroscopic moments that are nothing."""
+    """A rank of one in two terms takes the other road."""
     mass, fixed, rotating, stiffness = chain(3, 3, 1)
     found = threshold(mass, fixed, rotating, stiffness)
     tiny = rotating + 1e-7 * np.abs(rotating).max() * np.eye(3)
@@ -77,7 +86,7 @@ def test_several_dampers_that_turn_alike_are_as_one() -> None:
 def test_gyroscopic_moments_lift_the_threshold_of_a_disc_that_tilts() -> None:
     """One tilt: s^2 + (c - i W g) s + k - i W c_i = 0 is neutral at w with w c = W c_i and k = w^2 - W g w."""
     one, g, k, c, ci = np.eye(1), 0.3, 1e4, 2.0, 3.0
-    found = threshold(one, c * one, ci * one, k * one, g * one)
+    found = rotor_threshold(one, g * one, c * one, ci * one, k * one)
     ratio = ci / (c + ci)  # w over W
     assert found == pytest.approx(np.sqrt(k / (ratio**2 - g * ratio)), rel=1e-10)
 

@@ -31,10 +31,7 @@ class TooManyError(Exception):
     """Several rotating dampers among more coordinates than are answered."""
 
 
-def threshold(
-    mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray,
-    gyroscopic: FloatArray | None = None,
-) -> float:  # fmt: skip
+def threshold(mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray) -> float:
     """Least spin [rad/s] beyond which a whirl grows; infinite where none does.
 
     Motions that no damper reaches go on for ever at any spin, and are left out.
@@ -42,7 +39,7 @@ def threshold(
     Raises
     ------
     TooManyError
-        Several rotating dampers, or gyroscopic moments, and more than `MOST` coordinates.
+        Several rotating dampers and more than `MOST` coordinates.
     """
     size = np.sqrt(np.maximum(np.abs(np.diag(stiffness)) + np.diag(mass), 1e-300))
     if not rotating.any():
@@ -51,11 +48,10 @@ def threshold(
         return 0.0
     strengths, ways = np.linalg.eigh(rotating / np.outer(size, size))
     strong = strengths > _NOTHING * strengths.max()
-    turns = gyroscopic is not None and bool(gyroscopic.any())
-    if strong.sum() == 1 and not turns:
+    if strong.sum() == 1:
         way = size * ways[:, strong][:, 0] * np.sqrt(strengths[strong][0])
         return min(_of_one(mass, fixed + rotating, stiffness, way), default=float("inf"))
-    return _of_several(mass, fixed, rotating, stiffness, gyroscopic if turns else None)
+    return _of_several(mass, fixed, rotating, stiffness)
 
 
 def rotor_threshold(
@@ -119,9 +115,12 @@ def _neutral(
     for turn in range(40):
         dynamic = stiffness - whirl**2 * mass + 1j * whirl * damping - 1j * spin * rotating
         dynamic = dynamic + whirl * spin * polar
-        for _ in range(1 if turn else 4):
-            moved = np.linalg.solve(dynamic, moved)
-            moved /= moved[np.abs(moved).argmax()]  # real but for what damps: rounding of what is stiff stays real
+        try:
+            for _ in range(1 if turn else 4):
+                moved = np.linalg.solve(dynamic, moved)
+                moved /= moved[np.abs(moved).argmax()]  # real but for what damps: rounding of what is stiff stays real
+        except np.linalg.LinAlgError:  # singular to the last digit: this is the spin
+            return float(spin)
         along = -2.0 * whirl * mass + 1j * damping + spin * polar
         value, by_whirl, by_spin = (moved @ one @ moved for one in (dynamic, along, whirl * polar - 1j * rotating))
         table = [[by_whirl.real, by_spin.real], [by_whirl.imag, by_spin.imag]]
@@ -192,9 +191,7 @@ def _of_one(mass: FloatArray, damping: FloatArray, stiffness: FloatArray, way: F
             yield value.imag / strength * unit  # W = Im(1 / h)
 
 
-def _of_several(
-    mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray, gyroscopic: FloatArray | None
-) -> float:
+def _of_several(mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray) -> float:
     """Where a rate meets the mirror image of one in the imaginary axis: A(W) x I + I x conj(A(W)) is singular.
 
     A is linear in the spin, so these are the values of one pencil, of which the least with a neutral rate counts.
@@ -203,13 +200,12 @@ def _of_several(
 
     root = np.linalg.inv(np.linalg.cholesky(mass))
     own = [root @ one @ root.T for one in (fixed + rotating, rotating, stiffness)]
-    turn = np.zeros_like(mass) if gyroscopic is None else root @ gyroscopic @ root.T
-    basis = _damped(own[0], own[2], turn)
+    basis = _damped(own[0], own[2])
     if basis.shape[1] > MOST:
         raise TooManyError
-    own, turn = [basis.T @ one @ basis for one in own], basis.T @ turn @ basis
+    own = [basis.T @ one @ basis for one in own]
     size = float(np.sqrt(np.abs(own[2]).max(initial=0.0))) or 1.0
-    first, slope = _states(own[0] / size, own[1] / size, own[2] / size**2, turn)
+    first, slope = _states(own[0] / size, own[1] / size, own[2] / size**2)
     unit = np.eye(len(first))
     still = np.kron(first, unit) + np.kron(unit, first.conj())
     moving = np.kron(slope, unit) + np.kron(unit, slope.conj())
@@ -244,25 +240,23 @@ def _polished(first: ComplexArray, slope: ComplexArray, spin: float) -> float | 
     return spin if abs(spin - begun) <= 1e-2 * begun else None
 
 
-def _states(
-    damping: FloatArray, rotating: FloatArray, stiffness: FloatArray, turn: FloatArray
-) -> tuple[ComplexArray, ComplexArray]:
+def _states(damping: FloatArray, rotating: FloatArray, stiffness: FloatArray) -> tuple[ComplexArray, ComplexArray]:
     """Rates of places and rates of a rotor of unit masses at rest, and what the spin adds to them, (2 n, 2 n)."""
     n = len(damping)
     zero = np.zeros((n, n))
     first = np.block([[zero, np.eye(n)], [-stiffness, -damping]]).astype(complex)
-    return first, 1j * np.block([[zero, zero], [rotating, turn]])
+    return first, 1j * np.block([[zero, zero], [rotating, zero]])
 
 
-def _damped(damping: FloatArray, stiffness: FloatArray, turn: FloatArray) -> FloatArray:
+def _damped(damping: FloatArray, stiffness: FloatArray) -> FloatArray:
     """Basis (n, k) of the motions that dampers reach, of unit masses."""
     found = np.zeros((len(damping), 0))
     new = damping / max(np.abs(damping).max(), 1e-300)
-    scale = max(np.abs(stiffness).max(), 1e-300), max(np.abs(turn).max(), 1e-300)
+    scale = max(np.abs(stiffness).max(), 1e-300)
     while new.shape[1] and found.shape[1] < len(damping):
         rest = new - found @ (found.T @ new)
         left, sizes, _ = np.linalg.svd(rest - found @ (found.T @ rest), full_matrices=False)
         fresh = left[:, sizes > 1e-9]
         found = np.hstack([found, fresh])
-        new = np.hstack([stiffness @ fresh / scale[0], turn @ fresh / scale[1]])
+        new = stiffness @ fresh / scale
     return found

@@ -103,14 +103,13 @@ class Lost:
 
     rounding
         From rounding each entry of the stiffness matrix once, root of mean square: what the file cannot say.
-    arithmetic
-        Of a plain sparse solution, and `refined` of one with residuals in long doubles.
+    refined
+        Of a sparse solution with residuals in long doubles.
     place
         The coordinate that it shows at.
     """
 
     rounding: float
-    arithmetic: float
     refined: float
     place: int
 
@@ -132,7 +131,7 @@ def digits_lost(matrices: Matrices, places: list[int]) -> Lost:
     try:
         found = still(matrices, loads)
     except RuntimeError:
-        return Lost(np.inf, np.inf, np.inf, places[0])
+        return Lost(np.inf, np.inf, places[0])
     motion = np.asarray(found.motion, dtype=float)
     moved = motion[places, np.arange(len(places))]
     squared = matrices.stiffness.copy()
@@ -142,4 +141,4 @@ def digits_lost(matrices: Matrices, places: list[int]) -> Lost:
         rounding = _HALF_DIGIT / np.sqrt(3.0) * np.sqrt(np.abs(sums)) / np.abs(moved)
     rounding = np.nan_to_num(rounding, nan=np.inf)
     worst = int(rounding.argmax())
-    return Lost(float(rounding[worst]), found.plain, found.left, places[worst])
+    return Lost(float(rounding[worst]), found.left, places[worst])

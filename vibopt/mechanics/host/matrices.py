@@ -80,11 +80,10 @@ def factored(matrix: Any) -> Any:
 class Solved:
     """Motion under unit loads, refined, and the part of it that the last round still changed.
 
-    motion (n, n_loads) in long doubles; plain is the relative error of the solution before refinement.
+    motion (n, n_loads) in long doubles.
     """
 
     motion: Any
-    plain: float
     left: float
 
 
@@ -108,18 +107,17 @@ def solve(matrices: Matrices, loads: FloatArray, omega: float, shift: float = 0.
     kind = complex if matrices.is_damped and omega != 0.0 else float
     first = lu.solve(loads.astype(kind))
     motion = first.astype(np.clongdouble if kind is complex else np.longdouble)
-    plain = left = 0.0
+    left = 0.0
     for turn in range(_ROUNDS):
         rest = loads - (stiffness @ motion - np.longdouble(square) * (mass @ motion))
         if kind is complex:
             rest = rest - 1j * (matrices.loss_factor * (stiffness @ motion) + np.longdouble(omega) * (damping @ motion))
         change = lu.solve(np.ascontiguousarray(rest, dtype=kind))
         before, left = left, _part(change, motion)
-        plain = left if turn == 0 else plain
         motion = motion + change
         if left < _CONVERGED or (turn and left > 0.3 * before):
             break
-    return Solved(motion, plain, left)
+    return Solved(motion, left)
 
 
 def _part(change: Any, motion: Any) -> float:
@@ -165,23 +163,11 @@ class Dashed:
         of = self.matrices
         return Matrices(of.mass, (of.damping + damper).tocsc(), of.stiffness, of.loss_factor)
 
-    def receptances(self, omega: FloatArray, *, refined: bool = True) -> ComplexArray:
-        """Displacement at each place per force at each place [m/N], shape (n_speeds, p, p); one factor a speed.
-
-        Parameters
-        ----------
-        omega
-            Frequencies [rad/s], shape (n_speeds,).
-        refined
-            Whether each solution is refined with residuals in long doubles.
-        """
+    def receptances(self, omega: FloatArray) -> ComplexArray:
+        """Displacement at each place per force at each place [m/N] at omega (n_speeds,) [rad/s], (n_speeds, p, p)."""
         whole = self._whole if self.dash else self.matrices
         loads = whole.units(self.places)
         found = np.empty((len(omega), len(self.places), len(self.places)), dtype=complex)
         for i, w in enumerate(np.asarray(omega, dtype=float).tolist()):
-            if refined:
-                found[i] = solve(whole, loads, w).motion[self.places]
-                continue
-            dynamic = whole.dynamic(w**2, w)
-            found[i] = factored(dynamic).solve(loads.astype(dynamic.dtype))[self.places]
+            found[i] = solve(whole, loads, w).motion[self.places]
         return found
