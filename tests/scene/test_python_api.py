@@ -415,7 +415,9 @@ def _words_of(method: Callable[..., object]) -> set[str]:
 @pytest.mark.parametrize("kind", RESPONSES)
 def test_each_response_is_a_method_with_the_words_of_the_file(kind: str) -> None:
     words = set(RESPONSES[kind].model_fields) - {"response", *BOUNDS}
-    assert _words_of(getattr(vo.Machine, kind)) == words
+    method = getattr(vo.Machine, kind)
+    assert _words_of(method) == words
+    assert inspect.getdoc(method) == inspect.getdoc(RESPONSES[kind])
 
 
 @pytest.mark.parametrize("kind", EXCITATIONS)
