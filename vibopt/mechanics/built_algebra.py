@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+from typing import Any
+
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
@@ -77,7 +80,7 @@ def steady_solution(elastic: FloatArray, dash: FloatArray, load: ComplexArray) -
     if np.iscomplexobj(elastic):
         return np.asarray(np.linalg.solve(elastic + 1j * dash, load[..., None])[..., 0], dtype=complex)
     matrix = np.concatenate([np.concatenate([elastic, -dash], axis=2), np.concatenate([dash, elastic], axis=2)], axis=1)
-    both = _solve_real(matrix, np.concatenate([load.real, load.imag], axis=1))
+    both = solved(matrix, np.concatenate([load.real, load.imag], axis=1))
     found: ComplexArray = both[:, :n] + 1j * both[:, n:]
     return found
 
@@ -91,18 +94,16 @@ def _solve_two(matrix: ComplexArray, load: ComplexArray) -> ComplexArray:
     return np.where(np.isnan(found), np.inf, found)
 
 
-def _solve_real(matrix: FloatArray, right: FloatArray) -> FloatArray:
+def solved(matrix: FloatArray | ComplexArray, right: FloatArray | ComplexArray) -> Any:
     """Solve each system, rows scaled; a singular one gives inf."""
     scale = np.abs(matrix).max(axis=-1, keepdims=True)
     scale[scale == 0.0] = 1.0
     matrix, right = matrix / scale, right / scale[..., 0]
     try:
-        return np.asarray(np.linalg.solve(matrix, right[..., None])[..., 0], dtype=float)
+        return np.linalg.solve(matrix, right[..., None])[..., 0]
     except np.linalg.LinAlgError:
-        rows = []
-        for one, load in zip(matrix, right, strict=True):
-            try:
-                rows.append(np.linalg.solve(one, load))
-            except np.linalg.LinAlgError:
-                rows.append(np.full(load.shape, np.inf))
-        return np.array(rows)
+        found = np.full_like(right, np.inf)
+        for i, (one, load) in enumerate(zip(matrix, right, strict=True)):
+            with suppress(np.linalg.LinAlgError):
+                found[i] = np.linalg.solve(one, load)
+        return found

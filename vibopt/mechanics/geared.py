@@ -10,7 +10,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import Motion
-from vibopt.mechanics.hosted import solved
+from vibopt.mechanics.built_algebra import solved
 from vibopt.mechanics.machine import Machine
 from vibopt.records import dataclass
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.built import Motion
-from vibopt.mechanics.built_algebra import inverse_root, singular
+from vibopt.mechanics.built_algebra import inverse_root, singular, solved
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices, condensed, massless
 from vibopt.mechanics.host.matrices import Dashed
@@ -256,19 +256,3 @@ class HostedMachine(Machine):
         load[: len(self.masses)] = [self.weights[name] * GRAVITY for name in self.masses]
         down = np.linalg.solve(scaled, load / size) / size
         return {name: float(row @ down) for name, row in self._rows.items()}
-
-
-def solved(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Solve each system, rows scaled; a singular one gives inf."""
-    scale = np.abs(matrix).max(axis=-1, keepdims=True)
-    scale[scale == 0.0] = 1.0
-    try:
-        return np.asarray(np.linalg.solve(matrix / scale, right[..., None] / scale)[..., 0], dtype=complex)
-    except np.linalg.LinAlgError:
-        found = np.full(right.shape, np.inf, dtype=complex)
-        for i, (one, load) in enumerate(zip(matrix / scale, right / scale[..., 0], strict=True)):
-            try:
-                found[i] = np.linalg.solve(one, load)
-            except np.linalg.LinAlgError:
-                continue
-        return found

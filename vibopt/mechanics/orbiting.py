@@ -15,7 +15,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.bracketing import crossing
 from vibopt.mechanics.built import Course, Joint, Motion, PlaneBearing
-from vibopt.mechanics.hosted import solved
+from vibopt.mechanics.built_algebra import solved
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rotating import RotatingMachine, inverse_poles, vanishing
 from vibopt.records import cached_property, dataclass

@@ -16,8 +16,8 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.bracketing import crossing
 from vibopt.mechanics.built import Course, Joint, Motion
+from vibopt.mechanics.built_algebra import solved
 from vibopt.mechanics.constants import GRAVITY
-from vibopt.mechanics.hosted import solved
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shaft_waves import MODES
 from vibopt.records import cached_property, dataclass

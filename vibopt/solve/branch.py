@@ -243,11 +243,8 @@ class Search:
         form = aim.form.powers if aim is not None else None
         if aim is None or form is None or not np.isfinite(self.best) or aim.others:
             return low, high
-        single = (form.exponents != 0.0).sum(axis=1) == 1
-        if not single.all() or not (form.exponents >= 0.0).all():
-            constant = ~form.exponents.any(axis=1)
-            if not (single | constant).all() or not (form.exponents >= 0.0).all():
-                return low, high
+        if (form.exponents < 0.0).any() or ((form.exponents != 0.0).sum(axis=1) > 1).any():
+            return low, high
         cut = aim.sense * (self.best - self._room())
         return _cut_sum(form, low, high, cut, below=aim.sense > 0)
 
