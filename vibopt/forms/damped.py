@@ -10,7 +10,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.form import ROOTS, Form, Local, by_differences, log_of, plus
 from vibopt.forms.rational import Groups
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
-from vibopt.mechanics.modes import damping_ratios, decay_rates, free_matrices, pole_slopes, poles
+from vibopt.mechanics.modes import damping_ratios, decay_rates, free_matrices, held_poles, pole_slopes
 from vibopt.records import dataclass
 
 if TYPE_CHECKING:
@@ -22,6 +22,10 @@ if TYPE_CHECKING:
 
 _NEAR = 2.0
 """Poles with up to so many times the least decay rate (damping ratio) are pieces of their own."""
+_ROUNDING = 1e-14
+"""Part of the numbers of a machine that is rounding."""
+_SWINGS = 1.0 - 1e-12
+"""Damping ratio up to which a slope of the logarithmic decrement is told."""
 _MEET = 1e-5
 """Part of a goal that boxes leave open: where two poles meet, rounding moves each by its root."""
 
@@ -55,6 +59,16 @@ class OfPoles(Form):
     def place(self, level: float, height: float) -> complex:
         """The rate of a pole with such a number, so far from the real axis or, where relative, from zero."""
         raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
+
+    def moved(self, model: Model, x: FloatArray) -> float:
+        """By how much rounding moves the least number: a pole by a part of its size, of m that meet its m-th root."""
+        rates = 1j * held_poles(model, model.values(x))
+        if not len(rates):
+            return 0.0
+        least = rates[self.level(rates).argmin()]
+        reach = _ROUNDING ** (1.0 / np.arange(1, len(rates) + 1))
+        meet = np.sort(np.abs(rates - least)) <= 2.0 * reach * abs(least)
+        return float(reach[meet].max(initial=0.0)) * (1.0 if self.relative else float(abs(least)))
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         pieces = self._pieces(model, x)
@@ -108,7 +122,8 @@ class DecayRate(OfPoles):
         return on_boxes(self, known, low, high)
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
-        return ROOTS * float(np.abs(poles(model, model.values(x))).max(initial=0.0))
+        fastest = float(np.abs(held_poles(model, model.values(x))).max(initial=0.0))
+        return max(ROOTS * fastest, self.moved(model, x))
 
     def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
         return ()
@@ -142,12 +157,13 @@ class ModeDamping(OfPoles):
     one_line = True
     no_bounds = "is a damping ratio: the least of up to three variables and six coordinates, all held, has bounds"
     not_convex = "is a damping ratio of several modes, which is not convex in stiffness and damping"
+    rough = ""
 
     def meet(self, model: Model) -> bool:
         return self.mode == 1 and model.n_free > 1
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
-        return max(ROOTS, Form.room(self, model, x, value, other, rounding))
+        return max(ROOTS, self.moved(model, x), Form.room(self, model, x, value, other, rounding))
 
     def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
         return (self.mode,)
@@ -155,7 +171,7 @@ class ModeDamping(OfPoles):
     def polynomial(self, rows: OneVariable, model: Model, bound: float) -> FloatArray:
         """One mass: c^2 - 4 z^2 k m."""
         k, m, c = (rows.total(model, kind) for kind in (STIFFNESS, INERTIA, DAMPING))
-        return plus(np.convolve(c, c), -4.0 * bound**2 * np.convolve(k, m))
+        return plus(np.convolve(c, c), -4.0 * self.ratio_of(bound) ** 2 * np.convolve(k, m))
 
     def is_polynomial(self, model: Model, most_degree: int) -> bool:
         return model.n_free == 1 and self.mode == 1
@@ -165,7 +181,7 @@ class ModeDamping(OfPoles):
 
     def not_smooth(self, model: Model) -> str:
         kink = "is the least of several damping ratios, which has a kink where two of them are equal"
-        return kink * (model.n_free > 1)
+        return kink if model.n_free > 1 else self.rough
 
     def bounded(self, model: Model) -> bool:
         from vibopt.forms.poles_on_boxes import bounded
@@ -197,7 +213,7 @@ class ModeDamping(OfPoles):
         return at.model.n_free == 1
 
     def convex_limit(self, rows: ConvexRows, limit: Any, sense: float, bound: float) -> Any:
-        return rows.damping(limit, self, sense, bound) if limit.model.n_free == 1 else None
+        return rows.damping(limit, self, sense, self.ratio_of(bound)) if limit.model.n_free == 1 else None
 
     def value(self, model: Model, x: FloatArray) -> float:
         ratios = damping_ratios(model, model.values(x))
@@ -211,7 +227,12 @@ class ModeDamping(OfPoles):
         return np.where(angle > 0.0, np.cos(angle), np.inf)  # on the axis nothing swings, and there is no such number
 
     def place(self, level: float, height: float) -> complex:
-        return height * complex(-level, float(np.sqrt(max(1.0 - level * level, 0.0))))
+        ratio = self.ratio_of(level)
+        return height * complex(-ratio, float(np.sqrt(max(1.0 - ratio * ratio, 0.0))))
+
+    def ratio_of(self, value: float) -> float:
+        """The damping ratio that such a value is."""
+        return value
 
     def _each(self, model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         nothing = np.zeros(0), np.zeros((0, model.n_vars)), np.zeros(0)
@@ -227,61 +248,46 @@ class ModeDamping(OfPoles):
 
 
 @dataclass(frozen=True, slots=True)
-class LogDecrement(Form):
+class LogDecrement(ModeDamping):
     """Log of the ratio of two deflections one period apart in the `mode`-th least damped mode, 2 pi z / sqrt(1 - z^2).
 
     Infinite where nothing goes to and fro.
     """
 
-    mode: int
-    one_line = True
-    no_bounds = ModeDamping.no_bounds
     not_convex = "is a logarithmic decrement, which is not convex in stiffness and damping"
+    rough = "is a logarithmic decrement, which has no end where nothing swings"
 
     @property
-    def _ratio(self) -> ModeDamping:
+    def _least(self) -> ModeDamping:
         return ModeDamping(self.mode)
 
-    def closed_to(self, model: Model) -> float:
-        return self._ratio.closed_to(model)
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        z = self._least.value(model, x)
+        return 2.0 * np.pi * self._least.room(model, x, z, z, rounding) / float(max(1.0 - z**2, ROOTS) ** 1.5)
 
-    def groups(self, model: Model) -> Groups | None:
-        return self._ratio.groups(model)
+    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
+        least, most = self._least.on_boxes(known, low, high)
+        return decrement(least), decrement(most)
 
     def value(self, model: Model, x: FloatArray) -> float:
-        return float(decrement(np.array(self._ratio.value(model, x))))
+        return float(decrement(np.array(self._least.value(model, x))))
+
+    def level(self, rates: ComplexArray) -> FloatArray:
+        return decrement(self._least.level(rates))
+
+    def ratio_of(self, value: float) -> float:
+        return value / float(np.hypot(value, 2.0 * np.pi))
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        return self._ratio.slope(model, x) / (1.0 - min(self._ratio.value(model, x), 1.0 - 1e-12) ** 2)
+        return self._least.slope(model, x) / (1.0 - min(self._least.value(model, x), _SWINGS) ** 2)
 
     def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
-        found = self._ratio.extremes(model, x, least_wanted=least_wanted, within=within)
-        ratios = [min(float(np.exp(local.value)), 1.0 - 1e-12) for local in found]
+        found = self._least.extremes(model, x, least_wanted=least_wanted, within=within)
+        ratios = [min(float(np.exp(local.value)), _SWINGS) for local in found]
         return [
             Local(log_of(float(decrement(np.array(z)))), local.slope / (1.0 - z**2), local.speeds)
             for z, local in zip(ratios, found, strict=True)
         ]
-
-    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
-        z = self._ratio.value(model, x)
-        near = max(1.0 - z**2, ROOTS) ** 1.5
-        return float(2.0 * np.pi * self._ratio.room(model, x, z, z, rounding) / near)
-
-    def said(self, model: Model, order: IntArray) -> tuple[Any, ...]:
-        return (self.mode,)
-
-    def not_smooth(self, model: Model) -> str:
-        return self._ratio.not_smooth(model) or "is a logarithmic decrement, which has no end where nothing swings"
-
-    def bounded(self, model: Model) -> bool:
-        return self._ratio.bounded(model)
-
-    def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
-        least, most = self._ratio.on_boxes(known, low, high)
-        return decrement(least), decrement(most)
-
-    def known(self, at: FormBounds) -> bool:
-        return self._ratio.known(at)
 
 
 def decrement(ratio: FloatArray) -> FloatArray:

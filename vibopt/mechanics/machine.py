@@ -378,6 +378,11 @@ class Machine:
         rates: ComplexArray = np.linalg.eigvals(state) * size
         return -1j * rates
 
+    def held_poles(self) -> ComplexArray:
+        """As `poles`, ascending by size, without those at zero."""
+        poles = self.poles()
+        return poles[np.argsort(np.abs(poles))[self.loose :]]
+
     @cached_property
     def loose(self) -> int:
         """Number of poles at zero: motions on which no spring, and again those on which no damper does any work."""

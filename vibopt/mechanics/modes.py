@@ -164,10 +164,7 @@ def damping_ratios(model: Model, p: FloatArray) -> FloatArray:
     Viscous: Im w / |w| of each pole with Re w >= 0; two real decay rates count as one mode
     with the ratio (a + b) / (2 sqrt(a b)).  A rigid-body pole at zero has none and is left out.
     """
-    w = poles(model, p)
-    size = np.abs(w)
-    largest = float(size.max(initial=0.0))
-    w = w[size > 1e-9 * largest]
+    w = held_poles(model, p)
     turning = w[w.real > 1e-9 * np.abs(w)]
     still = np.sort(w[np.abs(w.real) <= 1e-9 * np.abs(w)].imag)
     pairs = [
@@ -180,21 +177,29 @@ def damping_ratios(model: Model, p: FloatArray) -> FloatArray:
 
 def decay_rates(model: Model, p: FloatArray) -> FloatArray:
     """Decay rate of every pole [1/s], Im w, ascending; poles of rigid motion, which are at zero, are left out."""
+    return np.sort(np.maximum(held_poles(model, p).imag, 0.0))
+
+
+def held_poles(model: Model, p: FloatArray) -> ComplexArray:
+    """As `poles`, ascending by size, without those of rigid motion: rounding moves two at zero by its root."""
     w = poles(model, p)
-    kept = np.argsort(np.abs(w))[rigid_count(model, p) :]
-    return np.sort(np.maximum(w[kept].imag, 0.0))
+    return w[np.argsort(np.abs(w))[rigid_count(model, p) :]]
 
 
 def rigid_count(model: Model, p: FloatArray) -> int:
     """Number of poles at zero: one per motion that no spring holds, a second one where no damper does either."""
-    n = model.n_free
-    loose = 0
-    for kinds in ((STIFFNESS, HYSTERETIC), (STIFFNESS, HYSTERETIC, DAMPING)):
-        rows = model.vectors[np.isin(model.kinds, kinds) & (p > 0.0), :n]
+
+    def loose(acts: FloatArray, *kinds: int) -> int:
+        rows = model.vectors[np.isin(model.kinds, kinds) & (acts > 0.0), : model.n_free]
+        rows = rows[rows.any(axis=1)]
         sizes = np.linalg.norm(rows, axis=1, keepdims=True)
-        rows = rows[sizes[:, 0] > 0.0] / sizes[sizes[:, 0] > 0.0]
-        loose += n - (int(np.linalg.matrix_rank(rows, tol=1e-10)) if len(rows) else 0)
-    return loose
+        return model.n_free - (int(np.linalg.matrix_rank(rows / sizes, tol=1e-10)) if len(rows) else 0)
+
+    def found(each: FloatArray) -> Iterator[int]:
+        for acts in each:
+            yield loose(acts, STIFFNESS, HYSTERETIC) + loose(acts, STIFFNESS, HYSTERETIC, DAMPING)
+
+    return kept(model, "rigid motions", np.sign(p)[None], found)[0]
 
 
 def sag(model: Model, x: FloatArray) -> FloatArray | None:

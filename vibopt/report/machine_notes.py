@@ -71,12 +71,8 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
 
 def damping_of_poles(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
     """Which damping ratios are those of poles, as asked for, and which of undamped modes, where they differ."""
-    every = scene.responses.values()
-    asked = [
-        response
-        for response in every
-        if response.response == "damping_ratio" and response.free_vibration and not response.spins
-    ]
+    every = [one for one in scene.responses.values() if one.response in ("damping_ratio", "logarithmic_decrement")]
+    asked = [one.response for one in every if one.free_vibration and not one.spins]
     machine = machine_of(scene, chosen) if asked else None
     if machine is None or machine.on_structures:
         return []
@@ -85,12 +81,11 @@ def damping_of_poles(scene: Scene, chosen: Mapping[str, float]) -> list[str]:
 
     shapes = shapes_of(machine, sorted(turning(scene)))
     modes = [plain(value, 3) for value in sorted(shape.damping for shape in shapes if shape.damping is not None)]
-    poles = machine.poles()
-    told = [plain(float(one), 3) for one in np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))]
+    told = [plain(float(one), 3) for one in np.sort(ratios_of(machine.held_poles()))]
     if told == modes or len(modes) < _SEVERAL:
         return []
     return [
-        "Tables show the damping ratio of each undamped mode. damping_ratio is asked of the poles, which damping makes "
+        f"Tables show the damping ratio of each undamped mode. {asked[0]} is asked of the poles, which damping makes "
         f"others here: {', '.join(told[:_FEW])}{' and so on' if len(told) > _FEW else ''}."
     ]
 

@@ -51,8 +51,7 @@ class DampingOfModes(OfWhirls):
             return machine.joint(self.of).damping_ratio
         if self.spins:
             return self.whirl_damping(machine)
-        poles = machine.poles()
-        ratios = np.sort(ratios_of(poles[np.argsort(np.abs(poles))[machine.loose :]]))
+        ratios = np.sort(ratios_of(machine.held_poles()))
         return float(ratios[self.mode - 1]) if len(ratios) >= self.mode else float("inf")
 
 
@@ -72,8 +71,7 @@ class LogarithmicDecrement(OfWhirls):
         """By what is left after one turn of each pole e^{i w t}: log of the ratio of two sizes."""
         if self.spins:
             return self.whirl_damping(machine)
-        poles = machine.poles()
-        poles = poles[np.argsort(np.abs(poles))[machine.loose :]]
+        poles = machine.held_poles()
         turning = poles[poles.real > 1e-9 * np.abs(poles)]
         after = np.sort(2.0 * np.pi * turning.imag / turning.real)
         return float(after[self.mode - 1]) if len(after) >= self.mode else float("inf")

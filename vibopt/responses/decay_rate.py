@@ -28,6 +28,4 @@ class DecayRateOfModes(Response):
         return DecayRate()
 
     def measure_static(self, machine: Machine) -> float:
-        poles = machine.poles()
-        kept = poles[np.argsort(np.abs(poles))[machine.loose :]]
-        return max(float(kept.imag.min(initial=np.inf)), 0.0)
+        return max(float(machine.held_poles().imag.min(initial=np.inf)), 0.0)

@@ -82,5 +82,4 @@ def _parts(values: ComplexArray, turns: ComplexArray, orders: IntArray) -> Compl
 
 def _nearest(machine: Machine) -> float:
     """Distance of the nearest pole that is not at zero [rad/s]; one where there is none."""
-    sizes = np.sort(np.abs(machine.poles()))[machine.loose :]
-    return float(sizes[0]) if len(sizes) else 1.0
+    return float(np.abs(machine.held_poles()[:1]).max(initial=0.0)) or 1.0

@@ -117,8 +117,7 @@ def _poles(machine: Machine) -> ComplexArray:
 
     A damper between two coordinates takes of their difference, so that nothing cancels.
     """
-    poles, (mass, damping, stiffness, _) = machine.poles(), machine.matrices()
-    poles = poles[np.argsort(np.abs(poles))[machine.loose :]]
+    poles, (mass, damping, stiffness, _) = machine.held_poles(), machine.matrices()
     ground, between = damping.sum(axis=1), damping - np.diag(np.diag(damping))
     for i in np.flatnonzero(_light(poles)):
         speed, shape = poles[i].real * (1.0 + _ASIDE), np.cos(np.arange(len(mass)) + 1.0)
