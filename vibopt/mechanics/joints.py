@@ -101,9 +101,9 @@ def eliminated(elastic: Numbers, braked: Numbers, heavy: int) -> Numbers:
 
 @dataclass(frozen=True, slots=True)
 class FirstOrder:
-    """z' = rates z + struck f, under forces on the free coordinates.
+    """z' = rates z + struck f + shaken a, under forces on the free coordinates and accelerations of the bases.
 
-    rates (N, N), struck (N, n_free).
+    rates (N, N), struck (N, n_free), shaken (N, n_bases).
     places
         All coordinates from the states, (n_coords, N).
     own
@@ -112,6 +112,7 @@ class FirstOrder:
 
     rates: Numbers
     struck: Numbers
+    shaken: Numbers
     places: Numbers
     own: int
 
@@ -134,11 +135,16 @@ def first_order(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int
     if heavy < n:
         pushed[heavy:n, heavy:] = np.linalg.inv(one.damping[heavy:n, heavy:n])
         pushed[half : half + heavy, heavy:] = -parts[1][:heavy, heavy:n] @ pushed[heavy:n, heavy:]
+    shaken = np.zeros((2 * half, half - n), dtype=rows.dtype)
+    shaken[half : half + heavy] = -inverse @ one.mass[:heavy, n:]
+    shaken[half + n :] = np.eye(half - n)
     order = np.concatenate([np.arange(n), np.arange(half, half + heavy), bases, half + bases])
     places = np.zeros((len(mass), 2 * half), dtype=rows.dtype)
     places[:, :half] = one.lift
     lifted = one.lift[:n_free, :n].T
-    return FirstOrder(whole[order[:, None], order], (pushed @ lifted)[order], places[:, order], n + heavy)
+    return FirstOrder(
+        whole[order[:, None], order], (pushed @ lifted)[order], shaken[order], places[:, order], n + heavy
+    )
 
 
 def riding(stiffness: Numbers, n: int) -> Numbers:
