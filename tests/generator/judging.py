@@ -176,6 +176,8 @@ def typed_in(made: Drawn, typed: dict[str, Any]) -> tuple[str, float] | None:
         for step in steps:
             holder = holder[_step(holder, step)]
         key = _step(holder, last)
+        if last == "name":
+            holder.pop("only", None)  # a part has one of the two
         was = holder.get(key) if isinstance(holder, dict) else holder[key]
         loose = was.get("tolerance") if isinstance(was, dict) else None
         text = _text(units[path], value) if path in units else value

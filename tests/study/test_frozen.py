@@ -14,7 +14,7 @@ from refusals import refused
 from texts import best, choice, moves, one_mass, table
 from vibopt import jobs
 from vibopt.scene.facts import fact_at, facts
-from vibopt.scene.read import from_text, read, with_changes
+from vibopt.scene.read import from_dict, from_text, read, with_changes
 from vibopt.solve import solve
 from vibopt.study.freeze import frozen
 from vibopt.study.margins import Margins
@@ -63,6 +63,33 @@ PUSHED = one_mass(
     {"kind": "pulse", "shape": "half sine", "amplitude": "5 kN", "duration": "30 ms"},
     table("measures.speed", response="peak_velocity", of="fan"), best(minimise="peak_acceleration", of="fan"),
 )  # fmt: skip
+
+
+@pytest.mark.parametrize("detector", ["", " pk", " pp", " rms"])
+@pytest.mark.parametrize("combine", ["sum", "rss", "peak"])
+def test_a_goal_of_several_harmonics_is_saved_in_a_unit_that_fits_how_they_add_up(combine: str, detector: str) -> None:
+    """The limit speaks of one harmonic: its unit may be in pp or rms."""
+    machine = {
+        "bodies": {"fan": {"mass": "100 kg"}},
+        "links": {
+            "foot": {"between": ["fan", "ground"], "stiffness": {"from": "100 N/mm", "to": "900 N/mm"},
+                     "damping": "900 N s/m"},
+        },
+        "excitations": {
+            "one": {"kind": "force", "on": "fan", "amplitude": "90 N", "speed": "30 Hz"},
+            "two": {"kind": "harmonics", "on": "fan", "speed": "20 Hz",
+                    "harmonics": [{"order": 1, "amplitude": "50 N"}, {"order": 2, "amplitude": "20 N"}]},
+        },
+        "limits": {"slow": {"response": "displacement", "of": "fan", "due_to": ["one"], "at_most": f"9 mm{detector}"}},
+        "goal": {"minimise": "displacement", "of": "fan", "due_to": ["two"], "combine": combine},
+    }  # fmt: skip
+    design = solve(from_dict(machine), explain=False)
+    again = solve(from_dict(frozen(design.scene, design.x).document))
+    goal, measured = design.goal[1], again.measures["minimised"].value
+    assert measured.value == pytest.approx(goal.value, rel=1e-12)
+    assert measured.unit == goal.unit
+    fits = {"sum": " pp", "rss": " rms"}.get(combine)
+    assert goal.unit == "mm" + (detector if detector in ("", " pk", fits) else "")
 
 
 @pytest.mark.parametrize("limit", ["", table("limits.far", response="peak_displacement", of="fan", at_most="30 mm")])

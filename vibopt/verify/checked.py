@@ -21,6 +21,7 @@ from vibopt.scene.drives import highest_asked, unit_lines
 from vibopt.scene.places import place_of
 from vibopt.scene.scene import MINIMISE, Goal, Scene, Variable
 from vibopt.units import si_unit
+from vibopt.units.spelling import split_detector
 from vibopt.values import SpeedRange
 from vibopt.verify.as_built import differing, machine_of
 from vibopt.verify.beyond import beyond_shape, beyond_threshold
@@ -338,7 +339,10 @@ def unsteady(*families: Mapping[str, Checked]) -> str:
 
 
 def usual_unit(scene: Scene, response: Response) -> str:
-    """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size)."""
+    """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size).
+
+    Without pp or rms where several harmonics add up in another way.
+    """
     path = f".{getattr(response, 'of', None)}.{response.response}"
     if response.response == "price":
         bought = [*(link.part for link in scene.links.values()), *(mount.part for mount in scene.mounts.values())]
@@ -350,5 +354,8 @@ def usual_unit(scene: Scene, response: Response) -> str:
         if limit.response == response.response:
             for given in (limit.at_most, limit.at_least, getattr(limit, "outside", None)):
                 if given is not None:
-                    return str(given.unit)
+                    unit, detector, _ = split_detector(given.unit)
+                    combine = getattr(response, "combine", None)
+                    fits = combine is None or {"pp": "sum", "rms": "rss"}.get(str(detector), combine) == combine
+                    return str(given.unit) if fits else unit
     return response.unit_without
