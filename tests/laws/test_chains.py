@@ -172,3 +172,31 @@ def test_the_order_of_tables_changes_nothing(chain: Chain) -> None:
         x = np.array([chosen[variable.path] for variable in one.variables])
         values.append([believed(pose(one), name, x) for name in limits])
     assert values[0] == pytest.approx(values[1], rel=1e-9)
+
+
+@pytest.mark.parametrize(("count", "seed"), [(3, 0), (4, 1), (6, 2), (9, 3), (13, 4)])
+def test_a_floating_chain_without_dampers_is_told_within_a_thousand_periods_of_a_step(count: int, seed: int) -> None:
+    """Forces by modes of matrices by hand, sampled over all that time: 1 - cos of each, on what goes ever faster."""
+    rng = np.random.default_rng(seed)
+    masses, springs = rng.uniform(1.0, 10.0, count), 10.0 ** rng.uniform(3.0, 4.0, count - 1)
+    document = {
+        "bodies": {f"b{i}": {"mass": f"{mass!r} kg"} for i, mass in enumerate(masses.tolist())},
+        "links": {
+            f"l{i}": {"between": [f"b{i}", f"b{i + 1}"], "stiffness": f"{one!r} N/m"}
+            for i, one in enumerate(springs.tolist())
+        },
+        "excitations": {"push": {"kind": "pulse", "on": "b0", "shape": "step", "amplitude": "100 N"}},
+        "measures": {"force": {"response": "peak_force", "through": "l1"}},
+    }
+    rows = np.diff(np.eye(count), axis=0)
+    root = np.diag(masses**-0.5)
+    squares, shapes = np.linalg.eigh(root @ rows.T @ np.diag(springs) @ rows @ root)
+    speeds, moved = np.sqrt(squares[1:]), root @ shapes[:, 1:]
+    waves = 100.0 * (springs[1] * rows[1] @ moved) * moved[0] / squares[1:]
+    times = np.arange(0.0, 2000.0 * np.pi / speeds[0], 0.08 / speeds[-1])
+    sampled = [np.abs(waves.sum() - np.cos(np.outer(one, speeds)) @ waves).max() for one in np.array_split(times, 50)]
+    design = solve(from_dict(document))
+    assert design.status == "met", design.claim
+    assert design.measures["force"].value.value == pytest.approx(max(sampled), rel=2e-3)
+    assert design.measures["force"].value.value >= max(sampled) * (1.0 - 1e-9)
+    assert design.measures["force"].value.value <= abs(waves.sum()) + np.abs(waves).sum()

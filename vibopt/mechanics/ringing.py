@@ -260,6 +260,11 @@ class Behind:
         right, left = _drifts(machine.elastic, machine.braked, machine.parts[4])
         self.basis = np.linalg.svd(left)[0][..., left.shape[-1] :]
         self.drifts = right @ np.linalg.solve(left.mT @ right, left.mT)
+        self.holds = self.lasts and not np.linalg.eigvals(self.whole[0, self.size :, self.size :]).imag.any()
+        self.followed = self.whole
+        if self.holds:  # what swings about what stays: what goes faster and faster would take all digits
+            swings = self.basis.mT @ self.a @ self.basis
+            self.followed = np.pad(swings, ((0, 0), (0, 1), (0, 1)))
         self._windows: list[tuple[FloatArray, Along]] = []
 
     @cached_property
@@ -295,13 +300,13 @@ class Behind:
         while len(self._windows) <= index:
             if not self._windows:  # what fades at once is gone before the slow part is looked at
                 length = _FIRST * np.minimum(self.period, _QUICK)
-                along = Along(self.whole * length[:, None, None])
+                along = Along(self.followed * length[:, None, None])
             else:
                 before, last = self._windows[-1]
                 gone = sum(one for one, _ in self._windows)
                 length = np.minimum(2.0 * before, np.maximum(self.horizon - gone, _NOTHING * before))
                 whole = (length == 2.0 * before).all()
-                along = last.doubled() if whole else Along(self.whole * length[:, None, None])
+                along = last.doubled() if whole else Along(self.followed * length[:, None, None])
             self._windows.append((length, along))
         return self._windows[index]
 
@@ -328,7 +333,7 @@ class _Followed:
         self.lasting: _Lasting | None = None
         self.held: _Held | None = None
         free = behind.start[:, :size]
-        if behind.lasts and not np.linalg.eigvals(behind.whole[0, size:, size:]).imag.any():
+        if behind.holds:
             self.held = _Held(behind, self.reads[0], behind.start[0])
             free = free - self.held.state
         elif behind.lasts:
@@ -343,6 +348,9 @@ class _Followed:
         self.size = _dot(np.abs(self.row), np.abs(free))
         self.still = _dot(self.row, self.drifting) + (self.held.still if self.held is not None else 0.0)
         self.state = np.array(behind.start)
+        if behind.holds:
+            self.reads = np.append(self.row @ behind.basis[0], self.still[:, None], axis=1)
+            self.state = np.append(self.moving @ behind.basis[0], [[1.0]], axis=1)
 
     def through(self, seen: FloatArray) -> None:
         """Window by window, until nothing greater can come."""
@@ -359,7 +367,7 @@ class _Followed:
             length, along = behind.window(index)
             if len(alive) < len(length):
                 length, along = length[alive], along.some(alive)
-            a = behind.whole[alive] * length[:, None, None]
+            a = behind.followed[alive] * length[:, None, None]
             try:
                 best = greatest(a, self.reads[alive], self.state[alive][:, None], np.abs(peaks.value[alive]), along)
             except TooLongError:
@@ -371,8 +379,11 @@ class _Followed:
             peaks.take(best.value, self.ended[alive] + part, self.begun, part, alive)
             step = along.whole
             self.state[alive] = (step @ self.state[alive][..., None])[..., 0]
-            own = step[:, : behind.size, : behind.size]
-            self.moving[alive] = (own @ self.moving[alive][..., None])[..., 0]
+            if behind.holds:
+                self.moving = self.state[:, :-1] @ behind.basis[0].T
+            else:
+                own = step[:, : behind.size, : behind.size]
+                self.moving[alive] = (own @ self.moving[alive][..., None])[..., 0]
             gone[alive] += length
             index += 1
 

@@ -66,7 +66,8 @@ class MotionInTime:
         """How long a look behind the load is [s]: some periods of the slowest mode, or a part of all that fades."""
         slow, turn = self._slowest, max((one.length for one in self._lasting), default=0.0)
         poles = self.machine.poles()
-        fades = np.abs(poles[np.abs(poles.real) <= NONE * np.abs(poles.imag)].imag)
+        held = poles[np.argsort(np.abs(poles))[self.machine.loose :]]  # of rigid motion rounding is no decay
+        fades = np.abs(held[np.abs(held.real) <= NONE * np.abs(held.imag)].imag)
         creeps = fades[fades > NONE * np.abs(poles).max(initial=0.0)]
         long = -math.log(GONE) / float(creeps.min(initial=np.inf))
         if not np.isfinite(slow):  # no spring: all creeps to where it stays

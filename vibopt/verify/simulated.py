@@ -341,7 +341,9 @@ class Simulated(MotionInTime):
         shares = np.linalg.solve(left @ shapes, left @ state + (left @ self._held) / rates)
         rest, quiet = (state - (shapes @ shares).real)[:, None], np.array([2.0 * self._spans[-1][1]])
         still = float(np.ravel(response.trace(self.machine, self._course(quiet, rest)))[0])
-        waves = self._read(response, shapes * shares)[1]
+        once = rates.imag >= 0.0  # of each pair the real part twice
+        waves = self._read(response, (shapes * shares * np.where(rates.imag > 0.0, 2.0, 1.0))[:, once])[1]
+        rates = rates[once]
         if self._held.any() and abs(still) > best[0] * (1.0 + _EVEN):
             best = abs(still), math.inf
         seen, end = begin, self._look / PERIODS * _HORIZON
