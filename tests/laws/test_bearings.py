@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,12 @@ def borne(document: dict[str, Any], *eight: float, **table: Any) -> dict[str, An
     said = table or numbers(*eight)
     both = {f"{end}_film": {"between": [end, "ground"], **said} for end in ("left", "right")}
     return {**document, "links": {}, "bearings": both}
+
+
+def grounded(document: dict[str, Any], place: str) -> dict[str, Any]:
+    """The machine on a base at rest in place of the ground, or on the ground."""
+    stood = json.loads(json.dumps(document).replace('"ground"', f'"{place}"'))
+    return stood if place == "ground" else {**stood, "bases": {place: {}}}
 
 
 def at(document: dict[str, Any], speed: str) -> dict[str, Any]:
@@ -102,6 +109,15 @@ def test_bearings_alike_in_both_planes_are_the_links_that_they_are() -> None:
     for document in (borne(friswell(), table=rows), borne(friswell(), 2e6, 0.0, 0.0, 2e6, 3e3, 0.0, 0.0, 3e3)):
         assert asked(document, **measures) == pytest.approx(right, rel=1e-12)
         assert bool(model_of(from_dict({**document, "measures": measures})).bearings) == ("table" in str(document))
+
+
+@pytest.mark.parametrize("document", [friswell(), borne(friswell(), *STEADY)], ids=["whirl", "orbit"])
+def test_a_rotor_on_a_base_at_rest_stands_on_the_ground(document: dict[str, Any]) -> None:
+    def found(place: str) -> dict[str, float]:
+        whirl = {"response": "displacement", "of": "second"}
+        return asked(grounded(document, place), whirl=whirl, force={"response": "transmitted_force", "into": place})
+
+    assert found("floor") == found("ground")
 
 
 @pytest.mark.parametrize("drive", [60.0, 240.0])

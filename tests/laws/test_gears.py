@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,11 @@ def measured(document: dict[str, Any]) -> dict[str, float]:
     answer = vo.solve(vo.from_dict(document))
     assert answer.status == "met", answer.claim
     return {name: row.value.value for name, row in answer.measures.items()}
+
+
+def test_a_base_at_rest_is_the_ground() -> None:
+    document = json.loads(json.dumps(LINE).replace('"ground"', '"wall"'))
+    assert measured({**document, "bases": {"wall": {}}}) == measured(LINE)
 
 
 def referred(ratio: float, other: float, coupling: float, omega: float) -> dict[str, float]:

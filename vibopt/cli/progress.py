@@ -67,7 +67,7 @@ class Bar:
         return f"vibopt: {', '.join(one for one in said if one)}"
 
     def __enter__(self) -> Bar:
-        terminal = _is_terminal()
+        terminal = sys.stderr is not None and sys.stderr.isatty()
         self._wait(PATIENCE if terminal else MINUTE, self._start if terminal else self._tell)
         return self
 
@@ -111,7 +111,3 @@ class Bar:
             self._task = self._shown.add_task(self._state[0], total=1.0, left=self.left)
             self._shown.update(self._task, completed=self._state[1])
             self._shown.start()
-
-
-def _is_terminal() -> bool:
-    return sys.stderr is not None and sys.stderr.isatty()

@@ -226,7 +226,7 @@ class Pulse(Transient, Directed):
         own = _PARTS[self.shape](self.length) if self.frequency is None else (self._fading,)
         rest = self.every.value - self.length if self.every is not None else 0.0
         quiet = (line(rest, 0.0, 0.0),) if rest > _ROUNDING * self.length else ()
-        found = tuple(_sized(one, self.size) for one in (*((*own, *quiet) * (self.times - 1)), *own))
+        found = tuple(replace(one, start=self.size * one.start) for one in (*((*own, *quiet) * (self.times - 1)), *own))
         return moved(found) if self.displacement is not None else found
 
     @property
@@ -255,7 +255,3 @@ class Pulse(Transient, Directed):
         if moves:
             wave = rate**2 * ((decay**2 - 1.0) * wave - 2.0 * decay * np.cos(turned))
         return np.asarray(np.exp(-decay * turned) * wave)
-
-
-def _sized(segment: Segment, size: float) -> Segment:
-    return replace(segment, start=size * segment.start)

@@ -29,7 +29,7 @@ class GearedMachine(Machine):
         """Not known beforehand."""
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
-        """As `Machine.shake`; unknown are the rotations, the torque of every joint and that of every pair of gears.
+        """As `Machine.shake`, on bases at rest; unknown are the rotations and the torques of joints and pairs of gears.
 
         Each body balances its own; a joint hands on its stiffness times its twist, a damper at rest nothing; geared
         bodies keep their ratio.
@@ -48,16 +48,13 @@ class GearedMachine(Machine):
             for end, sign in zip(joint.ends, (-1.0, 1.0), strict=True):
                 if end in at:
                     whole[:, at[end], j], whole[:, j, at[end]] = sign, sign * stiff[j - n] / unit
-                elif end in bases:
-                    right[:, j] -= sign * stiff[j - n] / unit * np.ravel(bases[end])
             whole[:, j, j] = -1.0
         for g, (name, (to, ratio)) in enumerate(self.gears.items(), start=many):
             for end, part in ((name, 1.0), (to, -ratio)):
                 whole[:, at[end], g], whole[:, g, at[end]] = -part, part
         found = solved(whole, right)
         points = {name: found[:, i].reshape(omega.shape) for name, i in at.items()}
-        for base in self.bases:
-            points[base] = bases.get(base, np.zeros(omega.shape, dtype=complex))
+        points |= {base: np.zeros(omega.shape, dtype=complex) for base in self.bases}
         apart = {}
         for joint, torque, z in zip(self.joints, found[:, n:many].T, stiff, strict=True):
             first, second = (np.ravel(points.get(end, np.zeros(omega.shape))) for end in joint.ends)

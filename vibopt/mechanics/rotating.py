@@ -56,21 +56,16 @@ class RotatingMachine(Machine):
         return float(sum(shaft.weighs for shaft in self.shafts.values()))
 
     def shake(self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]) -> Motion:
-        """As `Machine.shake`, of a whirl with the spin; real frequencies and complex ones alike."""
+        """As `Machine.shake`, of a whirl with the spin on bases at rest; real frequencies and complex ones alike."""
         flat = np.ravel(omega)
         cut = self.cut_for(float(np.abs(flat).max(initial=0.0)))
         at, stiff = cut._exact_places, cut._dynamic(flat)
         load = np.zeros((len(flat), stiff.shape[-1]), dtype=complex)
         for name, force in forces.items():
             load[:, at[name]] += np.ravel(force)
-        for joint in self.joints if bases else ():
-            for here, there in (joint.ends, joint.ends[::-1]):
-                if here in at and there in bases:
-                    load[:, at[here]] += joint.dynamic(flat) * np.ravel(bases[there])
         found = solved(stiff, load)
         points = {name: found[:, i].reshape(np.shape(omega)) for name, i in at.items()}
-        for base in self.bases:
-            points[base] = bases.get(base, np.zeros(np.shape(omega), dtype=complex))
+        points |= {base: np.zeros(np.shape(omega), dtype=complex) for base in self.bases}
         return Motion(points, forces, omega, inner=found)
 
     def stress_at(self, end: str, motion: Motion) -> ComplexArray:

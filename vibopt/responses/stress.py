@@ -179,15 +179,6 @@ class BearingForce(_OfBeam, HarmonicResponse):
         pulled = elastic * machine.stretch_of(joint, motion) / joint.count
         return shares[0] * pulled - _inert(machine, joint, shares, motion)
 
-    def trace(self, machine: Machine, course: Course) -> FloatArray:
-        joint = machine.joint(self.of)
-        assert joint.borne is not None
-        share, support, shape = joint.borne.left if self.bearing == "left" else joint.borne.right
-        first, second = (course.points.get(end, np.zeros((3, 1))) for end in joint.ends)
-        apart = first - second
-        pulled = (joint.stiffness * apart[0] + joint.damping * apart[1]) / joint.count
-        return np.asarray(share * pulled - support * second[2] - shape * apart[2])
-
 
 def _inert(machine: Machine, joint: Joint, read: tuple[float, float, float], motion: Motion) -> ComplexArray:
     """What the mass of a beam adds to what its load does, in the direction of its load."""

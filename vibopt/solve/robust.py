@@ -236,7 +236,7 @@ class _Run:
         told = {
             i: _worst_among(limit, self.among[key])
             for i, limit in enumerate(program.limits)
-            if (key := _key(limit)) in self.among
+            if (key := (limit.name, limit.user_side)) in self.among
         }
         hits = worst_machines(program, known, quick=quick, told=told)
         if not quick:
@@ -276,10 +276,6 @@ class _Run:
         aim = program.aim
         machines = [self.machines.factors(x, one) for one in self.machines.worst[GOAL]]
         return max(piece.sense * piece.worst(machine).value for piece in aim.pieces for machine in machines)
-
-
-def _key(limit: Limit) -> tuple[str, str]:
-    return limit.name, limit.user_side
 
 
 def _worst_among(limit: Limit, machines: FloatArray) -> Hit:
