@@ -91,6 +91,29 @@ def test_least_damper_of_a_drive_line_that_drifts(response: str) -> None:
     assert answer.goal[1].value == pytest.approx(brentq(missed, 1.0, 20.0), rel=1e-6)
 
 
+@pytest.mark.parametrize("decrement", [0.01, 0.5, 5.0, 4e4])
+@pytest.mark.parametrize("stiffness", [20e3, {"from": "5 kN/m", "to": "800 kN/m"}], ids=["one number", "two"])
+def test_least_damper_of_one_mass_under_a_decrement(decrement: float, stiffness: Any) -> None:
+    """c = 2 z sqrt(k m) on the softest spring, whatever answers it."""
+    scene = {
+        "bodies": {"m": {"mass": "80 kg"}},
+        "links": {
+            "l": {
+                "between": ["m", "ground"],
+                "stiffness": stiffness if isinstance(stiffness, dict) else f"{stiffness} N/m",
+                "damping": {"from": "0.01 N s/m", "to": "9 kN s/m"},
+            }
+        },
+        "limits": {"d": {"response": "logarithmic_decrement", "at_least": decrement}},
+        "goal": {"minimise": "damping", "of": "l"},
+    }
+    answer = vo.solve(from_dict(scene))
+    ratio = decrement / math.hypot(decrement, 2.0 * math.pi)
+    softest = 5e3 if isinstance(stiffness, dict) else stiffness
+    assert answer.goal is not None
+    assert answer.goal[1].value == pytest.approx(2.0 * ratio * math.sqrt(softest * 80.0), rel=1e-5)
+
+
 @pytest.mark.parametrize(("mass", "stiffness"), [(0.3, 1e6)])
 def test_three_poles_that_meet_are_known_to_the_root_that_rounding_leaves(mass: float, stiffness: float) -> None:
     """A damper held by a spring eight times as stiff: three poles at sqrt(3) of the natural frequency."""

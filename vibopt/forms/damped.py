@@ -171,7 +171,7 @@ class ModeDamping(OfPoles):
     def polynomial(self, rows: OneVariable, model: Model, bound: float) -> FloatArray:
         """One mass: c^2 - 4 z^2 k m."""
         k, m, c = (rows.total(model, kind) for kind in (STIFFNESS, INERTIA, DAMPING))
-        return plus(np.convolve(c, c), -4.0 * self.ratio_of(bound) ** 2 * np.convolve(k, m))
+        return plus(np.convolve(c, c), -4.0 * bound**2 * np.convolve(k, m))
 
     def is_polynomial(self, model: Model, most_degree: int) -> bool:
         return model.n_free == 1 and self.mode == 1
@@ -260,6 +260,9 @@ class LogDecrement(ModeDamping):
     @property
     def _least(self) -> ModeDamping:
         return ModeDamping(self.mode)
+
+    def is_polynomial(self, model: Model, most_degree: int) -> bool:
+        return False
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         z = self._least.value(model, x)
