@@ -293,8 +293,24 @@ def test_an_undamped_absorber_that_stills_its_host_is_proven_at_once() -> None:
     document["excitations"]["shake"]["speed"] = "31 rad/s"
     design = vo.solve(from_dict(document))
     assert design.status == "optimal"
-    assert "the goal is zero" in design.claim
+    assert design.claim == "proven: what the goal counts is zero, up to rounding, and cannot be less"
     assert design.x[0] == pytest.approx(5.0 * 31.0**2, rel=1e-9)
+
+
+@pytest.mark.parametrize("unit", ["", "%"])
+@pytest.mark.parametrize("method", ["discs", "branch_and_bound"])
+def test_an_isolation_that_leaves_nothing_is_whole(method: str, unit: str) -> None:
+    """Tuned to the speed, an undamped absorber stills its host, of which then nothing reaches the ground."""
+    document = scene()
+    document["links"]["tuner"].pop("damping")
+    if method == "discs":
+        document["links"]["tuner"]["damping"] = {"from": "0 N s/m", "to": "500 N s/m"}
+    document["excitations"]["shake"]["speed"] = "31 rad/s"
+    document["goal"] = {"maximise": "isolation", "into": "ground", **({"unit": unit} if unit else {})}
+    design = vo.solve(from_dict(document), method=method)
+    assert design.status == "optimal"
+    assert design.x[0] == pytest.approx(5.0 * 31.0**2, rel=1e-9)
+    assert (design.goal[1].value, design.goal[1].shown) == (1.0, "100 %" if unit else "1")
 
 
 def random_scene(rng: np.random.Generator, *, free_mass: bool) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from vibopt.program.program import Program
 from vibopt.solve.boundable import unbounded
 from vibopt.solve.branch import MOST_BOXES, MOST_WORK, Judge, Search
 from vibopt.solve.local import from_starts, improved, refined, rescued
-from vibopt.solve.method import OPEN, Found, Progress
+from vibopt.solve.method import OPEN, VANISHED, Found, Progress
 from vibopt.solve.relaxed import with_least
 from vibopt.work import Budget
 
@@ -75,9 +75,7 @@ class BranchAndBound:
         if judge.goal(x).value == np.inf:
             return self._found(program, "feasible", x, boxes, "the goal is infinite at every design that was looked at")
         if search.vanishes():
-            claim = "proven: the goal is zero, up to rounding, and cannot be less"
-            found = self._found(program, "optimal", x, boxes, claim, 0.0)
-            return replace(found, zero=True)
+            return replace(self._found(program, "optimal", x, boxes, VANISHED, 0.0), zero=True)
         for gap, most in ((MIDDLE, _SOON), (self.gap, _SOON), (self.gap, MOST_WORK)):
             search.gap, search.work = gap, Budget(most, "coefficients")
             proof = search.run(x)

@@ -17,6 +17,8 @@ Told = dict[float, tuple[float, Budget]]
 """Of logs of goals the log that none is below, as boxes told, and these."""
 OPEN = "feasible", "unproven"
 """Statuses that prove nothing."""
+VANISHED = "proven: what the goal counts is zero, up to rounding, and cannot be less"
+"""Claim where a goal is zero, or an isolation leaves nothing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +36,7 @@ class Found:
     details
         Counts and figures of the method, for `explain`.
     zero
-        Whether the goal is zero, up to the rounding of its measurement, and cannot be less.
+        Whether the goal, of an isolation what it leaves, is zero up to rounding, and cannot be less.
     """
 
     status: str

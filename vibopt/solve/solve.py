@@ -390,7 +390,7 @@ def _answered(
         job=scene,
         status=status,
         claim=claim,
-        goal=None if goal is None else (goal.name, _as_zero(goal.value) if found.zero else goal.value),
+        goal=None if goal is None else (goal.name, _as_zero(scene, goal.value) if found.zero else goal.value),
         variables={v.path: chosen_of(v, chosen[v.path]) for v in scene.variables},
         x=tuple(float(v) for v in found.x),
         limits=limits,
@@ -405,8 +405,10 @@ def _answered(
     )
 
 
-def _as_zero(shown: Entry) -> Entry:
-    """A goal that is zero: what rounding left of it is no number to be shown."""
+def _as_zero(scene: Scene, shown: Entry) -> Entry:
+    """A goal that is zero, or an isolation that leaves nothing: what rounding left of it is no number to be shown."""
+    if scene.goal is not None and scene.goal.response.complement:
+        return replace(shown, value=1.0)
     return replace(shown, value=0.0, text=f"0 {shown.shown.partition(' ')[2]}".strip())
 
 

@@ -16,7 +16,7 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
 from vibopt.solve.local import improved, refined, rescued
-from vibopt.solve.method import Found, Progress
+from vibopt.solve.method import VANISHED, Found, Progress
 from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
 from vibopt.solve.plane.link_plane import Interval, LinkPlane
@@ -43,7 +43,6 @@ _MET = 1e-11
 """Part of a bound by which exchange may miss it."""
 _SAME = 1e-9
 """Part by which speeds differ that count as two."""
-_ZERO = "proven: the goal is zero, up to rounding, and cannot be less"
 
 
 class DiscsOfOneLink:
@@ -126,7 +125,7 @@ class _Run:
         if self.value == -np.inf:
             return self._found("unbounded", "the goal is infinite: an undamped resonance lies within reach")
         if self._nothing_left():
-            return replace(self._found("optimal", _ZERO), zero=True)
+            return replace(self._found("optimal", VANISHED), zero=True)
         slices = Frontier(self.budget, self.progress, "slices")
         for interval in reversed(self._whole()):
             slices.push(0.0, interval)
@@ -137,7 +136,7 @@ class _Run:
             for half in reversed(self._search(interval)):
                 slices.push(depth - 1.0, half)  # narrow ones first: designs that are found there drop the others
             if self._nothing_left():
-                return replace(self._found("optimal", _ZERO), zero=True)
+                return replace(self._found("optimal", VANISHED), zero=True)
             if self.best is not None and self.program.aim is None:
                 return self._found("optimal", "a design that meets every limit")
         if self.best is None:
