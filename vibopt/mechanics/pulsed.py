@@ -239,12 +239,13 @@ class _Road:
             first, along = follows.sum(axis=2), (follows @ np.exp(speeds * length[:, None])[..., None])[..., 0]
             orders = np.arange(self.power, self.power + 3)[:, None]
             own = (self.read @ follows) * speeds[:, None] ** orders
-            if self.led.any():
-                own = own + (self.led @ signal) * speeds[:, None] ** np.maximum(orders - 2, 0)
+            size = np.abs(own).sum(axis=(1, 2))
+            if self.led.any():  # what a body has of its base, and what it moves against it, may cancel
+                led = (self.led @ signal) * speeds[:, None] ** np.maximum(orders - 2, 0)
+                own, size = own + led, size + np.abs(led).sum(axis=(1, 2))
             waves, many = own.sum(axis=1), poles.shape[1]
             pieces.rates[:, index, many : many + waves.shape[1]] = speeds
             pieces.waves[:, index, many : many + waves.shape[1]] = waves
-            size = np.abs(waves).sum(axis=1)
         free = state - first
         pieces.waves[:, index, : poles.shape[1]] = self.row * free
         self.noise += (self.sizes * (np.abs(first) + np.abs(free))).sum(axis=1) + size

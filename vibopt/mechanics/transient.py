@@ -340,8 +340,9 @@ class Transient:
 
     @cached_property
     def scale(self) -> FloatArray:
-        """Unit of the states, (...)."""
-        most = np.abs(self._pushed_by_one).max(axis=(-2, -1), initial=0.0)
+        """Unit of the states, (...): what signals of one push, or halvings of what is pushed much would take digits."""
+        kinds = [self.segments[-1].read, *(alike[0].read for alike in self.runs)]
+        most = np.max([np.abs(self._pushed_by_one @ one).max(axis=(-2, -1), initial=0.0) for one in kinds], axis=0)
         return np.where(most > 0.0, most, 1.0)
 
     @cached_property
