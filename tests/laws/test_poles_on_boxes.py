@@ -93,6 +93,40 @@ def test_no_design_of_a_box_is_better_damped_than_its_bound(seed: int, bodies: i
     assert np.median(narrow / [numbers(machine, design, goal) for design in x]) < 1.001
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_of_one_mass_both_ends_are_known(seed: int) -> None:
+    """By the roots of m s^2 + c s + k, below and above critical damping; at one design both ends are the number."""
+    rng = np.random.default_rng([23, seed])
+    masses, springs, dampers = machine = drawn(rng, 1)
+    dampers = [2.0 * float(np.sqrt(springs[0] * masses[0]))]
+    program = posed((masses, springs, dampers), "decay_rate")
+    (one,) = program.parts
+    known = FormBounds(one.model, one.form, np.sqrt(program.low * program.high))
+    x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (200, 2)))
+    reach = np.exp(10.0 ** rng.uniform(-6.0, 0.5, (200, 2)))
+    low, high = np.maximum(x / reach, program.low), np.minimum(x * reach, program.high)
+    least, most = known.on(low, high)
+    for there in (x, low, high, np.exp(rng.uniform(np.log(low), np.log(high)))):
+        own = np.array([-np.roots([masses[0], c, k]).real.max() for k, c in there])
+        assert (own <= most * (1.0 + 1e-7)).all()
+        assert (own >= least * (1.0 - 1e-7)).all()
+    own = np.array([numbers(machine, at, "decay_rate") for at in x])
+    for end in known.on(x, x):
+        assert end == pytest.approx(own, rel=1e-6)
+
+
+@pytest.mark.parametrize(("asked", "status"), [(0.9, "optimal"), (1.1, "infeasible")])
+def test_a_decay_rate_of_one_mass_is_proven(asked: float, status: str) -> None:
+    """At best it is damped critically on the stiffest spring."""
+    document = text(([2.0], [500.0], [60.0]), "x").split("[goal]")[0]
+    best = float(np.sqrt(30.0 * 500.0 / 2.0))
+    document += f'[limits.d]\nresponse = "decay_rate"\nat_least = "{asked * best!r} 1/s"\n'
+    answer = vo.solve(from_text(document + '[goal]\nminimise = "damping"\nof = "l0"'))
+    assert answer.status == status
+    if status == "optimal":
+        assert answer.goal[1].value == pytest.approx(4.0 * asked * best, rel=1e-6)
+
+
 @pytest.mark.parametrize("stiff", [1e6, 1e8])
 def test_what_rounding_takes_of_determinants_beside_a_stiff_link_is_counted(stiff: float) -> None:
     """The bound on the least damping ratio is never below what hardly damped modes have."""

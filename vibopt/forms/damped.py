@@ -119,7 +119,18 @@ class DecayRate(OfPoles):
     def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
         from vibopt.forms.poles_on_boxes import on_boxes
 
-        return on_boxes(self, known, low, high)
+        if known.model.n_free > 1:
+            return on_boxes(self, known, low, high)
+        (m, k, c), (big, stiff, damped) = _sums(known.model, low, high)
+        with np.errstate(
+            divide="ignore", invalid="ignore"
+        ):  # of one mass the lesser of two numbers, above and below critical damping
+            slow = [2.0 * k / (damped + np.sqrt(np.maximum(damped**2 - 4.0 * k * m, 0.0))), damped / (2.0 * m)]
+            fast = [c / (2.0 * big), 2.0 * stiff / (c + np.sqrt(np.maximum(c**2 - 4.0 * stiff * big, 0.0)))]
+        return np.fmin(slow[0], fast[0]), np.fmin(slow[1], fast[1])
+
+    def known(self, at: FormBounds) -> bool:
+        return at.model.n_free == 1
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         fastest = float(np.abs(held_poles(model, model.values(x))).max(initial=0.0))
@@ -194,19 +205,11 @@ class ModeDamping(OfPoles):
     def on_boxes(self, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
         from vibopt.forms.poles_on_boxes import on_boxes
 
-        model = known.model
-        if model.n_free > 1:
+        if known.model.n_free > 1:
             return on_boxes(self, known, low, high)
-        small, large = model.extent(low, high)
-        square = model.vectors[:, 0] ** 2
-
-        def total(values: FloatArray, kind: int) -> FloatArray:
-            one: FloatArray = (values * (model.kinds == kind)) @ square
-            return one
-
+        (m, k, c), (big, stiff, damped) = _sums(known.model, low, high)
         with np.errstate(divide="ignore", invalid="ignore"):
-            least = total(small, DAMPING) / (2.0 * np.sqrt(total(large, STIFFNESS) * total(large, INERTIA)))
-            most = total(large, DAMPING) / (2.0 * np.sqrt(total(small, STIFFNESS) * total(small, INERTIA)))
+            least, most = c / (2.0 * np.sqrt(stiff * big)), damped / (2.0 * np.sqrt(k * m))
         return np.nan_to_num(least, nan=0.0), np.nan_to_num(most, nan=np.inf, posinf=np.inf)
 
     def known(self, at: FormBounds) -> bool:
@@ -291,6 +294,12 @@ class LogDecrement(ModeDamping):
             Local(log_of(float(decrement(np.array(z)))), local.slope / (1.0 - z**2), local.speeds)
             for z, local in zip(ratios, found, strict=True)
         ]
+
+
+def _sums(model: Model, low: FloatArray, high: FloatArray) -> list[list[FloatArray]]:
+    """Least and greatest mass, stiffness and damping of one mass on boxes, (n_boxes,) each."""
+    share = np.array([model.kinds == kind for kind in (INERTIA, STIFFNESS, DAMPING)]) * model.vectors[:, 0] ** 2
+    return [[values @ one for one in share] for values in model.extent(low, high)]
 
 
 def decrement(ratio: FloatArray) -> FloatArray:
