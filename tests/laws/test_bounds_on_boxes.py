@@ -114,3 +114,25 @@ def test_lines_of_an_excitation_are_sampled_together_as_each_alone() -> None:
     for index, line in enumerate(lines):
         alone = sampled(part.model, output, line, speeds, x).square(designs)
         np.testing.assert_allclose(found[:, :, index], alone, rtol=1e-13)
+
+
+@pytest.mark.parametrize("combine", ["sum", "rss"])
+@pytest.mark.parametrize("seed", range(3))
+def test_bounds_of_several_harmonics_and_excitations_hold(combine: str, seed: int) -> None:
+    orders = [{"order": 1, "amplitude": "3 N"}, {"order": 2.5, "amplitude": "2 N", "phase": "50 deg"}]
+    shaken = {"gas": SHAKEN | {"kind": "harmonics", "harmonics": orders},
+              "pump": SHAKEN | {"on": "a", "kind": "force", "amplitude": "1 N", "speed": "20..40 rad/s"}}  # fmt: skip
+    motion = {"response": "displacement", "of": "a", "combine": combine}
+    force = {"response": "transmitted_force", "through": "high", "combine": combine, "due_to": ["gas"]}
+    limits = {"motion": motion | {"at_most": "1 mm"}, "force": force | {"at_least": "1 N"}}
+    hold(pose(from_dict(TWO | {"excitations": shaken, "limits": limits})), seed)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_bounds_of_the_damping_ratio_of_one_mass_hold(seed: int) -> None:
+    link = {"between": ["a", "ground"], "stiffness": {"from": "1 kN/m", "to": "9 kN/m"}}
+    damped = link | {"damping": {"from": "2 N s/m", "to": "900 N s/m"}}
+    document = {"bodies": {"a": {"mass": {"from": "1 kg", "to": "7 kg"}}}, "links": {"low": damped},
+                "limits": {"ratio": {"response": "damping_ratio", "at_least": "5 %"}},
+                "goal": {"maximise": "stiffness", "of": "low"}}  # fmt: skip
+    hold(pose(from_dict(document)), seed)

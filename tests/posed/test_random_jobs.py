@@ -38,6 +38,7 @@ def questions(draw: st.DrawFn) -> Question:
         total_cap=float(rng.uniform(0.1, 2.0)) if draw(st.booleans()) else np.inf, sectors=sectors,
         goal=draw(st.sampled_from(("rms", "worst", "sum", "huber", "correction"))),
         huber=float(rng.uniform(0.2, 2.0)), mass_per_unbalance=rng.uniform(0.5, 2.0, p),
+        pairs=((0, 1, float(rng.choice((-1.0, 1.0)))),) if p > 1 and rng.random() < 0.5 else (),
     )  # fmt: skip
 
 

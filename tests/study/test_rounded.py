@@ -13,8 +13,11 @@ from hypothesis import strategies as st
 
 from refusals import refused
 from texts import best, choice, one_mass, table
+from vibopt.charts.machines import absorbed
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.solve import solve
+from vibopt.study.freeze import frozen
+from vibopt.study.grids import x_of
 from vibopt.study.rounded import rounded
 from vibopt.study.whatif import whatif
 
@@ -239,3 +242,8 @@ def test_without_limits_the_nearest_values_are_taken() -> None:
     peak = float(np.abs(600.0 / (2e6 - 15000.0 * omega**2 - hung)).max())
     assert found.goal is not None
     assert found.goal.value == pytest.approx(peak, rel=1e-6)
+
+
+def test_ratios_of_an_absorber_are_read_off_the_parts_that_are_built() -> None:
+    design = solve(from_text(absorbed([0], [0.05], damping=0.01)), explain=False)
+    assert x_of(design, frozen(design.scene, design.x)) == pytest.approx(design.x, rel=1e-12)

@@ -273,7 +273,7 @@ class Form:
         return None
 
     def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
-        """Speeds per excitation and value of every local extreme that could be the worst."""
+        """Speed and value of every local extreme of a `ratio` that could be the worst; without speeds its value."""
         return [((), self.value(model, x))]
 
     def acting(self, model: Model) -> FloatArray:

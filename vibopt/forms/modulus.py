@@ -156,11 +156,8 @@ class Modulus(AtWorst):
     def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
         from vibopt.forms.extremes import candidates_of
 
-        per_drive = [candidates_of(model, self, drive, x, least_wanted) for drive in self.drives]
-        if len(per_drive) == 1:
-            return [((one.speed,), one.value) for one in per_drive[0]]
-        tops = [(min if least_wanted else max)(one, key=lambda e: e.value) for one in per_drive]
-        return [(tuple(top.speed for top in tops), self._total([top.value for top in tops]))]
+        [drive] = self.drives
+        return [((one.speed,), one.value) for one in candidates_of(model, self, drive, x, least_wanted)]
 
     def watched(self, ends: tuple[float, ...]) -> list[float]:
         found: list[float] = []

@@ -77,12 +77,6 @@ class Orbit(AtWorst):
 
         return by_differences(at, x)
 
-    def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
-        if len(self.shaken) > 1:
-            worst = self.worst(model, x, least_wanted=least_wanted)
-            return [(tuple(worst.speeds.values()), worst.value)]
-        return [((top.speed,), top.value) for top in self._tops(model, x, self.shaken[0], least_wanted)]
-
     def acting(self, model: Model) -> FloatArray:
         return model.acting
 

@@ -93,9 +93,6 @@ class Rubbing(AtWorst):
         at = partial(self.at, model)
         return [top_by_differences(at, x, value, speed, moves=speed not in ends) for value, speed in kept]
 
-    def candidates(self, model: Model, x: FloatArray, *, least_wanted: bool) -> list[tuple[tuple[float, ...], float]]:
-        return [((speed,), value) for value, speed in self.tops(model, x, least_wanted)]
-
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """A ten-millionth, which an integration from stop to stop keeps, and less still of what a free spring gives."""
         ends = [end for band in self.shaken[0].bands for end in (band.low, band.high) if np.isfinite(end)]

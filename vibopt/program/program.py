@@ -49,7 +49,7 @@ class Asked:
         return self.form.extremes(self.model, x, least_wanted=self.least_wanted, within=within)
 
     def candidates(self, x: FloatArray) -> list[tuple[tuple[float, ...], float]]:
-        """Speeds per excitation and value of every local extreme that could be the worst."""
+        """As `Form.candidates`."""
         return self.form.candidates(self.model, x, least_wanted=self.least_wanted)
 
 
