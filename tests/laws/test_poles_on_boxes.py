@@ -17,21 +17,22 @@ from vibopt.solve.boundable import unbounded
 from vibopt.solve.choose import choose
 from vibopt.solve.ranges import closed
 
-few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
+few = settings(derandomize=True, database=None, deadline=None, max_examples=18)
 ASKED = ("decay_rate", "damping_ratio", "logarithmic_decrement")
 Machine = tuple[list[float], list[float], list[float]]
 
 
-def text(machine: Machine, goal: str) -> str:
-    """A chain from the ground up; the last body is an absorber whose numbers are chosen."""
+def text(machine: Machine, goal: str, *, drifts: bool = False) -> str:
+    """A chain from the ground up, or without it; the last body is an absorber whose numbers are chosen."""
     masses, springs, dampers = machine
     words = []
     for i, (m, k, c) in enumerate(zip(masses, springs, dampers, strict=True)):
         below, last = f"b{i - 1}" if i else "ground", i == len(masses) - 1
         each = [f'{{ from = "{one / 30.0!r} {unit}", to = "{one * 30.0!r} {unit}" }}' if last and unit != "kg" else
                 f'"{one!r} {unit}"' for one, unit in ((m, "kg"), (k, "N/m"), (c, "N s/m"))]  # fmt: skip
-        words.append(f"[bodies.b{i}]\nmass = {each[0]}\n[links.l{i}]\nbetween = ['b{i}', '{below}']")
-        words.append(f"stiffness = {each[1]}\ndamping = {each[2]}")
+        words.append(f"[bodies.b{i}]\nmass = {each[0]}")
+        if i or not drifts:
+            words.append(f"[links.l{i}]\nbetween = ['b{i}', '{below}']\nstiffness = {each[1]}\ndamping = {each[2]}")
     return "\n".join([*words, f'[goal]\nmaximise = "{goal}"'])
 
 
@@ -44,17 +45,18 @@ def drawn(rng: np.random.Generator, bodies: int) -> Machine:
     return masses, springs, dampers
 
 
-def numbers(machine: Machine, x: FloatArray, goal: str) -> float:
-    """By a companion matrix of the chain's own matrices."""
+def numbers(machine: Machine, x: FloatArray, goal: str, *, drifts: bool = False) -> float:
+    """By a companion matrix of the chain's own matrices; of what drifts both poles next to zero are left out."""
     masses, springs, dampers = machine
     n = len(masses)
     stiff, damped = np.zeros((2, n, n))
     for i, (k, c) in enumerate(zip([*springs[:-1], x[0]], [*dampers[:-1], x[1]], strict=True)):
-        across = np.eye(n)[i] - (np.eye(n)[i - 1] if i else 0.0)
+        across = (np.eye(n)[i] - (np.eye(n)[i - 1] if i else 0.0)) * (i > 0 or not drifts)
         stiff += k * np.outer(across, across)
         damped += c * np.outer(across, across)
     light = np.diag(1.0 / np.array(masses))
     poles = np.linalg.eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-light @ stiff, -light @ damped]]))
+    poles = poles[np.argsort(np.abs(poles))[2 * drifts :]]
     if goal == "decay_rate":
         return float(-poles.real.max())
     swinging = poles[np.abs(poles.imag) > 1e-7 * np.abs(poles)]
@@ -62,17 +64,17 @@ def numbers(machine: Machine, x: FloatArray, goal: str) -> float:
     return ratio if goal == "damping_ratio" else 2.0 * np.pi * ratio / float(np.sqrt(1.0 - ratio**2))
 
 
-def posed(machine: Machine, goal: str) -> Program:
-    return closed(pose(from_text(text(machine, goal))))
+def posed(machine: Machine, goal: str, *, drifts: bool = False) -> Program:
+    return closed(pose(from_text(text(machine, goal, drifts=drifts))))
 
 
 @few
-@given(seed=st.integers(0, 100_000), bodies=st.integers(2, 6), goal=st.sampled_from(ASKED))
-def test_no_design_of_a_box_is_better_damped_than_its_bound(seed: int, bodies: int, goal: str) -> None:
+@given(seed=st.integers(0, 100_000), bodies=st.integers(2, 6), goal=st.sampled_from(ASKED), drifts=st.booleans())
+def test_no_design_of_a_box_is_better_damped_than_its_bound(seed: int, bodies: int, goal: str, drifts: bool) -> None:
     """On boxes of any width; on narrow ones the bound is next to the number."""
     rng = np.random.default_rng(seed)
     machine = drawn(rng, bodies)
-    program = posed(machine, goal)
+    program = posed(machine, goal, drifts=drifts)
     (one,) = program.parts
     known = FormBounds(one.model, one.form, np.sqrt(program.low * program.high))
     x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (40, 2)))
@@ -87,10 +89,11 @@ def test_no_design_of_a_box_is_better_damped_than_its_bound(seed: int, bodies: i
         np.exp(rng.uniform(np.log(low), np.log(high))),
         np.where(rng.random(x.shape) < 0.5, low, high),
     ):
-        own = np.array([numbers(machine, design, goal) for design in there])
-        assert (own <= most * (1.0 + 1e-7)).all()
+        own = np.array([numbers(machine, design, goal, drifts=drifts) for design in there])
+        assert (np.where(np.isinf(own), 0.0, own) <= most * (1.0 + 1e-7)).all()
     narrow = known.on(x * (1.0 - 1e-7), x * (1.0 + 1e-7))[1]
-    assert np.median(narrow / [numbers(machine, design, goal) for design in x]) < 1.001
+    near = np.array([numbers(machine, design, goal, drifts=drifts) for design in x])
+    assert np.median((narrow / near)[np.isfinite(near)]) < 1.001
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -185,7 +188,7 @@ def test_boxes_are_asked_for_the_most_of_a_poles_number_alone(
     """Of the least they know nothing: starts have it, on each listed value of its own."""
     words, methods = text(drawn(np.random.default_rng(seed), bodies), goal), []
     if listed:
-        words = words.replace("[goal]", "[bodies.more]\nmass = { one_of = ['1 kg', '2 kg'] }\n[links.more]\n"
+        words = words.replace("[goal]", "[bodies.more]\nmass = { one_of = ['1 kg', '2 kg'] }\n[links.up]\n"
                               "between = ['more', 'b0']\nstiffness = '1 N/m'\ndamping = '1 N s/m'\n[goal]")  # fmt: skip
     for sense in ("maximise", "minimise"):
         program = closed(pose(from_text(words.replace("maximise", sense))))
@@ -199,10 +202,11 @@ def test_what_has_no_bounds_is_said() -> None:
     many = posed(drawn(np.random.default_rng(0), 7), "decay_rate").parts[0]
     assert not FormBounds(many.model, many.form, np.ones(2)).bounded
     assert many.form.no_bounds == (
-        "is a decay rate: of up to three variables and six coordinates, all held, poles have bounds"
+        "is a decay rate: of up to three variables and six coordinates, held or free, poles have bounds"
     )
     loose = from_text(text(drawn(np.random.default_rng(0), 2), "damping_ratio").replace(
-        "[bodies.b0]", "[bodies.free]\nmass = '1 kg'\n[bodies.b0]"
-    ).replace("'ground'", "'free'"))  # fmt: skip
+        "[bodies.b0]", "[bodies.free]\nmass = '1 kg'\n[links.drag]\nbetween = ['free', 'ground']\n"
+        "damping = '1 N s/m'\n[bodies.b0]"
+    ).replace("'b0', 'ground'", "'b0', 'free'"))  # fmt: skip
     free = closed(pose(loose)).parts[0]
     assert not FormBounds(free.model, free.form, np.ones(2)).bounded

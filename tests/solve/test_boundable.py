@@ -67,7 +67,7 @@ def changed(**values: Any) -> Program:
         ),
         (
             {"goal": {"maximise": "decay_rate"}},
-            "the goal is a decay rate: of up to three variables and six coordinates, all held, poles have bounds",
+            "the goal is a decay rate: of up to three variables and six coordinates, held or free, poles have bounds",
         ),
         (
             {"excitations__f": TWO["excitations"]["e"], "goal__combine": "sum"},

@@ -104,7 +104,7 @@ class OfPoles(Form):
 class DecayRate(OfPoles):
     """Least decay rate of free vibration, -max Re(pole) [1/s]; rigid motion, which nothing calls back, is left out."""
 
-    no_bounds = "is a decay rate: of up to three variables and six coordinates, all held, poles have bounds"
+    no_bounds = "is a decay rate: of up to three variables and six coordinates, held or free, poles have bounds"
     not_convex = "is a decay rate, which is not convex in stiffness and damping"
     rough = "is the least decay rate of several modes, which has a kink where two of them are equal"
 
@@ -166,7 +166,7 @@ class ModeDamping(OfPoles):
     mode: int
     relative = True
     one_line = True
-    no_bounds = "is a damping ratio: the least of up to three variables and six coordinates, all held, has bounds"
+    no_bounds = "is a damping ratio: the least of up to three variables and six coordinates, held or free, has bounds"
     not_convex = "is a damping ratio of several modes, which is not convex in stiffness and damping"
     rough = ""
 

@@ -18,6 +18,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.characteristic import ROUNDING, circle, nodes, plain, powers, tables, typical_rate
 from vibopt.forms.rational import expanded
 from vibopt.mechanics.model import HYSTERETIC, STIFFNESS, Model
+from vibopt.mechanics.modes import rigid_count
 from vibopt.signals import Output
 
 if TYPE_CHECKING:
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from vibopt.forms.damped import OfPoles
     from vibopt.forms.form import Bounds
 
-_BODIES, _HELD = 6, 1e-9
-"""Free coordinates, each of which is two poles; part of the greatest stiffness that holds nothing."""
+_BODIES, _HELD, _NOTHING = 6, 1e-9, 1e-14
+"""Free coordinates, each of which is two poles; part of the greatest stiffness that hardly holds; one that is none."""
 _TOGETHER = 3
 """Poles of which the mean is looked at, at most."""
 _ROUNDS, _WIDER = 12, 1.0 + 1e-3
@@ -34,7 +35,7 @@ _ROUNDS, _WIDER = 12, 1.0 + 1e-3
 
 
 def bounded(model: Model) -> bool:
-    """Whether the polynomial is known, and springs hold every motion."""
+    """Whether the polynomial is known, and that springs hold every motion, or it drifts: nothing holds it."""
     if model.spins or model.mixed or model.massless.any() or (model.kinds == HYSTERETIC).any():
         return False
     n = model.n_free
@@ -42,7 +43,9 @@ def bounded(model: Model) -> bool:
         return False
     springs = model.vectors[(model.kinds == STIFFNESS) & (model.scales > 0.0), :n]
     held = np.linalg.eigvalsh(springs.T @ springs)  # of springs all as stiff: each may be anything
-    return bool(held[0] > _HELD * held[-1])
+    drifts = int((held < _NOTHING * held[-1]).sum())
+    free = drifts < n and rigid_count(model, model.scales) == 2 * drifts  # no damper holds what springs do not
+    return free and bool((held[drifts:] > _HELD * held[-1]).all())
 
 
 def on_boxes(form: OfPoles, known: FormBounds, low: FloatArray, high: FloatArray) -> Bounds:
@@ -55,8 +58,9 @@ def on_boxes(form: OfPoles, known: FormBounds, low: FloatArray, high: FloatArray
         known.samples["", 0] = expanded(model, still, none, circle(model, rate), known.reference)
     made = known.samples["", 0]
 
-    own = powers(made.at(0.5 * (low + high)[:, None])[1])[:, 0, : order + 1]
-    on_nodes = powers(made.at(nodes(made.groups, low, high))[1])[..., : order + 1]
+    drift = rigid_count(model, model.scales)  # numbers that are zero
+    own = powers(made.at(0.5 * (low + high)[:, None])[1])[:, 0, drift : order + 1]
+    on_nodes = powers(made.at(nodes(made.groups, low, high))[1])[..., drift : order + 1]
     boxes = np.array([plain(one) for one in tables(on_nodes, made.groups)])
     most, centers = np.full(len(low), np.inf), _centers(form, own)
     sizes = np.abs([center for center, count in centers if count == 1])
