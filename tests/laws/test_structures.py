@@ -11,6 +11,7 @@ from vibopt.forms import Modulus, drive_response
 from vibopt.forms.extremes import line_slope
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.built import Joint
+from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices, digits_lost, of_modes, reduced_host
 from vibopt.mechanics.host.matrices import Dashed, negative_count
 from vibopt.mechanics.hosted import Carrier, HostedMachine
@@ -18,7 +19,9 @@ from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.receptance import Attached
 from vibopt.responses.response_rows import across_link, at_point, link_forces
+from vibopt.scene.read import from_dict
 from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
+from vibopt.solve import solve
 
 FIRST = 0.5 * np.pi * np.sqrt(ROD["stiffness"] / ROD["mass"]) / ROD["length"]
 """First natural frequency of the continuous rod [rad/s]."""
@@ -249,3 +252,23 @@ def test_peaks_found_through_modes_are_those_of_direct_solutions(
     for one, other in zip(quick, direct, strict=True):
         assert one.value == pytest.approx(other.value, abs=1e-9)
         assert one.slope == pytest.approx(other.slope, abs=1e-5)
+
+
+def test_a_body_sags_with_the_structure_that_it_stands_on() -> None:
+    """By the flexibility of two modes where it stands; the structure itself is drawn as it hangs."""
+    shapes = [(8.0, 1.0), (31.0, -0.4)]
+    modes = [
+        {"frequency": f"{f} Hz", "damping_ratio": 0.02, "modal_mass": "5000 kg", "shape": {"mid": y}} for f, y in shapes
+    ]
+    sags = {
+        "of": {"response": "static_deflection", "of": "pump"},
+        "in": {"response": "static_deflection", "of": "mount"},
+    }
+    document = {
+        "structures": {"floor": {"modes": modes}}, "bodies": {"pump": {"mass": "200 kg"}},
+        "links": {"mount": {"between": ["pump", "mid"], "stiffness": "400 kN/m"}}, "measures": sags,
+    }  # fmt: skip
+    found = solve(from_dict(document), explain=False).measures
+    weight, flexible = 200.0 * GRAVITY, sum(y**2 / (5000.0 * (2.0 * np.pi * f) ** 2) for f, y in shapes)
+    right = [weight * (1.0 / 4e5 + flexible), weight / 4e5]
+    assert [found[name].value.value for name in ("of", "in")] == pytest.approx(right, rel=1e-12)

@@ -72,6 +72,14 @@ def nullity(*matrices: FloatArray) -> int:
     return int(matrices[0].shape[0]) - rank
 
 
+def at_rest(stiffness: FloatArray, load: FloatArray) -> FloatArray | None:
+    """Displacements (n,) under a load that stays; None where nothing holds some of them."""
+    size = np.sqrt(np.abs(np.diag(stiffness)))
+    if not size.all() or np.linalg.cond(scaled := stiffness / np.outer(size, size)) > 1e14:
+        return None
+    return np.asarray(np.linalg.solve(scaled, load / size) / size)
+
+
 def steady_solution(elastic: FloatArray, dash: FloatArray, load: ComplexArray) -> ComplexArray:
     """Solve (elastic + i dash) u = load for each frequency, (k, n, n) and (k, n); in real arithmetic where they are."""
     n = load.shape[1]

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.built import Motion
-from vibopt.mechanics.built_algebra import inverse_root, singular, solved
+from vibopt.mechanics.built_algebra import at_rest, inverse_root, singular, solved
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.host import Coordinates, Matrices, condensed, massless
 from vibopt.mechanics.host.matrices import Dashed
@@ -249,10 +249,7 @@ class HostedMachine(Machine):
         if self.joints:
             rows = self._extensions(self._rows)
             stiffness += (rows.T * np.array([joint.static_stiffness for joint in self.joints])) @ rows
-        size = np.sqrt(np.diag(stiffness))
-        if not size.all() or np.linalg.cond(scaled := stiffness / np.outer(size, size)) > 1e14:
-            return None
-        load = np.zeros(len(size))
+        load = np.zeros(len(stiffness))
         load[: len(self.masses)] = [self.weights[name] * GRAVITY for name in self.masses]
-        down = np.linalg.solve(scaled, load / size) / size
-        return {name: float(row @ down) for name, row in self._rows.items()}
+        down = at_rest(stiffness, load)
+        return None if down is None else {name: float(row @ down) for name, row in self._rows.items()}

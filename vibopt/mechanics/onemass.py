@@ -46,11 +46,8 @@ class Curve:
     decay: float
     order: float
 
-    def at(self, w: FloatArray) -> FloatArray:
-        """|r| at w, shape of `w`; inf at an undamped resonance."""
-        return self._at(w, w - self.centre)
-
     def _at(self, w: FloatArray, v: FloatArray) -> FloatArray:
+        """|r| at w, and at v beyond the centre, shape of both; inf at an undamped resonance."""
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             top = self.size * np.maximum(np.polyval(self.numerator[::-1], w), 0.0)  # rounding at an antiresonance
             if self.power:

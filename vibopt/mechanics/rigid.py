@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import GROUND, Course, Joint, Motion
-from vibopt.mechanics.built_algebra import inverse_root, singular, steady_solution
+from vibopt.mechanics.built_algebra import at_rest, inverse_root, singular, steady_solution
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid_parts import LETTERS, Guided, Rigid, Spring3
@@ -420,11 +420,7 @@ class SpaceMachine(Machine):
             load += self._against(name, body.centre, np.array([[0.0, 0.0, body.mass * GRAVITY]]))[:, 0]
         for name, slider in self.guided.items():
             load += self._against(name, slider.at, np.array([[0.0, 0.0, slider.mass * GRAVITY]]))[:, 0]
-        size = np.sqrt(np.abs(np.diag(stiff)))
-        if not np.all(size > 0.0) or np.linalg.cond(stiff / np.outer(size, size)) > 1e14:
-            return None
-        down: FloatArray = np.linalg.solve(stiff / np.outer(size, size), load / size) / size
-        return down
+        return at_rest(stiff, load)
 
     def static_force(self, name: str) -> FloatArray | None:
         """Force of a single mount on its first end under the weights, in space (3,) [N]."""

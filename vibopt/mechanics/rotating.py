@@ -16,7 +16,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.bracketing import crossing
 from vibopt.mechanics.built import Course, Joint, Motion
-from vibopt.mechanics.built_algebra import solved
+from vibopt.mechanics.built_algebra import at_rest, solved
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.shaft_waves import MODES
@@ -353,9 +353,6 @@ class RotatingMachine(Machine):
                 for j, b in ends:
                     stiffness = stiffness.copy()
                     stiffness[i, j] += a * b * (joint.static_stiffness - joint.stiffness)
-        size = np.sqrt(np.diag(stiffness))
-        if not size.all() or np.linalg.cond(scaled := stiffness / np.outer(size, size)) > 1e14:
-            return None
         down = np.zeros(len(mass))
         down[: len(self.masses)] = [self.weights[name] for name in self.masses]
         start = len(self.masses)
@@ -363,8 +360,8 @@ class RotatingMachine(Machine):
             stop = start + len(shaft.slow[0])
             down[start:stop] = shaft.slow[1] @ np.tile([1.0, 0.0], (stop - start) // 2)
             start = stop
-        found = np.linalg.solve(scaled, GRAVITY * down / size) / size
-        return {name: float(found[i]) for name, i in self.slow_places.items()}
+        found = at_rest(stiffness, GRAVITY * down)
+        return None if found is None else {name: float(found[i]) for name, i in self.slow_places.items()}
 
     @cached_property
     def slow_places(self) -> dict[str, int]:
