@@ -24,7 +24,6 @@ from vibopt.balancing.trust import Noise, covariances
 from vibopt.balancing.verification import kept_with
 from vibopt.program.drawn import (
     MET,
-    MOST_WORK,
     RARE,
     Sampled,
     clopper_pearson,
@@ -82,7 +81,7 @@ class Left:
     @property
     def needed(self) -> float:
         """The share that must keep the bound so that a verdict hardly ever fails; nan where none can be reached."""
-        sizes, confidence = looks(_WORK * len(self.z), MOST_WORK)
+        sizes, confidence = looks(_WORK * len(self.z))
         share = sure_share(1.0 - (1.0 - self.wanted) / self.part, sizes[-1], confidence)
         return 1.0 - self.part * (1.0 - share)
 
@@ -113,7 +112,7 @@ class Left:
     @property
     def told(self) -> Sampled:
         """Rotors drawn until a verdict is reached, or the work is done."""
-        sizes, confidence = looks(_WORK * len(self.z), MOST_WORK)
+        sizes, confidence = looks(_WORK * len(self.z))
         farthest = float((np.abs(self.z) + self.near * self.spread).max())
         of = self if farthest <= self.bound else replace(self, wanted=RARE)
 

@@ -118,17 +118,10 @@ damping = {{ from = "10 N s/m", to = "1 MN s/m" }}
 {shaken(on, "30 kN", "3000 rpm", floor, "20 mm")}"""
 
 
-def chain(count: int, *, floor: str = "100 N", start_up: str = "5 mm", free: int = 2) -> str:
-    """A machine on a stack of `count` - 1 blocks, the lowest on a mount that is to be chosen.
-
-    free
-        1: stiffness of the lowest mount.  2: its damping too.  3: the stiffness of the highest mount too.
-    """
+def chain(count: int, *, floor: str, start_up: str) -> str:
+    """A machine on a stack of `count` - 1 blocks, the lowest on a mount that is to be chosen."""
     pads = [(f'"{10 * count} MN/m"', '"2 kN s/m"')] * (count - 1)
-    if free > 2:
-        pads[0] = ('{ from = "100 kN/m", to = "100 MN/m" }', pads[0][1])
-    damping = '{ from = "10 N s/m", to = "1 MN s/m" }' if free > 1 else '"1 kN s/m"'
-    mount = ('{ from = "1 kN/m", to = "1 GN/m" }', damping)
+    mount = ('{ from = "1 kN/m", to = "1 GN/m" }', '{ from = "10 N s/m", to = "1 MN s/m" }')
     return stacked(
         ['"100 kg"', *['"60 kg"'] * (count - 1)], [*pads, mount],
         shaken("machine", "1 kN", "1500 rpm", floor, start_up),
@@ -211,7 +204,6 @@ def absorbed(
     spring: float = 1e5,
     damping: float = 0.0,
     speeds: tuple[float, float] = (5.0, 100.0),
-    tuning: tuple[float, float] = (0.3, 3.0),
     least_damping: float = 0.001,
     extra: str = "",
     goal: str = "",
@@ -238,7 +230,7 @@ def absorbed(
     for i, (host, ratio) in enumerate(zip(hosts, ratios, strict=True)):
         lines.append(
             f'[absorbers.a{i}]\non = "m{host}"\nmass_ratio = {ratio!r}\n'
-            f"tuning = {{ from = {tuning[0]!r}, to = {tuning[1]!r} }}\n"
+            "tuning = { from = 0.3, to = 3.0 }\n"
             f"damping_ratio = {{ from = {least_damping!r}, to = 1.0 }}"
         )
     top = f"m{count - 1}"

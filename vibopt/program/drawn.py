@@ -45,13 +45,12 @@ def drawn_alike() -> AbstractContextManager[None]:
     return within(_ALIKE, True)
 
 
-def looks(cost: float, most: float) -> tuple[tuple[int, ...], float]:
+def looks(cost: float) -> tuple[tuple[int, ...], float]:
     """Counts of machines after which a verdict is looked for, and the confidence of each look.
 
-    cost, most
-        Work of one machine and of all of them [nominal ms]; the first look is always done.
+    The first look is always done, whatever one machine costs [nominal ms].
     """
-    sizes = tuple(size for k, size in enumerate(SIZES) if not k or size * cost <= most)
+    sizes = tuple(size for k, size in enumerate(SIZES) if not k or size * cost <= MOST_WORK)
     if _ALIKE.get():
         return (max(size for size in sizes if size <= COMPARED),), CONFIDENCE
     return sizes, 1.0 - (1.0 - CONFIDENCE) / len(SIZES)
@@ -164,10 +163,10 @@ def drawn(doubts: Sequence[Uncertain], count: int, stream: str = "", *, evenly: 
     return np.stack(columns, axis=1)
 
 
-def every_one(doubts: Sequence[Uncertain], cost: float, most: float) -> FloatArray | None:
+def every_one(doubts: Sequence[Uncertain], cost: float) -> FloatArray | None:
     """Factors of all machines that there are, each as likely as the others, shape (count, n_doubts).
 
-    None where not all numbers come from data, or machines are too many; `cost` and `most` are those of `looks`.
+    None where not all numbers come from data, or machines are too many; `cost` is that of `looks`.
     """
     lists = [
         doubt.tolerance.data
@@ -175,7 +174,7 @@ def every_one(doubts: Sequence[Uncertain], cost: float, most: float) -> FloatArr
         if isinstance(doubt.tolerance, Scatter) and doubt.tolerance.kind == DATA
     ]
     count = prod(len(one) for one in lists)
-    if not lists or len(lists) < len(doubts) or count > COUNTED or count * cost > most:
+    if not lists or len(lists) < len(doubts) or count > COUNTED or count * cost > MOST_WORK:
         return None
     return 1.0 + np.stack([one.ravel() for one in np.meshgrid(*lists, indexing="ij")], axis=1)
 

@@ -18,7 +18,7 @@ from vibopt.answer.answer import Tolerances
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.bracketing import crossing
-from vibopt.program.drawn import MET, MOST_WORK, RARE, drawn, every_one, in_batches, looks, sure_share
+from vibopt.program.drawn import MET, RARE, drawn, every_one, in_batches, looks, sure_share
 from vibopt.program.far_off import Beyond
 from vibopt.program.program import Limit, Program
 from vibopt.program.worst_case import around, hit, missed
@@ -239,8 +239,8 @@ class _Search:
         self.doubts = uncertain(scene)
         parts = self._parts(self._around(np.array([max(variable.low, 1e-300) for variable in scene.variables])))
         cost = max(sum(limit.cost for limit in many) for many in parts.values())
-        sizes, self.confidence = looks(cost, MOST_WORK)
-        self.whole = every_one(self.doubts, cost, MOST_WORK)
+        sizes, self.confidence = looks(cost)
+        self.whole = every_one(self.doubts, cost)
         self.count = sizes[-1] if self.whole is None else len(self.whole)
         self.asked = {
             key: self._asked(key, beyond(many, self.doubts, names[key[0]], _FAR)) for key, many in parts.items()

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.answer.answer import Odds
 from vibopt.answer.entry import Checked
 from vibopt.arrays import FloatArray
-from vibopt.program.drawn import MOST_WORK, RARE, Sampled, drawn, every_one, looks, sampled, until_told
+from vibopt.program.drawn import RARE, Sampled, drawn, every_one, looks, sampled, until_told
 from vibopt.program.program import Limit
 from vibopt.program.told import judged_by, odds_of, row_told
 from vibopt.program.worst_case import around, doubts_at
@@ -60,12 +60,12 @@ def _looked(scene: Scene, x: FloatArray, row: Checked, parts: list[Limit], wante
     assert row.limit is not None
     doubts = doubts_at(scene, x)
     cost = sum(one.cost for one in parts)
-    whole = every_one(doubts, cost, MOST_WORK)
+    whole = every_one(doubts, cost)
     if whole is not None:
         worked(len(whole) * cost)
         seen = replace(sampled(parts, whole, 1.0), counted=True)
         return seen, _contradicted(scene, x, row, seen, _machines(doubts, whole))
-    sizes, confidence = looks(cost, MOST_WORK)
+    sizes, confidence = looks(cost)
     far = proven_beyond(parts, doubts, wanted) if wanted > RARE else None
     every = far.machines(sizes[-1]) if far is not None else drawn(doubts, sizes[-1])
     part = far.part if far is not None else 1.0

@@ -156,9 +156,9 @@ class Permitted:
     complete: bool
 
 
-def permitted(program: Program, progress: Progress | None = None) -> Permitted:
+def permitted(program: Program) -> Permitted:
     """All values of the one continuous variable at which every limit of a program holds."""
-    return _Run(replace(program, aim=None), progress).permitted()
+    return _Run(replace(program, aim=None), None).permitted()
 
 
 @dataclass
@@ -230,8 +230,6 @@ class _Run:
         left = self._pieces(ends)[::-1]
         good: list[tuple[float, float]] = []
         while left and not self.budget.over:
-            if self.progress is not None:
-                self.progress("one range", self.budget.part)
             piece = left.pop()
             if self._broken(piece):
                 continue

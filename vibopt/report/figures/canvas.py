@@ -35,7 +35,10 @@ class Canvas:
         FigureCanvasAgg(self.figure)
         self.used = 0.0
         if title:
-            self.words(title, TITLE, SIZE + 3, bold=True)
+            size = min(SIZE + 3, 72.0 * self.width / (LETTER * len(title)))
+            y = 1.0 - 0.5 * TITLE / self.height
+            self.figure.text(0.5, y, title, ha="center", va="center", fontsize=size, fontweight="bold", color=INK)
+            self.down(TITLE)
 
     def part(self, box: Box, *, origin: tuple[float, float]) -> Any:
         """Axes without frame in inches, with their origin at a place of the box."""
@@ -45,22 +48,14 @@ class Canvas:
         axes.set_axis_off()
         return axes
 
-    def plot(self, box: Box, *, left: float, below: float, above: float = 0.3, right: float = 0.12) -> Any:
+    def plot(self, box: Box, *, left: float, below: float) -> Any:
         """Axes with room [inches] for their numbers, labels and title."""
-        wide, tall = box.width - left - right, box.height - below - above
+        wide, tall = box.width - left - 0.12, box.height - below - 0.3
         return self._axes(box.left + left, box.height - below, wide, tall)
 
     def down(self, height: float) -> None:
         """What was placed has taken so much."""
         self.used += height
-
-    def words(self, words: str, height: float, size: float, *, bold: bool = False) -> None:
-        """A line in the middle of the page."""
-        y = 1.0 - (self.used + 0.5 * height) / self.height
-        weight = "bold" if bold else "normal"
-        size = min(size, 72.0 * self.width / (LETTER * max(len(words), 1)))
-        self.figure.text(0.5, y, words, ha="center", va="center", fontsize=size, fontweight=weight, color=INK)
-        self.down(height)
 
     def _axes(self, left: float, drop: float, width: float, height: float) -> Any:
         bottom = self.height - self.used - drop
