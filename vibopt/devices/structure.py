@@ -30,7 +30,7 @@ from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
 from vibopt.mechanics.monomial import Monomial
 from vibopt.units.parsing import LARGEST
 from vibopt.values import Fact, Table, number, word
-from vibopt.values.fields import complaint
+from vibopt.values.fields import KeyedError, complaint
 
 if TYPE_CHECKING:
     from vibopt.mechanics.host import Coordinates, Matrices, Reduction
@@ -42,14 +42,6 @@ MOST_OFF = 1e-6
 WORTH_SAYING = 1e-9
 _MOST_MODES = 200
 _ROUNDING = 1e-12
-
-
-class MatrixError(ValueError):
-    """A key of a structure that only shows to be wrong together with others."""
-
-    def __init__(self, key: str, given: object, text: str) -> None:
-        super().__init__(text)
-        self.key, self.given, self.text = key, given, text
 
 
 def _file(given: object, info: ValidationInfo) -> FilePath:
@@ -153,7 +145,7 @@ class StructureTable(Device):
             raise word(f"gives modes and {' and '.join(extra)}. Keep the modes, or the matrices with their points.")
         assert self.modes is not None
         if not self.modes:
-            raise MatrixError("modes", [], "is an empty list. Give at least one mode, or leave the structure out.")
+            raise KeyedError("modes", [], "is an empty list. Give at least one mode, or leave the structure out.")
         for index, mode in enumerate(self.modes):
             missing = [name for name in self.names if name not in mode.shape]
             if missing:
@@ -172,9 +164,7 @@ class StructureTable(Device):
             found = keys_of(self.file)
             for key in ("M", "K"):
                 if key not in found:
-                    raise MatrixError(
-                        "file", self.file.name, f"has no matrix {key} ({WORDS[key]}). Add it to the file."
-                    )
+                    raise KeyedError("file", self.file.name, f"has no matrix {key} ({WORDS[key]}). Add it to the file.")
         else:
             for key in ("mass", "stiffness"):
                 if getattr(self, key) is None:
@@ -189,7 +179,7 @@ class StructureTable(Device):
             parts = {key: self._part(key) for key in ("M", "K", "C")}
         except QuantityError as error:
             assert self.file is not None
-            raise MatrixError("file", self.file.name, str(error)) from None
+            raise KeyedError("file", self.file.name, str(error)) from None
         size = parts["M"].shape[0]
         for key, part in parts.items():
             if part is not None and part.shape[0] != size:
@@ -249,7 +239,7 @@ class StructureTable(Device):
     def _fault(self, key: str, text: str) -> None:
         if text:
             where = "file" if self.file is not None else WORDS[key]
-            raise MatrixError(where, getattr(self, where).name, text)
+            raise KeyedError(where, getattr(self, where).name, text)
 
     def _part(self, key: str) -> Any:
         """One of the matrices; None for a damping that is not given."""

@@ -18,6 +18,7 @@ from vibopt.files.marks import is_ours, with_json_check
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 from vibopt.jobs import is_scene
 from vibopt.records import dataclass
+from vibopt.values.directions import is_number
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -198,7 +199,7 @@ class _Beside:
         elif isinstance(before, list) and isinstance(after, list) and len(before) == len(after):
             for index, pair in enumerate(zip(before, after, strict=True)):
                 self.walk(*pair, f"{path}.{index + 1}")
-        elif _is_number(before) and _is_number(after):
+        elif is_number(before) and is_number(after):
             self._numbers(before, after, path, unit)
         elif not (before == after or _same_words(before, after, shown=path.endswith("shown"))):
             self.differences.append(f"{path}: {_short(after)} instead of {_short(before)}")
@@ -232,17 +233,13 @@ class _Beside:
 def _values(data: Any) -> Iterator[tuple[str, float]]:
     """Every value with its unit."""
     if isinstance(data, dict):
-        if isinstance(data.get("unit"), str) and _is_number(data.get("value")):
+        if isinstance(data.get("unit"), str) and is_number(data.get("value")):
             yield data["unit"], data["value"]
         for one in data.values():
             yield from _values(one)
     elif isinstance(data, list):
         for one in data:
             yield from _values(one)
-
-
-def _is_number(value: object) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 
 def _same_words(before: object, after: object, *, shown: bool) -> bool:

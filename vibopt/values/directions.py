@@ -151,7 +151,7 @@ def read_direction(given: object) -> Vector:
         return given
     if isinstance(given, str) and given in UNIT:
         return UNIT[given]
-    if not isinstance(given, list) or len(given) != 3 or not all(_is_number(one) for one in given):
+    if not isinstance(given, list) or len(given) != 3 or not all(is_number(one) for one in given):
         raise complaint(f"is no direction. {WAYS}")
     size = math.sqrt(sum(one * one for one in given))
     if not 0.0 < size < math.inf:
@@ -165,7 +165,8 @@ def way_words(way: Vector) -> str:
     return letter or f"({', '.join(plain(one, 3) for one in way)})"
 
 
-def _is_number(given: object) -> bool:
+def is_number(given: object) -> bool:
+    """Whether it is a number, and neither a truth value nor a text."""
     return isinstance(given, (int, float)) and not isinstance(given, bool)
 
 

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms import Form, Modulus, StaticRow
+from vibopt.forms import Modulus, StaticRow
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Limit, Program
@@ -153,7 +153,8 @@ class _OneMount:
             raise _NotConvexError("the variables must be one stiffness and one damping.")
         self.stiffness, self.damping = words.index("stiffness"), words.index("damping")
         self.mass = float(model.scales[model.kinds == INERTIA].sum())
-        self.top = max((band.high for limit in program.limits for band in _bands(limit.form)), default=1.0)
+        drives = [drive for limit in program.limits for drive in limit.form.drives]
+        self.top = max((band.high for drive in drives for band in drive.bands), default=1.0)
         self.k_size, self.c_size = self.mass * self.top**2, self.mass * self.top
         self.linear = self._goal()
 
@@ -239,7 +240,3 @@ class _OneMount:
                 rows.add(0.0, -1.0, 0.0, -size / self.k_size)
                 passages.append(size / self.k_size)
         return passages
-
-
-def _bands(form: Form) -> list[Any]:
-    return [band for drive in form.drives for band in drive.bands]
