@@ -76,6 +76,8 @@ def judged(made: Drawn, seed: int, tried: int = 10) -> str:
     assert checked.code == (2 if status == "input_error" and followed else 0), (checked.data, answer.data["messages"])
     if status in _DESIGN and not find_all:
         _measured_again(answer.data, saved)
+    if status in ("met", "infeasible") and find_all:
+        _every_speed(made, answer.data, Draw(seed), tried)
     if status in _OPEN and made.document.get("goal") and not find_all:
         _sampled(made, answer.data, Draw(seed), tried)
     return str(status)
@@ -113,6 +115,24 @@ def _sampled(made: Drawn, answer: dict[str, Any], draw: Draw, tried: int) -> Non
             sign = 1.0 if answer["goal"]["sense"] == "minimise" else -1.0
             room = GAP * max(abs(best), 1e-12) if math.isfinite(best) else 0.0
             assert sign * value >= sign * best - room, f"optimal at {best!r}, but {typed} gives {value!r}"
+
+
+def _every_speed(made: Drawn, answer: dict[str, Any], draw: Draw, tried: int) -> None:
+    """A sampled speed meets all limits where it lies in the set that was found, and elsewhere does not."""
+    path = made.document["goal"]["find_all"]
+    shaker = path.removesuffix(".speed").removeprefix("excitations.")
+    found = [[end["value"] for end in pair] for pair in answer["set"] or ()]
+    top = from_dict(beside(made, made.document)).excitations[shaker].speed.highest
+    inside = [low + part * (high - low) for low, high in found for part in (0.01, 0.99)]
+    for speed in [*inside, *(top * draw.random.random() ** power for power in (1, 4) for _ in range(tried))]:
+        if any(abs(speed - end) <= GAP * max(end, 1e-6 * top) for pair in found for end in pair):
+            continue
+        document = copy.deepcopy(made.document)
+        del document["goal"]
+        document["excitations"][shaker]["speed"] = f"{speed!r} rad/s"
+        status = solve(from_dict(beside(made, document))).status
+        within = any(low <= speed <= high for low, high in found)
+        assert (status == "met") is within, f"{path} = {speed!r} rad/s is {status}, but permitted are {found}"
 
 
 def _number(given: Any) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from refusals import refused
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
@@ -61,6 +64,51 @@ def test_sampled_speeds_agree_with_the_set(zeta: float, ratio: float, stroke: fl
             there = np.hypot(100.0 - end**2, 20.0 * zeta * end)
             off = min(abs(np.hypot(100.0, 20.0 * zeta * end) / there / ratio - 1), abs(1.0 / there / stroke - 1))
             assert off <= 1e-8
+
+
+def document(limit: dict[str, Any], **shaking: Any) -> dict[str, Any]:
+    """1 kg on 100 N/m, damping ratio 0.1, under 1 N."""
+    return {
+        "bodies": {"body": {"mass": "1 kg"}},
+        "links": {"link": {"between": ["body", "ground"], "stiffness": "100 N/m", "damping_ratio": 0.1}},
+        "excitations": {
+            "e": {
+                "kind": "force", "on": "body", "amplitude": "1 N", "varies": "constant",
+                "speed": {"from": "2 rad/s", "to": "50 rad/s"}, **shaking,
+            }
+        },
+        "limits": {"asked": limit},
+        "goal": {"find_all": "e.speed"},
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("over", ["start-up", {"e": "start-up"}])
+@given(stroke=power(-3.5, -0.5), side=st.sampled_from(["at_most", "at_least"]))
+@few
+def test_a_start_up_ends_at_the_speed_that_is_looked_for(over: Any, stroke: float, side: str) -> None:
+    design = solve(from_dict(document({"response": "displacement", "of": "body", "over": over, side: f"{stroke!r} m"})))
+    speeds = np.linspace(0.0, 50.0, 100_001)
+    moved = 1.0 / np.hypot(100.0 - speeds**2, 2.0 * speeds)
+    good = (moved <= stroke if side == "at_most" else moved >= stroke).cumprod()
+    last = speeds[max(int(good.sum()) - 1, 0)]
+    if last < 2.0:
+        assert (design.status, design.found) == ("infeasible", ())
+        return
+    ((low, high),) = design.found or ()
+    assert low.value == 2.0
+    assert high.value == pytest.approx(last, abs=6e-4)
+
+
+def test_orders_and_run_ups_of_each_speed_are_refused() -> None:
+    bands = {"response": "natural_frequency", "outside": {"orders": [1, 2], "of": "e", "margin": "10 %"}}
+    peak = {"response": "peak_displacement", "of": "body", "at_most": "20 mm"}
+    run_up = {"run_up": {"acceleration": "5 rad/s2"}}
+    for asked_for, what in ((document(bands), "orders"), (document(peak, **run_up), "run-ups")):
+        assert refused(from_dict, asked_for).messages == (
+            f"scene: goal.find_all looks for speeds of e, but limits.asked looks at {what} of each by itself. Leave "
+            "the goal out, and look at one speed after the other: vibopt sweep FILE --vary "
+            'excitations.e.speed="1000..2000 rpm".',
+        )
 
 
 def test_no_speed_at_all_is_infeasible() -> None:

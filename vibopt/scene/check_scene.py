@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.errors import way_out
 from vibopt.responses import HarmonicResponse, Response, TransientResponse
@@ -16,7 +18,7 @@ from vibopt.scene.check_space import check_space
 from vibopt.scene.check_speeds import check_speeds
 from vibopt.scene.check_spin import THRESHOLD, check_spin, check_stable, spins_in, turning
 from vibopt.scene.check_whole import check_price, check_tolerances
-from vibopt.scene.drives import loose_in
+from vibopt.scene.drives import loose_in, names_for
 from vibopt.scene.open_places import asked_positions, open_places
 from vibopt.scene.scene import Scene, Variable
 from vibopt.scene.uncertain import uncertain
@@ -283,6 +285,18 @@ def _find_all(scene: Scene, mistakes: Mistakes) -> None:
 
 def _range_of_speeds(scene: Scene, name: str, mistakes: Mistakes) -> None:
     speed = scene.excitations[name].speed
+    for key, limit in scene.limits.items():
+        outside = places.raw(scene, "limits")[key].get("outside")
+        orders = isinstance(outside, Mapping) and outside.get("of") == name
+        runs = isinstance(limit, TransientResponse) and name in names_for(scene, limit) and scene.excitations[name].ramp
+        if orders or runs:
+            what = "orders" if orders else "run-ups"
+            mistakes.add(
+                ("goal", "find_all"),
+                f"goal.find_all looks for speeds of {name}, but limits.{key} looks at {what} of each by itself. Leave "
+                "the goal out, and look at one speed after the other: vibopt sweep FILE --vary "
+                f'excitations.{name}.speed="1000..2000 rpm".',
+            )
     if speed.highest == float("inf"):
         mistakes.add(
             ("excitations", name, "speed"), f'excitations.{name}.speed has no upper end. Add to = "20000 rpm".'

@@ -14,6 +14,7 @@ from vibopt.mechanics.peaks import crossings
 from vibopt.program.program import Limit, Program
 from vibopt.report.machine_notes import notes_of
 from vibopt.responses import HarmonicResponse, Response, TransientResponse
+from vibopt.responses.asked_speeds import START_UP
 from vibopt.scene.drives import names_for, speeds_for
 from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Band
@@ -28,7 +29,8 @@ def permitted_speeds(scene: Scene, program: Program) -> Design:
     name = str(scene.find_all).removesuffix(".speed")
     excitation = scene.excitations[name]
     own = {key for key, limit in scene.limits.items() if _looks_at(scene, limit, name)}
-    found = speeds_of(program, name, excitation.own_bands(), own)
+    up_to = {key for key, limit in scene.limits.items() if _looks_at(scene, limit, name, START_UP)}
+    found = speeds_of(program, name, excitation.own_bands(), own, up_to)
     unit, dimension = excitation.speed.unit, excitation.speed.dimension
 
     def shown(omega: float) -> Entry:
@@ -50,15 +52,17 @@ def permitted_speeds(scene: Scene, program: Program) -> Design:
     )
 
 
-def _looks_at(scene: Scene, limit: Response, name: str) -> bool:
-    """Whether a limit looks at an excitation at its own speeds; as one of what comes once, added up."""
+def _looks_at(scene: Scene, limit: Response, name: str, where: str | None = None) -> bool:
+    """Whether a limit looks at an excitation at its own speeds, or from rest to them; as one of what comes once."""
     if not isinstance(limit, (HarmonicResponse, TransientResponse)) or name not in names_for(scene, limit):
         return False
     alone = limit.alone(name, scene.excitations[name].sorts) if isinstance(limit, TransientResponse) else limit
-    return isinstance(alone, HarmonicResponse) and speeds_for(scene, alone, name) is None
+    return isinstance(alone, HarmonicResponse) and speeds_for(scene, alone, name) == where
 
 
-def speeds_of(program: Program, drive_name: str, bands: tuple[Band, ...], own: set[str]) -> list[Interval]:
+def speeds_of(
+    program: Program, drive_name: str, bands: tuple[Band, ...], own: set[str], up_to: set[str]
+) -> list[Interval]:
     """All speeds [rad/s] of an excitation at which every limit holds, as closed intervals.
 
     Parameters
@@ -71,11 +75,17 @@ def speeds_of(program: Program, drive_name: str, bands: tuple[Band, ...], own: s
         Where to look.
     own
         Names of limits that look at the unknown speed; the others must hold as they are.
+    up_to
+        Names of those that look at all speeds from rest to it.
     """
     judge = Judge(program)
     x = np.zeros(0)
     here = [(band.low, band.high) for band in bands]
     for limit in program.limits:
+        if limit.name in up_to:
+            risen = _holds(limit, drive_name, (Band(0.0, max(band.high for band in bands)),))
+            here = _intersection(here, [(low, high) for low, high in risen if low == 0.0])
+            continue
         if limit.name not in own:
             if judge.limit(limit, x)[0] > judge.tolerance:
                 return []
