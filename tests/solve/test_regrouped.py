@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Limit
 from vibopt.scene.read import from_dict
@@ -16,6 +17,7 @@ from vibopt.solve.least_pth import _followed, _norm, _residuals, _rows
 from vibopt.solve.ranges import closed
 from vibopt.solve.screen import beside, tuned
 from vibopt.solve.solve import solve
+from vibopt.work import metered
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=30)
 SPRING = {
@@ -44,7 +46,7 @@ def tower(on: tuple[int, ...], own: dict[str, Any]) -> dict[str, Any]:
 
 
 @few
-@given(st.sampled_from([SPRING, TUNED]), st.lists(st.floats(0.0, 1.0), min_size=9, max_size=9), st.integers(0, 1))
+@given(st.sampled_from([SPRING, TUNED]), st.lists(st.floats(0.0, 1.0), min_size=9, max_size=9), st.integers(0, 2))
 def test_what_designs_beside_one_lead_to_is_apart_from_each_other_and_within_the_ranges(
     own: dict[str, Any], parts: list[float], batch: int
 ) -> None:
@@ -75,6 +77,22 @@ def test_the_norm_of_a_power_goes_with_the_residuals_and_falls_towards_the_great
     assert risen == pytest.approx(along, rel=1e-4, abs=1e-4 * np.abs(along).max())
     there, _ = _followed(parts, y, low, high, power, 10)
     assert (_norm(_rows(parts, there), power) <= _norm(rows, power)).all()
+
+
+@few
+@given(st.integers(1, 8), st.integers(0, 5))
+def test_following_designs_counts_as_work(count: int, rounds: int) -> None:
+    """As much for each of them, and for each step of it and its beginning."""
+    program = closed(pose(from_dict(tower((0, 0, 2), SPRING))))
+    y, parts = tuned(program, count), list[Limit | Aim](program.parts)
+
+    def taken(some: FloatArray, steps: int) -> float:
+        with metered() as meter:
+            _followed(parts, some, np.log(program.low), np.log(program.high), 4.0, steps)
+        return meter.done
+
+    assert taken(y, rounds) == pytest.approx(count * (1 + rounds) * taken(y[:1], 0))
+    assert taken(y[:1], 0) > 0.0
 
 
 TOWERS: dict[str, tuple[Any, ...]] = {

@@ -14,6 +14,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.few import along
 from vibopt.program.program import Aim, Limit
+from vibopt.work import worked
 
 _POWERS = ((1.0, 10, 64), (2.0, 5, 64), (4.0, 5, 32), (8.0, 8, 32), (24.0, 10, 24))
 """Powers, how many steps are made of each, and how many designs are kept then, those with the least greatest values."""
@@ -21,6 +22,8 @@ _WEIGHT, _REACH, _BEGUN = 10.0, 0.7, 0.01
 """Weight of what a limit is missed by (log), the longest step in a variable (log), and the damping of the first."""
 _APART = 0.03
 """Distance of designs that are kept, in parts of the range of logs."""
+_WORK = 1e-4
+"""Work of one slope of one value at one design [nominal ms]."""
 Rows = tuple[FloatArray, FloatArray, BoolArray]
 """Of n designs the logs of all that is to be little (n, m), its slopes (n, m, n_vars), and what are limits (m,)."""
 
@@ -90,6 +93,7 @@ def _residuals(rows: Rows, power: float) -> tuple[FloatArray, FloatArray]:
 def _rows(parts: list[Limit | Aim], y: FloatArray) -> Rows:
     with np.errstate(all="ignore"):
         values, slopes, limits = zip(*_asked(parts, y), strict=True)
+    worked(_WORK * sum(slope.size for slope in slopes))
     return (
         np.nan_to_num(np.concatenate(values, axis=1), nan=1e3, posinf=1e3, neginf=-1e3),
         np.nan_to_num(np.concatenate(slopes, axis=1), posinf=0.0, neginf=0.0),
