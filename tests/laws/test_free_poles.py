@@ -154,3 +154,14 @@ damping_ratio = {{ from = 0.01, to = 0.6 }}
     ratio = decrement / math.hypot(decrement, 2.0 * math.pi)
     assert answer.goal is not None
     assert answer.goal[1].value == pytest.approx(4.0 * ratio**2 * 2000.0, rel=1e-4)
+
+
+def test_two_that_drift_are_proven_best_where_they_are_damped_critically() -> None:
+    """On the stiffest spring, with c = 2 sqrt(k m) of both masses: two real poles meet."""
+    document = drifting((np.array([2.0, 11.0]), np.array([1.0]), np.array([1.0])), TURNING)
+    document["links"]["l0"]["torsional_stiffness"] = {"from": "500 N m/rad", "to": "50000 N m/rad"}
+    document["links"]["l0"]["torsional_damping"] = {"from": "1 N m s/rad", "to": "20000 N m s/rad"}
+    answer = vo.solve(from_dict(document | {"goal": {"maximise": "decay_rate"}}))
+    assert answer.status == "optimal"
+    assert answer.goal is not None
+    assert answer.goal[1].value == pytest.approx(math.sqrt(5e4 * 13.0 / 22.0), rel=2e-5)

@@ -20,7 +20,7 @@ from texts import best, choice, floor, moves, one_mass
 from vibopt.answer.entry import Entry, Way
 from vibopt.errors import InputError, UnknownName
 from vibopt.jobs import answer, asks_shares, fact_at, facts, open_job, with_changes
-from vibopt.study.axis import axis_of
+from vibopt.study.axis import Axis, axis_of
 from vibopt.study.holding import Road, State, difference, measured_by, state_of
 from vibopt.study.one_way import Along
 from vibopt.study.price_words import NOT_ASKED, range_rows, rows_of
@@ -155,6 +155,14 @@ class Smooth(Road):
         found = along.ranged(along.stepped(1), 1)
         assert found.until is not None
         return math.log10(found.until.value / self.fact.value), len(self.known)
+
+
+def test_a_place_moved_back_to_the_origin_is_there() -> None:
+    """0.3 m less 0.3 m, however the ends of the shaft were said."""
+    fact = next(one for one in facts(open_job(PROBLEMS / "isolation/rao_9_34.toml")) if one.dimension == "mass")
+    axis = Axis(replace(fact, value=0.1 + 0.2), extent=0.3)
+    assert axis.value(-1.0) == 0.0
+    assert axis.value(0.5) == pytest.approx(0.45)
 
 
 def smooth(end: float, bend: float, lets_go: bool, blind: bool = False) -> Smooth:

@@ -258,6 +258,14 @@ def test_a_limit_that_costs_nothing_down_to_zero_leaves_nothing_to_weigh() -> No
     )
 
 
+def test_a_second_goal_in_words_is_called_by_its_response() -> None:
+    """A name that a limit or a measure has already is left to it."""
+    job = from_text(THREE.replace("[limits.force]", "[limits.primary_force]"), "three.toml")
+    assert str(refused(vo.tradeoff, job, "primary_force", 3)).startswith(
+        "three.toml: limits.primary_force_2.at_most and the goal are best in one and the same design"
+    )
+
+
 def test_a_response_in_words_is_named_as_it_was_given() -> None:
     assert str(refused(lambda: vo.tradeoff(vo.read(PRESS), against="displacement of nobody"))) == (
         'rao_9_34.toml: --against "displacement of nobody": measure.of = "nobody" names no body of this scene. '

@@ -81,6 +81,8 @@ def _centers(form: OfPoles, numbers: FloatArray) -> list[tuple[ComplexArray, int
     poles = np.take_along_axis(poles, np.argsort(form.level(poles), axis=1, kind="stable"), axis=1)
     turning = poles[:, 0].imag > 0.0
     each = [(poles[:, i], 1) for i in range(0, poles.shape[1], 2)]
+    if poles.shape[1] == 2:  # these meet on the real axis
+        each.append((poles.real.mean(axis=1) + 0j, 2))
     for count in range(2, min(_TOGETHER, poles.shape[1] // 2) + 1):
         each.append((np.where(turning, poles[:, : 2 * count : 2].mean(axis=1), poles[:, :count].mean(axis=1)), count))
     return each

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 _WORDS = re.compile(r"\s+(of|into|through|across|over|at|due_to)\s+")
 
 
-def bounded(job: Job, against: str, called: str = "second_goal") -> tuple[Job, str]:
-    """The job with the bound that is moved, and its path; a response in words becomes a limit that is `called` so."""
+def bounded(job: Job, against: str) -> tuple[Job, str]:
+    """The job with the bound that is moved, and its path; a response in words becomes a limit called as it is."""
     if against.startswith("limits."):
         return job, _side(job, against)
     words = against.removeprefix("most ")
@@ -29,13 +29,15 @@ def bounded(job: Job, against: str, called: str = "second_goal") -> tuple[Job, s
     if table is None:
         known = [*(f"limits.{one}" for one in job.document.get("limits", {})), *(f"measures.{one}" for one in tables)]
         raise InputError(f"{job.name}: --against {against} is none of its limits or measures.{way_out(against, known)}")
-    name = name if words.startswith("measures.") else called
+    name = name if words.startswith("measures.") else str(table["response"])
+    while name in job.document.get("limits", {}) or name in tables:
+        name += "_2"
     document = {**job.document, "measures": {**tables, name: dict(table)}}
     try:
         measured = of_document(document, Mistakes(job.name, None))
     except InputError as error:
         words = f'--against "{against}": measure'
-        raise InputError([message.replace(f"measures.{called}", words) for message in error.messages]) from None
+        raise InputError([message.replace(f"measures.{name}", words) for message in error.messages]) from None
     found = answer(measured, explain=False)
     row = found.measures.get(name)
     if row is None or not 0.0 < row.value.value < np.inf:

@@ -14,6 +14,8 @@ STEP = 0.1
 """A sensible step: a tenth of the number."""
 _NEAR = 0.05
 """Part of the step by which rounding may change it."""
+_NOTHING = 1e-12
+"""Part of an extent that is rounding."""
 _TURN = math.pi / 2.0
 NO_STEP = "it is zero, and nothing says how large a step is"
 
@@ -40,7 +42,8 @@ class Axis:
         if self.counted:
             return max(now + round(t * max(now, 1.0) * (9.0 if t > 0.0 else 1.0)), 1.0)
         if self.extent:
-            return now + t * self.extent
+            moved = now + t * self.extent
+            return moved if abs(moved) > _NOTHING * self.extent else 0.0
         return 1.0 - (1.0 - now) * float(10.0**-t) if self.complement else now * float(10.0**t)
 
     def at(self, value: float) -> float:

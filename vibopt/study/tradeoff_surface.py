@@ -131,7 +131,7 @@ def tradeoff_surface(
     if not FEWEST <= points <= MOST:
         raise InputError(f"--points {points} is not between {FEWEST} and {MOST} for a trade-off of three quantities.")
     job, first = bounded(job, against[0])
-    job, second = bounded(job, against[1], "third_goal")
+    job, second = bounded(job, against[1])
     if first == second:
         raise InputError(f"{job.name}: --against {against[0]} is given twice. Name another limit, or leave one out.")
     facts = fact_at(job, first), fact_at(job, second)
