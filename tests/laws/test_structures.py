@@ -54,6 +54,28 @@ def test_the_error_said_is_that_at_frequencies_of_ones_own(part: float) -> None:
     assert (made.error < 1e-6) == (part < 0.5)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 2])
+def test_no_resonance_of_what_hardly_decays_is_lost_among_two_hundred(seed: int) -> None:
+    """A chain of 400 unlike bodies: each resonance by all of its modes, none decays by more than 1e-7 of it."""
+    rng = np.random.default_rng(seed)
+    masses, springs = 10.0 ** rng.uniform(-0.3, 0.3, 400), 1e4 * 10.0 ** rng.uniform(-0.5, 0.5, 400)
+    sums = np.append(springs[:-1] + springs[1:], springs[-1])
+    stiffness = sparse.diags_array([sums, -springs[1:], -springs[1:]], offsets=[0, 1, -1]).tocsc()
+    chain = Matrices(sparse.diags_array(masses).tocsc(), (1e-9 * stiffness).tocsc(), stiffness)
+    places, top = np.random.default_rng(seed + 100).integers(0, 400, 2), 125.0
+    made = reduced_host(chain, {"a": int(places[0]), "b": int(places[1])}, top)
+    root = np.sqrt(masses)
+    squares, shapes = np.linalg.eigh(stiffness.toarray() / np.outer(root, root))
+    seen, inside = (shapes / root[:, None])[places], np.sqrt(squares[squares < top**2])
+    assert made.error < 1e-10
+    assert len(inside) > 180
+    for omega in inside[1:].tolist():  # the first is known to fewer digits than it decays by
+        exact = (seen / (squares - omega**2 + 1e-9j * omega * squares)) @ seen.T
+        found = made.coordinates.receptances(np.array([omega]))[0]
+        assert np.abs(found - exact).max() < 0.02 * np.abs(exact).max()
+
+
 def test_a_rod_of_many_elements_is_a_continuous_rod() -> None:
     made = reduced_host(rod(10_000), {"end": 9_999}, 9.7 * FIRST)
     omega = np.array([0.3, 2.2, 5.5]) * FIRST

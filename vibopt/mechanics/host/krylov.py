@@ -8,6 +8,7 @@ differ most; what the last one misses is measured with fresh solutions of the fu
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -15,14 +16,15 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.host.coordinates import Coordinates
 from vibopt.mechanics.host.lowest import free_motions, lowest_modes, still, undamped
-from vibopt.mechanics.host.matrices import Matrices, solve
+from vibopt.mechanics.host.matrices import Matrices, negative_count, solve
 from vibopt.records import dataclass
 
 TARGET = 1e-10
 CHECKS = 11
 _GRID = 400
 _MOST, _WIDEST = 60, 240
-_SAME = 1e-11
+_SAME, _LEFT = 1e-11, 1e-8
+"""Parts: of a motion below which it is nothing new, and between two projections up to which many modes are carried."""
 _ABOVE = 1.2
 
 
@@ -143,6 +145,11 @@ def reduced_host(matrices: Matrices, points: dict[str, int], top: float, *, mode
         Highest frequency of interest [rad/s].
     modes
         Number of lowest natural modes that must be there, seen from the points or not.
+
+    Notes
+    -----
+    Among more modes than frequencies that are used at first, more are, as long as projections differ; where the
+    coordinates then do not suffice, the error says what a resonance between frequencies of the grid may be off by.
     """
     places = np.array(list(points.values()), dtype=np.intp)
     names = list(points)
@@ -157,16 +164,33 @@ def reduced_host(matrices: Matrices, points: dict[str, int], top: float, *, mode
     used = _begin(matrices, basis, loads, top)
     now = basis.coordinates(names)
     value, before = now.receptances(grid), np.zeros((len(grid), len(places), len(places)), dtype=complex)
-    while len(used) < _MOST:
+    crowded = False
+    while True:
         differ = _differ(value, before, grid, used)
-        omega = float(grid[int(differ.argmax())])
-        if differ.max() <= 0.1 * TARGET:
+        omega, off = float(grid[int(differ.argmax())]), float(differ.max())
+        if off <= 0.1 * TARGET:
             break
+        if len(used) >= _MOST:  # beside fewer modes than that rounding alone is left
+            crowded = crowded or negative_count(matrices.dynamic(top**2, 0.0)) > _MOST
+            if not crowded or basis.count >= _WIDEST:
+                break
         used.append(omega)
         basis.add(solve(matrices, loads, omega).motion)
         now, before = basis.coordinates(names), value
         value = now.receptances(grid)
-    return _checked(matrices, basis, names, loads, top, used)
+    found = _checked(matrices, basis, names, loads, top, used)
+    if not crowded or off <= _LEFT:
+        return found
+    return replace(found, error=max(found.error, min(off * _narrow(found, grid), 1.0)))
+
+
+def _narrow(found: Reduction, grid: FloatArray) -> float:
+    """How many times higher than on a grid a resonance may be, that lies between its points and hardly decays."""
+    of = found.coordinates
+    fast = np.sqrt(of.stiffness / of.mass)
+    inside = (fast > 0.0) & (fast < found.top)
+    decays = 0.5 * (np.diag(of.damping) / of.mass + of.loss_factor * fast)[inside]
+    return max(1.0, float((grid[1] - grid[0]) / max(decays.min(initial=np.inf), 1e-300)))
 
 
 def whole_host(matrices: Matrices, points: dict[str, int]) -> Reduction:
