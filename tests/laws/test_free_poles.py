@@ -165,3 +165,14 @@ def test_two_that_drift_are_proven_best_where_they_are_damped_critically() -> No
     assert answer.status == "optimal"
     assert answer.goal is not None
     assert answer.goal[1].value == pytest.approx(math.sqrt(5e4 * 13.0 / 22.0), rel=2e-5)
+
+
+def test_where_nothing_swings_at_best_it_is_boxes_that_leave_too_much_open() -> None:
+    """A ratio above one is of two real poles, which boxes know nothing of; that the goal has no bounds is not said."""
+    document = drifting((np.array([30.0, 90.0]), np.array([1.0]), np.array([1.0])), LINE)
+    document["links"]["l0"]["stiffness"] = {"from": "20 kN/m", "to": "400 kN/m"}
+    document["links"]["l0"]["damping"] = {"from": "100 N s/m", "to": "40 kN s/m"}
+    answer = vo.solve(from_dict(document | {"goal": {"maximise": "damping_ratio"}}))
+    assert answer.goal is not None
+    assert answer.goal[1].value == pytest.approx(40e3 / (2.0 * math.sqrt(2e4 * 22.5)))
+    assert answer.claim.endswith("no useful bound: boxes of all variables leave too much open")

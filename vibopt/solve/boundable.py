@@ -27,7 +27,9 @@ def with_reason(program: Program, found: Found, unasked: str = "") -> Found:
     value = max(piece.sense * piece.form.value(piece.model, found.x) for piece in aim.pieces)
     if not np.isfinite(value) or _near(value, found.bound):
         return found
-    why = _left_out(program) or refusal(program, aim.pieces) or unasked or "boxes of all variables leave too much open"
+    why = _left_out(program) or refusal(program, aim.pieces) or unasked
+    if not why or (aim.form.poles is not None and not unbounded(aim.pieces) and why.startswith("the goal")):
+        why = "boxes of all variables leave too much open"
     return replace(found, claim=f"{found.claim}; no useful bound: {why}")
 
 
