@@ -85,12 +85,12 @@ def test_the_series_of_a_sweep_are_in_the_users_units(press: str) -> None:
 
     drawn = strips(sweep(read(press), "limits.start_up.at_most", "5 mm..30 mm", 6))
     assert drawn.x_label == "limit start_up, at most [mm pk]"
-    assert [strip.label for strip in drawn.strips] == ["stiffness of mount\n[MN/m]", "damping of mount\n[kN s/m]"]
+    assert [strip.label for strip in drawn.strips] == ["stiffness of mount\n[kN/m]", "damping of mount\n[N s/m]"]
     end = 10.86664  # drawn where it is: no design on its one side, one on its other
     assert list(drawn.x) == pytest.approx([5, 10, end, end, 15, 20, 25, 30], rel=2e-6)
     stiffness = drawn.strips[0].lines[0].y
     assert list(np.isfinite(stiffness)) == [False] * 3 + [True] * 5
-    assert stiffness[5] == pytest.approx(6.9569172)
+    assert stiffness[5] == pytest.approx(6956.9172)
     ((low, high, words),) = drawn.shaded
     assert (low, words) == (5.0, "no design meets all limits")
     assert high == pytest.approx(10.86664, rel=2e-6)
@@ -318,9 +318,17 @@ def test_a_trade_off_names_where_it_leaps_and_has_no_knee_behind_its_chord(run: 
     file.write_text(COMPRESSOR)
     words = " ".join(run("tradeoff", str(file), "--against", "limits.floor", "--points", "5").out.split())
     assert (
-        "; nothing lies between 1.26 MN/m at 4727 N pk and 10 MN/m at 4727 N pk. There is no knee: no point lies "
+        "; nothing lies between 1260 kN/m at 4727 N pk and 10000 kN/m at 4727 N pk. There is no knee: no point lies "
         "before the straight line between both ends."
     ) in words
+
+
+def test_a_trade_off_shows_its_goal_in_the_unit_of_the_file(run: Run, press: str) -> None:
+    """Points that were answered together and those that were answered alone; the size alone would choose MN/m."""
+    done = run("tradeoff", press, "--against", "limits.start_up", "--points", "12")
+    rows = [row for row in done.out.splitlines() if row.count("  ") > 2 and "N/m" in row]
+    assert len(rows) == 14
+    assert all(" kN/m " in row for row in rows)
 
 
 @pytest.mark.slow

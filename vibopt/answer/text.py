@@ -10,8 +10,9 @@ from shlex import quote
 from typing import Any
 
 from vibopt.answer.answer import Answer
-from vibopt.answer.blocks import FOOT, LEAD, Block
+from vibopt.answer.blocks import FOOT, LEAD, Block, told
 from vibopt.answer.console import Console, Grid, columns
+from vibopt.answer.entry import Value
 from vibopt.answer.jsonable import views_of
 
 WIDTH = 80
@@ -120,9 +121,9 @@ def rendered(write: Callable[[Console], None], *, width: int = WIDTH, colour: bo
     return console.text
 
 
-def grid(rows: Iterable[Sequence[str]], heads: Sequence[str] = (), whole: Sequence[int] = ()) -> Grid:
-    """A table without lines; columns numbered in `whole` are never broken."""
-    return Grid([list(row) for row in rows], heads, whole)
+def grid(rows: Iterable[Sequence[str | Value]], heads: Sequence[str] = (), whole: Sequence[int] = ()) -> Grid:
+    """A table without lines, each column in one unit a dimension; columns numbered in `whole` are never broken."""
+    return Grid(told(list(rows)), heads, whole)
 
 
 def section(console: Console, title: str, body: str | Grid) -> None:

@@ -235,10 +235,9 @@ def _list(result: Sweep, console: Console) -> None:
     for point in result.points[::step]:
         entries = {**point.variables, **point.results}
         values = [value_at(entries, path) for path in paths]
-        goal = [point.goal.shown if point.goal is not None else "-"] if result.goal else []
+        goal = [point.goal or "-"] if result.goal else []
         bought = [point.parts.get(path, "-") for path in parts]
-        where = [entry.shown for entry in point.varied.values()]
-        rows.append((*where, point.status, *goal, *bought, *values, _tight(point, result.drawn)))
+        rows.append((*point.varied.values(), point.status, *goal, *bought, *values, _tight(point, result.drawn)))
     names = [path.split(".", 1)[-1] for path in (*parts, *paths)]
     where = ["Value"] if len(result.paths) == 1 else [_short(path) for path in result.paths]
     heads = (*where, "Verdict", *([result.goal] if result.goal else []), *names, "Active limits")
@@ -272,13 +271,12 @@ def _list_boundaries(found: Sequence[Boundary], console: Console) -> None:
         paragraph(console, "Between two values it was not followed further, by the work. Sweep a narrower range there.")
 
 
-def value_at(entries: Mapping[str, Entry], path: str) -> str:
+def value_at(entries: Mapping[str, Entry], path: str) -> Entry | str:
     """A number, with its angle where it has one."""
-    turned = entries.get(f"{path.rpartition('.')[0]}.angle")
-    if path not in entries:
-        return "-"
-    angle = f" @ {turned.shown}" if turned is not None and path.endswith(_TURNED) and entries[path].value else ""
-    return f"{entries[path].shown}{angle}"
+    turned, found = entries.get(f"{path.rpartition('.')[0]}.angle"), entries.get(path, "-")
+    if isinstance(found, str) or turned is None or not path.endswith(_TURNED) or not found.value:
+        return found
+    return f"{found.shown} @ {turned.shown}"
 
 
 def _large(entries: Mapping[str, Entry]) -> dict[str, Entry]:

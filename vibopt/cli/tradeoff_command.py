@@ -187,10 +187,9 @@ def _rows(
         if index % step == 0 or mark:
             chosen = {path: _shown(value, sizes[path]) for path, value in point.variables.items()}
             values = [*(point.parts.get(path, "-") for path in parts), *(value_at(chosen, path) for path in paths)]
-            best = point.goal.shown if point.goal is not None else "-"
             proof = "not proven" if point.status == "feasible" else ""
-            at = [values_of[index].shown for _, values_of in reached]
-            rows.append((*at, best, *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
+            at = [values_of[index] for _, values_of in reached]
+            rows.append((*at, point.goal or "-", *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
     names = [name for name, _ in reached]
     heads = (*names, goal, *(path.split(".", 1)[-1] for path in (*parts, *paths)), "Active limits", "")
     console.print(grid(rows, heads))

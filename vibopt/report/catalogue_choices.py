@@ -13,7 +13,7 @@ from vibopt.scene.places import bound_parts
 from vibopt.scene.scene import MINIMISE, Design, Scene
 from vibopt.units import show
 from vibopt.values import Fact
-from vibopt.verify.checked import shown_value, usual_unit
+from vibopt.verify.checked import in_usual_unit
 
 MOST_NAMES = 6
 """Names of parts that are listed in a line; JSON has all of them."""
@@ -53,9 +53,7 @@ def _goal(scene: Scene, value: float) -> Entry | None:
         return None
     response = scene.goal.response
     size = value if (scene.goal.sense == MINIMISE) != response.complement else -value
-    return shown_value(
-        response, 1.0 - size if response.complement else size, response.unit or usual_unit(scene, response)
-    )
+    return in_usual_unit(scene, response, 1.0 - size if response.complement else size)
 
 
 def _price(scene: Scene, chosen: Mapping[str, float]) -> Entry | None:

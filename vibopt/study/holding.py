@@ -20,7 +20,7 @@ from vibopt.report.catalogue_choices import tied
 from vibopt.solve import solve
 from vibopt.study.seen import goal_of
 from vibopt.values.fact_at import FactAt
-from vibopt.verify.checked import shown_value as shown_response
+from vibopt.verify.checked import in_usual_unit
 from vibopt.work import SpentError, metered
 
 if TYPE_CHECKING:
@@ -372,8 +372,7 @@ class Road:
                 if abs(row[index] - end) <= _AT_END * abs(end):
                     held.add(f"{variable.path} at {_PLACES[word]}")
         assert columns.goal is not None
-        response = scene.goal.response
-        goal = shown_response(response, float(columns.goal[index]), response.unit or "")
+        goal = in_usual_unit(scene, scene.goal.response, float(columns.goal[index]))
         return State(value, "optimal", goal, frozenset(held))
 
 

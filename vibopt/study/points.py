@@ -18,7 +18,7 @@ from vibopt.study.seen import GOOD, NOTHING, chosen, entries_of, goal_of, measur
 from vibopt.study.varied import DECIBEL
 from vibopt.units import to_unit
 from vibopt.values.fact_at import FactAt
-from vibopt.verify.checked import shown_value as shown_response
+from vibopt.verify.checked import in_usual_unit
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
@@ -148,7 +148,7 @@ class Points(Sequence[Point]):
         assert is_scene(scene)
         goal = None
         if found and columns.goal is not None and scene.goal is not None:
-            goal = shown_response(scene.goal.response, float(columns.goal[index]), scene.goal.response.unit or "")
+            goal = in_usual_unit(scene, scene.goal.response, float(columns.goal[index]))
         return Point(where, status, goal, shown_values(scene, columns.x[:, index]) if found else {}, margins)
 
 

@@ -194,20 +194,21 @@ def _answers(sweep: Sweep, points: list[Point]) -> Iterable[Strip]:
     if scene.goal is not None and any(goal):
         response = scene.goal.response
         drawn = f"links.{getattr(response, 'of', '')}.{response.response}"
-        yield _strip(spoken(response.response, place_of(response)), goal, response.dimension, response.unit or "")
+        yield _strip(spoken(response.response, place_of(response)), goal, response.dimension)
     part_of = tied(scene)
     for variable in scene.variables:
         column = variable.path.startswith(f"{part_of.get(variable.path)}.")  # a price or rating, of no device
         if variable.path != drawn and not column:
             values = [point.variables.get(variable.path) for point in points]
-            yield _strip(spoken_path(variable.path), values, variable.dimension, "")
+            yield _strip(spoken_path(variable.path), values, variable.dimension)
 
 
-def _strip(name: str, values: list[Entry | None], dimension: str, unit: str) -> Strip:
+def _strip(name: str, values: list[Entry | None], dimension: str) -> Strip:
     si = np.array([value.value if value is not None else nan for value in values])
     si[~np.isfinite(si)] = nan
     finite = si[np.isfinite(si)]
-    shown = unit or best_unit(float(np.median(finite)) if len(finite) else 0.0, dimension)
+    users = next((value.unit for value in values if value is not None), "")
+    shown = users or best_unit(float(np.median(finite)) if len(finite) else 0.0, dimension)
     y = in_unit(si, shown, dimension)
     if len(finite) and np.ptp(finite) <= _LEVEL * np.abs(finite).max():
         y = np.where(np.isfinite(si), np.median(y[np.isfinite(si)]), nan)
@@ -233,7 +234,7 @@ def _numbers(values: Mapping[str, list[Entry | None]]) -> Iterable[Strip]:
     for name, entries in values.items():
         first = next((entry for entry in entries if entry is not None), None)
         if first is not None:
-            yield _strip(spoken_path(name), entries, first.dimension, first.unit)
+            yield _strip(spoken_path(name), entries, first.dimension)
 
 
 def _measured(points: list[Point], drawn: Collection[str]) -> Iterable[Strip]:
@@ -303,6 +304,6 @@ def _drawn(job: Job, fact: FactAt, name: str, points: Sequence[Point], reached: 
     first = next(entry for entry in goal if entry is not None)
     response = job.goal.response if is_scene(job) and job.goal is not None else None
     said = spoken(response.response, place_of(response)) if response is not None else name or "goal"
-    shown = _strip(said.replace("_", " "), goal, first.dimension, (response.unit if response else first.unit) or "")
+    shown = _strip(said.replace("_", " "), goal, first.dimension)
     x, label = _shown(np.array([entry.value for entry in reached]), fact), _label(fact, fact.path.split(".")[1])
     return Front(job.title, label, shown.label.replace("\n", " "), x, shown.lines[0].y, (), ())

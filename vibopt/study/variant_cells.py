@@ -13,7 +13,7 @@ from vibopt.responses.price import TotalPrice
 from vibopt.scene.places import bought
 from vibopt.scene.scene import Design
 from vibopt.verify.certify import measure
-from vibopt.verify.checked import shown_value, usual_unit
+from vibopt.verify.checked import in_usual_unit
 
 SAME = 1e-6
 """Part by which entries of a row may differ and be the same: what a search leaves open, what a file rounds."""
@@ -98,7 +98,7 @@ def price_of(design: Design, chosen: Mapping[str, float]) -> Entry | None:
     if not parts or any(part.price is None for part in parts.values()):
         return None
     response = TotalPrice(response="price")
-    return shown_value(response, measure(design.scene, chosen, response).value, usual_unit(design.scene, response))
+    return in_usual_unit(design.scene, response, measure(design.scene, chosen, response).value)
 
 
 def price_words(price: Entry, design: Design, designs: Sequence[Design]) -> str:

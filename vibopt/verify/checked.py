@@ -338,6 +338,11 @@ def unsteady(*families: Mapping[str, Checked]) -> str:
     return "; ".join(words for said in names.values() for words in said.values())
 
 
+def in_usual_unit(scene: Scene, response: Response, value: float) -> Entry:
+    """A value [SI] as answers show it: in the user's unit for it, or in the one in which the file speaks of it."""
+    return shown_value(response, value, response.unit or usual_unit(scene, response))
+
+
 def usual_unit(scene: Scene, response: Response) -> str:
     """The unit in which the file speaks of the same quantity, else that of its kind or "" (chosen by size).
 
