@@ -272,7 +272,7 @@ def test_a_fault_of_ours_is_one_sentence(run: Run, press: str, monkeypatch: pyte
     ("words", "text"),
     [
         (("slove", "x"), 'there is no verb "slove". Did you mean "solve"?'),
-        (("solve", "x.toml", "--jsno"), "Did you mean"),
+        (("solve", "x.toml", "--jsno"), "--json"),
         (("solve",), "Missing argument 'FILE'"),
         (("sweep", "x.toml"), "Missing option '--vary'"),
     ],
