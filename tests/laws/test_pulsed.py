@@ -15,8 +15,8 @@ import vibopt as vo
 from vibopt.arrays import FloatArray
 from vibopt.excitations.segments import line, sine
 from vibopt.mechanics import pulsed
+from vibopt.mechanics.peaks_in_time import Peak
 from vibopt.mechanics.pulsed import peaks_by_modes
-from vibopt.mechanics.ringing import Peak
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.signals import Segment
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
-    from vibopt.mechanics.ringing import Peak
+    from vibopt.mechanics.peaks_in_time import Peak
     from vibopt.mechanics.spinning_up import SpinUp
     from vibopt.mechanics.sweep_response import RunUp
 
@@ -193,7 +193,7 @@ class PeakInRunUp(Form):
         return kept(model, self, x[None], lambda some: [self._peak(model, one) for one in some])[0]
 
     def _peak(self, model: Model, x: FloatArray) -> Peak:
-        from vibopt.mechanics.ringing import Peak
+        from vibopt.mechanics.peaks_in_time import Peak
 
         machine, read = self.course(model, x)
         return machine.peak(read) if machine.sweep.speeds else Peak(np.inf, np.inf)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
-    from vibopt.mechanics.ringing import Peak
+    from vibopt.mechanics.peaks_in_time import Peak
     from vibopt.mechanics.sliding import Sliding
     from vibopt.mechanics.transient import Reading, Transient
 

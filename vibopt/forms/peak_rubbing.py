@@ -16,7 +16,7 @@ from vibopt.records import dataclass
 
 if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
-    from vibopt.mechanics.ringing import Peak
+    from vibopt.mechanics.peaks_in_time import Peak
     from vibopt.mechanics.sliding import Sliding
     from vibopt.mechanics.transient import Reading
     from vibopt.signals import Output

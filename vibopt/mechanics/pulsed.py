@@ -17,7 +17,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vibopt.mechanics.ringing import HORIZON, Peaks
+from vibopt.mechanics.peaks_in_time import Peaks
+from vibopt.mechanics.ringing import HORIZON
 
 if TYPE_CHECKING:
     from vibopt.mechanics.transient import Reading, Transient

@@ -23,7 +23,8 @@ from numpy.polynomial.polynomial import polyval
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 from vibopt.mechanics.orbits import Half, spun
-from vibopt.mechanics.ringing import HORIZON, Peak
+from vibopt.mechanics.peaks_in_time import Peak
+from vibopt.mechanics.ringing import HORIZON
 from vibopt.records import cached_property
 from vibopt.signals import Output, Sweep
 

@@ -21,8 +21,9 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated, riding
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential
+from vibopt.mechanics.peaks_in_time import Peak, Peaks
 from vibopt.mechanics.pulsed import peaks_by_modes
-from vibopt.mechanics.ringing import Behind, Peak, Peaks
+from vibopt.mechanics.ringing import Behind
 from vibopt.mechanics.stacked import cholesky, moved, product, read_at, row_sum, stepped, trace, wide
 from vibopt.mechanics.stretches import Stretch, add_before, after, own_lengths, runs_of, steps_of
 from vibopt.records import cached_property, dataclass

@@ -16,7 +16,7 @@ from vibopt.forms import PeakInRunUp, PeakInTime, PeakOverDurations
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.modes import natural_frequencies
-from vibopt.mechanics.ringing import Peak
+from vibopt.mechanics.peaks_in_time import Peak
 from vibopt.program.pose import form_of, pose
 from vibopt.records import dataclass
 from vibopt.report.series import Mark, Panel, Zone, known_curve
