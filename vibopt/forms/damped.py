@@ -122,9 +122,7 @@ class DecayRate(OfPoles):
         if known.model.n_free > 1:
             return on_boxes(self, known, low, high)
         (m, k, c), (big, stiff, damped) = _sums(known.model, low, high)
-        with np.errstate(
-            divide="ignore", invalid="ignore"
-        ):  # of one mass the lesser of two numbers, above and below critical damping
+        with np.errstate(divide="ignore", invalid="ignore"):  # the rate is the lesser, above critical or below
             slow = [2.0 * k / (damped + np.sqrt(np.maximum(damped**2 - 4.0 * k * m, 0.0))), damped / (2.0 * m)]
             fast = [c / (2.0 * big), 2.0 * stiff / (c + np.sqrt(np.maximum(c**2 - 4.0 * stiff * big, 0.0)))]
         return np.fmin(slow[0], fast[0]), np.fmin(slow[1], fast[1])
