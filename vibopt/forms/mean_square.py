@@ -19,7 +19,16 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.form import kept
-from vibopt.forms.noise_states import LIGHT, States, decaying, held_first, under_displacement, under_force
+from vibopt.forms.noise_states import (
+    LIGHT,
+    States,
+    beside_base,
+    decaying,
+    held_first,
+    on_carrier,
+    under_displacement,
+    under_force,
+)
 from vibopt.forms.reduce import closure
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
@@ -157,7 +166,9 @@ def _as_states(model: Model, output: Output, noise: Noise, p: FloatArray) -> Mat
     def matrices(at: Numbers) -> States | None:
         if noise.displaced:
             return under_displacement(model, output, noise, at)
-        return under_force(model, output, noise, at, ride)
+        if ride is not None:
+            return on_carrier(model, output, at, ride)
+        return (beside_base if noise.vector[n:].any() else under_force)(model, output, noise, at)
 
     return matrices if matrices(p) is not None else None
 
@@ -204,7 +215,7 @@ def _of_states(model: Model, found: States | None, noise: Noise, p: FloatArray) 
     c, reach = dying.c, _reach(dying, model, p)
     square, parts = float((c @ reach @ c.conj()).real), float(np.abs(c) @ np.sqrt(np.abs(np.diag(reach)))) ** 2
     if square <= _CANCELS * parts:  # what each free motion has of the reading cancels less
-        _, rates, shapes = dying.turned(model, p)
+        _, rates, shapes = dying.eigen(model, p)
         each = (c @ shapes) * np.linalg.solve(shapes, dying.b)
         square = -float((np.outer(each, each.conj()) / (rates[:, None] + rates.conj())).sum().real)
     return float(np.pi * noise.density * square)
@@ -262,7 +273,7 @@ def _reach(states: States, model: Model, p: FloatArray, *, seen: bool = False) -
     rates = np.linalg.eigvals(a)
     if np.max(rates.real / np.maximum(np.abs(rates), 1e-300), initial=-1.0) <= -LIGHT:
         return _lyapunov(a, load)
-    _, rates, shapes = states.turned(model, p)
+    _, rates, shapes = states.eigen(model, p)
     return _by_states(a, load, rates, np.linalg.inv(shapes).T if seen else shapes)
 
 

@@ -103,22 +103,36 @@ def eliminated(elastic: Numbers, braked: Numbers, heavy: int) -> Numbers:
 class FirstOrder:
     """z' = rates z + struck f + shaken a, under forces on the free coordinates and accelerations of the bases.
 
-    rates (N, N), struck (N, n_free), shaken (N, n_bases).
+    The states z are places of free coordinates, their rates, places of bases, their rates.
+
+    rates, struck, shaken
+        (N, N), (N, n_free) and (N, n_bases).
     places
         All coordinates from the states, (n_coords, N).
-    own
-        Number of states of the free coordinates, which are the first.
+    kept, heavy
+        Free coordinates whose places are states, (n,), and how many of them, the first, have mass: their rates are
+        states, too.
     """
 
     rates: Numbers
     struck: Numbers
     shaken: Numbers
     places: Numbers
-    own: int
+    kept: IntArray
+    heavy: int
+
+    @property
+    def own(self) -> int:
+        """Number of states of the free coordinates, which are the first."""
+        return len(self.kept) + self.heavy
+
+    def state(self, place: Numbers, rate: Numbers, base: Numbers, base_rate: Numbers) -> Numbers:
+        """z (N,) of places and rates of all free coordinates (n_free,) and of the bases (n_bases,)."""
+        return np.concatenate([place[self.kept], rate[self.kept[: self.heavy]], base, base_rate])
 
 
 def first_order(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int) -> FirstOrder:
-    """A machine as one system of first order; states are places, then rates, of the free coordinates, then of bases."""
+    """A machine as one system of first order, of mass, damping, stiffness (n_coords, n_coords) with the bases last."""
     one = condensed(mass, damping, stiffness, n_free)
     n, half, heavy = one.n, len(one.mass), one.heavy
     inverse = np.linalg.inv(one.mass[:heavy, :heavy])
@@ -142,9 +156,8 @@ def first_order(mass: Numbers, damping: Numbers, stiffness: Numbers, n_free: int
     places = np.zeros((len(mass), 2 * half), dtype=rows.dtype)
     places[:, :half] = one.lift
     lifted = one.lift[:n_free, :n].T
-    return FirstOrder(
-        whole[order[:, None], order], (pushed @ lifted)[order], shaken[order], places[:, order], n + heavy
-    )
+    struck = (pushed @ lifted)[order]
+    return FirstOrder(whole[order[:, None], order], struck, shaken[order], places[:, order], one.kept, heavy)
 
 
 def riding(stiffness: Numbers, n: int) -> Numbers:
