@@ -179,3 +179,34 @@ def test_an_isolation_of_next_to_nothing_is_known_to_rounding_of_what_comes_thro
     design = solve(from_dict(document))
     assert design.status == "optimal", design.claim
     assert design.goal[1].value == pytest.approx(50.0 * (20.0 * 3.141592653589793) ** 2, rel=1e-9)
+
+
+def test_a_resonance_beside_does_not_reach_what_it_does_not_move() -> None:
+    """An undamped machine that is shaken at its resonance, and another on the same floor, which that leaves at rest."""
+    document = {
+        "bases": {"floor": {}},
+        "bodies": {"frame": {"mass": "5657.3 kg"}, "fan": {"mass": "12472 lb"}},
+        "links": {
+            "mount": {
+                "between": ["frame", "floor"],
+                "stiffness": {"from": "216.2 kN/m", "to": "194.58 MN/m"}, "damping": "11444 N s/m",
+            },
+            "feet": {"between": ["fan", "floor"], "stiffness": "727.42 N/mm"},
+        },
+        "excitations": {
+            "fan": {"kind": "unbalance", "on": "fan", "speed": "44..119 rpm", "unbalance": "598090 g mm"},
+            "street": {"kind": "base_motion", "on": "floor", "speed": "180 rpm", "displacement": "0.1 mm"},
+        },
+        "limits": {
+            "gap": {"response": "relative_displacement", "across": "mount", "combine": "rss", "at_most": "0.3 mm"}
+        },
+        "goal": {"minimise": "transmitted_force", "through": "mount", "due_to": ["street"]},
+    }  # fmt: skip
+    design = solve(from_dict(document))
+    assert design.status == "optimal", design.claim
+    w, mass, damper, stiff = 6.0 * 3.141592653589793, 5657.3, 11444.0, float(design.x[0])
+    gap = 1e-4 * mass * w**2 / abs(stiff - mass * w**2 + 1j * damper * w)
+    assert design.limits["gap"].value.value == pytest.approx(gap, rel=1e-9)
+    own = {"response": "displacement", "of": "fan", "due_to": ["fan"], "at_most": "1 m"}
+    document["limits"] = {"swing": own}
+    assert solve(from_dict(document)).status == "infeasible"  # what it does move has no end

@@ -171,3 +171,32 @@ def test_one_stiffness_that_misses_by_little_is_decided_along_its_range(missed: 
     some = solve(from_dict(crossing(least_crossing() * (1.0 + missed))), explain=False)
     assert (none.status, some.status) == ("infeasible", "optimal")
     assert max(none.work, some.work) < 200.0
+
+
+def test_a_valley_between_resonances_that_no_box_shows_is_found() -> None:
+    """Two undamped absorbers and an open mount: local searches stop at poles, that of the least missed does not."""
+    links = {
+        "l0": {"between": ["b0", "floor"], "stiffness": {"from": "2.268 kN/m", "to": "2.0413 MN/m"}},
+        "l1": {"between": ["b1", "b0"], "stiffness": "346.116 kN/m"},
+        "l2": {"between": ["b2", "b1"], "stiffness": "248.206 kN/m", "damping": "67.695 N s/m"},
+    }
+    document = {
+        "bases": {"floor": {}},
+        "bodies": {"b0": {"mass": "10.287 kg"}, "b1": {"mass": "55.036 kg"}, "b2": {"mass": "28.369 kg"}},
+        "links": links,
+        "absorbers": {
+            "a0": {"on": "b1", "mass": "0.79129 kg", "stiffness": {"from": "1.2946 kN/m", "to": "1.1651 MN/m"}},
+            "a1": {"on": "b1", "mass": "1.3276 kg", "frequency": "11.673 Hz"},
+        },
+        "excitations": {"e0": {"kind": "unbalance", "on": "b1", "speed": "625.95 rpm", "unbalance": "20.589 kg mm"}},
+        "limits": {
+            "q0": {"response": "acceleration", "of": "b2", "at_most": "2.4039 m/s²"},
+            "q1": {"response": "displacement", "of": "b0", "over": "0..55.859 rad/s", "at_most": "12.618 mm"},
+        },
+        "goal": {"minimise": "stiffness", "of": "l0"},
+    }
+    program = closed(pose(from_dict(document)))
+    found = BranchAndBound(most=60).solve(program)
+    assert found.status in ("feasible", "optimal"), found.claim
+    assert found.x is not None
+    assert Judge(program).feasible(np.array(found.x))

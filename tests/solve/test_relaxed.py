@@ -413,3 +413,31 @@ def test_what_is_not_proven_at_once_is_searched_as_before() -> None:
     assert len(told) == 1
     assert first.claim == again.claim
     assert first.details == again.details
+
+
+def test_a_response_that_no_variable_moves_is_a_row_of_its_own() -> None:
+    """A pump beside a press: under its own force the pump moves alike whatever is chosen for the press."""
+    pump = {"between": ["pump", "ground"], "stiffness": "300 kN/m", "damping": "20 N s/m"}
+    mount = {
+        "between": ["press", "ground"],
+        "stiffness": {"from": "1 MN/m", "to": "100 MN/m"}, "damping": {"from": "100 N s/m", "to": "100 kN s/m"},
+    }  # fmt: skip
+    asked = {"response": "relative_displacement", "across": "feet", "due_to": ["pump"]}
+    document = {
+        "bodies": {"press": {"mass": {"from": "140 kg", "to": "1200 kg"}}, "pump": {"mass": "2 kg"}},
+        "links": {"mount": mount, "feet": pump},
+        "excitations": {
+            "punch": {"kind": "force", "on": "press", "amplitude": "150 N", "speed": "60..190 rad/s"},
+            "pump": {"kind": "force", "on": "pump", "amplitude": "300 N", "speed": "100..400 rad/s"},
+        },
+        "goal": {"minimise": "relative_displacement", "across": "mount", "combine": "rss"},
+    }
+    w = np.linspace(100.0, 400.0, 300_001)
+    most = float((300.0 / np.abs(300e3 - 2.0 * w**2 + 20.0j * w)).max())
+    for factor, status in ((1.001, "optimal"), (0.999, "infeasible")):
+        found = solve(from_dict({**document, "limits": {"pump": {**asked, "at_most": f"{factor * most!r} m"}}}))
+        assert found.status == status, found.claim
+    found = solve(from_dict({**document, "limits": {"pump": {**asked, "at_most": "50 mm"}}}))
+    w = np.linspace(60.0, 190.0, 100_001)
+    least = (150.0 / np.abs(100e6 - 140.0 * w**2 + 100e3j * w)).max()  # stiff, light and damped
+    assert found.goal[1].value == pytest.approx(least, rel=1e-9)

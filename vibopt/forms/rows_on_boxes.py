@@ -12,6 +12,7 @@ say more.
 
 from __future__ import annotations
 
+import math
 from itertools import permutations
 from typing import Any
 
@@ -273,7 +274,7 @@ class _Terms:
 
 def _summed(p: FloatArray, each: Any) -> Any:
     """Terms (n_boxes, n_terms) times what each adds (n_terms, ...), shape (n_boxes, ...)."""
-    return (p @ each.reshape(len(each), -1)).reshape(len(p), *each.shape[1:])
+    return (p @ each.reshape(len(each), math.prod(each.shape[1:]))).reshape(len(p), *each.shape[1:])
 
 
 def _paired(line: Sampled) -> tuple[ComplexArray, ComplexArray, tuple[_Pair, ...]]:

@@ -12,6 +12,7 @@ from vibopt.errors import counted
 from vibopt.program.program import Program
 from vibopt.solve.boundable import unbounded
 from vibopt.solve.branch import MOST_BOXES, MOST_WORK, Judge, Search
+from vibopt.solve.least_missed import nearest_to
 from vibopt.solve.local import from_starts, improved, refined, rescued
 from vibopt.solve.method import OPEN, VANISHED, Found, Progress
 from vibopt.solve.relaxed import with_least
@@ -64,6 +65,8 @@ class BranchAndBound:
         boxes = budget.spent
         if proof.status == "infeasible":
             return self.none_in(boxes)
+        if proof.x is None and judge.feasible(near := nearest_to(program)):  # as its limits are narrow between boxes
+            proof = replace(proof, x=near, value=judge.goal(near).value)
         if proof.x is None:
             return Found("unproven", None, f"nothing found and nothing proven in {counted(boxes, 'boxes')}", self.name)
         if proof.value == -np.inf:

@@ -36,6 +36,8 @@ _OTHERS = (0.118, 0.382, 0.764)
 """Parts of a band at which a machine is also measured in full, whatever the worst speed."""
 _AS_REST = 1e-6
 """Part of the reach of the orders at which a ratio of two motions is as at rest."""
+_ASIDE = (1e-6, 1e-4)
+"""Parts of a speed to both sides of it: at a pole of a response the nearer are a hundred times as great."""
 _TRIED, _NEAR = 48, 0.8
 """Speeds of a range at which places are compared, and the part of the greatest from which on one may be that."""
 TOLERANCE = 1e-9
@@ -216,12 +218,21 @@ class Shaken:
     def __call__(self, speed: FloatArray) -> FloatArray:
         """Combined peak amplitude, shape of `speed` [rad/s]; a ratio for normalised responses."""
         with np.errstate(all="ignore"):
-            if not self.response.rigid_link:
-                value = self._size(self.machine, speed)
-            else:
-                moving = np.maximum(speed, _AS_REST * self._within)
-                value = self._size(self.bolted, moving) / self._size(self.machine, moving)
-        return np.where(np.isnan(value), np.inf, value)
+            value = np.array(self._at(speed))
+            if (ends := ~np.isfinite(value)).any():
+                value[ends] = self._at_pole(speed[ends])
+        return value
+
+    def _at(self, speed: FloatArray) -> FloatArray:
+        if not self.response.rigid_link:
+            return self._size(self.machine, speed)
+        moving = np.maximum(speed, _AS_REST * self._within)
+        return self._size(self.bolted, moving) / self._size(self.machine, moving)
+
+    def _at_pole(self, speed: FloatArray) -> FloatArray:
+        """Where the machine has no answer: infinite, but of what stays the same on both sides of the pole."""
+        near, far = (0.5 * (self._at(speed * (1.0 + off)) + self._at(speed * (1.0 - off))) for off in _ASIDE)
+        return np.where(near <= 2.0 * far, near, np.inf)
 
     def _size(self, machine: Machine, speed: FloatArray) -> FloatArray:
         found = [self._line(machine, line, speed) for line in self.lines]
