@@ -299,3 +299,27 @@ def test_a_weight_that_is_none_is_refused(family: str, given: Any, words: str) -
     else:
         document[family] = {"run_up": table | ({"at_most": "20 mm"} if family == "limits" else {})}
     assert refused(from_dict, document, name="press.toml").messages == (f"press.toml: {words}",)
+
+
+def test_what_has_no_end_at_standstill_is_told_so_of_a_limit_alone() -> None:
+    """A floor that moves at a constant rate goes ever farther as it slows down: no design helps, by itself or not."""
+    document = press(15e3, 30e-3)
+    document["excitations"] = {
+        "street": {
+            "kind": "base_motion",
+            "on": "floor",
+            "velocity": "1 mm/s",
+            "speed": "3000 rpm",
+            "varies": "constant",
+        }
+    }
+    document["bases"] = {"floor": {}}
+    document["links"]["mount"]["between"] = ["press", "floor"]
+    document["bodies"]["table"] = {"mass": "40 kg"}
+    document["links"]["top"] = {"between": ["table", "press"], "stiffness": "1 MN/m", "damping": "400 N s/m"}
+    document["limits"] = {"far": document["limits"]["run_up"]}
+    design = answered(document)
+    assert design.status == "infeasible"
+    assert design.nearest is not None
+    alone = design.nearest.least["far"]
+    assert (alone.value.value, alone.proven, alone.enough) == (np.inf, True, False)

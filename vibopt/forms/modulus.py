@@ -246,7 +246,7 @@ class Modulus(AtWorst):
         """Bounds of the squared modulus of each line, (n_boxes, n_speeds, n_lines), or at `rows` of the speeds."""
         count = len(drive.lines)
         if rows is not None:
-            rows = (rows[..., None] * count + np.arange(count)).reshape(len(rows), -1)
+            rows = (rows[..., None] * count + np.arange(count)).reshape(len(rows), rows.shape[1] * count)
         lower, upper = ratio_bounds(*box_coefficients(known.samples[drive.name, 0], low, high, rows))
         if self.rigid_link:
             rigid = ratio_bounds(*box_coefficients(known.samples[drive.name, ~0], low, high, rows))
