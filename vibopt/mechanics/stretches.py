@@ -15,6 +15,8 @@ from vibopt.signals import Segment
 
 _JOINED = 1e-12
 """Part of a time within which it is a joint."""
+_BACK = 16.0 * np.finfo(float).eps
+"""Part of the fastest that a base has been which is none: rounding of a motion that ends."""
 _MANY, _AT_ONCE, _PANELS = 16, 2048, 15
 """Runs of one length from which on they are one of any; segments that are looked at together, and halvings of each by
 which they are fewer."""
@@ -167,3 +169,20 @@ def add_before(states: Numbers, steps: Numbers) -> None:
             further = power[..., reach:, :, :] @ power[..., :-reach, :, :]
             power = np.concatenate([power[..., :reach, :, :], further], axis=-3)
         reach *= 2
+
+
+def back_at_rest(stretches: Sequence[Stretch], n_free: int, long: FloatArray) -> Numbers:
+    """State behind the last of some stretches, (..., size), with bases at rest that are so up to rounding.
+
+    Bases come behind the free coordinates, and take `long` (...) for all of the load, in 1 / rate.  What rounding
+    leaves of their rate would carry away all that stands on them.
+    """
+    found = np.array(stretches[-1].left)
+    half = found.shape[-1] // 2
+    places, rates = found[..., n_free:half], found[..., half + n_free :]
+    fast = np.zeros(rates.shape)
+    for stretch in stretches:
+        fast = np.maximum(fast, np.abs(stretch.starts[..., half + n_free : 2 * half]).max(axis=-2))
+    back = (np.abs(rates) <= _BACK * fast) & (np.abs(places) <= _BACK * fast * np.asarray(long)[..., None])
+    places[back] = rates[back] = 0.0
+    return found

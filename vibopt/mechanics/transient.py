@@ -25,7 +25,7 @@ from vibopt.mechanics.peaks_in_time import Peak, Peaks
 from vibopt.mechanics.pulsed import peaks_by_modes
 from vibopt.mechanics.ringing import Behind
 from vibopt.mechanics.stacked import cholesky, moved, product, read_at, row_sum, stepped, trace, wide
-from vibopt.mechanics.stretches import Stretch, add_before, after, own_lengths, runs_of, steps_of
+from vibopt.mechanics.stretches import Stretch, add_before, after, back_at_rest, own_lengths, runs_of, steps_of
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
@@ -266,10 +266,13 @@ class Transient:
         """Row over the states on a stretch, (..., N), or on each of its segments (..., n, N)."""
         return self.row(reading, stretch.a / wide(self._span(stretch.a, stretch.length)))
 
-    @property
+    @cached_property
     def left(self) -> Numbers:
         """State behind the load, (..., size)."""
-        return self.stretches[-1].left if self.stretches else self.begun
+        if not self.stretches:
+            return self.begun
+        long = self.rate * sum(segment.length for segment in self.finite)
+        return back_at_rest(self.stretches, self.parts[3], long)
 
     @cached_property
     def begun(self) -> Numbers:
