@@ -48,9 +48,12 @@ class Piece:
     power: int = 0
 
     def at(self, speed: FloatArray) -> FloatArray:
-        """Amplitude at each speed [rad/s], same shape as `speed`."""
+        """Amplitude at each speed [rad/s], same shape as `speed`; at rest without end where it falls with speed."""
         value: FloatArray = self.constant + self.slope * speed
-        return value * speed**self.power if self.power else value
+        if self.power >= 0:
+            return value * speed**self.power if self.power else value
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.asarray(value * speed**self.power)
 
 
 @dataclass(frozen=True, slots=True)

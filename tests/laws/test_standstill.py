@@ -15,6 +15,7 @@ from space_machine import Plant
 from vibopt.program.pose import on_needed
 from vibopt.scene.assemble import model_of
 from vibopt.scene.read import from_dict
+from vibopt.signals import Amplitude, Band, Piece
 from vibopt.solve import solve
 from vibopt.verify.certify import measure
 
@@ -227,3 +228,12 @@ def test_weight_and_a_base_that_is_accelerated_at_standstill_add_up_as_weights_d
     weight, both, low = (one.value.value for one in design.measures.values())
     assert both == pytest.approx(weight * (1.0 + 1.0 / 9.80665), rel=1e-9)
     assert low == pytest.approx(both, rel=1e-6)
+
+
+def test_an_acceleration_by_a_table_is_read_at_rest_without_a_warning() -> None:
+    """Its displacement has no end there, which a curve that begins at rest shows as such."""
+    amplitude = Amplitude((Piece(Band(0.0, 10.0), 2.0, 0.1, -2), Piece(Band(10.0, 50.0), 3.0, 0.0, -2)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        found = amplitude.at(np.array([0.0, 5.0, 20.0]))
+    assert found.tolist() == [np.inf, pytest.approx(0.1), pytest.approx(0.0075)]
