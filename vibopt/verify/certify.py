@@ -36,7 +36,7 @@ _OTHERS = (0.118, 0.382, 0.764)
 """Parts of a band at which a machine is also measured in full, whatever the worst speed."""
 _AS_REST = 1e-6
 """Part of the reach of the orders at which a ratio of two motions is as at rest."""
-_ASIDE = (1e-6, 1e-4)
+_ASIDE = (1e-8, 1e-6)
 """Parts of a speed to both sides of it: at a pole of a response the nearer are a hundred times as great."""
 _TRIED, _NEAR = 48, 0.8
 """Speeds of a range at which places are compared, and the part of the greatest from which on one may be that."""
