@@ -16,7 +16,7 @@ from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.branch import Judge
 from vibopt.solve.global_search import BranchAndBound
-from vibopt.solve.local import improved
+from vibopt.solve.local import improved, on_values
 from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
 from vibopt.solve.plane.discs import DiscsOfOneLink
@@ -55,6 +55,50 @@ def best_of(document: dict[str, Any]) -> tuple[Any, Any]:
     method = DiscsOfOneLink(most=500)
     assert method.refuses(program) is None
     return program, method.solve(program)
+
+
+def bought(goal: dict[str, str]) -> dict[str, Any]:
+    """A mass on a spring from a list beside an open mount; the spring of the resonance lies between the listed ones."""
+    mount = {"stiffness": {"from": "1 kN/mm", "to": "4 kN/mm"}, "damping": {"from": "100 N s/m", "to": "4000 N s/m"}}
+    return {
+        "bodies": {"pump": {"mass": "300 kg"}},
+        "links": {
+            "bought": {"between": ["pump", "ground"], "stiffness": {"one_of": ["0.1 kN/mm", "60 kN/mm"]}},
+            "mount": {"between": ["pump", "ground"], **mount},
+        },
+        "excitations": {
+            "turning": {"kind": "force", "on": "pump", "amplitude": "3 kN", "speed": "3000 rpm", "varies": "constant"}
+        },
+        "goal": goal,
+    }
+
+
+def test_a_spring_from_a_list_beside_an_open_mount_is_one_that_is_listed() -> None:
+    """The force into the ground over that on the pump, from |k + i w c| / |k - m w^2 + i w c| at every corner."""
+    found = vo.solve(from_dict(bought({"maximise": "transmissibility", "into": "ground"})))
+    w = 100.0 * np.pi
+    k_bought, k, c = np.meshgrid([1e5, 6e7], np.geomspace(1e6, 4e6, 41), np.geomspace(100.0, 4000.0, 41))
+    stiff = k_bought + k + 1j * w * c
+    best = float(np.abs(stiff / (stiff - 300.0 * w**2)).max())
+    assert found.status == "optimal"
+    assert found.to_json()["goal"]["value"] == pytest.approx(best, rel=1e-9)
+    assert found.to_json()["variables"]["links.bought.stiffness"]["value"] in (1e5, 6e7)
+
+
+@pytest.mark.parametrize("goal", [{"minimise": "stiffness", "of": "mount"}, {"minimise": "total_mass"}])
+def test_a_listed_spring_that_the_goal_does_not_feel_is_listed_too(goal: dict[str, str]) -> None:
+    found = vo.solve(from_dict(bought(goal)))
+    assert found.to_json()["variables"]["links.bought.stiffness"]["value"] in (1e5, 6e7)
+
+
+def test_designs_and_tables_of_designs_are_moved_to_the_nearest_listed_values() -> None:
+    program = closed(pose(from_dict(bought({"minimise": "stiffness", "of": "mount"}))))
+    at = [axis.path for axis in program.axes].index("links.bought.stiffness")
+    table = np.full((3, 3), 2e6)
+    table[:, at] = [1.0, 3.1e7, 1e9]
+    moved = on_values(program, table)
+    assert moved[:, at].tolist() == [1e5, 6e7, 6e7]
+    assert [on_values(program, one).tolist() for one in table] == moved.tolist()
 
 
 @settings(max_examples=60, deadline=None)

@@ -58,11 +58,12 @@ def from_starts(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
 
 
 def on_values(program: Program, x: FloatArray) -> FloatArray:
-    """Discrete coordinates moved to the nearest value there is."""
+    """Discrete coordinates of designs (..., n_vars) moved to the nearest value there is."""
     moved = np.array(x, dtype=float)
     for i, axis in enumerate(program.axes):
         if axis.values is not None:
-            moved[i] = min(axis.values, key=lambda value: abs(value - moved[i]))
+            values = np.array(axis.values)
+            moved[..., i] = values[np.abs(values - moved[..., i, None]).argmin(axis=-1)]
     return moved
 
 

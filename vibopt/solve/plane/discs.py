@@ -15,7 +15,7 @@ from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
-from vibopt.solve.local import improved, refined, rescued
+from vibopt.solve.local import improved, on_values, refined, rescued
 from vibopt.solve.method import VANISHED, Found, Progress
 from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
@@ -162,6 +162,7 @@ class _Run:
     def _begin(self) -> None:
         """A design to beat: what exchange leads to, what is near the start, or the best of many points, polished."""
         if self.start is not None:
+            self.start = on_values(self.program, self.start)
             there = refined(self.program, self.start, near=True)
             self.start = self.start if there is None else there
             self._learn_from(self.start)
@@ -169,7 +170,7 @@ class _Run:
             return
         for known, first in zip(self.speeds, map(_first, self.parts), strict=True):
             known += [value for value in first if _is_new(value, known)]
-        tried = np.exp(starts(self.program, _TRIED))
+        tried = on_values(self.program, np.exp(starts(self.program, _TRIED)))
         merit = self._rough(tried)
         self._zero = 1e-12 * float(np.median(self._goals[np.isfinite(self._goals)])) if self.program.aim else 0.0
         if self.start is not None and self._offer(self.start):
