@@ -19,7 +19,7 @@ from vibopt.forms.whirling import WhirlThreshold
 from vibopt.mechanics.free_whirls import synchronous
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbits import spun
-from vibopt.program.pose import on_needed
+from vibopt.program.pose import on_needed, pose
 from vibopt.report.campbell import campbell_of
 from vibopt.report.curves import panels
 from vibopt.report.figures.campbell_diagram import campbell_figure
@@ -539,6 +539,20 @@ def test_a_threshold_that_is_found_no_more_does_not_cut_what_is_permitted() -> N
     model = model_of(from_dict(friswell()))
     for top, other, agreed in ((600.0, 599.0, True), (600.0, 500.0, False), (0.0, 599.0, False)):
         assert (WhirlThreshold(top).room(model, NONE, math.inf, other, 1e-12) == other) == agreed
+
+
+def test_a_threshold_keeps_its_digits_beside_parts_that_are_far_stiffer() -> None:
+    """Shear of the shaft is a billion times as stiff as bending, its bearings a million times: they take 2.3e-7 off.
+
+    Between both planes' frequencies, of springs in series, the whirl is at the mean of these.
+    """
+    limits = {"stable": {"response": "stability_threshold", "at_least": "400 rad/s"}}
+    limit = pose(from_dict(fit_on_a_disc(**limits))).limits[0]
+    bending = 48.0 * BENDING
+    softer = sum(bending / (2.0 * bearing) for bearing in (1e12, 2e12)) / 4.0
+    for mass in np.linspace(47.1238, 47.1239, 7):
+        found = spun(limit.model, np.array([mass])).threshold(600.0)
+        assert found == pytest.approx(2.5 * math.sqrt(bending / mass) * (1.0 - softer), rel=2e-9)
 
 
 DRIVEN = (4e6, 2e5, -2e5, 4e6, 1e3, 0.0, 0.0, 1e3)

@@ -16,7 +16,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.bearings import Bearing
 from vibopt.mechanics.growth import first_growth, states
-from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model, factors, kept
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, factors, kept
 from vibopt.mechanics.modes import free_matrices
 from vibopt.records import cached_property
 from vibopt.signals import Output
@@ -60,11 +60,28 @@ class Spun:
         """Of forward and of backward whirl with the spin 1 / w^2 (n,) and motions (n, n), as `held`."""
 
         def found(each: FloatArray) -> list[tuple[tuple[FloatArray, FloatArray], ...]]:
-            root = np.linalg.inv(np.linalg.cholesky(self.held))
+            root = self._root
             both = (np.linalg.eigh(root @ (self.mass - sense * self.polar) @ root.T) for sense in (1.0, -1.0))
             return [tuple((squares, root.T @ ways) for squares, ways in both)]
 
         return kept(self.model, "whirls in planes", self._held_by, found, most=4)[0]
+
+    @cached_property
+    def _lower(self) -> FloatArray:
+        """L with L L^T = `held`, (n, n): of the roots of springs, which once added up round away the softer of them."""
+        springs = self.model.kinds == STIFFNESS
+        if (self.p[springs] < 0.0).any():
+            return np.asarray(np.linalg.cholesky(self.held))
+        bearings = self.rows[len(self.rows) - len(self._reference) :]
+        each = np.concatenate([self.p[springs], self._reference])
+        rows = np.sqrt(each)[:, None] * np.vstack([self.model.vectors[springs, : len(self.mass)], bearings])
+        rows = rows[np.argsort(-np.linalg.norm(rows, axis=1), kind="stable")]  # the stiffest first keep all digits
+        return np.asarray(np.linalg.qr(rows, mode="r").T)
+
+    @cached_property
+    def _root(self) -> FloatArray:
+        """Inverse of `_lower`, (n, n)."""
+        return np.asarray(np.linalg.inv(self._lower))
 
     @property
     def _held_by(self) -> FloatArray:
@@ -154,12 +171,16 @@ class Spun:
 
     def dynamic(self, omega: complex, spin: float) -> ComplexArray:
         """Dynamic stiffness over forward and backward whirl, (2 n, 2 n)."""
-        n = len(self.mass)
+        return self._resistance((self.held, self.mass, self.polar, self._both), omega, spin)
+
+    def _resistance(self, parts: tuple[FloatArray, ...], omega: complex, spin: float) -> ComplexArray:
+        """Dynamic stiffness of `held`, mass, polar (n, n) and the rows of stretches (2 r, 2 n) in some coordinates."""
+        held, mass, polar, rows = parts
+        n = len(mass)
         found = np.zeros((2 * n, 2 * n), dtype=complex)
         for begin, sense in ((0, 1.0), (n, -1.0)):
             here = slice(begin, begin + n)
-            found[here, here] = self.held - omega**2 * self.mass + sense * omega * spin * self.polar
-        rows = self._both
+            found[here, here] = held - omega**2 * mass + sense * omega * spin * polar
         return np.asarray(found + rows.T @ self.coupling(np.array([omega]), np.array([spin]))[0] @ rows)
 
     @cached_property
@@ -235,7 +256,7 @@ class Spun:
         """Squares of the lowest frequencies at rest, as `held` (m,) [rad^2/s^2], and motions of unit mass (n, m)."""
 
         def found(each: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
-            root = np.linalg.inv(np.linalg.cholesky(self.held))
+            root = self._root
             periods, ways = np.linalg.eigh(root @ self.mass @ root.T)
             most = np.argsort(-periods)[:_FOLLOWED]
             most = most[periods[most] > _STILL * periods[most[0]]]
@@ -317,16 +338,21 @@ class Spun:
         return float("inf")
 
     def _neutral(self, spin: float) -> float:
-        """The spin near one at which a whirl neither grows nor fades, in all coordinates."""
+        """The spin near one at which a whirl neither grows nor fades, in all coordinates.
+
+        They are turned so that `held` is one: its stiffest parts would round away what resists the whirl, and the spin
+        would not settle.
+        """
         rates, ways = np.linalg.eig(self.rates(spin))
         which = int(rates.real.argmax())
-        whirl = float(rates[which].imag)
-        motion = self.motions(ways[:, which])
-        force = self._scale.diagonal() * motion
+        whirl, n = float(rates[which].imag), len(self.mass)
+        mass, polar = (self._root @ one @ self._root.T for one in (self.mass, self.polar))
+        parts = np.eye(n), mass, polar, np.kron(np.eye(2), self.rows @ self._root.T)
+        force = np.kron(np.eye(2), self._lower.T) @ self.motions(ways[:, which])
         read = force.conj()
 
         def resists(at: FloatArray) -> complex:
-            return complex(1.0 / (read @ np.linalg.solve(self.dynamic(at[0], float(at[1])), force)))
+            return complex(1.0 / (read @ np.linalg.solve(self._resistance(parts, at[0], float(at[1])), force)))
 
         here = np.array([whirl, spin])
         for _ in range(20):

@@ -65,7 +65,7 @@ class BranchAndBound:
         boxes = budget.spent
         if proof.status == "infeasible":
             return self.none_in(boxes)
-        if proof.x is None and judge.feasible(near := nearest_to(program)):  # as its limits are narrow between boxes
+        if proof.x is None and judge.feasible(near := nearest_to(program)):  # which boxes are too wide to show
             proof = replace(proof, x=near, value=judge.goal(near).value)
         if proof.x is None:
             return Found("unproven", None, f"nothing found and nothing proven in {counted(boxes, 'boxes')}", self.name)
