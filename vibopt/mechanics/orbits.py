@@ -76,7 +76,8 @@ class Spun:
         each = np.concatenate([self.p[springs], self._reference])
         rows = np.sqrt(each)[:, None] * np.vstack([self.model.vectors[springs, : len(self.mass)], bearings])
         rows = rows[np.argsort(-np.linalg.norm(rows, axis=1), kind="stable")]  # the stiffest first keep all digits
-        return np.asarray(np.linalg.qr(rows, mode="r").T)
+        upper: FloatArray = np.linalg.qr(rows)[1]
+        return upper.T
 
     @cached_property
     def _root(self) -> FloatArray:
@@ -347,7 +348,7 @@ class Spun:
         which = int(rates.real.argmax())
         whirl, n = float(rates[which].imag), len(self.mass)
         mass, polar = (self._root @ one @ self._root.T for one in (self.mass, self.polar))
-        parts = np.eye(n), mass, polar, np.kron(np.eye(2), self.rows @ self._root.T)
+        parts = np.eye(n), mass, polar, np.asarray(np.kron(np.eye(2), self.rows @ self._root.T), dtype=float)
         force = np.kron(np.eye(2), self._lower.T) @ self.motions(ways[:, which])
         read = force.conj()
 
