@@ -16,7 +16,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineGoalTable, EngineLimitTable
-from vibopt.balancing.engine.firing import best_firing, classes, count, is_even
+from vibopt.balancing.engine.firing import classes, count, may_fire
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn, peaks, size_of
 from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.balancing.question import Question, Solved, together
@@ -107,7 +107,7 @@ def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
         yield tuple(0.0 if crank is None else crank for crank in job.cranks)
         return
     for cranks in classes(job):
-        if not job.even_firing or is_even(best_firing(job, cranks)):
+        if may_fire(job, cranks):
             yield cranks
 
 
@@ -119,7 +119,9 @@ def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, und
     if best is None:
         none = tuple(0.0 if crank is None else crank for crank in job.cranks)
         word = "found to keep" if undecided else "keeps"
-        claim = f"no setting {word} the limits: {said}" if tried else "no setting of the cranks fires evenly"
+        so = f" in the order {'-'.join(map(str, job.fires))}" if job.fires else ""
+        fires = f"no setting of the cranks fires{so}{' at equal distances' if job.even_firing else ''}"
+        claim = f"no setting {word} the limits: {said}" if tried else fires
         status = "unproven" if undecided else "infeasible"
         return Balanced(none, np.zeros(len(chosen(job)), dtype=complex), status, claim, "phasing", tried)
     claim = f"{said}, {alike} as good as this one" if alike > 1 else f"{said}, none as good as this one"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import cmath
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from math import inf, tau
 from typing import Any, ClassVar
@@ -16,6 +16,7 @@ from vibopt.balancing.engine.engine_tables import (
     EngineLimitTable,
     EngineTable,
 )
+from vibopt.balancing.engine.throws import check_firing, check_throws, throws_of
 from vibopt.balancing.rotor_tables import (
     headed,
     known_keys,
@@ -183,6 +184,10 @@ class EngineJob:
         """Whether crank angles are chosen."""
         return any(crank is None for crank in self.cranks)
 
+    def tops(self, cranks: Sequence[float]) -> list[float]:
+        """Turn of the crankshaft at which each piston is on top [rad]; `cranks` per throw."""
+        return [(cylinder.bank - cranks[cylinder.throw]) % tau for cylinder in self.cylinders]
+
 
 def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     """An engine from a parsed problem file.
@@ -223,7 +228,11 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     asked = limits, measures, goal
     _check(engine, cylinders, weights, asked, mistakes)
     mistakes.raise_any()
-    return _job(document, mistakes.name, heading, engine, cylinders, weights, asked)
+    job = _job(document, mistakes.name, heading, engine, cylinders, weights, asked)
+    if not job.is_search:
+        check_firing(engine, job.tops([0.0 if crank is None else crank for crank in job.cranks]), mistakes)
+        mistakes.raise_any()
+    return job
 
 
 Tables = Mapping[str, EngineLimitTable]
@@ -238,7 +247,7 @@ def _job(
 ) -> EngineJob:  # fmt: skip
     """The job in SI."""
     title, expected = heading
-    throws, cranks = _throws(engine, cylinders)
+    throws, cranks = throws_of(engine, cylinders)
     spacing = engine.spacing.value if engine.spacing is not None else 0.0
     places = [cylinder.at.value if cylinder.at is not None else k * spacing for k, cylinder in enumerate(cylinders)]
     middle = engine.reference.value if engine.reference is not None else 0.5 * (min(places) + max(places))
@@ -304,21 +313,6 @@ def _share(name: str, given: Fact | Choice | None, default: float) -> Share:
     return Share(name, given.low, given.high) if isinstance(given, Choice) else Share(name, given.value, given.value)
 
 
-def _throws(engine: EngineTable, cylinders: list[CylinderTable]) -> tuple[list[int], tuple[float | None, ...]]:
-    """Throw of each cylinder, and the angle of each throw (None: to be chosen)."""
-    names: dict[str, int] = {}
-    throws = [names.setdefault(cylinder.throw or f"#{k}", len(names)) for k, cylinder in enumerate(cylinders)]
-    cranks: list[float | None] = [None] * len(names)
-    step = engine.strokes * tau / 2.0 / len(cylinders)
-    for k, cylinder in enumerate(cylinders):
-        if isinstance(cylinder.crank, float):
-            cranks[throws[k]] = cylinder.crank
-        elif cylinder.crank is None and engine.firing_order:
-            bank = cylinder.bank.value if cylinder.bank is not None else 0.0
-            cranks[throws[k]] = (bank - engine.firing_order.index(k + 1) * step) % tau
-    return throws, tuple(cranks)
-
-
 def _weight(name: str, family: str, table: CounterweightTable, middle: float) -> Weight:
     given, place = table.unbalance, table.at.value - middle
     order, sense = table.turning
@@ -347,6 +341,8 @@ def _check(
         mistakes.add(("engine",), 'the cylinders have no places. Write spacing = "100 mm" in [engine].')
     if engine.firing_order and sorted(engine.firing_order) != list(range(1, len(cylinders) + 1)):
         mistakes.value(("engine", "firing_order"), engine.firing_order, "does not name each cylinder once.")
+    else:
+        check_throws(engine, cylinders, mistakes)
     wanted = len({cylinder.throw or k for k, cylinder in enumerate(cylinders) if cylinder.crank == "choose"})
     if wanted and wanted != len(engine.cranks):
         mistakes.add(("engine", "cranks"), _unequal(engine, wanted))

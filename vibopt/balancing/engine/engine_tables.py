@@ -48,7 +48,8 @@ class EngineTable(Table):
     orders: How many orders are shown; more where a limit, a measure or the goal asks for a higher one.
     cranks: Angles to be shared out among the throws that choose, each taken once: `cranks = ["0 deg", "90 deg",
         "180 deg", "270 deg"]`.
-    firing_order: Gives the cranks that are not written: `firing_order = [1, 3, 4, 2]`.
+    firing_order: Gives the cranks that are not written, at equal distances from the first that is, and must be how
+        those fire that are: `firing_order = [1, 3, 4, 2]`.
     strokes: Of the working cycle.
     even_firing: Only settings that fire at equal distances: `even_firing = true`.
     """

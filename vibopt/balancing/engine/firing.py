@@ -9,6 +9,7 @@ from math import factorial, tau
 import numpy as np
 
 from vibopt.balancing.engine.engine_job import EngineJob
+from vibopt.balancing.engine.throws import fires_in
 from vibopt.errors import InputError
 from vibopt.records import dataclass
 
@@ -39,11 +40,16 @@ class Firing:
 def best_firing(job: EngineJob, cranks: Sequence[float]) -> Firing:
     """The most even order; of equally even ones that with the fewest neighbours in succession, then the first.
 
-    A four-stroke cylinder may fire at either of its two top dead centres in two turns.
+    A four-stroke cylinder may fire at either of its two top dead centres in two turns. In the order that the file says
+    each fires where it is nearest to equal distances.
     """
-    tops = np.array([(cylinder.bank - cranks[cylinder.throw]) % tau for cylinder in job.cylinders])
+    tops = np.array(job.tops(cranks))
     cycle = tau * job.strokes / 2.0
     n = len(tops)
+    if job.fires:
+        places = np.array([job.fires.index(k + 1) * cycle / n for k in range(n)])
+        tops = tops - tops[job.fires[0] - 1]
+        return _firing(job, (tops + tau * np.round((places - tops) / tau)) % cycle, cycle)
     turns = product((0.0,), *[(0.0, tau)] * (n - 1)) if job.strokes == 4 and n <= MOST_CYLINDERS else [(0.0,) * n]
     best: tuple[float, int, tuple[int, ...]] | None = None
     found = None
@@ -58,6 +64,13 @@ def best_firing(job: EngineJob, cranks: Sequence[float]) -> Firing:
 
 def is_even(firing: Firing) -> bool:
     return firing.unevenness < EVEN
+
+
+def may_fire(job: EngineJob, cranks: Sequence[float]) -> bool:
+    """Whether the cylinders can fire as the file says: in its order, and at equal distances where it wants that."""
+    if job.fires and not fires_in(job.fires, job.tops(cranks), job.strokes):
+        return False
+    return not job.even_firing or is_even(best_firing(job, cranks))
 
 
 def _firing(job: EngineJob, times: np.ndarray[tuple[int], np.dtype[np.float64]], cycle: float) -> Firing:
@@ -114,8 +127,11 @@ def _unlike(offered: tuple[float, ...]) -> list[int]:
 
 
 def _key(job: EngineJob, cranks: list[float], turns_free: bool) -> tuple[float, ...]:
-    """The same for all members of a class: the smallest of the members' angles, turned so that throw 1 is at zero."""
-    if not turns_free or job.weights:
+    """The same for all members of a class: the smallest of the members' angles, turned so that throw 1 is at zero.
+
+    Turned over or seen from behind an engine fires in another order: where the file says one, each is for itself.
+    """
+    if not turns_free or job.weights or job.fires:
         return tuple(cranks)
     members = [np.array(cranks)]
     if all(cylinder.bank == 0.0 for cylinder in job.cylinders):
