@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
@@ -55,6 +57,24 @@ def test_cvxpy_corrects_random_rotors_as_the_exact_method_does(question: Questio
     room = 1e-7 * max(ours.value, 1e-3 * named.size)
     assert abs(theirs.value - ours.value) <= room
     assert theirs.bound <= ours.value + room
+
+
+@law
+@given(questions(), st.integers(-9, 3))
+def test_cvxpy_corrects_microns_as_it_does_metres(question: Question, power: int) -> None:
+    """A part of every reading that is below 10 um is no rounding of the other part."""
+    part = 10.0**power
+    small = replace(
+        question, y0=part * question.y0, H=part * question.H, limits=part * question.limits, huber=part * question.huber
+    )
+    named = Named.plain(small)
+    assume(not named.not_smooth() and not named.not_convex())
+    ours, theirs = solve_continuous(question), methods._cvxpy(named)
+    if ours.u is None:
+        assert theirs.u is None
+        return
+    size = part ** {"correction": 0, "huber": 2}.get(question.goal, 1)
+    assert theirs.value / size == pytest.approx(ours.value, rel=1e-7, abs=1e-10 * named.size / size)
 
 
 @law

@@ -175,7 +175,7 @@ def convex(named: Named, *, margin: float = 0.0) -> Any:
 
     q = named.question
     u = {k: cp.Variable(complex=named.ends[k] is None, name=named.planes[k]) for k in named.free}
-    left = q.y0 + sum((q.H[:, k] * one for k, one in u.items()), np.zeros(q.n_readings, dtype=complex))
+    left = _left(cp, q, u)
     masses = [_mass(cp, q, k, one) for k, one in u.items()]
     constraints = []
     goal = sum(masses) / named.size if q.goal == "correction" else _measure(cp, q, left, named.size)
@@ -196,6 +196,16 @@ def convex(named: Named, *, margin: float = 0.0) -> Any:
             conic.named((u.get(second, 0.0) - ratio * u.get(first, 0.0)) / max(sizes) == 0.0, f"pairs.{first}.{second}")
         )
     return cp.Problem(cp.Minimize(goal), constraints)
+
+
+def _left(cp: Any, question: Question, u: dict[int, Any]) -> Any:
+    """What is left, y0 + H u, by its parts: of complex constants cvxpy drops a part that is nowhere above 1e-5."""
+    real, imag = question.y0.real, question.y0.imag
+    for k, one in u.items():
+        H = question.H[:, k]
+        real = real + H.real * cp.real(one) - H.imag * cp.imag(one)
+        imag = imag + H.imag * cp.real(one) + H.real * cp.imag(one)
+    return real + 1j * imag
 
 
 def _together(question: Question, rows: IntArray) -> FloatArray:
