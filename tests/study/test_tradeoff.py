@@ -17,9 +17,10 @@ from vibopt.balancing import is_rotor
 from vibopt.balancing.solve_rotor import asked_of
 from vibopt.cli.tradeoff_command import _list
 from vibopt.document.mistakes import Mistakes
-from vibopt.jobs import from_text, of_document
+from vibopt.jobs import fact_at, from_text, of_document
 from vibopt.report.figures import tradeoff_figure
-from vibopt.study import tradeoff
+from vibopt.solve.closed_program import question
+from vibopt.study import together, tradeoff
 from vibopt.study.against import bounded
 from vibopt.study.sweep_series import front_of
 from vibopt.study.tradeoff import Tradeoff
@@ -55,6 +56,38 @@ def test_every_point_is_better_than_its_neighbours_in_one_quantity(press: Tradeo
     assert np.all(np.diff(goal) < 0.0)
     assert len(press.points) >= 20
     assert press.gap <= 2.0 / 19 * (1.0 + 1e-6)
+
+
+def test_what_one_batch_has_read_of_the_question_the_others_follow(
+    press: Tradeoff, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The scene is read at few bounds; read anew by every batch it has the same curve, to the last digits."""
+    read: list[int] = []
+    monkeypatch.setattr(together, "question", lambda *args: read.append(1) or question(*args))
+    again = vo.tradeoff(vo.read(PRESS), "limits.start_up", 20)
+    few, forget = len(read), together.Seen.at
+    monkeypatch.setattr(together.Seen, "at", lambda self, *args: forget(together.Seen(), *args))
+    anew = vo.tradeoff(vo.read(PRESS), "limits.start_up", 20)
+    assert few == 3
+    assert len(read) - few > 4 * few
+    for one in (again, anew):
+        assert np.allclose(costs(one), costs(press), rtol=1e-13)
+
+
+def test_a_number_that_is_linear_in_a_fact_is_read_anew_between_values_that_are_nearer(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Between ends a million times apart it has lost digits; a power of the fact has all of them everywhere."""
+    document, read = vo.read(PRESS).document, []
+    pipes = {name: {"between": ["press", "ground"], "stiffness": "20 kN/m"} for name in ("supply", "drain")}
+    job = vo.from_dict({**document, "links": {**document["links"], **pipes}})
+    monkeypatch.setattr(together, "question", lambda *args: read.append(1) or question(*args))
+    for path, again in (("limits.start_up.at_most", 0), ("links.supply.stiffness", 3)):
+        fact, seen = fact_at(job, path), together.Seen()
+        for low, high in ((1e-3, 1e3), (0.5, 2.0)):
+            read.clear()
+            assert together.columns(job, [fact], fact.value * np.geomspace(low, high, 15)[:, None], seen=seen)
+            assert len(read) == (3 if low < 0.5 else again)
 
 
 def test_no_design_of_many_is_better_in_both(press: Tradeoff) -> None:

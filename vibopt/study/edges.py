@@ -19,6 +19,7 @@ from vibopt.report.catalogue_choices import tied
 from vibopt.study.many import answered
 from vibopt.study.points import Point, Points
 from vibopt.study.seen import shown_value
+from vibopt.study.together import Seen
 from vibopt.study.varied import Varied
 from vibopt.units import show
 from vibopt.work import SpentError, metered
@@ -229,7 +230,8 @@ class _Narrowing:
     ) -> None:
         self.job, self.varied, self.told = job, varied, told
         self.of_designs, self.of_limits = close
-        self.inner = _TOGETHER if batch else 1
+        self.inner, self.seen = _TOGETHER if batch else 1, Seen()
+        self.seen.compared = batch  # with the grid between whose points the boundaries lie
         self.left, self.work = _MOST_ANSWERS * self.inner, 0.0
 
     def is_wide(self, gap: _Gap) -> bool:
@@ -264,7 +266,7 @@ class _Narrowing:
         places = [self._places(one) for one in wide]
         facts = tuple(varied.fact for varied in self.varied)
         with metered(MOST_WORK - self.work) as meter:
-            found = list(answered(self.job, facts, np.concatenate(places), sure=self.inner > 1))
+            found = list(answered(self.job, facts, np.concatenate(places), seen=self.seen))
         self.work += meter.done
         self.left -= len(found)
         parts, begin = [], 0

@@ -24,7 +24,7 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Progress
 from vibopt.study.points import Columns, Point, Points, point_of
 from vibopt.study.seen import is_measured
-from vibopt.study.together import columns
+from vibopt.study.together import Seen, columns
 from vibopt.values.fact_at import FactAt
 from vibopt.work import each_answer_within, metered, seconds_of_each_answer
 
@@ -78,7 +78,7 @@ def answered(
     told: Answered | None = None,
     known: Mapping[int, Point] | None = None,
     sparing: bool = False,
-    sure: bool = False,
+    seen: Seen | None = None,
 ) -> Points:
     """The answers at all values of some facts.
 
@@ -100,8 +100,8 @@ def answered(
     sparing
         Leave points with the status "" that were not answered where the others were answered together; the goal alone
         is asked for, and of designs that have it any is told.
-    sure
-        Other points of the same facts were answered together, and one of them alone too: that is not done again.
+    seen
+        What other points of the same facts have shown that were answered together: that is not done again.
     """
 
     def tell(part: float) -> None:
@@ -111,8 +111,10 @@ def answered(
     single: dict[int, Point] = dict(known or {})
     together = None
     if len(values) - len(single) >= FEWEST_TOGETHER:
-        asked = partial(batch, job, facts, values, tell, whole=not sparing)
-        together = asked() if sure else _compared(job, facts, values, asked, single)
+        seen = seen or Seen()
+        asked = partial(batch, job, facts, values, tell, whole=not sparing, seen=seen)
+        together = asked() if seen.compared else _compared(job, facts, values, asked, single)
+        seen.compared |= together is not None
     columns = together or Columns([""] * len(values), np.full((0, len(values)), np.nan), None, {})
     points = Points(job, facts, values, columns, single)
     open_ = [index for index, status in enumerate(columns.status) if not status and index not in single]
@@ -238,6 +240,7 @@ def batch(
     tell: Callable[[float], None] | None = None,
     *,
     whole: bool = True,
+    seen: Seen | None = None,
 ) -> Columns | None:
     """The answers at all values (n_points, n_facts) [SI] in one batch; None where they are not found together.
 
@@ -249,7 +252,7 @@ def batch(
         return rotor_points.columns(job, partial(changed_at, job, facts), values)
     if not is_scene(job) or uncertain(job) or open_positions(job) or is_measured(job):
         return None
-    return columns(job, facts, values, tell, whole=whole)
+    return columns(job, facts, values, tell, whole=whole, seen=seen)
 
 
 def _agree(scene: Job, together: Columns, index: int, point: Point) -> bool:

@@ -33,7 +33,7 @@ def columns(job: RotorJob, at: Callable[[FloatArray], Job], values: FloatArray) 
 
     def followed(numbers: Sequence[float]) -> FloatArray | None:
         try:
-            return np.broadcast_to(law(where, list(numbers), values), (len(values),))
+            return np.broadcast_to(law(where, list(numbers))[0](values), (len(values),))
         except NotClosedError:
             return None
 

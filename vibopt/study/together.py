@@ -42,6 +42,56 @@ _SAME = 1e-9
 _ROUNDING = 2e-12
 
 
+Law = Callable[[FloatArray], Number]
+
+
+class Seen:
+    """What one batch has shown of the others, at other values of the same facts of the same scene.
+
+    compared
+        Whether one of its answers was found alone, too.
+    """
+
+    def __init__(self) -> None:
+        self.compared = False
+        self._followed: tuple[Question, dict[str, Law]] | None = None
+        self._within = np.empty((2, 0))
+
+    def at(self, scene: Scene, facts: Sequence[FactAt], values: FloatArray) -> tuple[Question, dict[str, Number]]:
+        """The question, and its numbers at all values (n_points, n_facts): a float where it is the same, else (n,).
+
+        It is read at the corners and inside of the values, and again only beyond them, or where a number between
+        corners that are farther apart has fewer digits.
+        """
+        ends = np.array([values.min(axis=0), values.max(axis=0)])
+        if self._followed is None or np.any((ends - self._within) * [[1.0], [-1.0]] < 0.0):
+            self._followed, exact = _followed(scene, facts, values)
+            self._within = ends if exact else np.full(ends.shape, np.inf)
+        first, laws = self._followed
+        return first, {name: law(values) for name, law in laws.items()}
+
+
+def _followed(
+    scene: Scene, facts: Sequence[FactAt], values: FloatArray
+) -> tuple[tuple[Question, dict[str, Law]], bool]:
+    """The question with the law of each of its numbers, and whether all have all digits anywhere between the values."""
+
+    def at(place: FloatArray, like: Question | None = None) -> tuple[Question, dict[str, float]]:
+        here = with_changes(scene, {fact.path: fact.text(float(v)) for fact, v in zip(facts, place, strict=True)})
+        asked = question(closed(pose(here)), like)
+        return asked, {**asked.numbers, **_shaking(here)}
+
+    where = places(values)
+    first, begin = at(where[0])
+    if any(row.tabled is not None for row in first.rows):
+        raise NotClosedError("a number follows a table.")
+    tables = [begin, *(_like(first, *at(one, first)) for one in where[1:])]
+    if any(table.keys() != begin.keys() for table in tables):
+        raise NotClosedError("the question is another one.")
+    found = {name: law(where, [table[name] for table in tables]) for name in begin}
+    return (first, {name: one for name, (one, _) in found.items()}), all(exact for _, exact in found.values())
+
+
 def columns(
     scene: Scene,
     facts: Sequence[FactAt],
@@ -49,6 +99,7 @@ def columns(
     progress: Callable[[float], None] | None = None,
     *,
     whole: bool = True,
+    seen: Seen | None = None,
 ) -> Columns | None:
     """Answers at all values (n_points, n_facts) [SI]; None where the scene is not one that is answered together.
 
@@ -57,18 +108,8 @@ def columns(
     """
     if scene.find_all is not None or not _is_plain(scene) or np.any(np.ptp(values, axis=0) <= 0.0):
         return None
-
-    def at(place: FloatArray, like: Question | None = None) -> tuple[Question, dict[str, float]]:
-        here = with_changes(scene, {fact.path: fact.text(float(v)) for fact, v in zip(facts, place, strict=True)})
-        asked = question(closed(pose(here)), like)
-        return asked, {**asked.numbers, **_shaking(here)}
-
     try:
-        where = places(values)
-        first, begin = at(where[0])
-        if any(row.tabled is not None for row in first.rows):
-            return None
-        numbers = _follow(where, [begin, *(_like(first, *at(one, first)) for one in where[1:])], values)
+        first, numbers = (seen or Seen()).at(scene, facts, values)
         if scene.is_analysis:
             answers = Answers(np.full(len(values), OPTIMAL), np.zeros((1, len(values))), np.zeros((1, len(values))), 0)
         else:
@@ -127,27 +168,24 @@ def places(values: FloatArray) -> FloatArray:
     return np.array([*product(*ends), *inside])
 
 
-def _follow(at: FloatArray, tables: Sequence[Mapping[str, float]], values: FloatArray) -> dict[str, Number]:
-    """Every number at all values of the facts, read at the places `at`: a float where it is the same, else (n,)."""
-    if any(table.keys() != tables[0].keys() for table in tables):
-        raise NotClosedError("the question is another one.")
-    return {name: law(at, [table[name] for table in tables], values) for name in tables[0]}
+def law(at: FloatArray, numbers: list[float]) -> tuple[Law, bool]:
+    """A number that is constant, a product of powers of the facts, or linear in each of them, to 12 digits.
 
-
-def law(at: FloatArray, numbers: list[float], values: FloatArray) -> Number:
-    """A number that is constant, a product of powers of the facts, or linear in each of them, to 12 digits."""
+    It was read at the places `at` (n_places, n_facts); whether it has all digits anywhere between them is told, too.
+    """
     if min(numbers) == max(numbers):
-        return numbers[0]
+        return lambda values: numbers[0], True
     known, count = np.array(numbers), at.shape[1]
     first, last = at[0], at[2**count - 1]
     if np.all(at > 0.0) and np.all(known > 0.0):
         single = known[[2 ** (count - 1 - i) for i in range(count)]]  # where one fact alone is at its other end
         exponents = np.round(2.0 * np.log(single / known[0]) / np.log(last / first)) / 2.0
         if np.all(np.abs(known[0] * np.prod((at / first) ** exponents, axis=1) - known) <= _EXACT * known):
-            return np.asarray(known[-1] / np.prod(at[-1] ** exponents) * np.prod(values**exponents, axis=1))
+            unit = known[-1] / np.prod(at[-1] ** exponents)
+            return lambda values: np.asarray(unit * np.prod(values**exponents, axis=1)), True
     corners = known[: 2**count].reshape((2,) * count)
     if np.all(np.abs(_linear(corners, (at - first) / (last - first)) - known) <= _EXACT * np.abs(known).max()):
-        return _linear(corners, (values - first) / (last - first))
+        return lambda values: _linear(corners, (values - first) / (last - first)), False
     raise NotClosedError("a number does not follow the facts by a simple law.")
 
 

@@ -23,6 +23,7 @@ from vibopt.study.holding import in_steps
 from vibopt.study.many import FEWEST_TOGETHER, answered, batch
 from vibopt.study.points import Heads, Point
 from vibopt.study.seen import goal_word
+from vibopt.study.together import Seen
 from vibopt.units import si_unit
 from vibopt.values.fact_at import FactAt
 from vibopt.work import metered
@@ -41,7 +42,7 @@ FAR = 1e6
 """Factor by which a bound is loosened to hold nothing back."""
 _WIDE = 1e3
 """Factor by which a bound is wider than what is reached, so that digits are lost."""
-_SCAN, _TOGETHER = 64, 95
+_SCAN, _TOGETHER = 64, 26
 """Bounds that are looked at together, where many answers cost little more than one."""
 _REACH = 60
 """Halvings of a bound after which it is said to have no least value."""
@@ -165,15 +166,16 @@ class MovedBound:
 
     def __init__(self, job: Job, fact: FactAt, progress: Progress | None = None, most: float = MOST_WORK) -> None:
         self.job, self.fact, self.progress, self.most = job, fact, progress, most
-        self.work, self.short = 0.0, False
+        self.work, self.short, self.seen = 0.0, False, Seen()
         self.least = fact.path.endswith(".at_least")
         self.sense = -1.0 if is_scene(job) and job.goal is not None and job.goal.sense == "maximise" else 1.0
         self.known: dict[float, Point | None] = {}
         self.steps: set[float] = set()
         """Bounds that designs which were found at looser ones reach: tighter by a hair the answer is another one."""
         self.asked, self.impossible, self.fades, self.free, self.done = 0, 0.0, False, False, False
-        ends = np.array([[fact.value], [1.5 * fact.value]])
-        self.many = batch(job, (fact,), ends) is not None
+        near, far = fact.value * np.array([[1.0], [1.5]]), fact.value * np.geomspace(1.0 / FAR, FAR, 4)[:, None]
+        looked = (far, near) if is_scene(job) else (near,)
+        self.many = any(batch(job, (fact,), one, seen=self.seen) is not None for one in looked)
         self.batch = is_scene(job) and self.many
         robust = bool(getattr(job.goal, "robust", "")) if is_rotor(job) else False
         self.tells = not (self.batch or robust)
@@ -218,7 +220,7 @@ class MovedBound:
         try:
             sparing = sparing and self.batch
             with metered() as meter:
-                points = answered(self.job, (self.fact,), values, sparing=sparing, sure=sparing and bool(self.known))
+                points = answered(self.job, (self.fact,), values, sparing=sparing, seen=self.seen if sparing else None)
             self.work += meter.done
             for b, point in zip(new, points, strict=True):
                 if point.status:
@@ -357,7 +359,7 @@ class MovedBound:
         gaps: list[Gap] = [self._falling(lambda one: one is not None)]
         if free:
             gaps.append(self._falling(best))
-        tight, *loose = map(self._tightest, gaps)
+        tight, *loose = [self._tightest(gap, gaps) for gap in gaps]
         return tight, (max(tight, loose[0]) if free else max(good)), free  # where they are one, in any order
 
     def _falling(self, holds: Holds) -> Gap:
@@ -377,23 +379,34 @@ class MovedBound:
             self.all([0.5 * bounds[0]])
         return 0.5 * bounds[0], bounds[0], holds
 
-    def _tightest(self, gap: Gap) -> float:
-        """The tightest bound that holds: one that fails is so close to it that both are one."""
+    def _tightest(self, gap: Gap, gaps: Sequence[Gap] = ()) -> float:
+        """The tightest bound that holds: one that fails is so close to it that both are one.
+
+        Where answers are found together those that the other `gaps` will need are asked for at once.
+        """
         fails, loose, holds = gap
 
-        def inner(good: float, bad: float) -> list[float]:
-            count, known = _TOGETHER if self.batch else 1, sorted(b for b in self.known if bad < b < good)
-            if known or good - bad <= self.close * good or self.spent(0.5):
-                return known[::-1]
-            return [*self._beside([good]), *(good * (bad / good) ** (k / (count + 1)) for k in range(1, count + 1))]
-
         def told(bounds: Sequence[float]) -> list[bool | None]:
-            self.all(bounds)
+            new = any(b not in self.known for b in bounds)
+            self.all([*bounds, *(b for one in gaps if new and self.batch for b in self._inside(*self._cut(one)))])
             if not any(b in self.known for b in bounds):  # beyond what is answered together: one by one
                 self._answer([bounds[len(bounds) // 2]], sparing=False)
             return [holds(self.known[b]) if b in self.known else None for b in bounds]
 
-        return narrowed(told, loose, fails, inner)[0]
+        return narrowed(told, loose, fails, self._inside)[0]
+
+    def _inside(self, good: float, bad: float) -> list[float]:
+        """Where to look between a bound that holds and one that fails: at what is known there, or anew."""
+        count, known = _TOGETHER if self.batch else 1, sorted(b for b in self.known if bad < b < good)
+        if known or good - bad <= self.close * good or self.spent(0.5):
+            return known[::-1]
+        return [*self._beside([good]), *(good * (bad / good) ** (k / (count + 1)) for k in range(1, count + 1))]
+
+    def _cut(self, gap: Gap) -> tuple[float, float]:
+        """The tightest bound of a gap that is known to hold, and the next, which fails."""
+        bad, good, holds = gap
+        inside = sorted((b for b in self.known if bad <= b < good), reverse=True)
+        return next(((before, b) for before, b in pairwise((good, *inside)) if not holds(self.known[b])), (good, bad))
 
     def _beside(self, bounds: Iterable[float]) -> list[float]:
         """Just tighter than what designs reach at some bounds: there the next design is, if there is one."""
