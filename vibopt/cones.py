@@ -18,6 +18,7 @@ Kind = tuple[str, int]
 """LINEAR, CONE (its first row is the length of the others at least) or EQUAL, and how many rows."""
 ITERATIONS = 200  # the solver takes some 10 to 40
 TOLERANCE = 1e-11
+_NONE = np.zeros(0, dtype=np.int64)
 SMALL = 200  # up to so many rows the plain factorisation is the faster one
 
 
@@ -60,8 +61,10 @@ def solve_cones(
     """
     import clarabel
 
-    square = np.zeros((len(linear), len(linear))) if quadratic is None else quadratic
-    P = square if isinstance(square, SimpleNamespace) else compressed(np.triu(square))
+    if quadratic is None:
+        P = _by_places(_NONE, _NONE, np.zeros(0), (len(linear), len(linear)))
+    else:
+        P = quadratic if isinstance(quadratic, SimpleNamespace) else compressed(np.triu(quadratic))
     table = A if isinstance(A, SimpleNamespace) else compressed(A)
     of_kind = {LINEAR: clarabel.NonnegativeConeT, CONE: clarabel.SecondOrderConeT, EQUAL: clarabel.ZeroConeT}
     cones = [of_kind[kind](size) for kind, size in kinds if size]

@@ -1,8 +1,8 @@
 """Motion in time of the machine as built, stretch by stretch, by Duhamel's integral over even steps.
 
 The other road to a motion: bodies and joints with their positions and velocities, and the signals as functions of time;
-no segment and no mode.  Records go from sample to sample, what else bends by a Runge-Kutta method of eighth order, what
-is stiff by an implicit one, and a load that is slow beside all that fades as polynomials.
+no segment and no mode.  Steps end where a signal bends, as a record does at its samples; what would take too many of
+them goes by an implicit Runge-Kutta method, and a load that is slow beside all that fades as polynomials.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ import math
 from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.excitations.excitation import Once
 from vibopt.mechanics.built import Course
 from vibopt.mechanics.machine import Machine
@@ -29,17 +29,28 @@ MET, NONE, GONE = 1e-9, 1e-12, 1e-12
 """Parts: of a speed by which it misses a pole, of a frequency that is no decay, and to which all fades."""
 INSIDE = 1e-9
 """Part of a stretch by which signals are read inside: ends may be jumps."""
-_RELATIVE, _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-12, 1e-9, 1e-13, 1e-4
+_IMPLICIT, _ABSOLUTE, _ROUGH = 1e-9, 1e-13, 1e-4
 _STIFF, _FAR = 2e5, 1e3
 """Fastest rate times the time to go beyond which an implicit method is used, and beyond which places are counted from a
 base that is gone so far that little is left of their digits."""
 _TURN, _TAYLOR, _DEFECTIVE = 0.25, 14, 1e9
-"""How far what is fastest turns in an even step, terms of a series, and condition of modes that are one."""
+"""How far what is fastest turns in a step, terms of a series, and condition of modes that are one."""
 PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
-_KEPT, TOGETHER, _AT_ONCE = 30_000_000, 1_000_000, 2000
-"""Numbers of all states in all steps at most, and at once; steps of a record that are looked at together."""
+_KEPT, TOGETHER, _EVEN = 30_000_000, 1_000_000, 1e-12
+"""Numbers of all states in all steps at most, and at once; part of a step by which even ones may differ."""
 _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
 """Of polynomials through a slow load, what they may leave over, and how often its motion is made better at most."""
+
+
+class Steps(NamedTuple):
+    """A stretch that was gone through in steps: their times [s], the states then (n_steps, 2 n), and at any."""
+
+    times: FloatArray
+    states: FloatArray
+    run: Callable[[Any], FloatArray]
+
+    def __call__(self, at: Any) -> FloatArray:
+        return self.run(at)
 
 
 @dataclass(frozen=True)
@@ -145,15 +156,18 @@ class MotionInTime:
         """Coordinates of bodies, and those of bases behind them."""
         return self._states.places
 
-    def _fastest(self, number: int) -> float:
-        """Fastest rate on a stretch [1/s]: of the machine, and of the signals that are not over."""
+    def _fastest(self, number: int, *, unbent: bool = False) -> float:
+        """Fastest rate on a stretch [1/s]: of the machine, and of the signals that are not over.
+
+        `unbent` leaves out what goes straight from bend to bend, as a record does.
+        """
         begin = self._spans[number][0]
         acting = (
             excitation
             for excitation in self.excitations
             if excitation in self._lasting or excitation.joints[-1] > begin
         )
-        return max([self._own_rate, *(one.fastest for one in acting)])
+        return max([self._own_rate, *(one.fastest for one in acting if not (unbent and one.straight))])
 
     @cached_property
     def _own_rate(self) -> float:
@@ -189,9 +203,10 @@ class MotionInTime:
         """Longest step while a load acts: not over a sample of a record [s]."""
         return min(excitation.step for excitation in self.excitations)
 
-    def _bends(self, low: float, high: float) -> bool:
-        """Whether a signal bends inside a stretch, as a record does at its samples."""
-        return bool(np.searchsorted(self._bent, high) > np.searchsorted(self._bent, low, "right"))
+    def _unbent(self, low: float, high: float) -> FloatArray:
+        """Beginning and end of a stretch, and between them where signals bend, as a record does at its samples [s]."""
+        inside = slice(np.searchsorted(self._bent, low, "right"), np.searchsorted(self._bent, high))
+        return np.concatenate([[low], self._bent[inside], [high]])
 
     def _rates(self, low: float, high: float) -> Callable[[float, FloatArray], FloatArray]:
         """Rates of the states on a stretch of time."""
@@ -210,78 +225,90 @@ class MotionInTime:
             current = len(self._runs)
             low, high = self._spans[current]
             start = self._start(current)
-            if self._loaded(current) and all(excitation.straight for excitation in self.excitations):
-                straight = self._straight(low, high, start)
-                if straight is not None:
-                    self._runs.append(straight)
-                    continue
             if low in self._late:
                 settled = self._settled(low, high, start)
                 if settled is not None:
                     self._runs.append(settled)
                     continue
-            turned = self._fastest(current) * (high - low)
-            smooth = self._step == np.inf or not self._loaded(current) or not self._bends(low, high)
-            steps, quiet = int(turned / _TURN) + 1, not self._loaded(current) and not self._lasting
-            many = turned > _STIFF or steps * len(start) > _KEPT
+            fastest, ends = self._fastest(current, unbent=True), self._unbent(low, high)
+            turned, parts = fastest * (high - low), (fastest * np.diff(ends) / _TURN).astype(int) + 1
+            quiet, few = not self._loaded(current) and not self._lasting, parts.sum() * len(start) <= _KEPT
+            many = turned > _STIFF or not few
             stays = self._stays(low, start) if quiet and many else None
             if stays is not None:
                 self._runs.append(stays)
                 continue
-            if smooth and turned <= _STIFF:
-                self._runs.append(self._stepped(low, high, start, steps))
+            if few or turned <= _STIFF:
+                self._runs.append(self._stepped(ends, parts, start))
                 continue
             from scipy import integrate
 
             rates = self._rates(low, high)
-            way: Any = "Radau" if self._fastest(current) * (high - low) > _STIFF else "DOP853"
             rough: Any = integrate.solve_ivp(
                 rates,
                 (low, high),
                 start,
-                method=way,
+                method="Radau",
                 rtol=_ROUGH,
                 atol=_ROUGH**2 * (np.abs(start).max() or 1e-6),
             )
             size = np.abs(rough.y).reshape(2, -1).max(axis=1).repeat(len(start) // 2)
             exact: Any = integrate.solve_ivp(
-                rates, (low, high), start, method=way, rtol=_RELATIVE if way == "DOP853" else _IMPLICIT,
+                rates, (low, high), start, method="Radau", rtol=_IMPLICIT,
                 atol=_ABSOLUTE * np.where(size > 0.0, size, 1.0), dense_output=True,
                 max_step=self._step if self._loaded(current) else np.inf,
             )  # fmt: skip
             self._runs.append(exact.sol)
         return self._runs[number]
 
-    def _stepped(self, low: float, high: float, start: FloatArray, count: int) -> Any:
-        """States against time on a long stretch, by Duhamel's integral in so many steps, each by Gauss's rule."""
-        (system, loads), step, edge = self._states.matrices, (high - low) / count, INSIDE * (high - low)
-        times: FloatArray = low + step * np.arange(count, dtype=float)
+    def _stepped(self, ends: FloatArray, parts: IntArray, start: FloatArray) -> Any:
+        """States against time on a long stretch, by Duhamel's integral in steps, each by Gauss's rule.
+
+        From each of `ends` [s] to the next one goes straight on in as many even steps as `parts` says.
+        """
+        (system, loads), (low, high) = self._states.matrices, ends[[0, -1]]
+        which, edge, places = np.repeat(np.arange(len(parts)), parts), INSIDE * (high - low), (0.5 + PLACES)[:, None]
+        length = (np.diff(ends) / parts)[which]
+        times = ends[which] + (np.arange(len(which)) - (np.cumsum(parts) - parts)[which]) * length
+
+        def signals(begin: FloatArray, length: Any) -> FloatArray:
+            """At the places of Gauss's rule in steps from times on, (n_signals, n_places, n_times)."""
+            seen = np.clip(begin + places * length, low + edge, high - edge)
+            return self._signals(seen.ravel()).reshape(loads.shape[1], *seen.shape)
 
         def onward(states: FloatArray, begin: FloatArray, length: FloatArray) -> FloatArray:
-            """States (N, n) so much later than times, (n,) each: what they come to, and the signals by Gauss's rule."""
-            places = (0.5 + PLACES)[:, None]
-            seen = np.clip(begin + places * length, low + edge, high - edge)
-            pushed = loads @ self._signals(seen.ravel()) * (WEIGHTS[:, None] * length).ravel()
-            if not pushed.any():
-                return carried(system, states, length)
-            left = np.concatenate([length, ((1.0 - places) * length).ravel()])
-            every = carried(system, np.hstack([states, pushed]), left)
-            return np.asarray(every.reshape(len(states), -1, len(begin)).sum(axis=1))
+            """States (N, n) so much later than times, (n,) each: one series of what they and the signals come to."""
+            seen, term = signals(begin, length), WEIGHTS[:, None] * length
+            terms, grown = list[FloatArray](), np.ones(len(begin))
+            for k in range(1, _TAYLOR + 1):
+                terms.append(grown * states + loads @ (term * seen).sum(axis=1))
+                grown, term = grown * (length / k), term * ((1.0 - places) * length / k)
+            found = terms.pop()
+            while terms:
+                found = terms.pop() + system @ found
+            return found
 
-        many, still = TOGETHER // len(start), np.zeros((len(start), count))
-        pieces = (slice(k, k + many) for k in range(0, count, many))
-        added = np.hstack([onward(still[:, one], times[one], np.full(len(times[one]), step)) for one in pieces]).T
-        states, free = np.empty((count, len(start))), carried(system, np.eye(len(start)), step)
-        states[0] = start
-        for j in range(count - 1):
-            states[j + 1] = free @ states[j] + added[j]
+        many = TOGETHER // (len(start) * len(places))
+        pieces = [slice(k, k + many) for k in range(0, len(times), many)]
+        if np.ptp(length) <= _EVEN * length[0]:
+            step, count = float(length[0]), loads.shape[1]
+            left = carried(system, np.repeat(loads, len(places), axis=1), np.tile(step * (0.5 - PLACES), count))
+            pushes = left * np.tile(step * WEIGHTS, count)
+            added = [pushes @ signals(times[one], step).reshape(len(places) * count, -1) for one in pieces]
+            states = even_steps(carried(system, np.eye(len(start)), step), start, np.hstack(added).T)
+        else:
+            none = np.zeros((len(start), 1))
+            added = [onward(none, times[one], length[one]) for one in pieces]
+            states = _uneven_steps(system, length, start, np.hstack(added).T)
 
         def run(at: Any) -> FloatArray:
-            at = np.atleast_1d(np.asarray(at, dtype=float))
-            which = np.clip(((at - low) / step).astype(int), 0, count - 1)
-            return onward(states[which].T, times[which], at - times[which])
+            one = np.atleast_1d(np.asarray(at, dtype=float))
+            j = np.maximum(np.searchsorted(times, one, "right") - 1, 0)
+            found = [onward(states[j[part]].T, times[j[part]], (one - times[j])[part])
+                     for part in (slice(k, k + many) for k in range(0, len(one), many))]  # fmt: skip
+            return np.hstack(found) if np.ndim(at) else found[0][:, 0]
 
-        return lambda at: run(at) if np.ndim(at) else run(at)[:, 0]
+        return Steps(times, states, run)
 
     def _stays(self, low: float, start: FloatArray) -> Any:
         """States against time behind the load, under signals that stay, mode by mode; None where two are one."""
@@ -338,44 +365,6 @@ class MotionInTime:
         states[:, own] = moved
         return lambda at: chebyshev.chebval((np.asarray(at) - low) / half - 1.0, states)
 
-    def _straight(self, low: float, high: float, start: FloatArray) -> Any:
-        """States against time under signals that go straight from kink to kink; None where that takes too many steps.
-
-        Machine and signals together follow one linear system, from step to step by Taylor's series.
-        """
-        (system, loads), (n, m) = self._states.matrices, self._states.matrices[1].shape
-        whole = np.zeros((n + 2 * m, n + 2 * m))
-        whole[:n, :n], whole[:n, n : n + m], whole[n : n + m, n + m :] = system, loads, np.eye(m)
-        inside = slice(np.searchsorted(self._bent, low, "right"), np.searchsorted(self._bent, high))
-        ends = np.concatenate([[low], self._bent[inside], [high]])
-        long = np.diff(ends)
-        parts = np.maximum(np.ceil(self._own_rate * long / _TURN), 1.0)
-        if parts.sum() * n > _KEPT:
-            return None
-        early, late = (self._signals(ends[:-1] + part * long) for part in (0.25, 0.75))  # ends may be jumps
-        which = np.repeat(np.arange(len(long)), parts.astype(int))
-        length, slopes = (long / parts)[which], (late - early)[:, which] / (0.5 * long[which])
-        begun = (np.arange(len(which)) - (np.cumsum(parts) - parts)[which]) * length
-        times, signals = ends[which] + begun, (1.5 * early - 0.5 * late)[:, which] + slopes * begun
-        states = np.vstack([np.zeros((n, len(which))), signals, slopes])
-        added = np.hstack([carried(whole, states[:, k : k + _AT_ONCE], length[k : k + _AT_ONCE])[:n]
-                           for k in range(0, len(which), _AT_ONCE)]).T  # fmt: skip
-        terms = [np.eye(n)]
-        for k in range(1, _TAYLOR):
-            terms.append(system @ terms[-1] / k)
-        series, now = np.vstack(terms), start
-        for j, powers in enumerate(length[:, None] ** np.arange(_TAYLOR)):
-            states[:n, j] = now
-            now = powers @ (series @ now).reshape(_TAYLOR, n) + added[j]
-
-        def run(at: Any) -> FloatArray:
-            one = np.atleast_1d(np.asarray(at, dtype=float))
-            j = np.maximum(np.searchsorted(times, one, "right") - 1, 0)
-            found = carried(whole, states[:, j], one - times[j])[:n]
-            return found if np.ndim(at) else found[:, 0]
-
-        return run
-
     def _course(self, time: FloatArray, states: FloatArray) -> Course:
         signals = self._signals(time)
         return Course(self.machine.points_in_time(self._states.read(states, signals)), self._forces(signals))
@@ -401,3 +390,39 @@ def carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
         term = system @ term * (time / k)
         found = found + term
     return found
+
+
+def even_steps(free: FloatArray, start: FloatArray, added: FloatArray) -> FloatArray:
+    """States (n_steps, N) at the beginning of even steps, from the first on: the next is free @ state + added.
+
+    Rows of about a root of as many steps go side by side from rest, and are then begun where the row before ended.
+    """
+    count, size = added.shape
+    wide = math.isqrt(count - 1) + 1
+    rows = np.zeros((-(-count // wide), wide, size))
+    rows.reshape(-1, size)[:count] = added
+    powers, came = [np.eye(size)], np.zeros((len(rows), size))
+    found = np.empty(rows.shape)
+    for j in range(wide):
+        found[:, j] = came
+        came = came @ free.T + rows[:, j]
+        powers.append(free @ powers[-1])
+    begun = np.empty((len(rows), size))
+    for row, end in enumerate(came):
+        begun[row] = start
+        start = powers[-1] @ start + end
+    for j in range(wide):
+        found[:, j] += begun @ powers[j].T
+    return found.reshape(-1, size)[:count]
+
+
+def _uneven_steps(system: FloatArray, length: FloatArray, start: FloatArray, added: FloatArray) -> FloatArray:
+    """States (n_steps, N) at the beginning of steps of any length (n_steps,) [s], by Taylor's series in each."""
+    n, terms = len(start), [np.eye(len(start))]
+    for k in range(1, _TAYLOR):
+        terms.append(system @ terms[-1] / k)
+    series, states = np.vstack(terms), np.empty(added.shape)
+    for j, powers in enumerate(length[:, None] ** np.arange(_TAYLOR)):
+        states[j] = start
+        start = powers @ (series @ start).reshape(_TAYLOR, n) + added[j]
+    return states

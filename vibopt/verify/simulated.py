@@ -22,7 +22,7 @@ from vibopt.records import cached_property, dataclass
 from vibopt.responses import TransientResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
-from vibopt.verify.motion_in_time import GONE, INSIDE, MET, NONE, PERIODS, TOGETHER, MotionInTime
+from vibopt.verify.motion_in_time import GONE, INSIDE, MET, NONE, PERIODS, TOGETHER, MotionInTime, Steps
 from vibopt.work import worked
 
 _SAMPLES, _BEST, _NEAR = 24, 6, 0.9
@@ -45,8 +45,8 @@ _SLOW, _AWAY, _BY_STEPS = 1e-8, 1e-6, (1e-3, 1e-4)
 fastest rate below which a motion swings no more; rates under a value that stays."""
 _FINE = 400
 """Samples of a turn of what is steady."""
-_NOTHING = 1e-13
-"""Part of what motions as great could show that is their rounding."""
+_NOTHING, _SEEN = 1e-13, 1e-6
+"""Part of what motions as great could show that is their rounding, and that is none at the first look."""
 _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
 """Condition beyond which modes are no use; samples at once; part to which modes fade before nothing more is seen."""
 
@@ -262,6 +262,9 @@ class Simulated(MotionInTime):
             )
         )
         run, many = self._run(number), TOGETHER // len(self._places)
+        if isinstance(run, Steps) and len(run.times) > _CHUNK:  # a step is no longer than what lies between samples
+            at = np.clip(run.times, *self._inside(number))
+            return run.times, self._course(at, run.states.T)
         bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
         times = np.union1d(np.linspace(low, high, count), np.append(bent, self._turned(number)))
         at = np.clip(times, *self._inside(number))
@@ -288,15 +291,20 @@ class Simulated(MotionInTime):
         heavy = np.diag(self.machine.parts_in_time()[0])[:bodies]
         weights = np.sqrt(np.where(heavy > 0.0, heavy, 1.0))
         rows = np.abs(self._read(response, np.eye(2 * count, dtype=complex))[1].real)
-        most, best = np.zeros(2 * count), 0.0
-        for number in range(self._behind + 1):
-            times, course = self._sampled(number)
-            best = max(best, float(np.abs(response.trace(self.machine, course)).max()))
-            at = np.clip(times[:: 1 + len(times) // _CHUNK], *self._inside(number))
-            most = np.maximum(most, np.abs(self._run(number)(at)).max(axis=1))
-        free = np.r_[:bodies, count : count + bodies]
-        both = np.tile(weights, 2)
-        return best <= _NOTHING * float(np.linalg.norm(rows[free] / both) * np.linalg.norm(most[free] * both))
+        free, both = np.r_[:bodies, count : count + bodies], np.tile(weights, 2)
+        row, most, best = float(np.linalg.norm(rows[free] / both)), np.zeros(2 * count), 0.0
+        few = [np.linspace(*self._inside(number), _CHUNK // 20) for number in range(self._behind + 1)]
+        for closely in (False, True):
+            for number, at in enumerate(few):
+                states = self._run(number)(at)
+                course = self._sampled(number)[1] if closely else self._course(at, states)
+                best = max(best, float(np.abs(response.trace(self.machine, course)).max()))
+                most = np.maximum(most, np.abs(states).max(axis=1))
+            if best > (_NOTHING if closely else _SEEN) * row * float(np.linalg.norm(most[free] * both)):
+                return False
+            few = [one[:: 1 + len(one) // _CHUNK] for one in (self._sampled(k)[0] for k in range(len(few)))]
+            few = [np.clip(one, *self._inside(number)) for number, one in enumerate(few)]
+        return True
 
     def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
         run, (times, course) = self._run(number), self._sampled(number)
