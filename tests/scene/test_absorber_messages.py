@@ -56,6 +56,12 @@ WRONG = {
          'stiffness = "1 kN/m"\n\n[excitations.fan]'},
         "line 12: absorbers.tmd sits on itself by way of other. Put one of them on a body.",
     ),
+    "a damping ratio beside other bodies": (
+        {"[absorbers.tmd]": '[bodies.floor]\nmass = "2 t"\n\n[links.slab]\nbetween = ["ground", "floor"]\n'
+         'stiffness = "20 MN/m"\ndamping_ratio = 0.02\n\n[absorbers.tmd]'},
+        "line 14: links.slab gives a damping ratio, but several bodies move: relative to which mass? Add "
+        'relative_to = "floor".',
+    ),
     "two masses": (
         {MASS: 'mass = "5 kg"\nmass_ratio = 0.05'},
         "line 11: absorbers.tmd gives mass and mass_ratio. Keep one: they are ways to say the mass of one absorber.",

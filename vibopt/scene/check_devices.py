@@ -72,14 +72,15 @@ def check_links(scene: Scene, mistakes: Mistakes) -> None:
         if relative is not None and relative not in heavy:
             mistakes.unknown_name((*path, "relative_to"), relative, "body", heavy)
         elif getattr(table, "damping_ratio", None) is not None:
-            _relative(scene, name, relative, bodies, mistakes)
+            _relative(scene, name, relative, [*(end for end in between if end in bodies), *bodies], mistakes)
         elif getattr(table, "mass_ratio", None) is not None:
             _one_mass(scene, f"{family}.{name}.mass_ratio", (*path, "mass_ratio"), str(relative), mistakes)
         _one_kind(scene, path, table, between, mistakes)
 
 
 def _relative(scene: Scene, name: str, relative: str | None, bodies: list[str], mistakes: Mistakes) -> None:
-    if relative is None and len(bodies) != 1:
+    """A damping ratio says to which mass it is; `bodies` are those at its ends first, then all."""
+    if relative is None and len({*bodies}) != 1:
         example = f'relative_to = "{bodies[0]}"' if bodies else 'damping = "5 kN s/m" instead'
         mistakes.add(
             ("links", name),
