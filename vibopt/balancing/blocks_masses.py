@@ -12,6 +12,7 @@ from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, nearest_block, rows_of
 from vibopt.answer.entry import Entry, Value, direction_of, in_one_unit
 from vibopt.balancing.blocks_rotor import nearest_blocks
 from vibopt.balancing.engine.engine_job import EngineJob, Weight
+from vibopt.balancing.impasses import NOTHING_FOUND
 from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.planes import Plane
 from vibopt.records import dataclass
@@ -25,7 +26,7 @@ SMALL = 1e-6
 def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
     """What the answer for known masses says, in the order in which it is needed."""
     job = outcome.job
-    planes = [plane for plane in job.planes if outcome.status != "infeasible"]
+    planes = [plane for plane in job.planes if outcome.status not in NOTHING_FOUND]
     return [
         *known_nearest(outcome),
         Block("What to do", TODO, tuple(answer.words for answer in outcome.plan.planes if planes)),
@@ -68,7 +69,7 @@ def _left(outcome: Answer[KnownJob], job: KnownJob) -> Block:
         cells = [_at(outcome, one, f"{when}.{angle}") for one, when in zip(pair, times, strict=True)]
         if any(cells):
             rows.append((words, *cells))
-    after = bool(job.planes) and outcome.status != "infeasible"
+    after = bool(job.planes) and outcome.status not in NOTHING_FOUND
     heads = ("", "As found", "After") if after else ("", "As found")
     return table(
         "As found and after" if after else "As found", heads, [row[: len(heads)] for row in rows], whole=(1, 2)
@@ -96,7 +97,7 @@ def without_rest(entry: Value, least: float) -> Value:
 def engine_blocks(outcome: Answer[EngineJob]) -> list[Block]:
     """What an engine's answer says, in the order in which it is needed."""
     job = outcome.job
-    if outcome.status == "infeasible":
+    if outcome.status in NOTHING_FOUND:
         return [*engine_nearest(outcome), Block("Notes", FOOT, outcome.notes)]
     method = (outcome.method,) if outcome.method not in ("", "none") else ()
     return [

@@ -113,6 +113,10 @@ class Solved(Protocol):
 S = TypeVar("S", bound=Solved)
 
 
+NOTHING_FOUND = ("infeasible", "unproven")
+"""Statuses of answers for known masses and engines in which nothing is chosen."""
+
+
 @dataclass(frozen=True)
 class Asking(Generic[S, B]):
     """How a job that has no answer is asked again with other limits.
@@ -141,6 +145,8 @@ class Asking(Generic[S, B]):
     def told(self, none: A) -> A:
         """The answer that there is none with what stands in the way, and what comes nearest."""
         near, budget, limits = self._nearest(), allowance(self.thorough), self.limits
+        if none.status != "infeasible":
+            return with_nearest(none, near)
 
         def possible(kept: tuple[str, ...]) -> bool:
             return self.solved({name: limits[name] for name in kept}).status != "infeasible"

@@ -86,7 +86,7 @@ _PLAIN = {
     "violated": "limits do not hold",
     "infeasible": "no weights keep all limits",
     "unbounded": "the goal has no best value",
-    "unproven": "no single answer is proven",
+    "unproven": "",
     "check_failed": "the simulated machine refused the answer",
 }
 
@@ -116,7 +116,7 @@ def verdict(answer: Answer[BalancingJob]) -> str:
         said = said.replace("all limits hold", f"all limits hold, {odds}")
     if answer.status == "met" and not answer.limits:
         said = "no limit was set; what was asked stands below"
-    if is_rotor(answer.job) and answer.status in ("met", "violated", "unproven"):
+    if answer.status == "unproven" or (is_rotor(answer.job) and answer.status in ("met", "violated")):
         said = ""
     return "; ".join(filter(None, (goal_words(answer), said)))
 

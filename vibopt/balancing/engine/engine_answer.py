@@ -27,7 +27,7 @@ from vibopt.balancing.engine.shaking import (
     size_of,
     turning_weights,
 )
-from vibopt.balancing.impasses import Asking
+from vibopt.balancing.impasses import NOTHING_FOUND, Asking
 from vibopt.balancing.optimisers import Solver, solve_question
 from vibopt.units import show
 from vibopt.units.showing import show_angle
@@ -86,22 +86,22 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = sol
     status, claim = found.status, found.claim
     if status in ("optimal", "feasible", "met"):
         status, claim = _checked(job, found, here, limits)
-    goal = goal_table(job)
+    goal, none = goal_table(job), status in NOTHING_FOUND
     value = _measured(job, found, goal)
     answer = Answer(
         job=job,
         status=status,
         claim=claim,
         values=_values(job, found, here),
-        limits={} if status == "infeasible" else limits,
+        limits={} if none else limits,
         measures=_rows(job, found, job.measures),
-        goal=None if job.goal is None or status == "infeasible" else (job.goal.minimise, Entry(value, goal.dimension)),
+        goal=None if job.goal is None or none else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
         notes=_notes(job, found, here),
         rates=found.rates,
         details={"classes": found.tried, "as_good": found.alike},
     )
-    if status != "infeasible" or not job.limits:
+    if not none or not job.limits:
         return answer
     return Asking(
         job.limits, lambda limits: balance(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),

@@ -30,7 +30,7 @@ SMALL = SIZE - 1.5
 def engine_figure(outcome: Answer[EngineJob], *, compact: bool) -> Figure | None:
     """The crankshaft; force and couple over one turn and by order; a couple that is nil is left out."""
     job = outcome.job
-    if outcome.status in ("infeasible", "unbounded"):
+    if outcome.status in ("infeasible", "unbounded", "unproven"):
         return None
     after, before = shaken(outcome, job)
     kinds = [kind for kind in _KINDS if np.abs(after[int(kind[0])]).max() > _ROUNDING * size_of(job, kind[0])]

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 def known_figure(outcome: Answer[KnownJob], *, compact: bool) -> Figure | None:
     """The known masses, a disc for each plane, and bars of what was and what is left (not in a compact one)."""
     job = outcome.job
-    if outcome.status in ("infeasible", "unbounded"):
+    if outcome.status in ("infeasible", "unbounded", "unproven"):
         return None
     discs = [
         _masses(job),

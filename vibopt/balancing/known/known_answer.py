@@ -11,7 +11,7 @@ from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_
 from vibopt.answer.plan import Fitting, Plan, PlaneAnswer, Weight
 from vibopt.arrays import ComplexArray
 from vibopt.balancing.fitting import not_permitted
-from vibopt.balancing.impasses import Asking
+from vibopt.balancing.impasses import NOTHING_FOUND, Asking
 from vibopt.balancing.known.correct import Correction, bounded_rows, correct
 from vibopt.balancing.known.known_job import KnownGoalTable, KnownJob, KnownLimitTable
 from vibopt.balancing.known.shaft_statics import (
@@ -39,20 +39,21 @@ def solve_known(job: KnownJob, *, thorough: bool = False, solver: Solver | None 
         found = correct(job, solver)
     limits = _rows(job, found, job.limits)
     status, claim = _status(job, found, limits)
+    none = status in NOTHING_FOUND
     answer = Answer(
         job=job,
         status=status,
         claim=claim,
         values=_values(job, found),
-        limits={} if status == "infeasible" else limits,
+        limits={} if none else limits,
         measures=_rows(job, found, job.measures),
-        goal=_goal(job, found),
+        goal=None if none else _goal(job, found),
         method=found.way,
         notes=(*job.notes, *_notes(job, found)),
         plan=Plan((Fitting(found.planes, (), found.u),)),
         rates=found.rates,
     )
-    if status != "infeasible" or not job.limits:
+    if not none or not job.limits:
         return answer
     return Asking(
         job.limits, lambda limits: correct(_with_limits(job, limits)),
@@ -81,7 +82,7 @@ def _rows(job: KnownJob, correction: Correction, tables: Mapping[str, KnownLimit
 
 def _status(job: KnownJob, correction: Correction, limits: dict[str, Checked]) -> tuple[str, str]:
     """The status after the check by hand: force and couple left must be what the sums say."""
-    if correction.status == "infeasible":
+    if correction.status in NOTHING_FOUND:
         return correction.status, correction.claim
     static, couple = left_over(job, correction.u)
     force, moment = turned_by_hand(job, correction.u)
