@@ -72,3 +72,24 @@ def test_rounded_weights_of_a_pair_stay_a_pair() -> None:
     missed = drawn(other, vo.solve(other), ("1 g", "10 deg"))
     assert missed.broken == "pairs.x"
     assert "the best breaks pairs.x; " in missed.design.claim
+
+
+@pytest.mark.parametrize("turn", [340.0, 352.6, 357.2, 359.99])
+@pytest.mark.parametrize("asked", ["1", "100 deg", "7 deg", "3"])
+def test_an_angle_just_below_a_whole_turn_is_rounded_to_one_that_a_file_may_have(turn: float, asked: str) -> None:
+    """400 deg is no angle, and 40 deg not near: what is nearest is a multiple of the step, or nothing."""
+    text = f"""[masses.m]
+unbalance = "2 kg mm"
+angle = "{turn - 180.0} deg"
+[planes.p]
+radius = "100 mm"
+[goal]
+minimise = "unbalance"
+"""
+    job = vo.from_text(text, name="shaft.toml")
+    done = drawn(job, vo.solve(job), (asked, "planes.p.weight.mass=1 mg"))
+    angle = done.values["planes.p.weight.angle"].rounded.value * 57.29577951308232
+    step = {"1": 100.0, "100 deg": 100.0, "7 deg": 7.0, "3": 1.0}[asked]
+    places = [step * k for k in range(int(360.0 / step) + 1) if step * k < 360.0]
+    off = min(abs((turn - place + 180.0) % 360.0 - 180.0) for place in places)
+    assert abs((angle - turn + 180.0) % 360.0 - 180.0) == pytest.approx(off, abs=1e-6)

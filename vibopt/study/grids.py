@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from math import tau
 
 import numpy as np
 
@@ -85,7 +86,10 @@ class Grid:
         return tuple(self._text(count) for count in counts if count >= self.number.least)
 
     def _text(self, count: Decimal) -> str:
-        return f"{(count * self.step).normalize():f} {self.unit}".strip()
+        value = count * self.step
+        if value >= _turn(self.number, self.unit):
+            value = Decimal(0)
+        return f"{(value + 0).normalize():f} {self.unit}".strip()
 
     @property
     def exact(self) -> Entry:
@@ -193,9 +197,18 @@ def _stepped(number: Number, text: str) -> Grid:
 
 
 def _grid(number: Number, exact: Decimal, step: Decimal, unit: str, digits: int, words: str) -> Grid:
+    turn = _turn(number, unit)
+    if turn - exact < exact % step:  # nearer to a whole turn, which is none, than to the last whole step
+        exact -= turn
     count = exact / step
     near = count.to_integral_value()
     return Grid(number, step, unit, near if abs(count - near) <= Decimal("1e-9") else count, digits, words)
+
+
+def _turn(number: Number, unit: str) -> Decimal:
+    """A whole turn in the unit of an angle; without end for all else."""
+    angle = number.fact.dimension == "angle"
+    return Decimal(repr(float(to_unit(tau, unit, "angle")))) if angle else Decimal("Infinity")
 
 
 def x_of(design: Design, kept: Scene) -> tuple[float, ...] | None:
