@@ -155,3 +155,18 @@ def test_a_modelled_turbine_whirls_little_up_to_overspeed_with_weights_on_the_fe
         for name, one in unbalances.items()
     }  # fmt: skip
     assert run(weighed).status == "met"
+
+
+@pytest.mark.parametrize("seed", [6, 7])
+def test_planes_of_a_pair_take_weights_both_or_neither(seed: int) -> None:
+    """What a couple in p0 and p2 has spoilt is mended by the two; what p1 has, by p1, and the pair stays untouched."""
+    effects, rng = drawn(seed)
+    unbalance = complex(*rng.normal(size=2))
+    for found, planes in (
+        (unbalance * (effects[:, 0] - effects[:, 2]), ("p0", "p2")),
+        (unbalance * effects[:, 1], ("p1",)),
+        (unbalance * (effects[:, 0] - effects[:, 2] + effects[:, 3]), ("p0", "p2", "p3")),
+    ):
+        job = rotor(effects, found, 1e-6 * float(np.abs(found).max()))
+        document = {**job.document, "pairs": {"c": {"planes": ["p0", "p2"], "kind": "couple"}}}
+        assert fewest_planes(of_document(document, Mistakes("rotor.toml", None))).planes == planes

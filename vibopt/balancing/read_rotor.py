@@ -70,6 +70,8 @@ def read_pairs(
                 path, f"pairs.{name} sets unbalances equal, but planes.{bare[0].name} has no radius. Add its radius."
             )
             continue
+        if planes[first].keep and planes[second].keep:
+            continue
         if any(planes[one].is_discrete or planes[one].keep or planes[one].split for one in (first, second)):
             mistakes.add(
                 path, f"pairs.{name} has a plane that is kept or has holes. A pair needs two planes with free weights."

@@ -64,7 +64,7 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
                 f"{MOST_SETS} sets are not tried. Write keep = true in planes that are to stay untouched."
             )
         found: dict[tuple[str, ...], Answer[Any]] = {}
-        for chosen in combinations(names, count):
+        for chosen in (one for one in combinations(names, count) if not _parted(job, one)):
             if progress is not None:
                 progress("fewest planes", (tried + len(found)) / 2.0 ** len(names))
             found[chosen] = _with(job, chosen, names)
@@ -76,8 +76,8 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
                     f"{job.name}: as found the rotor keeps every limit: no plane needs a weight. Leave --fewest-planes "
                     "out to see what weights gain."
                 )
-            return _told(best, names, tried, here, proven=not unsettled)
-        tried += here
+            return _told(best, names, tried, len(found), proven=not unsettled)
+        tried += len(found)
         unsettled += sum(answer.status != "infeasible" for answer in found.values())
     raise InputError(
         f"{job.name}: no planes keep every limit, not all of them. Leave --fewest-planes out: the answer says which "
@@ -89,6 +89,12 @@ def _with(job: RotorJob, chosen: tuple[str, ...], names: tuple[str, ...]) -> Ans
     """The answer where all other planes stay untouched."""
     changes = {f"planes.{name}.keep": True for name in names if name not in chosen}
     return answer(with_changes(job, changes) if changes else job, explain=False, brief=True)
+
+
+def _parted(job: RotorJob, chosen: tuple[str, ...]) -> bool:
+    """Whether one plane of a pair is among them without the other, so that both stay untouched."""
+    names = [plane.name for plane in job.planes]
+    return any((names[first] in chosen) != (names[second] in chosen) for _, first, second, _ in job.pairs)
 
 
 def _goal(job: RotorJob, answer: Answer[Any]) -> float:
