@@ -323,3 +323,16 @@ def test_programs_can_be_solved_by_others() -> None:
     by_sqp = float(solver(**program.bounds)["f"])
     assert by_sqp == pytest.approx(float(program.nlpsol()(**program.bounds)["f"]), rel=1e-6)
     assert isinstance(program.x, casadi.SX)
+
+
+@pytest.mark.parametrize("method", ["cvxpy", "ipopt"])
+def test_a_method_is_refused_where_there_is_no_one_program(method: str) -> None:
+    """Amplitudes alone were answered by another method, as if none had been named."""
+    runs = [{"readings": {"a": "6 mm/s"}}]
+    for angle, left in ((0, 8.2), (120, 4.1), (240, 7.6)):
+        runs.append({"weights": {"p": f"20 g @ {angle} deg"}, "readings": {"a": f"{left} mm/s"}})  # type: ignore[dict-item]
+    words = {"angles": "with rotation", "detector": "rms", "zero": "tape"}
+    document = {"speed": "900 rpm", "conventions": words, "planes": {"p": {"radius": "100 mm"}}, "runs": runs}
+    job = vo.from_dict(document)
+    assert vo.solve(job).goal is not None
+    assert "amplitudes without phase leave several rotors possible" in str(refused(vo.solve, job, method=method))

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray
-from vibopt.balancing import is_engine
+from vibopt.balancing import is_engine, is_rotor
 from vibopt.balancing.engine.choose_weights import chosen
 from vibopt.balancing.question import Question, Solved, breaks, felt, relative_gap, wider_words, worst_part
 from vibopt.errors import InputError
@@ -32,13 +32,10 @@ _IPOPT = 5.0
 
 def solver_of(job: Any, method: str) -> Callable[..., Any]:
     """What answers the program of a balancing job; InputError, in words, where there is no such program."""
-    if is_engine(job):
-        paths = chosen(job)
-        if job.is_search:
-            opened = posed(job)
-            (opened.cvxpy if method == CVXPY else opened.casadi)()
-    else:
-        paths = tuple(f"planes.{plane.name}" for plane in job.planes)
+    if job.is_search if is_engine(job) else is_rotor(job) and (job.is_advice or not job.has_phase):
+        opened = posed(job)
+        (opened.cvxpy if method == CVXPY else opened.casadi)()
+    paths = chosen(job) if is_engine(job) else tuple(f"planes.{plane.name}" for plane in job.planes)
     run = {CVXPY: _cvxpy, IPOPT: _ipopt}[method]
 
     def solver(question: Question) -> Solved:
