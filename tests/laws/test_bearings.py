@@ -16,8 +16,10 @@ from refusals import refused
 from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
 from vibopt.cli.picture_command import _picture
 from vibopt.forms.whirling import WhirlThreshold
+from vibopt.mechanics import orbits
 from vibopt.mechanics.free_whirls import synchronous
 from vibopt.mechanics.growth import first_growth
+from vibopt.mechanics.orbiting import OrbitingMachine
 from vibopt.mechanics.orbits import spun
 from vibopt.program.pose import on_needed, pose
 from vibopt.report.campbell import campbell_of
@@ -270,6 +272,61 @@ def test_a_window_of_growth_that_is_passed_is_told_as_one() -> None:
     assert design.claim.endswith(
         " rpm, from which on a whirl grows without end, though none does at 5000 rpm itself. Look at lower speeds"
     )
+
+
+IDLE = (4e6, 7e5, 7e5, 9e6, 3e3, 2e2, -9e2, 6e3)
+"""Springs with a potential; dampers that take energy, beside a part that does no work."""
+TABLED = [{"speed": "0 rpm", **numbers(*IDLE)}, {"speed": "8000 rpm", **numbers(*(0.4 * one for one in IDLE))}]
+
+
+@settings(max_examples=6)
+@given(st.tuples(*[st.floats(-1.0, 1.0)] * 3), st.tuples(*[st.floats(-1.0, 1.0)] * 3), st.floats(-2e3, 2e3))
+def test_what_nothing_feeds_never_grows_and_is_not_searched(springs: Any, dampers: Any, turned: float) -> None:
+    """R^T R of springs and of dampers, any at all: no free motion of all coordinates grows, and none is looked for."""
+    (a, b, c), (d, e, f) = springs, dampers
+    k, k_yz, k_zz = 1e6 * (3.0 + a * a), 1e6 * a * b, 1e6 * (1.0 + b * b + c * c)
+    damp = [1e4 * one for one in (d * d, d * e, e * e + f * f)]
+    eight = (k, k_yz, k_yz, k_zz, damp[0], damp[1] + turned, damp[1] - turned, damp[2])
+    document = borne(friswell(), *eight)
+    scene = from_dict(document)
+    rotor = spun(on_needed(scene, pose(scene).model, scene.measures["first"])[0], np.zeros(0))
+    assert rotor.threshold() == math.inf
+    for spin in (1.0, 300.0, 4e3):
+        rates = rotor.rates(spin)
+        assert np.linalg.eigvals(rates).real.max() < 1e-9 * rotor.slowest
+    found = solve(from_dict(threshold_of(document))).measures["m"].value
+    assert (found.value, found.shown) == (math.inf, "none")
+
+
+@pytest.mark.parametrize(("bearing", "looked"), [
+    (numbers(*IDLE), 0),
+    ({"table": TABLED}, 0),
+    (numbers(*IDLE[:2], -7e5, *IDLE[3:]), 1),
+    (numbers(*IDLE[:4], 1e3, 2.1e3, 2.1e3, 4e3), 1),
+    ({"table": [*TABLED, {"speed": "9000 rpm", **numbers(*STEADY[:2], -7e5, *STEADY[3:])}]}, 1),
+])  # fmt: skip
+def test_growth_is_looked_for_only_where_something_may_feed_a_whirl(
+    bearing: dict[str, Any], looked: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Each of the routes by itself: a skew stiffness, or dampers of which a motion takes energy."""
+    calls: dict[str, list[float]] = {"model": [], "built": []}
+
+    def first(*args: Any) -> Any:
+        calls["model"].append(args[2])
+        return first_growth(*args)
+
+    def growth(machine: OrbitingMachine, spin: float) -> tuple[float, float]:
+        calls["built"].append(spin)
+        return own(machine, spin)
+
+    own = OrbitingMachine._growth
+    monkeypatch.setattr(orbits, "first_growth", first)
+    monkeypatch.setattr(OrbitingMachine, "_growth", growth)
+    both = {f"{end}_film": {"between": [end, "ground"], **bearing} for end in ("left", "right")}
+    solve(from_dict(threshold_of({**friswell(), "links": {}, "bearings": both})))
+    assert [bool(one) for one in calls.values()] == [bool(looked)] * 2
+    if "table" in bearing and looked:
+        assert min(calls["model"]) == pytest.approx(8000.0 * RPM)  # from the last row on which nothing feeds it
 
 
 def test_a_threshold_that_a_search_did_not_find_is_said_with_how_far_it_went() -> None:

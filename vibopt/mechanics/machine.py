@@ -401,8 +401,8 @@ class Machine:
         """Whether a whirl grows at a spin [rad/s] that is beyond the `threshold`."""
         return True
 
-    def searched(self, top: float = 0.0) -> float:
-        """Highest spin [rad/s] of a search for `threshold`; infinite where none is needed."""
+    def settled_to(self, top: float = 0.0) -> float:
+        """Spin [rad/s] up to which it is known whether a whirl grows, by a search up to `top`; infinite of all."""
         return float("inf")
 
     def threshold(self, top: float = 0.0) -> float:

@@ -29,6 +29,8 @@ one is rounding; part of itself by which a speed without damping may lie off its
 FARTHEST, _SCANNED, _STILL = 50.0, 80, 1e-9
 """Spin over the lowest frequency at rest up to which growth is looked for where nothing says how far; spins at which it
 is, evenly and near that frequency; part of the slowest frequency below which a rate is rounding."""
+_SKEW = 1e-12
+"""Part of a matrix below which one that should be symmetric is."""
 _EVEN = 4
 """Spins of the whole range of tables, beside their rows, at which singular speeds are looked for."""
 
@@ -243,13 +245,19 @@ class OrbitingMachine(RotatingMachine):
     def grows(self, spin: float) -> bool:
         return self._growth(spin)[0] > _STILL * self.slowest
 
+    def settled_to(self, top: float = 0.0) -> float:
+        return self.searched(top) if self.tables or not self._idle else float("inf")
+
     def searched(self, top: float = 0.0) -> float:
+        """Highest spin [rad/s] of a search for whirls that grow."""
         return float(min([top or FARTHEST * self.slowest, *(table[-1] for table in self.tables)]))
 
     def threshold(self, top: float = 0.0) -> float:
         """As of `RotatingMachine`, up to a spin and as far as tables go: lowest motions scanned, then the waves."""
         tables, slow, high = self.tables, self.slowest, self.searched(top)
         low = max((table[0] for table in tables), default=0.0)
+        if self._idle:
+            return float("inf")
         spins = np.concatenate([np.linspace(low, high, _SCANNED), slow * np.geomspace(1e-3, 10.0, _SCANNED), *tables])
         none, before = _STILL * slow, low
         for spin in np.unique(spins[(spins >= low) & (spins <= high)]).tolist():
@@ -262,6 +270,20 @@ class OrbitingMachine(RotatingMachine):
             return low
         near = crossing(lambda at: self._growth(at)[0] - none, before, spin, 1e-12)[1]
         return self._neutral(self._growth(near)[1], near)
+
+    @cached_property
+    def _idle(self) -> bool:
+        """Whether nothing feeds a free motion at any spin that tables know: all is straight between their rows."""
+        rows = np.unique(np.concatenate([[0.0, self.slowest], *self.tables]))
+        low, high = self.known_spins
+        return not any(self._fed(spin) for spin in rows[(rows >= low) & (rows <= high)].tolist())
+
+    def _fed(self, spin: float) -> bool:
+        """Whether forces may feed a free motion that goes round: a stiffness that is skew or pushes, or dampers."""
+        _, damping, stiffness = self.free(spin)
+        skew = np.abs(stiffness - stiffness.T).max() > _SKEW * np.abs(stiffness).max()
+        least = [float(np.linalg.eigvalsh(0.5 * (one + one.T))[0]) for one in (stiffness, damping)]
+        return bool(skew) or least[0] <= 0.0 or least[1] < -_SKEW * float(np.abs(damping).max())
 
     def _neutral(self, whirl: float, spin: float) -> float:
         """The spin near one at which a whirl of about such a frequency [rad/s] neither grows nor fades."""

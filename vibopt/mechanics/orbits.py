@@ -330,13 +330,28 @@ class Spun:
         top = top or FARTHEST * unit
         knots = self.knots if len(self.knots) else np.array([0.0, top])
         knots = np.unique(np.append(knots[knots < top], min(top, knots[-1])))
-        for low, high in pairwise(knots.tolist()):
+        idle = [self._idle(knot) for knot in knots.tolist()]
+        for (low, high), both in zip(pairwise(knots.tolist()), pairwise(idle), strict=True):
+            if all(both):  # so it is between them, as coefficients are straight there
+                continue
             first, last = self.rates(low), self.rates(high)
             slope = (last - first) / (high - low)
             value = first_growth(first - low * slope, slope, low, high, unit)
             if value is not None:
                 return self._neutral(value) if value > low else value
         return float("inf")
+
+    def _idle(self, spin: float) -> bool:
+        """Whether nothing can feed a whirl at a spin [rad/s]: springs pull back and have a potential, no damper pushes.
+
+        Gyroscopic moments do no work (Kelvin, Tait and Chetaev), and no energy that falls lets a whirl grow.
+        """
+        if self._rotating.any() or (self.p[np.isin(self.model.kinds, (STIFFNESS, DAMPING))] < 0.0).any():
+            return False
+        eight = np.array([one.coefficients(self.x, np.array(spin)) for one in self.model.bearings]).reshape(-1, 2, 2, 2)
+        (yy, yz), (zy, zz) = np.moveaxis(eight, (2, 3), (0, 1))  # (n_bearings, 2) each: stiffness and damping
+        turns = (yz[:, 0] != zy[:, 0]).any()
+        return not turns and bool(np.all((yy >= 0.0) & (zz >= 0.0) & (yy * zz >= 0.25 * (yz + zy) ** 2)))
 
     def _neutral(self, spin: float) -> float:
         """The spin near one at which a whirl neither grows nor fades, in all coordinates.

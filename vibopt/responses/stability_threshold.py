@@ -16,7 +16,8 @@ class StabilityThreshold(Response):
     """`response = "stability_threshold"`: least spin beyond which a free whirl grows [rad/s].
 
     By damping that turns with a shaft, `rotating_damping` or `material_damping`, of one disc w_n (1 + c_e / c_i); or by
-    bearings that couple both planes, oil films and seals.  It is "none up to" some spin where none is found so far.
+    bearings that couple both planes, oil films and seals.  It is "none up to" some spin where none is found so far,
+    and "none" where nothing can feed a whirl.
     """
 
     dimension: ClassVar[str] = "angular_rate"
@@ -33,12 +34,16 @@ class StabilityThreshold(Response):
         return _GROWING
 
     @property
+    def absent(self) -> str:
+        return "none"
+
+    @property
     def _top(self) -> float:
         """Highest spin that is looked at where bearings are not alike in both planes [rad/s]; 0 where nobody says."""
         return _BEYOND * self.at_least.value if self.at_least is not None else 0.0
 
     def looked_to(self, machine: Machine) -> float:
-        return machine.searched(self._top)
+        return machine.settled_to(self._top)
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
         return WhirlThreshold(self._top)
