@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from io import StringIO
+from itertools import pairwise
 from typing import Any
 
 from hypothesis import example, given
@@ -12,7 +13,7 @@ from rich.console import Console as Rich
 from rich.padding import Padding
 from rich.table import Table
 
-from vibopt.answer.console import Console, Grid, columns
+from vibopt.answer.console import Console, Grid, columns, wrapped
 
 WORDS = st.text("abcdef-/.µ²é", min_size=1, max_size=24)
 TEXTS = st.lists(WORDS, max_size=16).map(" ".join) | st.lists(WORDS, max_size=5).map("  ".join)
@@ -72,7 +73,10 @@ def test_no_word_is_broken_where_each_column_has_room_for_its_own(rows: list[tup
     assert Counter(lines.split()) == Counter(" ".join(map(" ".join, rows)).split())
 
 
-@given(rows=st.lists(st.tuples(TEXTS, SHORT, TEXTS), min_size=1, max_size=4), width=st.integers(60, 120))
+UNPOINTED = TEXTS.map(lambda text: text.replace(".", "-"))
+
+
+@given(rows=st.lists(st.tuples(UNPOINTED, SHORT, UNPOINTED), min_size=1, max_size=4), width=st.integers(60, 120))
 def test_columns_of_given_widths_too(rows: list[tuple[str, str, str]], width: int) -> None:
     grid = Grid(rows, widths=(20, 8, 15), gap=1)
     assert ours(grid, "", width, 0) == by_rich(grid, "", width, 0)
@@ -104,3 +108,19 @@ def test_no_letter_of_a_long_name_is_lost(rows: list[tuple[str, ...]], whole: se
     lines = ours(Grid(rows, (), tuple(sorted(whole))), "", width, 0)
     assert all(len(one) <= width for one in lines.splitlines())
     assert Counter("".join(lines.split())) == Counter("".join(map("".join, rows)))
+
+
+@given(
+    steps=st.lists(st.text("abc_7", min_size=1, max_size=14).map("a{}".format), min_size=1, max_size=6),
+    width=st.integers(17, 40),
+)
+def test_a_path_is_broken_behind_its_points_alone(steps: list[str], width: int) -> None:
+    lines = wrapped(".".join(steps), width)
+    assert "".join(lines) == ".".join(steps)
+    assert all(columns(line) <= width for line in lines)
+    assert all(line.endswith(".") for line in lines[:-1])
+    assert all(columns(line + after.split(".")[0]) >= width for line, after in pairwise(lines))
+
+
+def test_a_number_is_no_path() -> None:
+    assert wrapped("0.123456", 4) == ["0.12", "3456"]

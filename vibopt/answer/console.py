@@ -10,6 +10,8 @@ from vibopt.records import dataclass
 
 _CODES = {"bold": "1", "dim": "2", "red": "31", "green": "32", "yellow": "33"}
 _WORD = re.compile(r"\s*\S+\s*")
+_STEP = re.compile(r"(?<=[^\W\d]\.)(?=[^\W\d])")
+"""Behind a point of a path."""
 _CONTROLS = dict.fromkeys((7, 8, 11, 12, 13))
 
 
@@ -68,7 +70,7 @@ _LEAST_ROOM = 10
 def wrapped(text: str, width: int, *, whole: bool = False) -> list[str]:
     """A text in lines of at most `width` columns: broken between words, in words only where one is longer than a line.
 
-    With `whole` a line is cut off instead.
+    A path is then broken behind its points.  With `whole` a line is cut off instead.
     """
     lines = []
     for line in text.translate(_CONTROLS).split("\n"):
@@ -94,7 +96,7 @@ def _breaks(line: str, width: int) -> list[int]:
         if filled + long <= width:
             filled += columns(word)
         elif long > width:
-            for piece in _pieces(word, width):
+            for piece in _parts(word, width):
                 if start:
                     found.append(start)
                 start, filled = start + len(piece), columns(piece)
@@ -103,6 +105,17 @@ def _breaks(line: str, width: int) -> list[int]:
                 found.append(start)
             filled = columns(word)
     return found
+
+
+def _parts(word: str, width: int) -> list[str]:
+    """A word that is longer than a line, cut behind the points of a path if it can be, else every `width` columns."""
+    parts = [""]
+    for step in _STEP.split(word):
+        if columns(parts[-1] + step.rstrip()) > width:
+            parts += _pieces(step, width)
+        else:
+            parts[-1] += step
+    return parts if parts[0] else parts[1:]
 
 
 def _pieces(text: str, width: int) -> list[str]:
