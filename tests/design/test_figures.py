@@ -8,12 +8,15 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from pictures import covered
 
 from vibopt.report.curves import panels
 from vibopt.report.design_plane import plane
 from vibopt.report.figures import plane_figure, response_figure, saved, strips_figure
 from vibopt.report.series import Line, Strip, Strips
+from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design
+from vibopt.solve import solve
 
 Solved = Callable[[str], Design]
 
@@ -38,6 +41,30 @@ def test_labels_stay_on_the_paper_and_off_each_other(solved: Solved, name: str) 
         assert box.x0 >= 0
         assert box.x1 <= figure.bbox.width
         assert not any(box.overlaps(other) for other in boxes[:index])
+
+
+@pytest.mark.parametrize("name", ["fan", "second_compressor_of_the_cold_store"])
+@pytest.mark.parametrize("response", ["displacement", "isolation"])
+def test_a_title_and_the_notes_on_its_panel_do_not_cover_each_other(name: str, response: str) -> None:
+    """Short and long titles, one note to three."""
+    place = {"into": "ground"} if response == "isolation" else {"of": "machine"}
+    design = solve(from_dict({
+        "title": "A machine with two loads",
+        "bodies": {"machine": {"mass": "2 t"}, "floor": {"mass": "9 t"}},
+        "links": {
+            "feet": {"between": ["machine", "floor"], "stiffness": "2 MN/m", "damping": "4 kN s/m"},
+            "slab": {"between": ["floor", "ground"], "stiffness": "40 MN/m", "damping": "60 kN s/m"},
+        },
+        "excitations": {
+            "rotor": {"kind": "unbalance", "on": "machine", "unbalance": "0.1 kg m", "speed": "1470 rpm"},
+            name: {"kind": "force", "on": "machine", "amplitude": "1 kN", "speed": "100 Hz"},
+        },
+        "measures": {"most": {"response": response, **place, **COUNTED[response]}},
+    }))  # fmt: skip
+    assert covered(response_figure(panels(design))) == []
+
+
+COUNTED = {"displacement": {"combine": "sum"}, "isolation": {"due_to": ["rotor"]}}
 
 
 def test_the_map_is_drawn(solved: Solved) -> None:

@@ -26,6 +26,9 @@ SIZE = 9.0
 _LETTERS = 92
 """About as many stand beside each other in a legend."""
 
+_NOTED, _BOLD = 120, 1.7
+"""Faint letters that stand beside each other above a panel, and as many of them as one of its title takes."""
+
 INK, FAINT, GRID = "#1a1a1a", "#767676", "#d9d9d9"
 BLUE, RED, GREEN = "#1f4e8c", "#b3261e", "#1b6e3c"
 FREE, FORBIDDEN, FORBIDDEN_INK = "#e3f1e7", "#fbe9e7", "#c98a84"
@@ -87,9 +90,12 @@ def saved(figure: Figure, form: str) -> bytes:
     return stream.getvalue()
 
 
-def dress(axes: Any, title: str, x_label: str, y_label: str) -> None:
-    """Title, labels with units, a quiet grid, no frame."""
-    axes.set_title(title, loc="left", fontsize=SIZE + 1.5, color=INK, fontweight="bold")
+def dress(axes: Any, title: str, x_label: str, y_label: str, notes: str = "") -> None:
+    """Title, faint notes beside it, or below it where both are long, labels with units, a quiet grid, no frame."""
+    below = _BOLD * len(title) + len(notes) > _NOTED
+    axes.set_title(title, loc="left", pad=6.0 + below * SIZE, fontsize=SIZE + 1.5, color=INK, fontweight="bold")
+    if notes:
+        axes.text(1.0, 1.015, notes, transform=axes.transAxes, ha="right", va="bottom", fontsize=SIZE - 2, color=FAINT)
     axes.set_xlabel(x_label, fontsize=SIZE, color=INK)
     axes.set_ylabel(y_label, fontsize=SIZE, color=INK)
     axes.tick_params(labelsize=SIZE - 1, colors=INK)

@@ -72,7 +72,7 @@ def response_figure(panels: list[Panel], title: str = "", below: Sequence[Below]
 def _draw(part: Any, panel: Panel) -> list[Annotation]:
     """One panel; its labels find their places later, when the layout is known."""
     axes = part.subplots()
-    dress(axes, panel.title, panel.x_label, panel.y_label)
+    dress(axes, panel.title, panel.x_label, panel.y_label, "; ".join(panel.notes))
     scale(axes, "x", panel.log_x, *panel.x_span)
     scale(axes, "y", panel.log_y, *panel.y_span)
     _zones(axes, panel)
@@ -81,9 +81,6 @@ def _draw(part: Any, panel: Panel) -> list[Annotation]:
     _own(axes, panel)
     _good(axes, panel)
     labels = _marks(axes, panel)
-    if panel.notes:
-        notes = "; ".join(panel.notes)
-        axes.text(1.0, 1.015, notes, transform=axes.transAxes, ha="right", va="bottom", fontsize=SIZE - 2, color=FAINT)
     legend(part, axes)
     return labels
 
