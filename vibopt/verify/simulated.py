@@ -7,6 +7,7 @@ sines that last until only these are left, which are then steady, and what nothi
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -28,7 +29,7 @@ from vibopt.work import worked
 _SAMPLES, _BEST, _NEAR = 24, 6, 0.9
 """Samples in the shortest period; greatest ones that are looked at more closely; part of the greatest from which an end
 of a stretch, or what rings on, is looked at, too."""
-_LEVEL, _LEVELS = 1e-4, 200
+_LEVEL, _LEVELS = 2e-4, 200
 """Part of the greatest top by which others may be lower and still be it, and how many of them are looked at closely."""
 _ZOOMS, _ACROSS, _MANY = 5, 33, (50_000, 500_000)
 """Closer looks at each of them, and points of one; most samples of a stretch, without and beside what lasts."""
@@ -64,16 +65,16 @@ class Simulated(MotionInTime):
         if self._driven_at_resonance or ended._runs_away(response):
             return float("inf"), float("inf")
         for number in range(len(self._spans)):
-            found = self._greatest(number, response)
+            found, before = self._greatest(number, response), best
+            best = found if found[0] > best[0] * (1.0 + _EVEN) else best
             if (
                 not self._lasting
                 and not self._held.any()
                 and np.isfinite(self._slowest)
                 and number >= loaded
-                and (found[0] < 0.5 * best[0] or (number > loaded and self.machine.n_free == 1))
+                and (found[0] < 0.5 * before[0] or (number > loaded and self.machine.n_free == 1))
             ):
-                return best if best[0] >= found[0] else found  # of one body every later turn is no greater
-            best = found if found[0] > best[0] * (1.0 + _EVEN) else best
+                return best  # of one body every later turn is no greater
         if self._lasting:
             best, steady = self._beating(best, response), self._steady(response)
             return (steady, float("inf")) if steady > best[0] * (1.0 + _EVEN) else best
@@ -141,10 +142,7 @@ class Simulated(MotionInTime):
 
         while begin < end and float((np.abs(waves) * np.exp(every.real * begin)).sum()) > best[0] * (1.0 + _EVEN):
             times = np.asarray(begin + step * np.arange(_CHUNK), dtype=float)
-            for at in _tops(value(times)):
-                fine = np.asarray(times[at] + step * np.linspace(-1.0, 1.0, 2001), dtype=float)
-                top = value(fine)
-                best = max(best, (float(top.max()), low + float(fine[top.argmax()])))
+            best = _risen(best, value, times, low)
             begin = float(times[-2])
         return best
 
@@ -317,18 +315,12 @@ class Simulated(MotionInTime):
         worked(_ALONE + _SAMPLE * len(times))
         values, count = np.abs(response.trace(self.machine, course)) * np.ones(len(times)), len(times)
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
-        found = max((float(values[i]), float(times[i])) for i in (0, int(values.argmax()), count - 1))
         ends = [0, *np.searchsorted(times, self._turned(number)), count - 1]  # a top may hide beside each of them
         edges = [i for i in ends if values[i] > _NEAR * values.max()]
         near = np.unique([*tops[np.argsort(-values[tops])[:_BEST]], *_even_tops(values), *edges]).astype(int)
-        left, right = times[np.maximum(near - 1, 0)], times[np.minimum(near + 1, count - 1)]
-        for _ in range(_ZOOMS if len(near) else 0):  # all tops at once, each time between the neighbours of its best
-            closer = np.linspace(left, right, _ACROSS, axis=1)
-            sizes, rows = value(closer.ravel()).reshape(closer.shape), np.arange(len(near))
-            at = sizes.argmax(axis=1)
-            found = max(found, *zip(sizes[rows, at].tolist(), closer[rows, at].tolist(), strict=True))
-            left, right = closer[rows, np.maximum(at - 1, 0)], closer[rows, np.minimum(at + 1, _ACROSS - 1)]
-        return found
+        sizes, at = _closer(value, times[np.maximum(near - 1, 0)], times[np.minimum(near + 1, count - 1)])
+        seen = [0, int(values.argmax()), count - 1]
+        return _first(np.append(sizes, values[seen]), np.append(at, times[seen]))
 
     def _ringing(
         self, best: tuple[float, float], response: TransientResponse, looks: tuple[int, int], system: FloatArray
@@ -362,17 +354,46 @@ class Simulated(MotionInTime):
 
         while begin < end and abs(still) + float(np.abs(waves) @ np.exp(rates.real * begin)) > best[0] * (1.0 + _EVEN):
             times = np.asarray(begin + step * np.arange(min(_CHUNK, int((end - begin) / step) + 2)), dtype=float)
-            values = value(times)
-            for at in (one for one in _tops(values) if values[one] > _NEAR * best[0]):
-                fine = np.asarray(times[at] + step * np.linspace(-1.0, 1.0, 2001), dtype=float)
-                top = value(fine)
-                if top.max() > best[0] * (1.0 + _EVEN):
-                    best = float(top.max()), low + float(fine[top.argmax()])
+            best = _risen(best, value, times, low)
             begin = float(times[-1])
             faded = np.abs(np.exp(rates.real * begin)).max(where=np.abs(rates.imag) > 0.0, initial=0.0)
             if faded < _FADED * np.abs(np.exp(rates.real * seen)).max():
                 break
         return best
+
+
+Values = Callable[[FloatArray], FloatArray]
+"""Sizes at times [s], each (n,)."""
+
+
+def _closer(value: Values, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Greatest sizes between times (n,), and when: all at once, each closer look between the neighbours of its best."""
+    sizes, times, rows = np.zeros(len(left)), left, np.arange(len(left))
+    for _ in range(_ZOOMS if len(left) else 0):
+        across = np.linspace(left, right, _ACROSS, axis=1)
+        seen = value(across.ravel()).reshape(across.shape)
+        at = seen.argmax(axis=1)
+        better = seen[rows, at] > sizes
+        sizes, times = np.where(better, seen[rows, at], sizes), np.where(better, across[rows, at], times)
+        left, right = across[rows, np.maximum(at - 1, 0)], across[rows, np.minimum(at + 1, _ACROSS - 1)]
+    return sizes, times
+
+
+def _first(sizes: FloatArray, times: FloatArray) -> tuple[float, float]:
+    """The greatest size, and the first time at which it is as great but for rounding."""
+    most = float(sizes.max())
+    return most, float(times[sizes >= most * (1.0 - _EVEN)].min())
+
+
+def _risen(best: tuple[float, float], value: Values, times: FloatArray, low: float) -> tuple[float, float]:
+    """The greater of the best so far and of what lies between even times behind `low` [s]."""
+    at, high = _heights(value(times))
+    hopeful = high > best[0] * (1.0 - _LEVEL)
+    at = at[hopeful][np.argsort(-high[hopeful])[:_LEVELS]]
+    if not len(at):
+        return best
+    size, time = _first(*_closer(value, times[at - 1], times[at + 1]))
+    return (size, low + time) if size > best[0] * (1.0 + _EVEN) else best
 
 
 def _heights(values: FloatArray) -> tuple[IntArray, FloatArray]:
