@@ -177,3 +177,32 @@ def test_a_suspension_is_designed_and_the_limit_holds_on_the_built_machine() -> 
         frozen["links"] = {**document["links"], "low": {**document["links"]["low"], "damping": f"{c:.9g} N s/m"}}
         frozen.pop("goal")
         assert vo.solve(from_dict(frozen)).measures["x"].value.value >= design.goal[1].value * (1.0 - 1e-9)
+
+
+STEEPEST = {"half sine": np.pi, "versed sine": np.pi, "sine": 2.0 * np.pi, "triangle": 2.0}
+"""Greatest velocity of a base that goes to and fro by one in a second."""
+
+
+@pytest.mark.parametrize("shape", sorted(STEEPEST))
+@pytest.mark.parametrize("ratio", [0.0, 0.05, 1.0, 5.0])
+def test_a_base_that_goes_and_comes_at_once_leaves_the_mass_in_its_place(shape: str, ratio: float) -> None:
+    """Its mount pulls then with k x and c v of the base alone; at critical damping poles meet."""
+    rate, mass, far, long = 100.0, 10.0, 0.01, 6e-8
+    mount = {"between": ["unit", "base"], "stiffness": f"{mass * rate**2} N/m"}
+    mount |= {"damping": f"{2.0 * ratio * mass * rate} N s/m"} if ratio else {}
+    struck = {"kind": "pulse", "on": "base", "shape": shape, "displacement": f"{far} m", "duration": f"{long} s"}
+    answer = vo.solve(
+        vo.from_dict(
+            {
+                "title": "a unit on a base that is struck",
+                "bases": {"base": {}},
+                "bodies": {"unit": {"mass": f"{mass} kg"}},
+                "links": {"mount": mount},
+                "excitations": {"blow": struck},
+                "measures": {"felt": {"response": "peak_acceleration", "of": "unit"}},
+            }
+        )
+    )
+    assert answer.status == "met", answer.claim
+    right = 2.0 * ratio * rate * far * STEEPEST[shape] / long if ratio else rate**2 * far
+    assert answer.measures["felt"].value.value == pytest.approx(right, rel=3e-4)

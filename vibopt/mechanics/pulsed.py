@@ -240,7 +240,8 @@ class _Road:
             first, along = follows.sum(axis=2), (follows @ np.exp(speeds * length[:, None])[..., None])[..., 0]
             orders = np.arange(self.power, self.power + 3)[:, None]
             own = (self.read @ follows) * speeds[:, None] ** orders
-            size = np.abs(own).sum(axis=(1, 2))
+            sizes = np.abs(self.read) @ np.abs(follows) * np.abs(speeds[:, None]) ** orders  # modes may cancel, too
+            size = sizes.sum(axis=(1, 2))
             if self.led.any():  # what a body has of its base, and what it moves against it, may cancel
                 led = (self.led @ signal) * speeds[:, None] ** np.maximum(orders - 2, 0)
                 own, size = own + led, size + np.abs(led).sum(axis=(1, 2))

@@ -29,8 +29,8 @@ from vibopt.mechanics.stretches import Stretch, add_before, after, back_at_rest,
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
-_JOINED = 1e-12
-"""Part of a time within which it is a joint."""
+_JOINED, _CANCELLED = 1e-12, 1e-15
+"""Part of a time within which it is a joint, and of what cancels in a reading that is its rounding."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _TOO_OFTEN = (
@@ -466,10 +466,18 @@ class Transient:
         found, rate, scale = product(rows, places), wide(self.rate), wide(self.scale)
         if a.ndim > places.ndim:  # of each segment
             found, rate, scale = found[..., None, :, :], rate[..., None], scale[..., None]
-        row = found[..., :1, :] + (found[..., 1:2, :] + found[..., 2:, :] @ a * rate) @ a * rate
-        for _ in range(reading.power):
-            row = row @ a * rate
+        both = (found, a * rate), (np.abs(found), np.abs(a) * rate)
+        row, size = (self._read_by(one, many, reading.power) for one, many in both)
+        row = np.where(np.abs(row) > _CANCELLED * size, row, 0.0)
         return np.asarray(row * scale)[..., 0, :]
+
+    @staticmethod
+    def _read_by(found: Numbers, rates: Numbers, power: int) -> Numbers:
+        """Displacement, rate and acceleration (..., 3, N) of states with z' = rates z as one row (..., 1, N)."""
+        row = found[..., :1, :] + (found[..., 1:2, :] + found[..., 2:, :] @ rates) @ rates
+        for _ in range(power):
+            row = row @ rates
+        return np.asarray(row)
 
     @property
     def finite(self) -> tuple[Segment, ...]:
