@@ -509,3 +509,38 @@ def test_a_blow_accelerates_a_joint_without_end_where_it_follows_its_base_at_eve
             "scene: measures.a is infinite whatever the design: the blow of excitations.drop reaches "
             f"{name}, which has no mass, at once. Give it its mass, or ask for its peak_velocity."
         )
+
+
+@pytest.mark.parametrize("tuned", [{"frequency": "5 Hz"}, {"tuning": 0.95}])
+@pytest.mark.parametrize("ratio", [0.2, 2.0])
+def test_a_joint_beside_a_machine_on_mounts_along_the_line_is_that_beside_one_on_links(
+    tuned: dict[str, Any], ratio: float
+) -> None:
+    """Two mounts at their places under a body that moves along the line are one link of twice their stiffness."""
+    two = {"stiffness": "0.9 MN/m", "damping": "2 kN s/m"}
+    document: dict[str, Any] = {
+        "bodies": {"pump": {"mass": "180 kg", "motion": "line"}, "floor": {"mass": "900 kg"}, "knee": {"mass": "0 kg"}},
+        "links": {
+            "spring": {"between": ["floor", "ground"], "stiffness": "1 MN/m"},
+            "relax": {"between": ["floor", "knee"], "stiffness": f"{ratio!r} MN/m"},
+            "pot": {"between": ["knee", "ground"], "damping": "4 kN s/m"},
+        },
+        "absorbers": {"tmd": {"on": "floor", "mass": "40 kg", "damping_ratio": 0.1, **tuned}},
+        "excitations": {"f": {"kind": "force", "on": "floor", "amplitude": "100 N", "speed": "1..20 Hz"}},
+        "measures": {
+            "mode": {"response": "natural_frequency"},
+            "least": {"response": "damping_ratio"},
+            "moved": {"response": "displacement", "of": "floor"},
+        },
+    }
+    placed, linked = copy.deepcopy(document), copy.deepcopy(document)
+    placed["mounts"] = {
+        "foot": {**two, "between": ["pump", "floor"], "shear_ratio": 0.5,
+                 "at": [["0.6 m", "0.4 m", "0 m"], ["-0.6 m", "-0.4 m", "0 m"]]},
+    }  # fmt: skip
+    del linked["bodies"]["pump"]["motion"]
+    linked["links"]["foot"] = {**two, "between": ["pump", "floor"], "count": 2}
+    own, other = (vo.solve(vo.from_dict(one)) for one in (placed, linked))
+    assert (own.status, other.status) == ("met", "met")
+    for name in document["measures"]:
+        assert own.measures[name].value.value == pytest.approx(other.measures[name].value.value, rel=1e-9), name

@@ -15,7 +15,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.built import GROUND, Course, Joint, Motion
-from vibopt.mechanics.built_algebra import at_rest, inverse_root, singular, steady_solution
+from vibopt.mechanics.built_algebra import at_rest, inverse_root, steady_solution
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid_parts import LETTERS, Guided, Rigid, Spring3
@@ -324,8 +324,8 @@ class SpaceMachine(Machine):
         free = all(along[k] == 0.0 or LETTERS[k] in body.freedoms for body in self.rigid.values() for k in range(3))
         return supports == {place} and free and (not self.line or not along[:2].any())
 
-    def natural_frequencies(self) -> FloatArray:
-        """As of a chain: singular values of the springs' stretches under unit motions of unit momentum."""
+    def spring_rows(self) -> FloatArray:
+        """Stretches of the springs under unit motions, times the roots of their stiffnesses."""
         stretches = []
         for mount in self.mounts:
             apart = self._moved(mount.ends[1], mount.at) - self._moved(mount.ends[0], mount.at)
@@ -337,9 +337,7 @@ class SpaceMachine(Machine):
                     row[self.line.index(end)] = sign * np.sqrt(joint.stiffness)
             stretches.append(row)
         n = len(self.columns)
-        springs = np.array(stretches).reshape(-1, n) @ inverse_root(self._four[0]).T
-        found = singular(springs)
-        return np.concatenate([np.zeros(max(n - len(found), 0)), found])
+        return np.array([*stretches, *[np.zeros(n)] * max(n - len(stretches), 0)]).T
 
     @property
     def coordinate_names(self) -> tuple[str, ...]:
