@@ -58,3 +58,20 @@ def test_nothing_is_drawn_of_it(document: dict[str, Any], tmp_path: Any, capsys:
     vo.write(vo.from_dict(document), file)
     assert main(["plot", str(file), "--method", "ipopt", "-o", str(tmp_path / "x.svg")]) == 2
     assert capsys.readouterr().err == "job.toml: there is nothing to draw: there is no plan (unproven).\n"
+
+
+@pytest.mark.parametrize("verb", ["explain", "whatif"])
+def test_settings_of_cranks_that_all_break_a_limit_are_explained(
+    verb: str, tmp_path: Any, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Cranks alone are chosen, so that no weight stands nearest."""
+    engine = {key: value for key, value in ENGINE["engine"].items() if key != "counterweight_share"}
+    document = {
+        **ENGINE, "engine": {**engine, "spacing": "90 mm", "cranks": ["0 deg", "90 deg", "200 deg"]},
+        "cylinders": [{"crank": "choose"}] * 3,
+    }  # fmt: skip
+    file = tmp_path / "job.toml"
+    vo.write(vo.from_dict(document), file)
+    assert main([verb, str(file)]) == 3
+    out, err = capsys.readouterr()
+    assert ("Its cylinders" in out, err) == (True, "")

@@ -140,7 +140,8 @@ def nearest_blocks(answer: Answer[Any]) -> list[Block]:
     views: dict[str, Callable[[Answer[Any]], list[Block]]] = {
         ROTOR: rotor_nearest, KNOWN: known_nearest, ENGINE: engine_nearest,
     }  # fmt: skip
-    return views[answer.job.kind](answer) if answer.nearest is not None else []
+    found = views[answer.job.kind](answer) if answer.nearest is not None else []
+    return [block for block in found if block.lines or block.rows]
 
 
 def blocks(answer: Answer[Any]) -> list[Block]:
