@@ -110,6 +110,7 @@ def confirmed_bound(
     answer: Answer,
     *,
     known: bool = False,
+    closely: bool = False,
     near: FloatArray | None = None,
 ) -> Entry | None:
     """The least loosening of a limit, to 0.5 % of the change, with which the whole job has a design.
@@ -126,6 +127,8 @@ def confirmed_bound(
         Solves a scene.
     known
         Whether the guess is proven to be the least.
+    closely
+        Whether what is known is told as closely as what is looked for.
     near
         A design that keeps the guess, as starts found it [SI].
 
@@ -145,11 +148,19 @@ def confirmed_bound(
             aimed = [
                 float(math.ceil(value - 1e-9) if side == "at_most" else math.floor(value + 1e-9)) for value in wide
             ]
+        elif known and closely:
+            aimed[0] = _next_step(trial.number(guess), now, side)
         numbers = [now, *[value for value in dict.fromkeys(aimed) if value != now]]
         found = trial.least(numbers, known=known, fine=response.dimension != "count")
     except ValueError:  # no such number in this unit: decibels of what is not positive
         return None
     return None if found is None else _bound(response, found, fact.unit)
+
+
+def _next_step(number: float, now: float, side: str) -> float:
+    """A bound rounded outward to steps as fine as tell its change from `now`."""
+    step, sign = _step(number, now), 1.0 if side == "at_most" else -1.0
+    return float(f"{sign * math.ceil(sign * number / step) * step:.12g}")
 
 
 def _bound(response: Response, number: float, unit: str) -> Entry:

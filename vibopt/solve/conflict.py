@@ -10,23 +10,26 @@ from vibopt.answer.clashes import Clashes, every_clash
 from vibopt.arrays import FloatArray
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
-from vibopt.solve.choose import modest
+from vibopt.solve.choose import MODEST_GAP, modest
 from vibopt.solve.method import Found
 from vibopt.solve.relaxed import hopeless, none_holds
 
 Answer = Callable[[Program], Found]
+_CLOSE = 0.002
+"""Part of a change by which a bound that is proven the least may be greater."""
 
 
 @dataclass(frozen=True, slots=True)
 class Loosening:
     """A limit and the bound [SI] with which a design exists, as found; not rounded yet.
 
-    Where the search began at starts, `near` is that design [SI].
+    Where the search began at starts, `near` is that design [SI]; `known` says whether the bound is proven the least.
     """
 
     limit: Limit
     bound: float
     near: FloatArray | None = None
+    known: bool = False
 
 
 Key = tuple[str, str]
@@ -88,5 +91,6 @@ def loosenings(
             value = sense * max(sense * float(piece.form.value(piece.model, best.x)) for piece in aim.pieces)
             near = best.x
         if math.isfinite(value):
-            found.append(Loosening(limit, value, near))
+            close = MODEST_GAP * abs(value) <= _CLOSE * abs(value - limit.bound)
+            found.append(Loosening(limit, value, near, close and best.status == "optimal"))
     return found, left

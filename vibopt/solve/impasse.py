@@ -8,13 +8,12 @@ from dataclasses import replace
 
 from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
-from vibopt.arrays import FloatArray
 from vibopt.program.program import Limit, Program
 from vibopt.responses import HarmonicResponse
 from vibopt.scene.drives import names_for
 from vibopt.scene.scene import Scene
 from vibopt.solve.advice import Answer, confirmed_bound
-from vibopt.solve.conflict import Key, asked, conflicts, loosenings
+from vibopt.solve.conflict import Key, Loosening, asked, conflicts, loosenings
 from vibopt.solve.method import Found
 from vibopt.solve.physical import Impossible, impossible
 from vibopt.solve.ranges import closed
@@ -103,13 +102,24 @@ def conflict_of(
     rows: list[tuple[str, Entry, Entry]] = []
     with metered() as meter:
         guesses, left = ({}, []) if names_only else _guesses(finite, clashes.sets, lambda: meter.done <= most)
-        for (name, side), (guess, near) in guesses.items():
+        for (name, side), one in guesses.items():
             response = scene.limits.get(name)
             if response is None:  # what a part is rated for is not loosened
                 continue
             if meter.done > most or late("the search for loosenings"):
                 left.append(name)
-            elif (enough := confirmed_bound(scene, name, side, guess, answer, near=near)) is not None:
+            elif (
+                enough := confirmed_bound(
+                    scene,
+                    name,
+                    side,
+                    user_bound(one.limit, one.bound),
+                    answer,
+                    known=one.known,
+                    closely=True,
+                    near=one.near,
+                )
+            ) is not None:
                 given = getattr(response, side)
                 rows.append((name, shown_value(response, given.value, given.unit), enough))
     others = sets[1:]
@@ -126,22 +136,15 @@ def _ask(part: Program) -> Found:
 
 def _guesses(
     program: Program, sets: tuple[tuple[Key, ...], ...], may: Callable[[], bool]
-) -> tuple[dict[tuple[str, str], tuple[float, FloatArray | None]], list[str]]:
-    """By name and side the bound [SI] that should be enough, of the limits that are in every set: no other helps.
-
-    Beside it the design that has it, where starts led to it.
+) -> tuple[dict[tuple[str, str], Loosening], list[str]]:
+    """By name and side the loosening that should be enough, of the limits that are in every set: no other helps.
 
     And the names of those that were not asked for.
     """
-    found: dict[tuple[str, str], tuple[float, FloatArray | None]] = {}
     shared = [key for key in sets[0] if all(key in other for other in sets[1:])]
     clash = tuple(limit for limit in program.limits if (limit.name, limit.user_side) in shared)
     loosened, left = loosenings(program, clash, _ask, may)
-    for loosening in loosened:
-        found[loosening.limit.name, loosening.limit.user_side] = (
-            user_bound(loosening.limit, loosening.bound),
-            loosening.near,
-        )
+    found = {(one.limit.name, one.limit.user_side): one for one in loosened}
     return found, [limit.name for limit in left]
 
 
