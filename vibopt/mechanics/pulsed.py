@@ -33,6 +33,8 @@ _APART, _SLOW, _NOTHING, _ROUNDED = 1e-6, 1e-5, 1e-12, 4e3
 """Part of what springs do to each other in a mode from which on the rest of it keeps its digits; ratio of squares of
 natural frequencies to the greatest below which they are told apart once more; part of the sizes in a sum that is
 rounding; how far the waves in a sum may exceed its greatest value."""
+_MEETS = 1e-6
+"""Part of a decay by which two poles must be apart."""
 _SEEN = 1e-4
 """Part of the greatest wave from which on a grid follows one; smaller ones are looked into where they may matter."""
 _PLAIN = 1e6
@@ -333,7 +335,10 @@ def _modes(squares: FloatArray, shapes: FloatArray, braked: FloatArray, pushed: 
         root = np.sqrt((half * half - squares).astype(complex))
         fast = -half - root
         slow = squares / fast
-        struck = pushed / (slow - fast)[..., None]
+        apart: ComplexArray = np.where(
+            np.abs(root) > _MEETS * half, slow - fast, np.nan
+        )  # else rounding is as great as what is found
+        struck = pushed / apart[..., None]
         if not root.real.any():
             return _Modes(slow, 2.0 * struck, shapes)
         both = np.concatenate([struck, -struck], axis=1)
