@@ -19,6 +19,9 @@ from vibopt.mechanics.transient import Transient
 from vibopt.program.pose import form_of, pose
 from vibopt.scene.assemble import model_of
 from vibopt.solve.tangents import Tangents
+from vibopt.verify import unknown_duration
+from vibopt.verify.as_built import machine_of
+from vibopt.verify.simulated import Simulated
 from vibopt.verify.unknown_duration import _top
 
 TOWER: dict[str, Any] = {
@@ -244,6 +247,19 @@ def test_designs_of_which_some_lack_the_damper_of_a_joint_have_the_values_of_eac
     assert together.form.values(together.model, x) == pytest.approx(each, rel=1e-10)
 
 
+def test_places_that_are_read_under_the_same_pulse_share_its_simulations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each duration that all are looked at is simulated once; more closely around its best each is by itself."""
+    scene = scene_with({"damping": "0.1 N s/m"}, {})
+    machine, pulse, sway = machine_of(scene, {}), scene.excitations["blast"].once, scene.measures["sway"]
+    made: list[Any] = []
+    monkeypatch.setattr(unknown_duration, "Simulated", lambda *given: made.append(given) or Simulated(*given))
+    [alone] = unknown_duration.peaks_over_durations(machine, [pulse], [sway], 0.0, 4.0)
+    once = len(made)
+    both = unknown_duration.peaks_over_durations(machine, [pulse], [sway, sway], 0.0, 4.0)
+    assert both == [alone, alone]
+    assert once < len(made) - once < 2 * once
+
+
 def test_machines_that_were_followed_are_freed_without_a_search_for_circles() -> None:
     """Thousands of them, of many matrices each, come and go in one answer: in circles they fill the memory."""
     places = [[f"{x} m", f"{y} m", "0 m"] for x in (0.2, -0.2) for y in (0.15, -0.15)]
@@ -254,7 +270,7 @@ def test_machines_that_were_followed_are_freed_without_a_search_for_circles() ->
         "bases": {"deck": {}},
         "excitations": {"jolt": {"kind": "pulse", "on": "deck", "shape": "half sine", "acceleration": "1 g",
                                  "direction": "x", "duration_up_to": "20 ms"}},
-        "measures": {"room": {"response": "peak_travel", "of": "feet"}},
+        "measures": {"room": {"response": "peak_travel", "of": "feet.1"}},
         "mounts": {"feet": {"between": ["tank", "deck"], "at": places, "damping": ["2 N s/m", "9 N s/m", "3 N s/m"],
                             "stiffness": ["0.5 kN/m", "0.6 kN/m", "1 kN/m"]}},
     }  # fmt: skip

@@ -8,7 +8,7 @@ r^2 z'' + 2 zeta r z' + z + f sgn(z') = cos(theta).
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from itertools import product
 from typing import Any
 
@@ -118,6 +118,7 @@ QUICK_METHODS = {name: one for name, one in METHODS.items() if name not in ("dop
 HARD_METHODS = {name: METHODS[name] for name in (DEFAULT, "dop853 1e-09", "equivalent viscous")}
 
 
+@cache
 def truth(slip: Slip) -> float:
     """Slip for slip in closed form, each stop by Brent's method, from rest until half a cycle repeats with its sign."""
     state, best = np.zeros(2), 0.0

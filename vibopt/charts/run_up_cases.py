@@ -8,7 +8,7 @@ in the frame that turns with the force.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 import numpy as np
@@ -162,6 +162,7 @@ QUICK_METHODS = {name: one for name, one in METHODS.items() if name not in ("dop
 HARD_METHODS = {name: METHODS[name] for name in (DEFAULT, "dop853 1e-09", "asymptote")}
 
 
+@cache
 def truth(passage: Passage) -> tuple[float, float]:
     """The greatest, and when [s]: a tight integration in the turning frame, where a slow passage hardly moves.
 

@@ -6,7 +6,7 @@ inertia, and the worst speed is searched afresh over the whole band.  No form is
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, cast
 
@@ -73,7 +73,7 @@ def measure_on(scene: Scene, machine: Machine, response: Response, side: str) ->
     whirls = isinstance(response, HarmonicResponse) and not response.sags  # what sags differs from place to place
     if whirls and response.of_rotor and len(asked) > 1 and side != "at_least":
         asked = _foremost(scene, machine, cast("tuple[HarmonicResponse, ...]", asked))
-    found = [_measured(scene, machine, one, side) for one in asked]
+    found = _each(scene, machine, asked, side)
     return (
         found[foremost([measured.value for measured in found], least=side == "at_least")]
         if len(found) > 1
@@ -100,6 +100,22 @@ def _foremost(scene: Scene, machine: Machine, asked: tuple[HarmonicResponse, ...
     return tuple(one for one, may in zip(asked, kept.tolist(), strict=True) if may)
 
 
+def _each(scene: Scene, machine: Machine, asked: Sequence[Response], side: str) -> list[Measured]:
+    """Of several places, or of one; under a pulse that may have any duration all on the same simulations."""
+    one = asked[0]
+    if (
+        not isinstance(one, TransientResponse)
+        or one.combine is not None
+        or (between := durations_of(scene, one)) is None
+    ):
+        return [_measured(scene, machine, response, side) for response in asked]
+    from vibopt.verify.unknown_duration import peaks_over_durations
+
+    once = [pulse for name in names_for(scene, one) if (pulse := scene.excitations[name].once) is not None]
+    greatest = peaks_over_durations(machine, once, cast("Sequence[TransientResponse]", asked), *between)
+    return [Measured(value, {}, response) for value, response in zip(greatest, asked, strict=True)]
+
+
 def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> Measured:
     if isinstance(response, HarmonicResponse):
         return _harmonic(scene, machine, response, side)
@@ -110,12 +126,6 @@ def _measured(scene: Scene, machine: Machine, response: Response, side: str) -> 
     if isinstance(response, TransientResponse) and response.combine is not None:
         return _added(scene, machine, response)
     if isinstance(response, TransientResponse):
-        between = durations_of(scene, response)
-        if between is not None:
-            from vibopt.verify.unknown_duration import peak_over_durations
-
-            once = [one for name in names_for(scene, response) if (one := scene.excitations[name].once) is not None]
-            return Measured(peak_over_durations(machine, once, response, *between), {}, response)
         from vibopt.verify.simulated import peak_in_time
 
         if machine.rubs:
@@ -147,7 +157,7 @@ def _sharpest(scene: Scene, machine: Machine, response: Response, reading: Harmo
 def _added(scene: Scene, machine: Machine, response: TransientResponse) -> Measured:
     """Excitations one by one, each of their greatest at a time or speed of its own."""
     alone = [response.alone(name, scene.excitations[name].sorts) for name in names_for(scene, response)]
-    found = [_measured(scene, machine, one, "at_most") for one in alone]
+    found = [_each(scene, machine, [one], "at_most")[0] for one in alone]
     values = [measured.value for measured in found]
     total = float(np.sqrt(np.sum(np.square(values)))) if response.combine == "rss" else float(sum(values))
     return Measured(total, {name: at for measured in found for name, at in measured.speeds.items()}, response)

@@ -385,10 +385,12 @@ def _moved(row: FloatArray, course: tuple[float, float]) -> FloatArray:
 
 def carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
     """States (N, n) after short times (n,) of free motion, by Taylor's series."""
-    found, term = states, states
+    found: FloatArray = states + 0.0
+    term = states
     for k in range(1, _TAYLOR):
-        term = system @ term * (time / k)
-        found = found + term
+        term = system @ term
+        term *= time / k
+        found += term
     return found
 
 

@@ -143,7 +143,7 @@ class RubbingStates(States):
 
         At states (2 n, n_times) under signals, by the sense of the slip at each time, 0 of a hold.
         """
-        every = np.vstack([states, sides * self.joint.friction * np.ones(states.shape[1]), signals])
+        every = self._with(states, signals, sides)
         found, rubs = np.zeros((3, len(self.places), every.shape[1])), np.zeros(every.shape[1])
         for way, those in ((self._slips, every[len(states)] != 0.0), (self._holds, every[len(states)] == 0.0)):
             some = every[:, those]
@@ -151,9 +151,14 @@ class RubbingStates(States):
             rubs[those] = way.rubs @ some
         return found, rubs
 
+    def _with(self, states: FloatArray, signals: FloatArray, sides: FloatArray) -> FloatArray:
+        """States (2 n, n_times), below them friction in the sense of the slip, and signals."""
+        return np.vstack([states, sides * self.joint.friction * np.ones(states.shape[1]), signals])
+
     def slip(self, state: FloatArray, signals: FloatArray, side: float) -> float:
         """Rate at which the joint that rubs slips at a state (2 n,), in a sense."""
-        return float(self.apart @ self.read(state[:, None], np.reshape(signals, (-1, 1)), np.array([side]))[0][1, :, 0])
+        every, way = self._with(state[:, None], np.reshape(signals, (-1, 1)), np.array([side])), self._slips
+        return float(self.apart @ (way.places @ (way.whole @ every))[:, 0])
 
     def begins(self, state: FloatArray, least: float) -> float:
         """Sense of a slip that goes on at a state (2 n,), faster than so much; 0 where what pushes decides."""
@@ -172,4 +177,5 @@ class RubbingStates(States):
 
     def carries(self, states: FloatArray, signals: FloatArray) -> FloatArray:
         """What friction must carry so that nothing slips more or less [N], against a slip forward, (n_times,)."""
-        return self.read(states, signals, np.zeros(states.shape[1]))[1]
+        every = self._with(states, signals, np.zeros(states.shape[1]))
+        return np.asarray(self._holds.rubs @ np.asfortranarray(every))

@@ -22,30 +22,36 @@ _IN_A_PERIOD, _HALVINGS, _BEST, _CLOSE, _ROUNDS = 5.0, 8, 2, 2e-4, 6
 which one is found, and how often an edge there is made better."""
 
 
-def peak_over_durations(
-    machine: Machine, excitations: Sequence[Once], response: TransientResponse, low: float, high: float
-) -> float:
-    """Greatest size over time and over every duration from `low` to `high` [s]."""
+def peaks_over_durations(
+    machine: Machine, excitations: Sequence[Once], responses: Sequence[TransientResponse], low: float, high: float
+) -> list[float]:
+    """Greatest size of each response over time and over every duration from `low` to `high` [s].
 
-    def value(duration: float) -> float:
-        known = tuple(excitation.lasting(duration) for excitation in excitations)
-        return Simulated(machine, known).peak(response)[0]
+    The durations that all are looked at are simulated once for all responses.
+    """
+
+    def simulated(duration: float) -> Simulated:
+        return Simulated(machine, tuple(excitation.lasting(duration) for excitation in excitations))
+
+    def greatest(response: TransientResponse, values: FloatArray) -> float:
+        best = float(values.max())
+        beside = np.concatenate([[-np.inf], values, [-np.inf]])
+        tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
+        for i in tops[np.argsort(-values[tops])[:_BEST]]:
+            left, right = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
+            if values[i] < 0.9 * values.max() or not np.isfinite(values[i]) or left >= right:
+                continue
+            best = max(best, _top(lambda duration: simulated(duration).peak(response)[0], left, right))
+        return float(best if np.isfinite(values).all() else np.inf)
 
     fastest = float(np.abs(machine.poles()).max(initial=0.0))
     step = min(2.0 * np.pi / fastest / _IN_A_PERIOD if fastest > 0.0 else high, high)
     short = step * 0.5 ** np.arange(_HALVINGS, 0, -1)
     every = np.concatenate([short, np.arange(step, high, step), [low or LEAST * high, high]])
     times = np.unique(every[(every >= low) & (every <= high)])
-    values = np.array([value(float(time)) for time in times])
-    best = float(values.max())
-    beside = np.concatenate([[-np.inf], values, [-np.inf]])
-    tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
-    for i in tops[np.argsort(-values[tops])[:_BEST]]:
-        left, right = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
-        if values[i] < 0.9 * values.max() or not np.isfinite(values[i]) or left >= right:
-            continue
-        best = max(best, _top(value, left, right))
-    return float(best if np.isfinite(values).all() else np.inf)
+    moved = (simulated(float(time)) for time in times)
+    values = np.array([[one.peak(response)[0] for response in responses] for one in moved])
+    return [greatest(response, row) for response, row in zip(responses, values.T, strict=True)]
 
 
 def _top(value: Callable[[float], float], left: float, right: float) -> float:
