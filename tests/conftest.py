@@ -3,6 +3,7 @@
 A law tries a part of its examples by default and all of them with `-m slow`, which takes the laws in as well.
 """
 
+import gc
 import os
 from collections import Counter
 
@@ -13,6 +14,7 @@ from hypothesis.internal.conjecture import providers
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 os.environ["VIBOPT_CACHE"] = "off"  # each answer of a test is its own
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # processes that tests start would compile all of vibopt, one by one
 
 settings.register_profile(
     "same", derandomize=True, database=None, deadline=None, suppress_health_check=[HealthCheck.too_slow]
@@ -60,3 +62,9 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             own = getattr(law, _SETTINGS, None) or settings.default
             fewer = min(own.max_examples, max(own.max_examples // PART, LEAST))
             setattr(law, _SETTINGS, settings(own, max_examples=fewer))
+
+
+def pytest_collection_finish() -> None:
+    """What was imported and collected stays, and is not looked through for circles again and again."""
+    gc.collect()
+    gc.freeze()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cmath import rect
 from functools import cache
 from itertools import product
 from math import degrees, pi, radians
@@ -15,42 +16,52 @@ SPEED = 40.0
 UNBALANCE = {"left": (0.004, 75.0), "right": (0.0065, 290.0)}
 """kg at 0.1 m, degrees ahead of the mark in the sense of rotation."""
 TRIALS = {"left": (0.002, 30.0), "right": (0.003, 200.0)}
+RUNS = ("", *TRIALS)
 PICKUP, TACHO = {"a": 20.0, "b": 110.0}, 65.0
 """Places on the stator, degrees in the sense of rotation."""
 STEPS, TURNS = 720, 40
 
-M = np.diag([3.0, 2.0])
+MASSES = np.array([3.0, 2.0])
 K = np.array([[6400.0, -900.0], [-900.0, 2100.0]])
 C = np.array([[60.0, -5.0], [-5.0, 40.0]])
 
 
 @cache
-def signals(trial: str) -> dict[str, tuple[float, float]]:
-    """Peak [m] and shaft angle of the mark at the peak [deg] per sensor, by stepping the equations of motion in time.
+def signals() -> dict[str, dict[str, tuple[float, float]]]:
+    """Peak [m] and shaft angle of the mark at the peak [deg] per run and sensor, by stepping the motion in time.
 
     Each bearing moves in the direction of its pickup; the shaft turns with growing angle, the mark stands at omega t.
     """
-    weights = {name: [UNBALANCE[name]] + ([TRIALS[name]] if name == trial else []) for name in UNBALANCE}
+    pushed = np.transpose([loads(trial) for trial in RUNS])
     step = 2.0 * pi / SPEED / STEPS
-    y = np.zeros(4)
-    last = np.zeros((STEPS, 2))
+    y = np.zeros((4, len(RUNS)))
+    last = np.zeros((STEPS, *pushed.shape))
     for index in range(STEPS * TURNS):
         t = index * step
-        k1 = slope(t, y, weights)
-        k2 = slope(t + step / 2, y + step / 2 * k1, weights)
-        k3 = slope(t + step / 2, y + step / 2 * k2, weights)
-        k4 = slope(t + step, y + step * k3, weights)
+        k1 = slope(t, y, pushed)
+        k2 = slope(t + step / 2, y + step / 2 * k1, pushed)
+        k3 = slope(t + step / 2, y + step / 2 * k2, pushed)
+        k4 = slope(t + step, y + step * k3, pushed)
         last[index % STEPS] = y[:2]
         y = y + step / 6.0 * (k1 + 2.0 * k2 + 2.0 * k3 + k4)
-    return {name: peak(last[:, column]) for column, name in enumerate(PICKUP)}
+    return {
+        trial: {name: peak(last[:, row, column]) for row, name in enumerate(PICKUP)}
+        for column, trial in enumerate(RUNS)
+    }
 
 
-def slope(t: float, y: np.ndarray, weights: dict[str, list[tuple[float, float]]]) -> np.ndarray:
-    force = np.zeros(2)
-    for row, (plane, pickup) in enumerate(zip(weights.values(), PICKUP.values(), strict=True)):
-        for mass, angle in plane:
-            force[row] += mass * 0.1 * SPEED**2 * np.cos(SPEED * t + radians(angle) - radians(pickup))
-    return np.concatenate([y[2:], np.linalg.solve(M, force - C @ y[2:] - K @ y[:2])])
+def loads(trial: str) -> list[complex]:
+    """What a run's weights pull with at each pickup [N], as the shaft stands at time zero."""
+    weights = {name: [UNBALANCE[name]] + ([TRIALS[name]] if name == trial else []) for name in UNBALANCE}
+    return [
+        sum(mass * 0.1 * SPEED**2 * rect(1.0, radians(angle - pickup)) for mass, angle in plane)
+        for plane, pickup in zip(weights.values(), PICKUP.values(), strict=True)
+    ]
+
+
+def slope(t: float, y: np.ndarray, pushed: np.ndarray) -> np.ndarray:
+    force = (pushed * rect(1.0, SPEED * t)).real
+    return np.concatenate([y[2:], (force - C @ y[2:] - K @ y[:2]) / MASSES[:, None]])
 
 
 def peak(signal: np.ndarray) -> tuple[float, float]:
@@ -63,7 +74,7 @@ def peak(signal: np.ndarray) -> tuple[float, float]:
 
 def reading(trial: str, sensor: str, phase: str, readings: str, angles: str, detector: str) -> str:
     """What the instrument would show."""
-    height, mark = signals(trial)[sensor]
+    height, mark = signals()[trial][sensor]
     lag = (mark - TACHO) % 360.0
     on_stator = mark if angles == "with rotation" else -mark
     phase_angle = lag if phase == "lag" else -lag
@@ -84,7 +95,7 @@ def job(phase: str, readings: str, angles: str, detector: str) -> str:
     lines.append(f'detector = "{detector}"\nzero = "the mark"')
     lines += [f'phase = "{phase}"'] if readings == "phase" else []
     lines += [f'[planes.{name}]\nradius = "100 mm"' for name in UNBALANCE]
-    for trial in ("", *TRIALS):
+    for trial in RUNS:
         fitted = f'weights = {{ {trial} = "{weight(trial, angles)}" }}\n' if trial else ""
         values = ", ".join(f'{one} = "{reading(trial, one, phase, readings, angles, detector)}"' for one in PICKUP)
         lines.append(f"[[runs]]\n{fitted}readings = {{ {values} }}")

@@ -346,7 +346,9 @@ def test_a_number_that_is_chosen_is_that_number_by_both_routes(name: str) -> Non
             assert built, f"built: {path} is not what was chosen"
 
 
-@pytest.mark.parametrize("name", machines())
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name == "plane")) for name in machines()]
+)
 def test_a_number_that_is_off_is_so_by_both_routes(name: str) -> None:
     """Off by itself, or as a part of a table that has a tolerance."""
     for path, (value, unit) in _numbers(name).items():

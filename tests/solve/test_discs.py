@@ -275,7 +275,9 @@ def test_a_link_to_what_weighs_nothing_is_proven(mass: str) -> None:
     assert min(every) >= best * (1.0 - 2e-6)
 
 
-@pytest.mark.parametrize("said", [{"damping_ratio": 0.1}, {"loss_factor": 0.2}, {}])
+@pytest.mark.parametrize(
+    "said", [{"damping_ratio": 0.1}, {"loss_factor": 0.2}, pytest.param({}, marks=pytest.mark.slow)]
+)
 def test_a_mount_is_chosen_beside_an_absorber_whose_spring_goes_with_its_mass(said: dict[str, float]) -> None:
     """No design drawn at random is stiffer; the absorber's own spring moves with the third variable."""
     chosen = {"stiffness": {"from": "10 kN/m", "to": "1 MN/m"}, "damping": {"from": "100 N s/m", "to": "10 kN s/m"}}

@@ -102,11 +102,11 @@ def test_of_an_angle_that_is_the_rounding_of_zero_nothing_buys_anything() -> Non
 
 
 def test_a_number_below_zero_is_worth_what_its_mirror_image_is() -> None:
-    scene = open_job(PROBLEMS / "shock/trolley_on_buffer.toml")
+    scene, path = open_job(PROBLEMS / "shock/trolley_on_buffer.toml"), "excitations.arrival.velocity"
     ways = []
     for sign in (1.0, -1.0):
-        mirrored = with_changes(scene, {"excitations.arrival.velocity": f"{sign * 1.4} m/s"})
-        rows = [one for one in prices(mirrored).table() if one["path"] == "excitations.arrival.velocity"]
+        mirrored = with_changes(scene, {path: f"{sign * 1.4} m/s"})
+        rows = prices(mirrored, only={path}).table()
         ways.append([(sign * row["now"], sign * row["step"], row["goal"], row["then"]) for row in rows])
     assert len(ways[0]) == 2
     assert ways[0] == ways[1]
