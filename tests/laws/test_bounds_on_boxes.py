@@ -116,6 +116,7 @@ def test_lines_of_an_excitation_are_sampled_together_as_each_alone() -> None:
         np.testing.assert_allclose(found[:, :, index], alone, rtol=1e-13)
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize("combine", ["sum", "rss"])
 @pytest.mark.parametrize("seed", range(3))
 def test_bounds_of_several_harmonics_and_excitations_hold(combine: str, seed: int) -> None:

@@ -471,6 +471,7 @@ def test_the_best_spring_and_damper_for_a_drop_are_those_of_the_books() -> None:
     assert answer.goal[1].value * 0.04 / (2.0 * 9.80665 * 0.3) == pytest.approx(0.521, abs=1e-3)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("pace", [0.03, 1.0, 1e3, 1e5, 1e6])
 @pytest.mark.parametrize("blow", ["drop", "release"])
 def test_a_blow_has_no_length_of_its_own_on_a_machine_of_any_pace(blow: str, pace: float) -> None:
