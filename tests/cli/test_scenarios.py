@@ -389,3 +389,21 @@ def test_a_normal_tolerance_in_a_unit_is_told_as_such(tmp_path: Path) -> None:
     (said,) = refused(open_job, file).messages
     words = 'has a normal tolerance of "10 kg", which is no ratio. Write { normal = "2 %" } for a standard deviation, '
     assert words in said
+
+
+@pytest.mark.parametrize(
+    ("file", "said"),
+    [
+        ("isolation/rao_9_28.toml", "bodies."),
+        ("balancing/feese_two_planes.toml", ""),
+        ("balancing/rao_9_14_b.toml", ""),
+        ("balancing/engine_share_capped.toml", "engine."),
+    ],
+)
+def test_a_file_without_scenarios_is_told_one_of_its_own(run: Run, file: str, said: str) -> None:
+    """The line that is proposed is one that the file takes."""
+    done = run("compare", f"problems/{file}", "--scenarios")
+    path, value = re.findall(r'"([^"]*)"', done.err)[:2]
+    assert (done.code, path.startswith(said)) == (2, True), done.err
+    job = open_job(Path("problems") / file)
+    assert vo.to_toml(vo.with_changes(job, {path: value})) != vo.to_toml(job)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.clashes import Conflict
@@ -38,11 +39,20 @@ def variants_of(job: Job) -> dict[str, Job]:
     """The job as it is, and with the changes of each scenario, by name; InputError where the file has none."""
     found = scenarios_of(job)
     if not found:
+        proposed = ((fact.path, fact.now(1.1)) for fact in facts(job))
+        path, value = next(filter(partial(_is_change, job), proposed), ("title", "another"))
         raise InputError(
-            f'{job.name}: has no scenarios. Write [scenarios.overload] with "excitations.press.amplitude" = "36 kN", '
-            "for example."
+            f'{job.name}: has no scenarios. Write [scenarios.other] with "{path}" = "{value}", for example.'
         )
     return {AS_IT_IS: job, **{name: with_changes(job, changes) for name, changes in found.items()}}
+
+
+def _is_change(job: Job, change: tuple[str, str]) -> bool:
+    """Whether a value by its path makes another job of it, and one without a mistake."""
+    try:
+        return with_changes(job, dict([change])).document != job.document
+    except InputError:
+        return False
 
 
 def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
