@@ -112,6 +112,18 @@ CASES: list[tuple[Edit, str]] = [
         "yy and zz; products xy, yz, zx are zero where left out.",
     ),
     (
+        box(inertia={"Izz": "590 kg m2", "Ixx": "310 kg m2", "Iyy": "620 kg m2"}),
+        'box.toml: bodies.box.inertia = { Izz = "590 kg m2", Ixx = "310 kg m2", Iyy = "620 kg m2" } is no choice, nor '
+        'a tensor by its components. Write the moments about x, y, z, ["310 kg m2", "620 kg m2", "590 kg m2"], or '
+        '{ xx = "...", yy = "...", zz = "..." } with products xy, yz, zx.',
+    ),
+    (
+        box(inertia={"z": "59 kg m2"}),
+        'box.toml: bodies.box.inertia = { z = "59 kg m2" } is no choice, nor a tensor by its components. Write the '
+        'moments about x, y, z, ["310 kg m2", "620 kg m2", "590 kg m2"], or { xx = "...", yy = "...", zz = "..." } '
+        "with products xy, yz, zx.",
+    ),
+    (
         box(inertia=["-310 kg m2", "620 kg m2", "590 kg m2"]),
         'box.toml: bodies.box.inertia = ["-310 kg m2", "620 kg m2", "590 kg m2"] has a negative '
         "moment of inertia about x. Write a positive value.",
@@ -225,6 +237,23 @@ CASES: list[tuple[Edit, str]] = [
         shaken(kind="unbalance", on="box", unbalance="2 g m", speed="25 Hz"),
         "box.toml: excitations.shaker acts on box, which moves in space, but in no direction. Add "
         'direction = "z", or axis = "x" where it rotates about it.',
+    ),
+    *(
+        (
+            shaken(kind=kind, on="box", **shake, speed="25 Hz", **way),
+            f'box.toml: excitations.shaker.{where} = "{given}" is a {what}. For {what}s write kind = "{instead}".',
+        )
+        for kind, what, given, instead, way in (
+            ("force", "moment", "3 N m", "moment", {"direction": "z"}),
+            ("moment", "force", "2 kN", "force", {"axis": "z"}),
+            ("harmonics", "moment", "3 N m", "moment_harmonics", {"direction": "z"}),
+            ("moment_harmonics", "force", "2 kN", "harmonics", {"axis": "z"}),
+        )
+        for where, shake in (
+            [("harmonics[1].amplitude", {"harmonics": [{"order": 2, "amplitude": given}], "varies": "constant"})]
+            if "harmonics" in kind
+            else [("amplitude", {"amplitude": given})]
+        )
     ),
     (
         shaken(kind="moment", on="box", amplitude="3 N m", speed="10 Hz"),

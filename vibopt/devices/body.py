@@ -112,7 +112,7 @@ class BodyTable(Device):
     @field_validator("inertia", mode="before")
     @classmethod
     def _tensor(cls, given: Any) -> Any:
-        if not is_tensor(given):
+        if not isinstance(given, (list, Mapping)):
             return given
         from vibopt.devices.inertia import read_inertia
 

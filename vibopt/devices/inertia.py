@@ -161,11 +161,31 @@ def read_inertia(given: object) -> object:
             raise complaint(f"has no {missing[0]}. Write xx, yy and zz; products xy, yz, zx are zero where left out.")
         made = Tensor(**dict(zip(given, _facts(given), strict=True)))
     else:
+        _refuse_other_names(given)
         return given
     fault = tensor_fault(made.tensor)
     if fault:
         raise complaint(fault)
     return made
+
+
+def _refuse_other_names(given: object) -> None:
+    """Moments about x, y, z called as elsewhere: x, Ixx, J_z."""
+    meant = (
+        {str(key).lower().lstrip("ij").lstrip("_"): one for key, one in given.items()}
+        if isinstance(given, Mapping)
+        else {}
+    )
+    principal = [meant.get(2 * axis, meant.get(axis)) for axis in AXES]
+    if all(one is None for one in principal):
+        return
+    listed = (
+        ", ".join(f'"{one}"' for one in principal) if None not in principal else '"310 kg m2", "620 kg m2", "590 kg m2"'
+    )
+    raise complaint(
+        f"is no choice, nor a tensor by its components. Write the moments about x, y, z, [{listed}], or "
+        '{ xx = "...", yy = "...", zz = "..." } with products xy, yz, zx.'
+    )
 
 
 def _facts(given: Mapping[str, object]) -> list[Fact]:

@@ -7,11 +7,12 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
+from pydantic import field_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import QuantityError
 from vibopt.signals import Amplitude, Band, Line, Noise, Piece, Segment, Sort
-from vibopt.units import read_quantity
+from vibopt.units import read_quantity, reads
 from vibopt.values import SpeedRange, Table, read_speeds
 from vibopt.values.fields import CLOSED, ReadBy, complaint
 from vibopt.values.speeds import ROTATION
@@ -123,6 +124,24 @@ Varies = Annotated[
     Any,
     ReadBy(_varies, {"anyOf": [{"enum": list(POWERS)}, {"type": "array", "description": "rows [speed, factor]"}]}),
 ]
+
+
+class Meant(Table):
+    """Whose amplitude may be meant as that of another kind.
+
+    instead
+        What it then is, and the kind for it.
+    """
+
+    instead: ClassVar[tuple[str, str]]
+
+    @field_validator("amplitude", mode="before", check_fields=False)
+    @classmethod
+    def _of_its_kind(cls, given: Any) -> Any:
+        dimension, kind = cls.instead
+        if reads(given, dimension):
+            raise complaint(f'is a {dimension}. For {dimension}s write kind = "{kind}".')
+        return given
 
 
 class Excitation(Table):

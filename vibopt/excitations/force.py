@@ -1,17 +1,17 @@
 """A harmonic force on a body."""
 
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed, RunUp
-from vibopt.excitations.excitation import OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Meant, OneSpeed, Varies, unit_line
 from vibopt.signals import Line
 from vibopt.values import Fact, number, word
 
 
-class Force(Directed):
+class Force(Meant, Directed):
     """`kind = "force"`: F cos(w t), amplitude [N] peak.
 
     Keys
@@ -31,6 +31,7 @@ class Force(Directed):
     amplitude_at: OneSpeed | None = None
     run_up: RunUp | None = None
     begins: Literal["suddenly"] | None = None
+    instead: ClassVar[tuple[str, str]] = "moment", "moment"
 
     @model_validator(mode="after")
     def _one_beginning(self) -> "Force":

@@ -6,12 +6,12 @@ from pydantic import model_validator
 
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed
-from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Excitation, Meant, OneSpeed, Varies, unit_line
 from vibopt.signals import Line
-from vibopt.values import Fact, Table, number, word
+from vibopt.values import Fact, number, word
 
 
-class Order(Table):
+class Order(Meant):
     """One order, at `order` times the speed, leading by `phase`.
 
     Keys
@@ -29,6 +29,7 @@ class Harmonic(Order):
     """One order: force [N] peak at `order` times the speed, leading by `phase`."""
 
     amplitude: Fact = number("force", amplitude=True, choice=False, required=True)
+    instead: ClassVar[tuple[str, str]] = "moment", "moment_harmonics"
 
 
 class OfOrders(Excitation):

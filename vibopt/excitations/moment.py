@@ -3,7 +3,7 @@
 from typing import ClassVar
 
 from vibopt.arrays import FloatArray
-from vibopt.excitations.excitation import Excitation, OneSpeed, Varies, unit_line
+from vibopt.excitations.excitation import Excitation, Meant, OneSpeed, Varies, unit_line
 from vibopt.excitations.harmonics import OfOrders, Order
 from vibopt.signals import Line
 from vibopt.values import Fact, number
@@ -20,7 +20,7 @@ class _About(Excitation):
         return super().acts if self.axis is None else about(self.on, self.axis)
 
 
-class Moment(_About):
+class Moment(Meant, _About):
     """`kind = "moment"`: T cos(w t), amplitude [N m] peak.
 
     Keys
@@ -36,6 +36,7 @@ class Moment(_About):
     varies: Varies = None
     amplitude_at: OneSpeed | None = None
     moment: ClassVar[str] = "force"
+    instead: ClassVar[tuple[str, str]] = "force", "force"
 
     def lines(self, direction: FloatArray) -> tuple[Line, ...]:
         return (unit_line(1.0, direction, 0.0, self.varied(self.amplitude.value)),)
@@ -45,6 +46,7 @@ class MomentHarmonic(Order):
     """One order: moment [N m] peak at `order` times the speed, leading by `phase`."""
 
     amplitude: Fact = number("moment", amplitude=True, choice=False, required=True)
+    instead: ClassVar[tuple[str, str]] = "force", "harmonics"
 
 
 class MomentHarmonics(_About, OfOrders):
