@@ -44,3 +44,46 @@ def test_each_method_is_considered_once(run: Run, press: str) -> None:
     chosen = ("--set", 'bodies.press.mass={ from = "290 kg", to = "310 kg" }')
     names = [one["name"] for one in run("explain", press, *chosen, "--json").data["methods"]]
     assert names == ["closed_form", "closed_form_kc", "discs"]
+
+
+def test_who_answered_is_said_where_another_takes_the_question_too(run: Run, tmp_path: Path) -> None:
+    """Boxes of all variables prove that nothing holds, before the discs of each mass are asked."""
+    file = tmp_path / "fan.toml"
+    file.write_text(FAN)
+    words = " ".join(run("explain", str(file)).out.split())
+    assert "discs could: the answer is that of boxes. boxes answers: proven by boxes of all variables" in words
+    assert run("solve", str(file), "--json").data["method"] == "boxes"
+
+
+FAN = """
+title = "Fan at two speeds"
+
+[bodies.fan]
+mass = "310 kg"
+
+[links.feet]
+between = ["fan", "ground"]
+stiffness = "2.4 MN/m"
+damping = "1 kN s/m"
+
+[absorbers.tuned]
+on = "fan"
+mass = { from = "2 kg", to = "40 kg" }
+frequency = { from = "5 Hz", to = "30 Hz" }
+damping_ratio = { from = 0.005, to = 0.4 }
+
+[excitations.wheel]
+kind = "unbalance"
+on = "fan"
+unbalance = "40 kg mm"
+speed = ["780..860 rpm", "960 rpm"]
+
+[limits.shake]
+response = "velocity"
+of = "fan"
+at_most = "4.5 mm/s rms"
+
+[goal]
+minimise = "mass"
+of = "tuned"
+"""

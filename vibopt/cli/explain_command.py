@@ -52,7 +52,7 @@ def _tell(result: Explanation, console: Console) -> None:
         if text:
             paragraph(console, text)
     section(console, "Model", grid([(said.name, said.words) for said in result.model], whole=(0,)))
-    methods = [(method.name, f"{'answers' if method.chosen else 'cannot'}: {method.why}") for method in result.methods]
+    methods = [(method.name, f"{method.verb}: {method.why}") for method in result.methods]
     section(console, "Method", grid(methods, whole=(0,)))
     if result.limits:
         section(console, "Limits", grid([(limit.name, limit.words) for limit in result.limits], whole=(0,)))

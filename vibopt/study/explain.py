@@ -35,11 +35,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Considered:
-    """A method in the order in which vibopt asks them: whether it answered, and why or why not."""
+    """A method in the order in which vibopt asks them: whether it answered, and why or why not.
+
+    able
+        Whether it takes the question, which another answered.
+    """
 
     name: str
     chosen: bool
     why: str
+    able: bool = False
+
+    @property
+    def verb(self) -> str:
+        """In a sentence about it."""
+        return "answers" if self.chosen else "could" if self.able else "cannot"
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,11 +218,18 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
             refusal = (
                 f"few boxes leave {loose.name} open." if provable(finite) else f"{loose.name} {loose.form.no_bounds}."
             )
-        considered.append(Considered(method.name, refusal is None, refusal or method.summary))
+        answers = refusal is None and design.method in (method.name, DRAWN)
+        if refusal is not None or answers:
+            considered.append(Considered(method.name, answers, refusal or method.summary))
+        else:
+            considered.append(Considered(method.name, False, f"the answer is that of {design.method}.", able=True))
         if refusal is None:
             break
     if design.method == DRAWN:
         considered.append(Considered(DRAWN, True, "asks that method about the machines at the edge of each share"))
+    elif not considered[-1].chosen:
+        own = METHODS.get(design.method)
+        considered.append(Considered(design.method, True, design.claim if own is None else own().summary))
     return considered
 
 
