@@ -12,15 +12,17 @@ from vibopt.arrays import ComplexArray, FloatArray
 
 _BEGIN, _MOST, _TRIED = 64, 1 << 17, 4
 """Stretches at the beginning and at most, and those in which a greater value is looked for at each level."""
-_SURE, _SAMPLES, _TOGETHER, _NEWTON = 1e-12, 97, 1.0, 6
-"""Part of the greatest that is none; samples of a turn; radians by which waves of one carrier part; steps to a top."""
+_SURE, _NOTHING, _SAMPLES, _TOGETHER, _NEWTON = 1e-12, 1e-16, 97, 1.0, 6
+"""Part of the greatest that is none, and of all waves one that is; samples of a turn; radians by which waves of one
+carrier part; steps to a top."""
 
 
 def highest(rates: ComplexArray, waves: ComplexArray, length: float, least: float) -> tuple[float, float, bool]:
     """Greatest size of Re(sum of waves e^(rates t)) from 0 to `length`, when, and whether more was left than could be
     looked at; `least` and -1 where nothing is greater.
     """
-    order = np.argsort(rates.imag)
+    felt = np.flatnonzero(np.abs(waves) > _NOTHING * np.abs(waves).sum())  # what has faded sets no pace
+    order = felt[np.argsort(rates[felt].imag)]
     rates, waves = rates[order], waves[order]
     fast, best, at = float(np.abs(rates).max(initial=0.0)), least, -1.0
     middle, half = np.asarray((np.arange(_BEGIN) + 0.5) * (length / _BEGIN), dtype=float), 0.5 * length / _BEGIN

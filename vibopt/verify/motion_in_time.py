@@ -232,7 +232,7 @@ class MotionInTime:
                     continue
             fastest, ends = self._fastest(current, unbent=True), self._unbent(low, high)
             turned, parts = fastest * (high - low), (fastest * np.diff(ends) / _TURN).astype(int) + 1
-            quiet, few = not self._loaded(current) and not self._lasting, parts.sum() * len(start) <= _KEPT
+            quiet, few = self._quiet_from(low), parts.sum() * len(start) <= _KEPT
             many = turned > _STIFF or not few
             stays = self._stays(low, start) if quiet and many else None
             if stays is not None:
@@ -310,22 +310,35 @@ class MotionInTime:
 
         return Steps(times, states, run)
 
+    def _quiet_from(self, time: float) -> bool:
+        """Whether from a time on there is nothing but values that stay and sines that last."""
+        return all(one.endless or one.joints[-1] <= time for one in self.excitations)
+
     def _stays(self, low: float, start: FloatArray) -> Any:
-        """States against time behind the load, under signals that stay, mode by mode; None where two are one."""
+        """States against time under signals that stay and sines that last, mode by mode; None where two are one."""
         system, loads = self._states.matrices
-        whole = np.column_stack([system, loads @ self._signals(np.array([low + self._look]))[:, 0]])
-        count, bases = len(self._places), len(self._places) - self.machine.n_free
+        count, size, turning = len(self._places), len(start), self._lasting
+        whole, bases = np.zeros((size + 2 * len(turning) + 1,) * 2), count - self.machine.n_free
+        whole[:size, :size] = system
+        held = np.array([one.signal(np.array([low + self._look]))[0] if one.holds else 0.0 for one in self.excitations])
+        whole[:size, -1] = loads @ held
+        waves = list[float]()
+        for one in turning:  # a sine, and the sine a quarter of a turn later
+            at, rate = size + len(waves), 2.0 * np.pi / one.length
+            whole[:size, at] = loads[:, self.excitations.index(one)]
+            whole[at, at + 1], whole[at + 1, at] = rate, -rate
+            waves += one.signal(np.array([low, low + 0.25 * one.length])).tolist()
         rests = ~np.any([*loads[count:].T, start[count:]], axis=0)
         still = np.tile(rests & (np.arange(count) >= count - bases), 2)  # bases that nothing moves
-        whole = np.vstack([np.where(still[:, None], 0.0, whole), np.zeros(len(start) + 1)])
+        whole[:size][still] = 0.0
         known: Any = np.linalg.eig(whole)
         if np.linalg.cond(known[1]) > _DEFECTIVE:
             return None
-        shares = known[1] * np.linalg.solve(known[1], np.append(start, 1.0))
+        shares = known[1] * np.linalg.solve(known[1], np.concatenate([start, waves, [1.0]]))
 
         def run(at: Any) -> FloatArray:
             later = np.atleast_1d(np.asarray(at, dtype=float)) - low
-            found = np.real(shares @ np.exp(known[0][:, None] * later))[:-1]
+            found = np.real(shares @ np.exp(known[0][:, None] * later))[:size]
             return np.asarray(found if np.ndim(at) else found[:, 0])
 
         return run
