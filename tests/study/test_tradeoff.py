@@ -331,3 +331,14 @@ def test_where_the_work_is_short_there_are_fewer_points_and_it_is_said(monkeypat
         in console.text
     )
     assert "`vibopt tradeoff FILE --thorough` finds all." in console.text
+
+
+@pytest.mark.parametrize("against", ["residual", "measures.left"])
+def test_a_measured_rotor_is_weighed_against_its_limits(against: str) -> None:
+    """It has no measures: "unknown key measures" was told of a file without that key."""
+    job = vo.read(Path(__file__).parents[2] / "problems" / "balancing" / "fan_for_99_of_100.toml")
+    first = next(iter(job.document["limits"]))
+    assert str(refused(bounded, job, against)) == (
+        f"fan_for_99_of_100.toml: --against {against} is no limit, and a measured rotor is weighed against its limits. "
+        f"Write --against limits.{first}."
+    )

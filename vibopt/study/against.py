@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibopt.balancing import is_rotor
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError, way_out
 from vibopt.jobs import answer, facts, of_document
@@ -21,6 +22,12 @@ def bounded(job: Job, against: str) -> tuple[Job, str]:
     """The job with the bound that is moved, and its path; a response in words becomes a limit called as it is."""
     if against.startswith("limits."):
         return job, _side(job, against)
+    if is_rotor(job):
+        known = [f"limits.{one}" for one in job.document.get("limits", {})]
+        way = f"Write --against {known[0]}." if known else "Add [limits.NAME] with an at_most."
+        raise InputError(
+            f"{job.name}: --against {against} is no limit, and a measured rotor is weighed against its limits. {way}"
+        )
     words = against.removeprefix("most ")
     side = "at_least" if words != against else "at_most"
     name = words.removeprefix("measures.")
