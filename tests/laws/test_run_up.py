@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from typing import Any
 
 import numpy as np
@@ -552,6 +553,11 @@ def test_notes_say_what_steady_vibration_would_be_and_what_is_never_reached() ->
         "speed 4.1 % above." in notes
     )
     assert "A peak in a run-up is the greatest over every angle at which the force may begin." in notes
+    sudden = {"speed": "10 rpm", "run_up": {"to": "10 rpm", "acceleration": "50 rpm/s"}}
+    (words,) = [
+        one for one in vo.solve(vo.from_dict({**FAN, **some, **shaken(**sudden)})).notes if "measures.d:" in one
+    ]
+    assert re.search(r"; in the run-up it is \d{3} % more, at a speed ", words)
     slow = {"speed": "400 rpm", "run_up": {"duration": "30 s"}}
     notes = vo.solve(vo.from_dict({**FAN, **some, **shaken(**slow)})).notes
     assert "excitations.blade: its run-up passes no resonance; the nearest natural frequency is 604 rpm." in notes

@@ -67,7 +67,7 @@ def _beside(scene: Scene, machine: Machine, where: str, name: str, response: Tra
     size = show(steady.value, best_unit(steady.value, response.dimension), response.dimension)
     part, begins = measured.value / steady.value - 1.0, steady.speeds[name]
     shift = measured.speeds[name] / begins - 1.0 if begins > 0.0 else measured.speeds[name]
-    much = "as much" if abs(part) < _SAME else f"{100.0 * abs(part):.2g} % {'more' if part > 0.0 else 'less'}"
+    much = "as much" if abs(part) < _SAME else f"{plain(100.0 * abs(part), 2)} % {'more' if part > 0.0 else 'less'}"
     when = f"at a speed {plain(100.0 * abs(shift), 2)} % {'above' if shift > 0.0 else 'below'}"
     when = "there" if abs(shift) < _SAME else when if begins > 0.0 else f"at {show(shift, unit, ROTATION)}"
     built = "as said, without tolerances, steady" if uncertain(scene) else "steady"
