@@ -108,18 +108,10 @@ def conflict_of(
                 continue
             if meter.done > most or late("the search for loosenings"):
                 left.append(name)
-            elif (
-                enough := confirmed_bound(
-                    scene,
-                    name,
-                    side,
-                    user_bound(one.limit, one.bound),
-                    answer,
-                    known=one.known,
-                    closely=True,
-                    near=one.near,
-                )
-            ) is not None:
+                continue
+            guess = user_bound(one.limit, one.bound)
+            enough = confirmed_bound(scene, name, side, guess, answer, known=one.known, closely=True, near=one.near)
+            if enough is not None:
                 given = getattr(response, side)
                 rows.append((name, shown_value(response, given.value, given.unit), enough))
     others = sets[1:]
