@@ -73,12 +73,11 @@ class Motor:
         within = sense * self._over(inside, drag) / self.inertia
         if not (within > 0.0).all():
             return None
-        rates = sense * np.diff(speeds) / ((1.0 / within) @ _WEIGHTS * half)
+        times = sense * ((1.0 / within) @ _WEIGHTS * half)
         slope = (within @ (_WEIGHTS * _PLACES)) * 1.5 / half * sense
-        powers = [
-            np.array([-1j * self.unbalance * (rate - bend * at), -1j * self.unbalance * bend, self.unbalance])
-            for rate, bend, at in zip(rates, slope, middle, strict=True)
-        ]
+        speeds = speeds + _moved(np.diff(speeds) * slope * times / -12.0)
+        rates = np.diff(speeds) / times
+        powers = [np.array([-1j * self.unbalance * rate, 0.0, self.unbalance]) for rate in rates]
         if sense < 0.0:
             speeds, rates, powers = speeds[::-1], rates[::-1], powers[::-1]
         still = (self.unbalance * self.begins**2, self.unbalance * self.stays**2)
@@ -114,3 +113,13 @@ class Motor:
         around = (np.abs(poles.imag)[:, None] + wide).ravel()
         inside = around[(around > low) & (around < high)]
         return np.unique(np.concatenate([np.linspace(low, high, _EVEN), inside]))
+
+
+def _moved(off: FloatArray) -> FloatArray:
+    """By how much speeds between stretches (n + 1,) move [rad/s] where even rates turn each so much too fast (n,).
+
+    Then what they turn in all, on which depends how what rings meets the force, is that of the motor.
+    """
+    before, after = off[:-1], off[1:]
+    alike = np.where(before * after > 0.0, np.sign(before) * np.minimum(np.abs(before), np.abs(after)), 0.0)
+    return np.concatenate([[0.0], alike, [0.0]])
