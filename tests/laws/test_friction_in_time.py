@@ -266,3 +266,40 @@ def test_a_drop_and_a_record_are_right_by_both_routes_and_friction_comes_near_th
     assert [one.title for one in panels(answer)][:2] == [
         "Peak relative displacement across mount", "Peak acceleration of press"
     ]  # fmt: skip
+
+
+def test_a_slip_that_stops_for_a_moment_within_a_step_does_so_on_both_routes(tmp_path: Path) -> None:
+    """For 1.1 ms: a speed that only dips below zero was above it at both ends of a step, and no stop was seen."""
+    samples = {
+        "one": [(0.0, 2.701889527716474), (0.1755298903621066, -0.48599073004092624),
+                (0.31419595546711504, 2.758356724489299), (0.46196057791539724, -1.3786761689900942),
+                (0.6152586932828308, -1.6742444563019883), (0.7837761426414318, -2.669494909163313),
+                (0.8998623095774128, 4.839280754204685), (0.9597667615767256, 0.01886414895535889)],
+        "two": [(0.0, -0.7639107745255738), (0.05870592034032177, 2.0839576004504723),
+                (0.190025217273777, 2.579675391388967), (0.2582638828969, 2.759749379408427),
+                (0.3089733145796933, -5.130970070612621), (0.39801290145124135, -1.0374393685796515),
+                (0.4412114969770412, -3.2274869150924568), (0.49519689281997664, -2.438893059627831),
+                (0.6448011757872243, -2.7536747900204155), (0.7415095508946659, -0.6178673902138931)],
+    }  # fmt: skip
+    loads: dict[str, Any] = {}
+    for name, rows in samples.items():
+        file = tmp_path / f"{name}.csv"
+        file.write_text("time [s],force [N]\n" + "".join(f"{t!r},{f!r}\n" for t, f in rows), encoding="utf-8")
+        loads[name] = {"kind": "record", "on": "press", "file": str(file)}
+    base = {"kind": "pulse", "on": "floor"}
+    half = {"shape": "half sine", "acceleration": "2.16646707485295 m/s2", "duration": "0.564278524154676 s"}
+    saw = {"shape": "rising sawtooth", "acceleration": "3.58891110757712 m/s2", "duration": "0.143346646761594 s"}
+    mount = {"stiffness": "653.059350582794 N/m", "damping": "39.2625973281344 N s/m"}
+    document = press(base | half, **mount, friction_force="2.46896932939676 N")
+    document["bodies"]["press"]["mass"] = "1.31361835260867 kg"
+    document["excitations"] |= {**loads, "saw": base | saw | {"times": 3, "every": "0.216264227802424 s"}}
+    document["measures"] = {"speed": ASKED["speed"]}
+    assert told(document)["speed"] == pytest.approx(1.640473851, rel=1e-9)
+    sides = [piece.side for piece in motion_of(document, "speed")[0].pieces]
+    assert (-1, 0, -1) in zip(sides, sides[1:], sides[2:], strict=False)
+
+
+def test_friction_of_zero_is_none_and_is_told() -> None:
+    answer = vo.solve(vo.from_dict(press(PUSH, friction_force="0 N", damping="9 kN s/m")))
+    assert answer.measures["place"].value.value > 5000.0 / 3e5
+    assert "links.mount: its friction is zero: it does not rub." in answer.notes

@@ -400,6 +400,18 @@ def test_a_record_of_straight_lines_is_the_pulse_of_straight_lines(tmp_path: Pat
     assert one == pytest.approx(other, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("rows", "factor", "words"), [("0;0\n10;2", 0.0, "its factor is"), ("0;0\n10;0", 2.0, "all of its samples are")]
+)
+def test_a_record_that_shakes_nothing_says_so(rows: str, factor: float, words: str, tmp_path: Path) -> None:
+    file = tmp_path / "record.csv"
+    file.write_text(f"time [ms];acceleration [g]\n{rows}\n", encoding="utf-8")
+    record = {"kind": "record", "on": "box", "file": str(file), "factor": factor}
+    answer = vo.solve(vo.from_dict({**BOX, "excitations": {"shock": record}}))
+    assert {row.value.value for row in answer.measures.values()} == {0.0}
+    assert f"excitations.shock: {words} zero: it shakes nothing." in answer.notes
+
+
 @few
 @given(seed=st.integers(0, 10_000), even=st.booleans(), stiff=st.sampled_from([3e3, 3e5]))
 def test_records_are_followed_from_sample_to_sample_by_three_roads(seed: int, even: bool, stiff: float) -> None:

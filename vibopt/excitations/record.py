@@ -87,6 +87,9 @@ class Record(Transient, Directed):
 
     @property
     def remark(self) -> str:
+        if not self.values.any():
+            nothing = "its factor is" if self._samples.values.any() else "all of its samples are"
+            return f"{nothing} zero: it shakes nothing."
         return self._samples.gaps
 
     @property

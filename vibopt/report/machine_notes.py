@@ -45,6 +45,8 @@ def notes_of(scene: Scene, chosen: Mapping[str, float]) -> tuple[str, ...]:
             notes.append(f"excitations.{name}: it turns at 0 rpm, where its force is zero: it shakes nothing.")
         if excitation.remark:
             notes.append(f"excitations.{name}: {excitation.remark}")
+    smooth = (name for name, link in scene.links.items() if link.friction_force is not None and not link.rubs)
+    notes += [f"links.{name}: its friction is zero: it does not rub." for name in smooth]
     notes += alike(scene)
     notes += unasked(scene)
     notes += lifted(scene, chosen)

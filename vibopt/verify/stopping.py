@@ -132,12 +132,13 @@ class Stopping(Simulated):
     ) -> tuple[float, FloatArray]:
         """Part of a step up to the next event, all of it without one, and the states there.
 
-        What holds may slip and hold again within a step.
+        What holds may slip and hold again within a step, and what slips may hold and slip again.
         """
         from scipy.optimize import brentq, minimize_scalar
 
-        def after(part: float) -> FloatArray:
-            return self._onward(state[:, None], np.array([time]), np.array([part * step]), np.array([side]), span)
+        def after(*parts: float) -> FloatArray:
+            times = np.full(len(parts), time), np.array(parts) * step, np.full(len(parts), side)
+            return self._onward(np.repeat(state[:, None], len(parts), axis=1), *times, span)
 
         def left(part: float, there: FloatArray | None = None) -> float:
             """What is left of the slip, or of the friction that holds."""
@@ -148,9 +149,11 @@ class Stopping(Simulated):
             carries = self._states.carries(there, signals)
             return self.joint.friction - abs(float(carries[0]))
 
-        whole, last = after(1.0), 1.0
+        both, last = after(0.5, 1.0), 1.0
+        half, whole = both[:, :1], both[:, 1:]
         if (rest := left(1.0, whole)) > 0.0:
-            near = not side and min(rest, left(0.5)) < _NEAR * self.joint.friction
+            begun, middle = left(0.0, state[:, None]) if side and not fresh else 0.0, left(0.5, half)
+            near = _dips(begun, middle, rest) if side else min(rest, middle) < _NEAR * self.joint.friction
             found = (
                 minimize_scalar(left, bounds=(0.0, 1.0), method="bounded", options={"xatol": 1e-9}) if near else None
             )
@@ -217,3 +220,10 @@ class Stopping(Simulated):
             if not self._senses[number][1].any():
                 return self._ringing(best, response, (number, number), self._states.holding[0])
         return best
+
+
+def _dips(first: float, middle: float, last: float) -> bool:
+    """Whether a parabola through three even values above zero falls to half of the lesser end between them."""
+    bend, slope = 2.0 * (first - 2.0 * middle + last), 4.0 * middle - 3.0 * first - last
+    turns = slope < 0.0 < 2.0 * bend + slope
+    return turns and first - 0.25 * slope**2 / bend < 0.5 * min(first, last)
