@@ -338,6 +338,30 @@ def test_what_hardly_decays_beside_what_decays_at_once_has_its_own_share(slow: f
     assert np.isinf(_lyapunov(np.diag([1e-12, -1e9]), load)).all()
 
 
+@pytest.mark.parametrize("ratio", [30.0, 1.5e5, 1e6])
+@pytest.mark.parametrize("on", ["machine", "floor"])
+def test_what_creeps_back_a_trillion_times_as_slowly_as_it_brakes_keeps_its_digits(ratio: float, on: str) -> None:
+    """Place of one mass by S / (8 z w^3 m^2) per Hz, over which rounding of the fast rate went 1e-5 to 1e-4 of it."""
+    mass, turn = 3.0, 10.0
+    link = {"stiffness": f"{mass * turn**2} N/m", "damping": f"{2.0 * ratio * mass * turn!r} N s/m"}
+    document: dict[str, Any] = {
+        "bodies": {"machine": {"mass": f"{mass} kg"}},
+        "links": {"mount": {"between": ["ground" if on == "machine" else "floor", "machine"], **link}},
+        "excitations": {"noise": {"kind": "white_noise", "on": on, "density": "2 N²/Hz"}},
+        "measures": {"x": {"response": "rms_relative_displacement", "across": "mount"}},
+    }
+    if on == "floor":
+        document |= {"bases": {"floor": {}}}
+        document["excitations"]["noise"]["density"] = f"{2.0 / mass**2!r} (m/s²)²/Hz"
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "met", answer.claim
+    wanted = np.sqrt(2.0 / (8.0 * ratio * turn**3 * mass**2))
+    assert answer.measures["x"].value.value == pytest.approx(wanted, rel=1e-9)
+    posed = pose(vo.from_dict({**document, "limits": {"x": {**document.pop("measures")["x"], "at_most": "1 m"}}}))
+    [limit] = posed.limits
+    assert limit.form.value(limit.model, np.zeros(0)) == pytest.approx(wanted, rel=1e-9)
+
+
 def _to_many_digits(chain: Chain, row: Array, displaced: bool) -> float:
     """Root mean square of row . (x, x') by the poles and residues of state matrices, to fifty digits.
 
