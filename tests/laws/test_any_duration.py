@@ -20,7 +20,6 @@ from vibopt.program.pose import form_of, pose
 from vibopt.scene.assemble import model_of
 from vibopt.solve.tangents import Tangents
 from vibopt.verify import unknown_duration
-from vibopt.verify.as_built import machine_of
 from vibopt.verify.simulated import Simulated
 from vibopt.verify.unknown_duration import _top
 
@@ -178,6 +177,28 @@ def test_the_second_route_finds_edges_as_well_as_round_tops(seed: int) -> None:
     assert _top(lambda time: 1.0 + rise * np.cos(speed * (time - at)), 0.0, 1.0) == pytest.approx(1.0 + rise, rel=1e-9)
 
 
+def test_all_that_is_read_shares_the_first_look_at_all_durations(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Few durations are looked at closely, those of the tops; values are those of a close look at all."""
+    pulse = {"duration_up_to": "8 s"}
+    document = {**TOWER, "excitations": {"blast": {**TOWER["excitations"]["blast"], **pulse}}}
+    document["links"] = {"columns": {**TOWER["links"]["columns"], "damping": "0.1 N s/m"}}
+    more = {"push": {"response": "peak_force", "into": "ground"}, "go": {"response": "peak_velocity", "of": "tank"}}
+    known: list[bool] = []
+
+    class Counted(Simulated):
+        def __init__(self, *of: Any) -> None:
+            known.append(of[2])
+            super().__init__(*of)
+
+    monkeypatch.setattr(unknown_duration, "Simulated", Counted)
+    one = vo.solve(vo.from_dict(document)).measures
+    alone = known.count(False)
+    several = vo.solve(vo.from_dict({**document, "measures": document["measures"] | more})).measures
+    assert known.count(False) == 2 * alone
+    assert known.count(True) < 6 * alone
+    assert one["sway"].value.value == several["sway"].value.value
+
+
 WRONG: dict[str, tuple[dict[str, Any], str]] = {
     "both": (
         {"duration": "1 s"},
@@ -189,9 +210,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "long": (
         {"duration_up_to": "1000 s"},
-        "excitations.blast may last 1000 s, in which the machine may move to and fro 1.6e+02 times, more than the 50 "
-        "over which durations are searched. Write a shorter duration_up_to: pulses much longer than a period are all "
-        "alike.",
+        "excitations.blast may last 1000 s, and the machine may vibrate 160 times in it, more than the 50 over which "
+        "durations are searched. Write a shorter duration_up_to: pulses much longer than a period are all alike.",
     ),
 }
 
@@ -208,9 +228,9 @@ def test_a_range_without_end_is_searched_over_durations_as_far_as_ten_thousand_t
     document["goal"] = {"minimise": "stiffness", "of": "columns"}
     document["excitations"] = {"blast": {**TOWER["excitations"]["blast"], "duration_up_to": "15 s"}}
     assert refused(vo.from_dict, document).messages == (
-        "scene: excitations.blast may last 15 s, in which the machine may move to and fro 2.8e+02 times, more than the "
-        "50 over which durations are searched. Write a shorter duration_up_to or a smaller end of each range: pulses "
-        "much longer than a period are all alike.",
+        "scene: excitations.blast may last 15 s, and the machine may vibrate 280 times in it, more than the 50 over "
+        "which durations are searched. Write a shorter duration_up_to or a smaller end of each range: pulses much "
+        "longer than a period are all alike.",
     )
 
 
@@ -245,19 +265,6 @@ def test_designs_of_which_some_lack_the_damper_of_a_joint_have_the_values_of_eac
     assert alone is not None
     each = [alone.form.value(alone.model, one) for one in x]
     assert together.form.values(together.model, x) == pytest.approx(each, rel=1e-10)
-
-
-def test_places_that_are_read_under_the_same_pulse_share_its_simulations(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each duration that all are looked at is simulated once; more closely around its best each is by itself."""
-    scene = scene_with({"damping": "0.1 N s/m"}, {})
-    machine, pulse, sway = machine_of(scene, {}), scene.excitations["blast"].once, scene.measures["sway"]
-    made: list[Any] = []
-    monkeypatch.setattr(unknown_duration, "Simulated", lambda *given: made.append(given) or Simulated(*given))
-    [alone] = unknown_duration.peaks_over_durations(machine, [pulse], [sway], 0.0, 4.0)
-    once = len(made)
-    both = unknown_duration.peaks_over_durations(machine, [pulse], [sway, sway], 0.0, 4.0)
-    assert both == [alone, alone]
-    assert once < len(made) - once < 2 * once
 
 
 def test_machines_that_were_followed_are_freed_without_a_search_for_circles() -> None:

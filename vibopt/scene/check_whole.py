@@ -93,18 +93,19 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
             continue
         followed = min(excitation.length, fading) if excitation.step == math.inf else excitation.length
         turned, faded = float(np.sqrt(turns)) * followed / (2.0 * np.pi), fades * followed
+        vibrates = f"the machine may vibrate {_about(turned)} times in it"
+        brake = f"dampers may brake the machine {_about(faded)} times over in it"
         if excitation.durations is not None and max(turned, faded) > MOST_SEARCHED:
             mistakes.add(
                 ("excitations", name, "duration_up_to"),
-                f"excitations.{name} may last {excitation.length:.4g} s, in which the machine may move to and fro "
-                f"{max(turned, faded):.2g} times, more than the {MOST_SEARCHED} over which durations are searched. "
-                f"Write a shorter duration_up_to{ends}: pulses much "
-                "longer than a period are all alike.",
+                f"excitations.{name} may last {excitation.length:.4g} s, and {vibrates if turned > faded else brake}, "
+                f"more than the {MOST_SEARCHED} over which durations are searched. Write a shorter duration_up_to{ends}"
+                ": pulses much longer than a period are all alike.",
             )
             continue
         for many, known, key, how, rigid in (
-            (turned, MOST_TURNS, "stiffness", f"the machine may vibrate {turned:.2g} times in it", "rigid"),
-            (faded, MOST_FADES, "damping", f"dampers may brake the machine {faded:.2g} times over in it", "clamped"),
+            (turned, MOST_TURNS, "stiffness", vibrates, "rigid"),
+            (faded, MOST_FADES, "damping", brake, "clamped"),
         ):
             if many > known:
                 smaller = f'a smaller "to" for the {key}' if scene.variables else f"a smaller {key}"
@@ -116,6 +117,11 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
                     f"excitations.{name} lasts {excitation.length:.4g} s, and {how}, more than the {known} that are "
                     f"followed. Write a shorter load{damped} or {smaller}, or {way}.",
                 )
+
+
+def _about(many: float) -> str:
+    """A large number in two digits."""
+    return f"{float(f'{many:.2g}'):g}"
 
 
 def _fading(model: Model, least: FloatArray, most: FloatArray) -> float:

@@ -111,8 +111,12 @@ def _each(scene: Scene, machine: Machine, asked: Sequence[Response], side: str) 
         return [_measured(scene, machine, response, side) for response in asked]
     from vibopt.verify.unknown_duration import peaks_over_durations
 
-    once = [pulse for name in names_for(scene, one) if (pulse := scene.excitations[name].once) is not None]
-    greatest = peaks_over_durations(machine, once, cast("Sequence[TransientResponse]", asked), *between)
+    names = names_for(scene, one)
+    once = [pulse for name in names if (pulse := scene.excitations[name].once) is not None]
+    every = [other for other in scene.responses.values() if isinstance(other, TransientResponse)]
+    alike = [other for other in every if other.combine is None and names_for(scene, other) == names]
+    others = [other for other in alike if members(scene, other)[0] is other]
+    greatest = peaks_over_durations(machine, once, cast("Sequence[TransientResponse]", asked), between, others)
     return [Measured(value, {}, response) for value, response in zip(greatest, asked, strict=True)]
 
 

@@ -36,6 +36,7 @@ base that is gone so far that little is left of their digits."""
 _TURN, _TAYLOR, _DEFECTIVE = 0.25, 14, 1e9
 """How far what is fastest turns in a step, terms of a series, and condition of modes that are one."""
 PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
+_MOMENTS = np.array([WEIGHTS * (0.5 - PLACES) ** k / math.factorial(k) for k in range(_TAYLOR)])
 _KEPT, TOGETHER, _EVEN = 30_000_000, 1_000_000, 1e-12
 """Numbers of all states in all steps at most, and at once; part of a step by which even ones may differ."""
 _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
@@ -278,14 +279,10 @@ class MotionInTime:
 
         def onward(states: FloatArray, begin: FloatArray, length: FloatArray) -> FloatArray:
             """States (N, n) so much later than times, (n,) each: one series of what they and the signals come to."""
-            seen, term = signals(begin, length), WEIGHTS[:, None] * length
-            terms, grown = list[FloatArray](), np.ones(len(begin))
-            for k in range(1, _TAYLOR + 1):
-                terms.append(grown * states + loads @ (term * seen).sum(axis=1))
-                grown, term = grown * (length / k), term * ((1.0 - places) * length / k)
-            found = terms.pop()
-            while terms:
-                found = terms.pop() + system @ found
+            pushed = length * (_MOMENTS @ signals(begin, length)).swapaxes(0, 1)
+            found = np.zeros((len(states), len(begin)))
+            for k in range(_TAYLOR - 1, -1, -1):
+                found = states / math.factorial(k) + loads @ pushed[k] + length * (system @ found)
             return found
 
         many = TOGETHER // (len(start) * len(places))

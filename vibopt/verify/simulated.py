@@ -54,12 +54,14 @@ _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
 
 @dataclass(frozen=True)
 class Simulated(MotionInTime):
-    """The greatest of a response in the motion of a built machine."""
+    """The greatest of a response in the motion of a built machine; not `closely`, by parabolas through its samples."""
+
+    closely: bool = True
 
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response, and when [s]."""
         best, loaded = (0.0, 0.0), self._behind
-        if self._is_nothing(response):
+        if self.closely and self._is_nothing(response):
             return 0.0, float("inf")
         ended = replace(self, excitations=self._over) if self._lasting else self
         if self._driven_at_resonance or ended._runs_away(response):
@@ -314,6 +316,9 @@ class Simulated(MotionInTime):
 
         worked(_ALONE + _SAMPLE * len(times))
         values, count = np.abs(response.trace(self.machine, course)) * np.ones(len(times)), len(times)
+        if not self.closely:
+            there, heights = _heights(values)
+            return _first(np.append(heights, values), np.append(times[there], times))
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         ends = [0, *np.searchsorted(times, self._turned(number)), count - 1]  # a top may hide beside each of them
         edges = [i for i in ends if values[i] > _NEAR * values.max()]

@@ -17,41 +17,52 @@ from vibopt.mechanics.machine import Machine
 from vibopt.responses import TransientResponse
 from vibopt.verify.simulated import Simulated
 
-_IN_A_PERIOD, _HALVINGS, _BEST, _CLOSE, _ROUNDS = 5.0, 8, 2, 2e-4, 6
+_IN_A_PERIOD, _HALVINGS, _BEST, _CLOSE, _ROUNDS, _LEVEL = 5.0, 8, 3, 2e-4, 6, 1e-9
 """Durations in the shortest period, and halvings of the first of them; tops that are looked at; part of a duration to
-which one is found, and how often an edge there is made better."""
+which one is found, how often an edge there is made better, and part by which it must be higher."""
 
 
 def peaks_over_durations(
-    machine: Machine, excitations: Sequence[Once], responses: Sequence[TransientResponse], low: float, high: float
-) -> list[float]:
-    """Greatest size of each response over time and over every duration from `low` to `high` [s].
+    machine: Machine, excitations: Sequence[Once], responses: Sequence[TransientResponse],
+    between: tuple[float, float], others: Sequence[TransientResponse] = (),
+) -> list[float]:  # fmt: skip
+    """Greatest size of each response over time and over every duration between two [s].
 
-    The durations that all are looked at are simulated once for all responses.
+    Samples at all durations say roughly, for these responses and for others to the same at once, where the tops are.
     """
 
-    def simulated(duration: float) -> Simulated:
-        return Simulated(machine, tuple(excitation.lasting(duration) for excitation in excitations))
+    def peak(response: TransientResponse, duration: float, *, closely: bool = True) -> float:
+        return simulated(duration, closely=closely).peak(response)[0]
+
+    def simulated(duration: float, *, closely: bool) -> Simulated:
+        return Simulated(machine, tuple(excitation.lasting(duration) for excitation in excitations), closely)
 
     def greatest(response: TransientResponse, values: FloatArray) -> float:
-        best = float(values.max())
-        beside = np.concatenate([[-np.inf], values, [-np.inf]])
-        tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
+        if not np.isfinite(values).all():
+            return np.inf
+        best, beside = 0.0, np.concatenate([[-np.inf], values, [-np.inf]])
+        tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]) & (values >= 0.9 * values.max()))
         for i in tops[np.argsort(-values[tops])[:_BEST]]:
             left, right = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
-            if values[i] < 0.9 * values.max() or not np.isfinite(values[i]) or left >= right:
-                continue
-            best = max(best, _top(lambda duration: simulated(duration).peak(response)[0], left, right))
-        return float(best if np.isfinite(values).all() else np.inf)
+            best = max(best, peak(response, float(times[i])))
+            if left < right:
+                best = max(best, _top(lambda duration: peak(response, duration), left, right))
+        return best
 
+    low, high = between
     fastest = float(np.abs(machine.poles()).max(initial=0.0))
     step = min(2.0 * np.pi / fastest / _IN_A_PERIOD if fastest > 0.0 else high, high)
     short = step * 0.5 ** np.arange(_HALVINGS, 0, -1)
     every = np.concatenate([short, np.arange(step, high, step), [low or LEAST * high, high]])
     times = np.unique(every[(every >= low) & (every <= high)])
-    moved = (simulated(float(time)) for time in times)
-    values = np.array([[one.peak(response)[0] for response in responses] for one in moved])
-    return [greatest(response, row) for response, row in zip(responses, values.T, strict=True)]
+    known: dict[tuple[object, ...], tuple[object, FloatArray]] = vars(machine).setdefault("over_durations", {})
+    keys = [(id(one), *map(id, excitations), *between) for one in (*responses, *others)]
+    if any(key not in known for key in keys[: len(responses)]):
+        moved = (simulated(float(time), closely=False) for time in times)
+        values = np.array([[one.peak(response)[0] for response in (*responses, *others)] for one in moved])
+        kept = [(one, excitations) for one in (*responses, *others)]
+        known |= dict(zip(keys, zip(kept, values.T, strict=True), strict=True))
+    return [greatest(one, known[key][1]) for one, key in zip(responses, keys, strict=False)]
 
 
 def _top(value: Callable[[float], float], left: float, right: float) -> float:
@@ -68,17 +79,19 @@ def _top(value: Callable[[float], float], left: float, right: float) -> float:
                     options={"xatol": _CLOSE * right})  # fmt: skip
     for _ in range(_ROUNDS):
         times = np.array(sorted(seen))
-        for one in [edge for edge in _edges(times, np.array([seen[time] for time in times])) if edge not in seen]:
-            fallen(one)
+        high = (1.0 + _LEVEL) * max(seen.values())
+        for one, height in [*_edges(times, np.array([seen[time] for time in times]))]:
+            if height > high and one not in seen:
+                fallen(one)
     return max(seen.values())
 
 
-def _edges(times: FloatArray, values: FloatArray) -> Iterator[float]:
-    """Where straight lines through two points on either side meet, in the gaps beside the greatest."""
+def _edges(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float]]:
+    """Where straight lines through two points on either side meet, in the gaps beside the greatest, and how high."""
     at = int(values.argmax())
     for i in (at, at + 1):
         if 2 <= i < len(times) - 1:
             rise, fall = ((values[j] - values[j - 1]) / (times[j] - times[j - 1]) for j in (i - 1, i + 1))
             met = (values[i] - values[i - 1] + rise * times[i - 1] - fall * times[i]) / (rise - fall or 1.0)
             if rise > fall and times[i - 1] < met < times[i]:
-                yield float(met)
+                yield float(met), float(values[i] + fall * (met - times[i]))
