@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.arrays import IntArray
 from vibopt.forms.rational import Groups, Sampled
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.solve.screen import SPRINGS
+from vibopt.solve.hanging import SPRINGS
 
 _SAME, _NOTHING = 1e-9, 1e-12
 """Part by which numbers that are the same may differ, and part of the greatest that is rounding."""

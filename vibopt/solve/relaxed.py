@@ -22,9 +22,9 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.boundable import FAR, no_rows, refusal
 from vibopt.solve.branch import first_speeds
+from vibopt.solve.hanging import masses_on_springs
 from vibopt.solve.interchange import orders
 from vibopt.solve.method import Found, Told
-from vibopt.solve.screen import masses_on_springs
 from vibopt.work import Budget
 
 NAME = "boxes"

@@ -8,9 +8,8 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.forms.few import applies
-from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.records import dataclass
+from vibopt.solve.hanging import masses_on_springs
 from vibopt.solve.least_pth import least_pth
 from vibopt.solve.ranges import halton, log_box, natural_size, starts
 
@@ -26,7 +25,7 @@ _LIGHT, _LIGHTER, _LITTLE = 0.03, 0.2, 0.05
 """Least part of the greatest masses, of its host of one that rides on another, and of the damping of those between."""
 _LEAST, _MOST = 0.005, 0.4
 """Damping ratios of devices of which each is tuned by itself."""
-SPRINGS, _WEIGHTS = {"frequency", "tuning", "stiffness"}, (".mass", ".mass_ratio")
+_WEIGHTS = (".mass", ".mass_ratio", ".inertia")
 
 
 def is_cheap(part: Limit | Aim) -> bool:
@@ -135,47 +134,11 @@ def tuned(program: Program, count: int) -> FloatArray:
         for device, w, ratio, part in zip(devices, speeds, ratios, parts, strict=True):
             mass = device.mass or part
             own = {"frequency": w, "stiffness": mass * w * w, "damping_ratio": ratio, "damping": 2.0 * ratio * mass * w}
-            own |= {"mass": mass, "mass_ratio": part, "tuning": w / about}
+            own |= {f"torsional_{word}": own[word] for word in ("stiffness", "damping")}
+            own |= {"mass": mass, "inertia": mass, "mass_ratio": part, "tuning": w / about}
             for word, index in device.axes.items():
                 x[index] = own.get(word, x[index])
     return np.asarray(np.log(np.maximum(found, 1e-300)))
-
-
-@dataclass(frozen=True, slots=True)
-class MassOnSpring:
-    """A mass on a spring: its variables by their words, its mass where that is known, and how it is carried."""
-
-    axes: dict[str, int]
-    mass: float
-    depth: int
-    last: bool
-    host: str
-
-    @property
-    def weight(self) -> int:
-        """Which variable its mass is, -1 where it is known or others ride on it."""
-        return self.axes.get("mass", self.axes.get("mass_ratio", -1)) if self.last else -1
-
-
-def masses_on_springs(program: Program) -> list[MassOnSpring]:
-    """What has a spring to be chosen between a host and a mass of its own."""
-    model, owners = program.model, dict[str, dict[str, int]]()
-    for index, axis in enumerate(program.axes):
-        path, _, word = axis.path.rpartition(".")
-        owners.setdefault(path.partition(".")[2], {})[word] = index
-    tuned = {
-        name for name, axes in owners.items() if SPRINGS & set(axes) and name in model.ends and name in model.points
-    }
-    hosts = {name: next((one for one in model.ends[name] if one != name), "") for name in tuned}
-    found = []
-    for name in (owner for owner in owners if owner in tuned):
-        depth, host = 0, hosts[name]
-        while host in hosts and depth < len(hosts):
-            depth, host = depth + 1, hosts[host]
-        own = [term for term in model.terms if term.owner == name and term.kind == INERTIA]
-        mass = sum(term.scale for term in own if not term.exponents.any())
-        found.append(MassOnSpring(owners[name], mass, depth, name not in hosts.values(), hosts[name]))
-    return found
 
 
 def _merit(parts: list[Limit | Aim], x: FloatArray) -> FloatArray:
