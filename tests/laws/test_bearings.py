@@ -32,6 +32,7 @@ from vibopt.scene.read import from_dict, from_text, read
 from vibopt.scene.space import members
 from vibopt.solve import solve
 from vibopt.units import to_unit
+from vibopt.verify.as_built import machine_of
 from vibopt.verify.certify import measure
 
 BENDING = 200e9 * math.pi * 0.04**4 / 64.0
@@ -610,6 +611,29 @@ def test_a_threshold_keeps_its_digits_beside_parts_that_are_far_stiffer() -> Non
     for mass in np.linspace(47.1238, 47.1239, 7):
         found = spun(limit.model, np.array([mass])).threshold(600.0)
         assert found == pytest.approx(2.5 * math.sqrt(bending / mass) * (1.0 - softer), rel=2e-9)
+
+
+@pytest.mark.parametrize(("damping", "grows"), [("3804 N s/m", True), ("3804.4 N s/m", True), ("3804.7 N s/m", False)])
+def test_a_whirl_that_grows_in_a_narrow_range_of_spins_alone_is_found_by_both_routes(damping: str, grows: bool) -> None:
+    """Gyroscopic moments part the whirls again beyond: of 3804.4 N s/m from 1086 to 1098 rpm."""
+    disc = {"name": "basket", "at": "1 m", "mass": "80 kg", "diametral": "2.6 kg m2", "polar": "4.2 kg m2"}
+    document = friswell(
+        modulus="207 GPa",
+        density="7850 kg/m3",
+        sections=[{"length": "600 mm", "diameter": "60 mm"}, {"length": "400 mm", "diameter": "60 mm"}],
+        stations={"left": "0 mm", "right": "600 mm"},
+        discs=[disc],
+    )
+    del document["rotors"]["rotor"]["shear_modulus"]
+    document["links"] = {"drive": {"between": ["left", "ground"], "stiffness": "60 MN/m"}}
+    document["bearings"] = {"seal": {"between": ["right", "ground"], **numbers(4e6, 5e5, -3e5, 7e6, 0, 0, 0, 3e3)}}
+    document["bearings"]["seal"]["c_yy"] = damping
+    document["excitations"]["imbalance"]["on"] = "basket"
+    document["measures"] = {"m": {"response": "stability_threshold"}}
+    scene = from_dict(document)
+    found = spun(model_of(scene), NONE).threshold(628.0), machine_of(scene, {}).threshold(628.0)
+    assert found[0] == pytest.approx(found[1], rel=1e-8)
+    assert (found[0] < 116.0) == grows
 
 
 DRIVEN = (4e6, 2e5, -2e5, 4e6, 1e3, 0.0, 0.0, 1e3)

@@ -259,17 +259,27 @@ class OrbitingMachine(RotatingMachine):
         if self._idle:
             return float("inf")
         spins = np.concatenate([np.linspace(low, high, _SCANNED), slow * np.geomspace(1e-3, 10.0, _SCANNED), *tables])
-        none, before = _STILL * slow, low
-        for spin in np.unique(spins[(spins >= low) & (spins <= high)]).tolist():
-            if self._growth(spin)[0] > none:
-                break
-            before = spin
-        else:
-            return float("inf")
-        if spin == low:
-            return low
-        near = crossing(lambda at: self._growth(at)[0] - none, before, spin, 1e-12)[1]
-        return self._neutral(self._growth(near)[1], near)
+        none, spins = _STILL * slow, np.unique(spins[(spins >= low) & (spins <= high)])
+        growth: list[float] = []
+        for k, spin in enumerate(spins.tolist()):
+            growth.append(self._growth(spin)[0] - none)
+            grows = spin if growth[k] > 0.0 else self._summit(spins[max(k - 2, 0) : k + 1], growth[-3:], none)
+            if growth[0] > 0.0:
+                return low
+            if grows:
+                near = crossing(lambda at: self._growth(at)[0] - none, float(spins[max(k - 2, 0)]), grows, 1e-12)[1]
+                return self._neutral(self._growth(near)[1], near)
+        return float("inf")
+
+    def _summit(self, spins: FloatArray, growth: list[float], none: float) -> float:
+        """A spin about the middle one of three at which something grows between them; 0 where nothing can."""
+        from scipy.optimize import minimize_scalar
+
+        if len(growth) < 3 or growth[1] < max(growth) or 2.0 * growth[1] <= min(growth):
+            return 0.0
+        ends = float(spins[0]), float(spins[2])
+        top = minimize_scalar(lambda at: none - self._growth(at)[0], bounds=ends, method="bounded")
+        return float(top.x) if top.fun < 0.0 else 0.0
 
     @cached_property
     def _idle(self) -> bool:

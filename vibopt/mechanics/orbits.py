@@ -30,9 +30,9 @@ _LOWEST, _FOLLOWED, _FEWEST, _FASTER = 12, 12, 6, 16.0
 where whirls up to a frequency are looked for, and those up to so many times as fast as that."""
 _STRAIGHT = 1e-3
 """Part of a motion by which one along a line goes round."""
-_REAL, _AROUND, _STILL = 1e-9, 0.05, 1e-12
+_REAL, _AROUND, _STILL, _BENT = 1e-9, 0.05, 1e-12, 1e-8
 """Part of itself by which a speed without damping may lie off its axis, that by which it moves when solved in full,
-and the part of the longest period below which one is rounding."""
+the part of the longest period below which one is rounding, and that of the greatest bend below which one is another."""
 
 
 class Spun:
@@ -254,14 +254,22 @@ class Spun:
 
     @cached_property
     def _at_rest(self) -> tuple[FloatArray, FloatArray]:
-        """Squares of the lowest frequencies at rest, as `held` (m,) [rad^2/s^2], and motions of unit mass (n, m)."""
+        """Squares of frequencies at rest, as `held` (m,) [rad^2/s^2], and motions of unit mass (n, m).
+
+        The `_FOLLOWED` lowest, and behind them by what else bearings and dampers bend the shaft at rest.
+        """
 
         def found(each: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
             root = self._root
             periods, ways = np.linalg.eigh(root @ self.mass @ root.T)
-            most = np.argsort(-periods)[:_FOLLOWED]
-            most = most[periods[most] > _STILL * periods[most[0]]]
-            return [(1.0 / periods[most], (root.T @ ways[:, most]) / np.sqrt(periods[most]))]
+            told = np.argsort(-periods)[: int((periods > _STILL * periods.max()).sum())]
+            squares, shapes = 1.0 / periods[told], (root.T @ ways[:, told]) / np.sqrt(periods[told])
+            above, rest = squares[_FOLLOWED:], shapes[:, _FOLLOWED:]
+            bent, sizes, _ = np.linalg.svd((self.rows @ rest / above).T, full_matrices=False)
+            bent = bent[:, sizes > _BENT * sizes.max(initial=0.0)]
+            more, turned = np.linalg.eigh((bent.T * above) @ bent)
+            lowest = np.append(squares[:_FOLLOWED], more), np.hstack([shapes[:, :_FOLLOWED], rest @ bent @ turned])
+            return [lowest]
 
         return kept(self.model, "rest in planes", self._held_by, found, most=4)[0]
 
@@ -288,7 +296,8 @@ class Spun:
 
     def enough(self, top: float) -> int:
         """How many of the lowest motions at rest tell about where the free whirls up to a frequency [rad/s] are."""
-        return max(_FEWEST, int((self._at_rest[0] <= (_FASTER * top) ** 2).sum())) if top else _FOLLOWED
+        lowest = self._at_rest[0][:_FOLLOWED]
+        return max(_FEWEST, int((lowest <= (_FASTER * top) ** 2).sum())) if top else _FOLLOWED
 
     @property
     def slowest(self) -> float:
@@ -334,7 +343,7 @@ class Spun:
         for (low, high), both in zip(pairwise(knots.tolist()), pairwise(idle), strict=True):
             if all(both):  # so it is between them, as coefficients are straight there
                 continue
-            first, last = self.rates(low), self.rates(high)
+            first, last = (self.rates(end, len(self._at_rest[0])) for end in (low, high))
             slope = (last - first) / (high - low)
             value = first_growth(first - low * slope, slope, low, high, unit)
             if value is not None:

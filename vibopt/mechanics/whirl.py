@@ -22,9 +22,9 @@ MOST = 8
 _AXIS, _NOTHING, _SAME = 1e-5, 1e-10, 1e-14
 """Part of its size by which a root may be off its axis before it is polished; of the greatest, what is rounding."""
 
-_FOLLOWED, _MORE, _HIGHEST, _MOVED = 16, 48, 300.0, 0.2
+_FOLLOWED, _MORE, _HIGHEST, _CLOSE, _MOVED = 16, 48, 300.0, 0.02, 0.2
 """Free motions of a rotor that are followed, and where these tell too little; the highest spin over its lowest
-frequency; the part of itself by which a threshold may move when it is solved in all coordinates."""
+frequency; the part of itself by which a threshold of either may move when it is solved in all coordinates."""
 
 
 class TooManyError(Exception):
@@ -82,7 +82,7 @@ def rotor_threshold(
     if begun is None:
         return float("inf")
     spin = _neutral(*matrices, first + begun * slope, begun)
-    if abs(spin - begun) <= _MOVED * begun:
+    if abs(spin - begun) <= _CLOSE * begun:
         return spin
     first, slope = of(_MORE)
 
