@@ -420,6 +420,7 @@ FILM = '[bearings.f]\nbetween = ["left", "ground"]\nk_yy = "1 MN/m"\nk_zz = "2 M
 REST = TAIL.replace('[links.a]\nbetween = ["left", "ground"]\nstiffness = "1 MN/m"\n', FILM)
 ROWS = '\ntable = [{ speed = "0 rpm", k_yy = "1 MN/m", k_zz = "2 MN/m" }, { speed = "%s", k_yy = "1 MN/m" }]\n'
 BOTH = FILM.split("k_yy", maxsplit=1)[0]
+CRITICAL = REST.replace('"displacement"\nof = "left"', '"critical_speed"')
 REFUSED = {
     "no rotor": (
         'title = "t"\n[bodies.b]\nmass = "2 kg"\n' + FILM.replace("left", "b"),
@@ -494,9 +495,21 @@ REFUSED = {
         "which it runs, not under the weight. Leave it out.",
     ),
     "a critical speed": (
-        HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"critical_speed"'),
-        "t line 19: measures.m asks for the critical_speed without dampers, but bearings.f, which is not alike in both "
-        "planes, has none of that: add damped = true.",
+        HEAD + SHAFT + CRITICAL.replace(FILM, FILM + 'k_yz = "1 MN/m"\nk_zy = "-1 MN/m"\n'),
+        "t line 21: measures.m asks for the critical_speed without dampers, but bearings.f feeds and brakes what goes "
+        "round where k_yz is not k_zy: add damped = true.",
+    ),
+    "a critical speed where bearings push": (
+        HEAD + SHAFT + CRITICAL.replace(FILM, FILM + 'k_yz = "1.5 MN/m"\nk_zy = "1.5 MN/m"\n'),
+        "t line 21: measures.m asks for the critical_speed without dampers, but bearings.f pushes where k_yz times "
+        "k_zy is above k_yy times k_zz: add damped = true.",
+    ),
+    "a critical speed where bearings change": (
+        (HEAD + SHAFT + CRITICAL).replace(
+            FILM, BOTH + (ROWS % "2000 rpm").replace("/m\" }]", "/m\", k_zz = \"1 MN/m\" }]")
+        ),
+        "t line 19: measures.m asks for the critical_speed without dampers, but bearings.f changes with the speed: add "
+        "damped = true.",
     ),
     "a ratio": (
         HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"transmissibility"\ninto = "ground"'),

@@ -184,6 +184,19 @@ class BearingTable(Device):
         return self.table is None and self.tolerance is None and same and not crossed
 
     @property
+    def no_potential(self) -> str:
+        """Why its springs have no energy that all whirls at any speed share, in words; "" where they have."""
+        if self.table is not None:
+            return "changes with the speed"
+        yy, yz, zy, zz = (
+            0.0 if one is None else one.value if isinstance(one, Fact) else one.low
+            for one in (self.k_yy, self.k_yz, self.k_zy, self.k_zz)
+        )
+        if yz != zy or (yz and self.tolerance is not None):
+            return "feeds and brakes what goes round where k_yz is not k_zy"
+        return "pushes where k_yz times k_zy is above k_yy times k_zz" if yz and yz * yz >= yy * zz else ""
+
+    @property
     def ends(self) -> tuple[float, float] | None:
         """First and last speed of its table [rad/s]; None without one."""
         return (self.table[0].speed.value, self.table[-1].speed.value) if self.table is not None else None

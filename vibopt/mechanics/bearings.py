@@ -50,6 +50,11 @@ class Bearing:
         eight = self.coefficients(x, spin)
         return whirling(eight[..., :4]), whirling(eight[..., 4:])
 
+    @property
+    def undamped(self) -> Bearing:
+        """Its springs alone, of one without a table."""
+        return replace(self, powers=(*self.powers[:4], *(Monomial(0.0) for _ in self.powers[4:])))
+
     def changed(self, change: Callable[[Monomial], Monomial]) -> Bearing:
         """The same in other variables."""
         return replace(self, powers=tuple(map(change, self.powers)))

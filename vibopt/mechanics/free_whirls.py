@@ -191,20 +191,20 @@ def _lowest(value: Callable[[float], float], low: float, high: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class Synchronous:
-    """A free whirl as fast as the spin: that speed [rad/s], its complex frequency [rad/s] and motion (2 n,).
+    """A free whirl as fast as the spin: that speed [rad/s], its complex frequency [rad/s] and motion (2 n,), its sense.
 
-    Of a rotor whose bearings couple no forward and backward whirl the motion (n,), and its `sense`.
+    Of a rotor whose bearings couple no forward and backward whirl the motion is (n,).
     """
 
     speed: float
     rate: complex
     way: ComplexArray
-    sense: float = 0.0
+    sense: float
 
     def moved(self, rotor: Spun) -> float:
         """The speed of the same whirl of a rotor that is nearly the same [rad/s]; nan if none is met."""
         rotor = Half(rotor, self.sense) if len(self.way) == len(rotor.mass) else rotor
-        return _as_fast(rotor, self.speed, self.rate, self.way)[0].speed
+        return _as_fast(rotor, self.speed, self.rate, self.way).speed
 
 
 def synchronous(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> list[Synchronous]:
@@ -212,10 +212,20 @@ def synchronous(rotor: Spun, sense: float, top: float = 0.0, most: int = 0) -> l
 
     What is damped by `NO_PEAK` of critical and more has no resonance, and is left out.  Up to `top` and as far as
     tables go; without a top the `most` lowest are looked for up to `FARTHEST` times the lowest frequency at rest.
+    Those of a rotor that nothing damps are found outright.
     """
-    halves = [rotor] if rotor.model.bearings else [Half(rotor, value) for value in (1.0, -1.0) if value * sense >= 0.0]
-    found = [one for half in halves for one in _met_by(half, sense, top, most)]
-    return _apart(found)
+    direct = rotor.undamped_ways() if rotor.model.bearings else None
+    if direct is not None:
+        speeds, ways = np.sqrt(direct[0]), direct[1].T
+        both = zip(speeds.tolist(), ways, strict=True)
+        every = [Synchronous(speed, complex(speed), way, rotor.sense(way)) for speed, way in both]
+        return _apart([one for one in every if one.speed <= (top or np.inf) and one.sense * sense >= 0.0])
+    senses = (0.0,) if rotor.model.bearings else (1.0, -1.0)
+    searches: dict[tuple[float, float], _Search] = vars(rotor).setdefault("searches", {})
+    for half in senses:
+        if (half, top) not in searches:
+            searches[half, top] = _Search(Half(rotor, half) if half else rotor, top)
+    return _apart([one for half in senses if half * sense >= 0.0 for one in searches[half, top].until(sense, most)])
 
 
 def _apart(found: list[Synchronous]) -> list[Synchronous]:
@@ -225,25 +235,30 @@ def _apart(found: list[Synchronous]) -> list[Synchronous]:
     return [one for one, kept in zip(found, alone.tolist(), strict=True) if kept]
 
 
-def _met_by(rotor: Spun, sense: float, top: float, most: int) -> list[Synchronous]:
-    """As `synchronous`, in any order, some of them twice."""
-    spins, few = _looked_at(rotor, top).tolist(), rotor.enough(top)
-    found: list[Synchronous] = []
-    before = _Look.at(rotor, spins[0], few)
-    for high in spins[1:]:
-        after = _Look.at(rotor, high, few)
-        for spin, near, way in _crossings(rotor, before, after):
-            synchronous, goes = _as_fast(rotor, spin, near, way)
-            if (
-                goes * sense >= 0.0
-                and synchronous.rate.imag < NO_PEAK * abs(synchronous.rate)
-                and spins[0] <= synchronous.speed <= spins[-1]
-            ):
-                found.append(synchronous)
-        before = after
-        if most and len(_apart(found)) > most:
-            break
-    return found
+class _Search:
+    """What is as fast as the spin from low spins on, up to `top`: followed as far as was ever asked."""
+
+    def __init__(self, rotor: Spun, top: float) -> None:
+        self.rotor, self.few, self.known = rotor, rotor.enough(top), list[Synchronous]()
+        self.spins, self.reached = _looked_at(rotor, top).tolist(), 0
+        self.look = _Look.at(rotor, self.spins[0], self.few)
+
+    def until(self, sense: float, most: int) -> list[Synchronous]:
+        """More than `most` of a sense, all where it is 0, in any order, some of them twice."""
+        while True:
+            found = [one for one in self.known if one.sense * sense >= 0.0]
+            if (most and len(_apart(found)) > most) or self.reached == len(self.spins) - 1:
+                return found
+            self._follow()
+
+    def _follow(self) -> None:
+        """One stretch of spins more."""
+        self.reached += 1
+        before, self.look = self.look, _Look.at(self.rotor, self.spins[self.reached], self.few)
+        for spin, near, way in _crossings(self.rotor, before, self.look):
+            one = _as_fast(self.rotor, spin, near, way)
+            if one.rate.imag < NO_PEAK * abs(one.rate) and self.spins[0] <= one.speed <= self.spins[-1]:
+                self.known.append(one)
 
 
 def _looked_at(rotor: Spun, top: float) -> FloatArray:
@@ -306,8 +321,8 @@ def _crossings(rotor: Spun, low: _Look, high: _Look) -> list[tuple[float, comple
     return [*_crossings(rotor, low, there), *_crossings(rotor, there, high)]
 
 
-def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tuple[Synchronous, float]:
-    """The whirl near one at a spin that is as fast as that, in all coordinates, and its sense; nan if none is met."""
+def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> Synchronous:
+    """The whirl near one at a spin that is as fast as that, in all coordinates; nan if none is met."""
 
     def off(spin: float, like: complex, way: ComplexArray) -> tuple[float, complex, ComplexArray]:
         rate, way = _solved(rotor.dynamic(0.0, spin), *rotor.powers(spin), like, way)
@@ -321,7 +336,5 @@ def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> tupl
         if high == low or abs(here - before) <= _LAST * here:
             break
         before, here, low = here, here - high * (here - before) / (high - low), high
-    met = abs(high) <= _MET * here
-    here = here if met else np.nan
-    goes = rotor.sense(way)
-    return Synchronous(here, complex(here, like.imag), way, goes), goes
+    here = here if abs(high) <= _MET * here else np.nan
+    return Synchronous(here, complex(here, like.imag), way, rotor.sense(way))

@@ -167,6 +167,13 @@ class Model:
         return replace(self, terms=tuple(turned)) if self.spins else self
 
     @cached_property
+    def undamped(self) -> Model:
+        """The model without dampers and loss factors."""
+        held = (term for term in self.terms if term.kind in (STIFFNESS, INERTIA))
+        bearings = tuple(bearing.undamped for bearing in self.bearings)
+        return replace(self, terms=tuple(held), rotating=(), bearings=bearings)
+
+    @cached_property
     def massless(self) -> BoolArray:
         """Whether no inertia acts on each free coordinate: joints without mass, shape (n_free,)."""
         return np.asarray(~self.vectors[self.kinds == INERTIA, : self.n_free].any(axis=0))

@@ -7,7 +7,7 @@ quarter turn ahead of y in the sense of the spin.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import field
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -134,6 +134,13 @@ class OrbitingMachine(RotatingMachine):
         ]
         found = np.stack([moments[0] + moments[1], -1j * (moments[0] - moments[1])])
         return found.reshape(2, *np.shape(motion.omega))
+
+    @cached_property
+    def undamped(self) -> Self:
+        """The machine without dampers and loss factors."""
+        joints = tuple(replace(joint, damping=0.0, loss_factor=0.0, rotating=0.0) for joint in self.joints)
+        bearings = {name: replace(one, damping=0.0 * one.damping) for name, one in self.bearings.items()}
+        return replace(self, joints=joints, bearings=bearings)
 
     def poles(self) -> ComplexArray:
         """Complex speeds near which the unbalance response is singular [rad/s], coefficients as at some spins."""

@@ -315,6 +315,27 @@ class Spun:
         first = 0.5 * (self.dynamic(1.0, spin) - self.dynamic(-1.0, spin))
         return first, np.asarray(-np.kron(np.eye(2), self.mass))
 
+    def undamped_ways(self) -> tuple[FloatArray, ComplexArray] | None:
+        """Squares of speeds at which a whirl is free as fast as it spins, ascending, (m,), and its motions (2 n, m).
+
+        Where nothing damps or changes with the spin and springs have a potential, K - w^2 (M - s P) of forward whirl, s
+        = 1, and of backward whirl, s = -1, coupled by bearings, are one Hermitian problem; else None.
+        """
+        still, moving = (self.coupling(at * np.ones(1), np.zeros(1))[0] for at in (0.0, 1.0))
+        if self._tabled or (still != moving).any() or not np.allclose(still, still.conj().T, 1e-12, 0.0):
+            return None
+        root, n = np.kron(np.eye(2), self._root), len(self.mass)
+        rows, whirls = self._both @ root.T, (self.mass - self.polar, self.mass + self.polar)
+        stiffness = np.eye(2 * n) + rows.T @ still @ rows
+        inertia = root @ np.block([[whirls[0], np.zeros((n, n))], [np.zeros((n, n)), whirls[1]]]) @ root.T
+        try:
+            turned = np.linalg.inv(np.linalg.cholesky(0.5 * (stiffness + stiffness.conj().T)))
+        except np.linalg.LinAlgError:  # springs that push
+            return None
+        periods, ways = np.linalg.eigh(turned @ inertia @ turned.conj().T)
+        told = np.argsort(-periods)[: int((periods > _STILL * periods.max()).sum())]
+        return 1.0 / periods[told], root.T @ turned.conj().T @ ways[:, told]
+
     def sense(self, way: ComplexArray) -> float:
         """Of a motion (2 n,): 1 with the spin, -1 against it, by the greater mass; 0 along a line."""
         ahead, against = (float(np.vdot(one, self.mass @ one).real) for one in np.split(way, 2))

@@ -15,13 +15,15 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.mechanics.orbiting import OrbitingMachine
 from vibopt.mechanics.rotating import RotatingMachine
+from vibopt.mechanics.shaft_waves import MODES
 from vibopt.work import worked
 
 _OF_PIECES = 1e-4
 """Work of the whirls of n coordinates, by n^3 [nominal ms]."""
-_TURNS, _LAST, _TRIED, _FINE = 1e-9, 1e-9, 20, 1e-9
-"""Part of itself that a frequency is at least of what turns; of the last step to one, behind which rounding
-is left; steps to it; part of the highest spin by which that of a least is known."""
+_ROUNDING, _TURNS, _LAST, _TRIED, _FINE, _FASTEST = 1e-11, 1e-9, 1e-9, 20, 1e-9, 1e-12
+"""Part of a frequency below which its damping is rounding; that it is at least of what turns; of the last step to one,
+behind which rounding is left; steps to it; part of the highest spin by which that of a least is known; of the longest
+period squared below which one is rounding."""
 _ONE, _MET, _ALIKE = 1e-6, 1e-3, 1e-6
 """Part of themselves within which two speeds are one, by which a whirl that is met differs from its spin at most, and
 within which two whirls of pieces are alike, of which any mixture is one."""
@@ -48,13 +50,17 @@ def in_planes(machine: RotatingMachine) -> OrbitingMachine:
     """The same in two planes, of supports that are alike in both, too."""
     if isinstance(machine, OrbitingMachine):
         return machine
-    return OrbitingMachine(**{field.name: getattr(machine, field.name) for field in fields(machine)})
+    known: dict[str, OrbitingMachine] = vars(machine)
+    if "in planes" not in known:
+        known["in planes"] = OrbitingMachine(**{field.name: getattr(machine, field.name) for field in fields(machine)})
+    return known["in planes"]
 
 
 def whirls(machine: OrbitingMachine, spin: float, top: float, most: float = np.inf) -> list[Whirl]:
     """Free whirls no faster than `top` at a spin [rad/s] and no more damped than `_SWINGS`, the slowest first.
 
-    Those that fade faster than `most` times the least damped, over their frequency, may be left out.
+    Those that fade faster than `most` times the least damped, over their frequency, may be left out.  A damping that is
+    rounding is none.
     """
     begun = [one for one in _begun(machine, spin) if one[0].real <= _SOUGHT * top]
     begun = [one for one in begun if one[0].imag <= _ALMOST * abs(one[0])]
@@ -62,6 +68,7 @@ def whirls(machine: OrbitingMachine, spin: float, top: float, most: float = np.i
     if np.isfinite(most) and fades and min(near.imag for near, _, _ in begun) > 0.0:
         begun = [one for one in begun if one[0].imag <= most * fades[0] * abs(one[0])]
     found = [(_by_waves(machine, spin, near, motion), sense) for near, motion, sense in begun]
+    found = [(rate if abs(rate.imag) > _ROUNDING * abs(rate) else complex(rate.real), sense) for rate, sense in found]
     kept = [(rate, sense) for rate, sense in found if rate.real <= top and rate.imag < _SWINGS * abs(rate)]
     return sorted(kept, key=lambda one: one[0].real)
 
@@ -75,11 +82,17 @@ def _begun(machine: OrbitingMachine, spin: float) -> list[tuple[complex, Complex
     rates, ways = np.linalg.eig(state)
     found = []
     for k in np.flatnonzero(rates.imag > _TURNS * np.abs(rates)):
-        y, z = np.split(ways[:n, k], 2)
-        sizes = [np.vdot(one, mass[: n // 2, : n // 2] @ one).real for one in (y + 1j * z, y - 1j * z)]
-        straight = abs(sizes[0] - sizes[1]) <= 0.5 * _LINE * (sizes[0] + sizes[1])
-        found.append((complex(-1j * rates[k]), ways[:n, k], 0.0 if straight else float(np.sign(sizes[0] - sizes[1]))))
+        found.append((complex(-1j * rates[k]), ways[:n, k], _sense(mass, ways[:n, k])))
     return found
+
+
+def _sense(mass: FloatArray, motion: ComplexArray) -> float:
+    """1 of a motion of the pieces, y then z, with the spin, -1 against it, by the greater mass, 0 along a line."""
+    y, z = np.split(motion, 2)
+    n = len(y)
+    sizes = [np.vdot(one, mass[:n, :n] @ one).real for one in (y + 1j * z, y - 1j * z)]
+    straight = abs(sizes[0] - sizes[1]) <= 0.5 * _LINE * (sizes[0] + sizes[1])
+    return 0.0 if straight else float(np.sign(sizes[0] - sizes[1]))
 
 
 def whirls_of_pieces(machine: OrbitingMachine, spin: float, top: float) -> list[Whirl]:
@@ -150,24 +163,63 @@ def as_fast(machine: OrbitingMachine, sense: float, most_damped: float, top: flo
     Those with a damping ratio of `most_damped` and more are left out.  As far as tables go, and up to `top`; without
     it the lowest `many`.
     """
-    low = max((table[0] for table in machine.tables), default=0.0)
-    high = machine.searched(top)
-    slow = machine.slowest
-    steps = slow * np.geomspace(0.03, max(high / slow, 0.1), _UP)
-    spins = np.concatenate([steps, np.linspace(low, high, _UP), *machine.tables])
-    spins = np.unique(spins[(spins >= low) & (spins <= high)])
-    found: list[float] = []
-    before = low, _begun(machine, low)
-    for spin in spins[spins > low].tolist():
-        after = spin, _begun(machine, spin)
-        for near, motion, ends in _passed(machine, before, after):
+    searches: dict[float, _Search] = vars(machine).setdefault("searches", {})
+    if top not in searches:
+        searches[top] = _Search(machine, top)
+    return searches[top].until(sense, most_damped, many)
+
+
+class _Search:
+    """Spins that a whirl is as fast as from low ones on, up to `top`: followed as far as was ever asked."""
+
+    def __init__(self, machine: OrbitingMachine, top: float) -> None:
+        low = max((table[0] for table in machine.tables), default=0.0)
+        high, slow = machine.searched(top), machine.slowest
+        steps = slow * np.geomspace(0.03, max(high / slow, 0.1), _UP)
+        spins = np.concatenate([[low], steps, np.linspace(low, high, _UP), *machine.tables])
+        self.machine, self.reached, self.begun = machine, 0, (low, _begun(machine, low))
+        self.spins: list[float] = np.unique(spins[(spins >= low) & (spins <= high)]).tolist()
+        self.met: list[tuple[complex, list[float]]] = []  # that spin beside how it fades, and senses of all that do so
+
+    def until(self, sense: float, most_damped: float, many: int) -> FloatArray:
+        """More than `many` of a sense, all where it is 0."""
+        while True:
+            light = [one for one in self.met if one[0].imag < most_damped * abs(one[0])]
+            found = _apart([rate.real for rate, senses in light if any(goes * sense >= 0.0 for goes in senses)])
+            if (many and len(found) > many) or self.reached >= len(self.spins) - 1:
+                return found
+            self._follow()
+
+    def _follow(self) -> None:
+        """One stretch of spins more."""
+        self.reached += 1
+        spin = self.spins[self.reached]
+        before, self.begun = self.begun, (spin, _begun(self.machine, spin))
+        for near, motion, ends in _passed(self.machine, before, self.begun):
             if near.imag > _SWINGS * abs(near) or abs(near.real - ends[0]) > _ASIDE * ends[0]:
                 continue
-            rate = _synchronous(machine, near, motion, ends)
-            if low <= rate.real <= high and rate.imag < most_damped * abs(rate) and _goes(machine, rate, sense):
-                found.append(rate.real)
-        before = after
-        if many and len(_apart(found)) > many:
+            rate = _synchronous(self.machine, near, motion, ends)
+            if self.spins[0] <= rate.real <= self.spins[-1]:
+                self.met.append((rate, _senses(self.machine, rate)))
+
+
+def undamped_as_fast(machine: OrbitingMachine, sense: float) -> FloatArray:
+    """Those of the machine without dampers, in bearings that have a potential and do not change with the spin.
+
+    The lowest `MODES`: outright by the pieces, K - w^2 (M - i G) with gyroscopic moments w G, then by the waves.
+    """
+    machine = machine.undamped
+    mass, none, stiffness = machine.free(0.0)
+    gyroscopic = machine.free(1.0)[1] - none
+    root = np.linalg.inv(np.linalg.cholesky(stiffness))
+    periods, ways = np.linalg.eigh(root @ (mass - 1j * gyroscopic) @ root.T)
+    found = []
+    for k in np.argsort(-periods)[: int((periods > _FASTEST * periods.max()).sum())].tolist():
+        motion = root.T @ ways[:, k]
+        if _sense(mass, motion) * sense >= 0.0:
+            near = 1.0 / float(np.sqrt(periods[k]))
+            found.append(_synchronous(machine, near, motion, [near * (1.0 - _ONE), near]).real)
+        if len(found) == MODES:
             break
     return _apart(found)
 
@@ -194,11 +246,11 @@ def _off(one: Begun) -> float:
     return min((abs(near.real - one[0]) for near, _, _ in one[1] if near.imag < _SWINGS * abs(near)), default=np.inf)
 
 
-def _goes(machine: OrbitingMachine, rate: complex, sense: float) -> bool:
-    """Whether a whirl as fast as the spin goes round in a sense, told by the motions of the pieces there."""
+def _senses(machine: OrbitingMachine, rate: complex) -> list[float]:
+    """Those in which whirls as fast as the spin go round, told by the motions of the pieces there."""
     every = _begun(machine, rate.real)
     near = min((one for one, _, _ in every), key=lambda one: abs(one - rate))
-    return any(goes * sense >= 0.0 for one, _, goes in every if abs(one - near) <= _ALIKE * abs(near))
+    return [goes for one, _, goes in every if abs(one - near) <= _ALIKE * abs(near)]
 
 
 def _passed(machine: OrbitingMachine, low: Begun, high: Begun) -> list[tuple[complex, ComplexArray, list[float]]]:

@@ -139,10 +139,10 @@ class CriticalSpeed(NaturalFrequency):
     Keys
     ----
     whirl: "forward", with the spin, as an unbalance drives it, or "backward": `whirl = "backward"`. Without it forward;
-        damped ones in bearings that are not alike in both planes both, for an unbalance drives both there. A damped one
-        along a line, forward and backward alike, counts in either.
-    damped: Whether dampers count, and bearings that differ in both planes: `damped = true`. Whirls damped by 1/sqrt(2)
-        of critical and more have no resonance, and are left out. Without it the rotor is undamped.
+        in bearings that are not alike in both planes both, for an unbalance drives both there. One along a line,
+        forward and backward alike, counts in either.
+    damped: Whether dampers count, and bearings that change with the speed or drive a whirl: `damped = true`. Whirls
+        damped by 1/sqrt(2) of critical and more have no resonance, and are left out. Without it the rotor is undamped.
     """
 
     whirl: Literal["forward", "backward"] | None = None
@@ -178,24 +178,29 @@ class CriticalSpeed(NaturalFrequency):
         return _BEYOND * max((band.high for band in self.outside_bands), default=0.0)
 
     def seen_in(self, model: Model) -> Model:
+        if not self.damped and model.bearings:
+            return model.undamped
         return model.backward if self.whirl == "backward" and not self.damped else model
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        if not self.damped:
+        if not (self.damped or model.bearings):
             return super().form(model, drives, combine)
         bands = tuple((band.low, band.high) for band in self.outside_bands)
-        return DampedCriticalSpeed(self._sense(bool(model.bearings)), 0 if bands else self.mode, bands, self._top)
+        top = self._top if self.damped else 0.0
+        return DampedCriticalSpeed(self._sense(bool(model.bearings)), 0 if bands else self.mode, bands, top)
 
     def frequencies_of(self, machine: Machine) -> FloatArray:
-        if not self.damped:
-            return machine.critical_speeds(self._sense(in_unlike=False))
         from vibopt.mechanics.orbiting import OrbitingMachine
         from vibopt.mechanics.rotating import RotatingMachine
-        from vibopt.mechanics.whirls_as_built import as_fast, in_planes
+        from vibopt.mechanics.whirls_as_built import as_fast, in_planes, undamped_as_fast
 
         assert isinstance(machine, RotatingMachine)
-        many = 0 if self.outside is not None else self.mode
         sense = self._sense(isinstance(machine, OrbitingMachine))
+        if not self.damped and isinstance(machine, OrbitingMachine):
+            return undamped_as_fast(machine, sense)
+        if not self.damped:
+            return machine.critical_speeds(sense)
+        many = 0 if self.outside is not None else self.mode
         return as_fast(in_planes(machine), sense, 1.0 / math.sqrt(2.0), self._top, many)
 
     def looked_to(self, machine: Machine) -> float:

@@ -19,8 +19,6 @@ from vibopt.values.fields import complaint
 from vibopt.values.speeds import ROTATION
 
 SENSES = {"forward": 1.0, "backward": -1.0, None: 0.0}
-_ROUNDING = 1e-11
-"""Part of a frequency below which a damping is rounding."""
 
 
 def of_rotation(found: object) -> object:
@@ -137,8 +135,8 @@ class OfWhirls(Response):
 
 
 def _decrement(rate: complex) -> float:
-    return 2.0 * np.pi * rate.imag / rate.real if abs(rate.imag) > _ROUNDING * abs(rate) else 0.0
+    return 2.0 * np.pi * rate.imag / rate.real
 
 
 def _ratio(rate: complex) -> float:
-    return rate.imag / abs(rate) if abs(rate.imag) > _ROUNDING * abs(rate) else 0.0
+    return rate.imag / abs(rate)

@@ -108,12 +108,10 @@ def planes_fault(scene: Scene, path: Path, response: Response, mistakes: Mistake
         )
         return True
     if response.whirls and not response.free_vibration:
-        mistakes.add(
-            path,
-            f"{where} asks for the {key} without dampers, but bearings.{name}, which is not alike in both planes, has "
-            "none of that: add damped = true.",
-        )
-        return True
+        why = next((f"bearings.{one} {why}" for one in names if (why := bearings(scene)[one].no_potential)), "")
+        if why:
+            mistakes.add(path, f"{where} asks for the {key} without dampers, but {why}: add damped = true.")
+        return bool(why)
     if isinstance(response, HarmonicResponse) and not response.in_planes:
         mistakes.add(
             path,
