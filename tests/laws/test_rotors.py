@@ -15,12 +15,14 @@ from refusals import refused
 from test_spin import whirl_rates
 from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
+from vibopt.forms.whirling import WhirlDamping, WhirlThreshold
 from vibopt.jobs import answer
 from vibopt.jobs import from_text as job_from_text
 from vibopt.mechanics.model import INERTIA, STIFFNESS
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.mechanics.orbits import roots, spun
 from vibopt.mechanics.shaft_waves import MODES, Section, WhirlingShaft
+from vibopt.program.pose import pose
 from vibopt.report.campbell import campbell_of
 from vibopt.report.figures.campbell_diagram import campbell_figure
 from vibopt.report.modelled_balancing import balancing_document
@@ -323,6 +325,31 @@ def test_the_threshold_of_one_disc_is_the_closed_form() -> None:
     """w_n (1 + c_e / c_i), whatever the shaft is made of."""
     found = asked(shrunk(), threshold={"response": "stability_threshold"}, critical={"response": "critical_speed"})
     assert found["threshold"] == pytest.approx(found["critical"] * (1.0 + 60.0 / 40.0), rel=1e-7)
+
+
+def test_slopes_of_whirls_are_those_of_their_differences() -> None:
+    """They hang on a diameter, a disc, a bearing, a damper at rest and one that turns, beside material that damps."""
+    document = {**friswell(material_damping="0.01 ms"), "links": held(2e6, 3e3), "measures": {}}
+    document["rotors"]["rotor"]["sections"][0]["diameter"] = {"from": "20 mm", "to": "120 mm"}
+    document["rotors"]["rotor"]["discs"].append({"name": "hub", "at": "0.7 m", "mass": {"from": "5 kg", "to": "80 kg"}})
+    document["links"]["left_bearing"]["stiffness"] = {"from": "0.1 MN/m", "to": "50 MN/m"}
+    document["links"]["right_bearing"]["damping"] = {"from": "10 N s/m", "to": "90 kN s/m"}
+    fit = {"between": ["second", "ground"], "rotating_damping": {"from": "1 N s/m", "to": "1 kN s/m"}}
+    document["links"]["fit"] = fit
+    document["limits"] = {"stable": {"response": "stability_threshold", "at_least": "4000 rpm"}}
+    scene = from_dict({**document, "goal": {"minimise": "total_mass"}})
+    (limit,) = pose(scene).limits
+    middle = {"sections": 0.05, "discs": 20.0, "left": 2e6, "right": 3e3, "fit": 20.0}
+    sizes = [next(one for key, one in middle.items() if key in variable.path) for variable in scene.variables]
+    x, way = np.array(sizes), 1e-4 * np.array([0.6, -0.5, 0.7, 0.2, -0.4])
+    damping = [
+        WhirlDamping(ratio, ((300.0, 300.0 + over),), 700.0, sense, number)
+        for ratio, over, sense, number in ((False, 0.0, 0.0, 1), (True, 0.0, 1.0, 2), (False, 60.0, -1.0, 1))
+    ]
+    for form in (WhirlThreshold(), *damping):
+        slope = form.slope(limit.model, x)
+        ahead, back = (form.value(limit.model, x * np.exp(sign * way)) for sign in (1.0, -1.0))
+        assert 2.0 * slope @ way == pytest.approx(math.log(ahead / back), rel=1e-5)
 
 
 @pytest.mark.parametrize("damping", [3e2, 3e3])

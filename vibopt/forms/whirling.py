@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.form import Form, by_differences, kept
-from vibopt.mechanics.free_whirls import Synchronous, damping_ratios, decrements, least_damped, synchronous
+from vibopt.mechanics.free_whirls import (
+    Synchronous,
+    damping_ratios,
+    decrements,
+    free_whirls,
+    least_damped,
+    synchronous,
+)
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices
 from vibopt.mechanics.orbits import spun
-from vibopt.mechanics.whirl import rotor_threshold, threshold
+from vibopt.mechanics.whirl import Neutral, rotor_threshold, threshold
 from vibopt.records import dataclass
 
 _END = 0.99
@@ -35,7 +44,15 @@ class WhirlThreshold(Form):
         return of_whirls(model)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
+        if model.bearings or not model.spins:
+            return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
+        neutral = self._neutral(model, x)
+        if not len(neutral.motion):
+            return np.zeros(len(x)) if np.isinf(neutral.spin) else Form.slope(self, model, x)
+        change = _changes(model, x, neutral.whirl, neutral.spin, neutral.motion)
+        both = np.array([neutral.by_whirl, neutral.by_spin])
+        moved: FloatArray = np.linalg.solve([both.real, both.imag], -np.array([change.real, change.imag]))[1]
+        return moved / neutral.spin
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
         """As of all, and all of it where one route finds a growth that begins where the other looks no farther."""
@@ -45,13 +62,25 @@ class WhirlThreshold(Form):
     def value(self, model: Model, x: FloatArray) -> float:
         if model.bearings:
             return spun(model, x).threshold(self.top)
-        p = model.values(x)
-        mass, damping, stiffness, _ = free_matrices(model, p)
         if model.spins:
-            turns = np.array([term.polar for term in model.terms])
-            polar = -model.matrix(INERTIA, np.where(turns, p, 0.0))[: model.n_free, : model.n_free]
-            return rotor_threshold(mass + polar, polar, damping, model.turning(x), stiffness)
+            return self._neutral(model, x).spin
+        mass, damping, stiffness, _ = free_matrices(model, model.values(x))
         return threshold(mass, damping, model.turning(x), stiffness)
+
+    def _neutral(self, model: Model, x: FloatArray) -> Neutral:
+        """Of a rotor in supports that are alike in both planes."""
+
+        def found(each: FloatArray) -> list[Neutral]:
+            both = []
+            for one in each:
+                p = model.values(one)
+                mass, damping, stiffness, _ = free_matrices(model, p)
+                turns = np.array([term.polar for term in model.terms])
+                polar = -model.matrix(INERTIA, np.where(turns, p, 0.0))[: model.n_free, : model.n_free]
+                both.append(rotor_threshold(mass + polar, polar, damping, model.turning(one), stiffness))
+            return both
+
+        return kept(model, self, np.asarray(x)[None], found)[0]
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,11 +110,56 @@ class WhirlDamping(Form):
         return of_whirls(model)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        return np.zeros(len(x)) if np.isinf(self.value(model, x)) else Form.slope(self, model, x)
+        """That of the one whirl that says the value, at its spin: where that is the least of a range it stays so."""
+        value, spin = self._least(model, x)
+        if np.isinf(value):
+            return np.zeros(len(x))
+        if model.bearings or value <= 0.0:
+            return Form.slope(self, model, x)
+        rotor = spun(model, x)
+        found = free_whirls(rotor, spin, self.top)
+        off = np.where(found.senses * self.sense >= 0.0, np.abs(self._measure(found.rates) - value), np.inf)
+        rate, motion = complex(found.rates[off.argmin()]), found.ways[off.argmin()]
+        first, second = rotor.powers(spin)
+        halves = zip((1.0, -1.0), np.split(motion, 2), strict=True)
+        change = sum(_changes(model, x, rate, sense * spin, half) for sense, half in halves)
+        moved = np.asarray(-change / (motion @ (first + 2.0 * rate * second) @ motion))
+        damping = (moved.imag - (rate.imag / rate.real) * moved.real) / rate.real  # of Im w / Re w
+        if not self.ratio:
+            return np.asarray(2.0 * np.pi * damping / value)
+        return np.asarray(damping * (rate.real / abs(rate)) ** 3 / value)
+
+    @property
+    def _measure(self) -> Callable[[ComplexArray], FloatArray]:
+        return damping_ratios if self.ratio else decrements
+
+    def _least(self, model: Model, x: FloatArray) -> tuple[float, float]:
+        """The value, and its spin [rad/s]."""
+
+        def found(each: FloatArray) -> list[tuple[float, float]]:
+            asked = self.top, self.sense, self.number, self._measure
+            return [min(least_damped(spun(model, one), band, *asked) for band in self.bands) for one in each]
+
+        return kept(model, self, np.asarray(x)[None], found)[0]
 
     def value(self, model: Model, x: FloatArray) -> float:
-        rotor, measure = spun(model, x), damping_ratios if self.ratio else decrements
-        return min(least_damped(rotor, band, self.top, self.sense, self.number, measure) for band in self.bands)
+        return self._least(model, x)[0]
+
+
+def _changes(model: Model, x: FloatArray, rate: complex, spin: float, motion: ComplexArray) -> ComplexArray:
+    """u^T D u by log x, (n_vars,), of the resistance D to a whirl e^{i w t} with the spin; against one below zero.
+
+    Of a motion u (n_free,) in supports that are alike in both planes.
+    """
+    kinds = model.kinds
+    factor = np.select([kinds == STIFFNESS, kinds == DAMPING, kinds == INERTIA], [1.0, 1j * rate, -(rate**2)], 0.0)
+    factor = np.where([term.polar for term in model.terms], -rate * spin, factor)
+    change = (factor * model.values(x) * (model.vectors[:, : model.n_free] @ motion) ** 2) @ model.exponents
+    for term in model.rotating:
+        size = term.scale * np.where(term.exponents == 0.0, 1.0, x**term.exponents).prod()
+        pulled = size * (term.vector[: model.n_free] @ motion) ** 2
+        change = change + 1j * (rate - spin) * pulled * term.exponents
+    return np.asarray(change)
 
 
 @dataclass(frozen=True, slots=True)

@@ -40,13 +40,14 @@ _GOLDEN, _LEVEL, _BESIDE = 0.5 * (np.sqrt(5.0) - 1.0), 1e-12, 1e-3
 
 @dataclass(frozen=True, slots=True)
 class Whirls:
-    """Complex frequencies, Re ascending and above zero, (n,) [rad/s], and their senses, (n,).
+    """Complex frequencies, Re ascending and above zero, (n,) [rad/s], their senses, (n,), and motions (n, 2 n_free).
 
     1 is with the spin and -1 against it, by the greater mass where places differ; 0 of one along a line, which is both.
     """
 
     rates: ComplexArray
     senses: FloatArray
+    ways: ComplexArray
 
     def of(self, sense: float) -> ComplexArray:
         """Those with the spin (1), against it (-1), or both (0)."""
@@ -78,7 +79,7 @@ def free_whirls(
     order = np.argsort(met.real)
     kept = order[(met.real <= top)[order] & (met.imag < HEAVY * np.abs(met))[order]]
     senses = np.array([rotor.sense(every[k]) for k in kept.tolist()], dtype=float)
-    return Whirls(met[kept], senses)
+    return Whirls(met[kept], senses, np.array([every[k] for k in kept.tolist()]))
 
 
 def _solved(
@@ -136,8 +137,8 @@ def damping_ratios(rates: ComplexArray) -> FloatArray:
 def least_damped(
     rotor: Spun, band: tuple[float, float], top: float, sense: float, number: int,
     measure: Callable[[ComplexArray], FloatArray],
-) -> float:  # fmt: skip
-    """Least, over a range of spins [rad/s], of the damping of the `number`-th least damped whirl up to `top`.
+) -> tuple[float, float]:  # fmt: skip
+    """Least, over a range of spins [rad/s], of the damping of the `number`-th least damped whirl up to `top`; its spin.
 
     Infinite where there are not as many.
     """
@@ -156,11 +157,11 @@ def least_damped(
 
     low, high = band
     if low == high:
-        return at(low)
+        return at(low), low
     knots = rotor.knots
     spins = np.unique(np.concatenate([np.linspace(low, high, _SCANNED), knots[(knots > low) & (knots < high)]]))
     values = [at(spin) for spin in spins.tolist()]
-    best = min(values)
+    best = min(zip(values, spins.tolist(), strict=True))
     for k, value in enumerate(values):
         left, right = max(k - 1, 0), min(k + 1, len(spins) - 1)
         if np.isfinite(value) and value and value == min(values[left : right + 1]):
@@ -170,8 +171,8 @@ def least_damped(
     return best
 
 
-def _lowest(value: Callable[[float], float], low: float, high: float) -> float:
-    """Least of a function between two numbers, by the golden section."""
+def _lowest(value: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
+    """Least of a function between two numbers and where it is, by the golden section."""
     ends, level = [high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)], 0
     heights = [value(one) for one in ends]
     for _ in range(_HALVED):
@@ -186,7 +187,7 @@ def _lowest(value: Callable[[float], float], low: float, high: float) -> float:
             low, ends[0], heights[0] = ends[0], ends[1], heights[1]
             ends[1] = low + _GOLDEN * (high - low)
             heights[1] = value(ends[1])
-    return min(heights)
+    return min(zip(heights, ends, strict=True))
 
 
 @dataclass(frozen=True, slots=True)

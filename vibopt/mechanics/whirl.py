@@ -9,6 +9,7 @@ and symmetric, (n, n), M positive.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import field
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.bracketing import crossing
 from vibopt.mechanics.growth import first_growth, states
+from vibopt.records import dataclass
 
 MOST = 8
 """Coordinates up to which several rotating dampers, or gyroscopic moments, are answered."""
@@ -54,9 +56,23 @@ def threshold(mass: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffne
     return _of_several(mass, fixed, rotating, stiffness)
 
 
+@dataclass(frozen=True, slots=True)
+class Neutral:
+    """A spin at which a whirl neither grows nor fades [rad/s], infinite of none; how fast it goes round [rad/s].
+
+    Its motion (n,), empty where it is not known to all digits, and what D(w, W) of that motion changes by with both.
+    """
+
+    spin: float
+    whirl: float = 0.0
+    motion: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=complex))
+    by_whirl: complex = 0.0
+    by_spin: complex = 0.0
+
+
 def rotor_threshold(
     mass: FloatArray, polar: FloatArray, fixed: FloatArray, rotating: FloatArray, stiffness: FloatArray
-) -> float:
+) -> Neutral:
     """As `threshold`, of a rotor with gyroscopic moments W P and any number of coordinates that springs hold.
 
     Followed over spins in its lowest free motions at rest, by steps that are sure, and solved in all coordinates from
@@ -65,7 +81,7 @@ def rotor_threshold(
     from scipy.linalg import eigh
 
     if not rotating.any():
-        return float("inf")
+        return Neutral(np.inf)
     periods, shapes = eigh(mass, stiffness)
     told = periods[::-1] > _SAME * periods[-1]
     squares, shapes = 1.0 / periods[::-1][told], shapes[:, ::-1][:, told] / np.sqrt(periods[::-1][told])
@@ -80,10 +96,10 @@ def rotor_threshold(
     first, slope = of(_FOLLOWED)
     begun = first_growth(first, slope, 0.0, _HIGHEST * unit, unit)
     if begun is None:
-        return float("inf")
-    spin = _neutral(*matrices, first + begun * slope, begun)
-    if abs(spin - begun) <= _CLOSE * begun:
-        return spin
+        return Neutral(np.inf)
+    neutral = _neutral(*matrices, first + begun * slope, begun)
+    if abs(neutral.spin - begun) <= _CLOSE * begun:
+        return neutral
     first, slope = of(_MORE)
 
     def growth(spin: float) -> float:
@@ -95,16 +111,16 @@ def rotor_threshold(
     while growth(high) <= 0.0:
         high *= 1.0 + _MOVED
         if high > _HIGHEST * unit:
-            return float("inf")
+            return Neutral(np.inf)
     begun = crossing(growth, low, high)[1]
-    spin = _neutral(*matrices, first + begun * slope, begun)
-    return spin if abs(spin - begun) <= _MOVED * begun else begun
+    neutral = _neutral(*matrices, first + begun * slope, begun)
+    return neutral if abs(neutral.spin - begun) <= _MOVED * begun else Neutral(begun)
 
 
 def _neutral(
     mass: FloatArray, polar: FloatArray, damping: FloatArray, rotating: FloatArray, stiffness: FloatArray,
     state: ComplexArray, spin: float,
-) -> float:  # fmt: skip
+) -> Neutral:  # fmt: skip
     """The spin near one of a `state` at which a whirl neither grows nor fades, by Newton; not a number if none is.
 
     By a quadratic form u^T D(w, W) u of its motion u, good to the square of what u is off.
@@ -120,18 +136,18 @@ def _neutral(
                 moved = np.linalg.solve(dynamic, moved)
                 moved /= moved[np.abs(moved).argmax()]  # real but for what damps: rounding of what is stiff stays real
         except np.linalg.LinAlgError:  # singular to the last digit: this is the spin
-            return float(spin)
+            return Neutral(float(spin))
         along = -2.0 * whirl * mass + 1j * damping + spin * polar
         value, by_whirl, by_spin = (moved @ one @ moved for one in (dynamic, along, whirl * polar - 1j * rotating))
         table = [[by_whirl.real, by_spin.real], [by_whirl.imag, by_spin.imag]]
         try:
             step = np.linalg.solve(table, [-value.real, -value.imag])
         except np.linalg.LinAlgError:
-            return float("nan")
+            return Neutral(np.nan)
         whirl, spin = whirl + step[0], spin + step[1]
         if abs(step[0]) <= _SAME * abs(whirl) and abs(step[1]) <= _SAME * spin:
-            return float(spin)
-    return float(spin)
+            break
+    return Neutral(float(spin), whirl, moved, complex(by_whirl), complex(by_spin))
 
 
 def _unheld(stiffness: FloatArray, rotating: FloatArray) -> bool:
