@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from vibopt.mechanics.rotating import RotatingMachine
 from vibopt.mechanics.spinning_up import SpinUp
 from vibopt.mechanics.sweep_response import RunUp
 from vibopt.program.pose import form_of, pose
+from vibopt.report.run_up_notes import run_up_notes
 from vibopt.responses import TransientResponse
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
@@ -172,6 +174,15 @@ def test_a_rotor_that_stays_beyond_its_threshold_grows_without_end() -> None:
     model = pose(scene).model
     assert spun_up(scene, model, evenly(30.0, 420.0, 40.0))[0].peak().value == np.inf
     assert np.isfinite(spun_up(scene, model, evenly(30.0, 60.0, 40.0))[0].peak().value)
+
+
+def test_a_run_up_that_ends_beyond_the_threshold_says_which_whirl_that_is() -> None:
+    notes = run_up_notes(rotor(links__near_bearing__rotating_damping="60 kN s/m"), {})
+    assert re.fullmatch(
+        r"measures.whirl: a whirl grows without end at 4000 rpm, where the run-up ends; the stability threshold is "
+        r"\d+ rpm.",
+        notes[0],
+    )
 
 
 def test_what_is_not_answered_is_refused() -> None:

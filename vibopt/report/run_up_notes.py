@@ -54,6 +54,13 @@ def _beside(scene: Scene, machine: Machine, where: str, name: str, response: Tra
     measured = measure_on(scene, machine, response, "at_most")
     over = {"over": {name: SpeedRange((band,), ROTATION, unit)}, "due_to": (name,)}
     steady = measure_on(scene, machine, response.steady.model_copy(update=over), "at_most")
+    if scene.rotors and not isfinite(measured.value):
+        ends = ends_of(scene.excitations[name])[1]
+        last, least = (show(one, unit, ROTATION) for one in (ends, machine.threshold(ends)))
+        return (
+            f"{where}: a whirl grows without end at {last}, where the {_run(scene, name)} ends; the stability "
+            f"threshold is {least}."
+        )
     if isfinite(steady.value) and not isfinite(measured.value):  # the motor sticks, as is said
         most = show(steady.value, best_unit(steady.value, response.dimension), response.dimension)
         return f"{where}: steady, it is at most {most} on the way, at {show(steady.speeds[name], unit, ROTATION)}."
