@@ -511,6 +511,18 @@ REFUSED = {
         "t line 19: measures.m asks for the critical_speed without dampers, but bearings.f changes with the speed: add "
         "damped = true.",
     ),
+    "one number of two planes": (
+        HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"stiffness"\nof = "f"'),
+        "t line 19: measures.m asks for the stiffness of f, but bearings.f says its stiffness along y and z apart, "
+        "which is no one number. Ask for every value of k_yy that keeps the limits, by find_all, or for what it does.",
+    ),
+    "one number of a table": (
+        (HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"stiffness"\nof = "f"')).replace(
+            FILM, BOTH + (ROWS % "2000 rpm").replace("/m\" }]", "/m\", k_zz = \"1 MN/m\" }]")
+        ),
+        "t line 19: measures.m asks for the stiffness of f, but bearings.f says its stiffness along y and z apart, "
+        "which is no one number. Ask for what it does.",
+    ),
     "a ratio": (
         HEAD + SHAFT + REST.replace('"displacement"\nof = "left"', '"transmissibility"\ninto = "ground"'),
         "t line 19: measures.m asks for the transmissibility, but in bearings.f, which is not alike in both planes, it "
@@ -647,6 +659,22 @@ def test_a_whirl_that_grows_in_a_narrow_range_of_spins_alone_is_found_by_both_ro
     found = spun(model_of(scene), NONE).threshold(628.0), machine_of(scene, {}).threshold(628.0)
     assert found[0] == pytest.approx(found[1], rel=1e-8)
     assert (found[0] < 116.0) == grows
+
+
+def test_a_bearing_that_is_alike_in_both_planes_has_the_numbers_of_a_link() -> None:
+    film = {"clearance": "0.1 mm", "length": "25 mm", "diameter": "80 mm", "viscosity": "0.01 Pa s"}
+    document = {**friswell(), "links": {}}
+    document["bearings"] = {
+        "left_film": {"between": ["left", "ground"], "k_yy": "5 MN/m", "k_zz": "5 MN/m", "squeeze_film": film},
+        "right_film": {"between": ["right", "ground"], **numbers(4e6, 0, 0, 4e6, 3e3, 0, 0, 3e3)},
+    }
+    found = asked(
+        document,
+        stiff={"response": "stiffness", "of": "left_film"},
+        film={"response": "damping", "of": "left_film"},
+        damps={"response": "damping", "of": "right_film"},
+    )
+    assert found == pytest.approx({"stiff": 5e6, "film": math.pi * 0.01 * 0.04 * 250.0**3, "damps": 3e3}, rel=1e-12)
 
 
 DRIVEN = (4e6, 2e5, -2e5, 4e6, 1e3, 0.0, 0.0, 1e3)

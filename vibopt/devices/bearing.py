@@ -212,9 +212,17 @@ class BearingTable(Device):
         rows = self.table or (self,)
         return (name,) if any(getattr(row, key) is not None for row in rows for key in ("k_yy", "k_zz")) else ()
 
+    def several(self, word: str) -> str:
+        if self.alike or word not in ("stiffness", "damping"):
+            return ""
+        key = {"stiffness": "k_yy", "damping": "squeeze_film.clearance" if self.squeeze_film else "c_yy"}[word]
+        way = f"every value of {key} that keeps the limits, by find_all, or for " if self.table is None else ""
+        return f"says its {word} along y and z apart, which is no one number. Ask for {way}what it does."
+
     def lacks(self, word: str, alone: bool) -> str:
-        """What is asked of it alone: the force through it, and how far its ends move apart."""
-        return word
+        """Alike in both planes it has the stiffness and the damping of a link; more is asked of none alone."""
+        said = {"stiffness": self.k_yy, "damping": self.squeeze_film or self.c_yy}.get(word)
+        return "" if self.alike and said is not None else word
 
     def parts(self) -> dict[str, str]:
         return {key: key for key in COEFFICIENTS if getattr(self, key) is not None}

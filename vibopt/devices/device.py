@@ -115,6 +115,10 @@ class Device(Table):
         """Whether it brings its ends a mass of its own."""
         return False
 
+    def several(self, word: str) -> str:
+        """Why it has no one number that a response of it alone tells, with the way out; "" where it has."""
+        return ""
+
     def lacks(self, word: str, alone: bool) -> str:
         """What it lacks to be asked for a property, `word` or what that needs; "" where it has it.
 

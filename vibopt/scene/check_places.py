@@ -96,6 +96,8 @@ def _missing(scene: Scene, response: Response, name: str | None) -> str:
     key, alone = response.response, len(scene.bodies) == 1
     for family, one, table in places.devices(scene):
         speaks = name in table.joins(one) and not (family == "mounts" and response.of_mount)
+        if speaks and (several := table.several(key)):
+            return f"{family}.{one} {several}"
         lacking = table.lacks(key, alone) if speaks else ""
         if lacking:
             may = lacking in type(table).model_fields or lacking != key
