@@ -17,9 +17,11 @@ from vibopt.forms.tangent import Tangent
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_text
+from vibopt.solve import tangents
 from vibopt.solve.branch import Judge
 from vibopt.solve.choose import choose
 from vibopt.solve.conflict import asked, conflicts
+from vibopt.solve.nlp import Nlp
 from vibopt.solve.ranges import closed
 from vibopt.solve.tangents import Tangents, _Box, _together
 
@@ -289,3 +291,52 @@ def test_what_tangents_say_together_is_no_more_than_their_linear_program(
         assert bound <= 1.0 + (exact.fun + 1e-6) * sizes[3]
     elif apart == 0.0 and most > 1e-7:  # far above what the program is solved to
         assert bound is None or bound > 1.0 + sizes[3]
+
+
+STRUCK: dict[str, Any] = {
+    "bases": {"floor": {}},
+    "bodies": {"unit": {"mass": "10 kg"}},
+    "links": {
+        "mount": {
+            "between": ["floor", "unit"],
+            "stiffness": {"from": "1 kN/m", "to": "1 MN/m"},
+            "damping": {"from": "1 N s/m", "to": "10 kN s/m"},
+        }
+    },
+    "excitations": {
+        "pulse": {"kind": "pulse", "on": "floor", "shape": "versed sine", "acceleration": "30 g",
+                  "duration": "20 ms"},
+        "fall": {"kind": "drop", "on": "floor", "velocity_change": "1 m/s"},
+    },
+    "limits": {
+        "room": {"response": "peak_relative_displacement", "across": "mount", "at_most": "10 mm"},
+        "felt": {"response": "peak_acceleration", "of": "unit", "at_most": "60 m/s²"},
+    },
+    "goal": {"minimise": "stiffness", "of": "mount"},
+}  # fmt: skip
+
+
+@pytest.fixture
+def descents(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """One for each descent that is tried before and among boxes, and a thousand for a search from many starts."""
+    found: list[int] = []
+    descend, search = tangents.refined, Nlp.solve
+    monkeypatch.setattr(tangents, "refined", lambda *of, **how: found.append(1) or descend(*of, **how))
+    monkeypatch.setattr(Nlp, "solve", lambda *of: found.append(1000) or search(*of))
+    return found
+
+
+def test_what_boxes_prove_at_once_is_not_sought_by_descents(descents: list[int]) -> None:
+    """A blow beside a pulse: two boxes show that no mount will do."""
+    assert Tangents().solve(pose(vo.from_dict(STRUCK))).status == "infeasible"
+    assert not descents
+
+
+@pytest.mark.slow
+def test_what_loosens_such_limits_is_told_by_boxes_and_few_descents(descents: list[int]) -> None:
+    answer = vo.solve(vo.from_dict(STRUCK))
+    assert answer.status == "infeasible"
+    assert answer.conflict is not None
+    found = {name: enough.value for name, _, enough in answer.conflict.loosenings}
+    assert found == {"room": pytest.approx(0.1337, abs=1e-9), "felt": pytest.approx(273.0, abs=1e-9)}
+    assert sum(descents) < 12

@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
-MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS, _MODEST_PIECES = 1e-4, 20_000, 400, 300, 60
+MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS, _MODEST_PIECES = 1e-4, 20_000, 1000, 300, 60
+_MODEST_ENOUGH = 0.01
 """Gap, boxes, boxes with tangents, exact measurements and dear pieces of a search for what stands beside an answer."""
 _PLANE = 2
 """Variables in the plane of a link."""
@@ -161,7 +162,7 @@ def modest(program: Program) -> Method:
     if isinstance(method, BranchAndBound):
         return BranchAndBound(MODEST_GAP, _MODEST_BOXES)
     if isinstance(method, Tangents):
-        return Tangents(MODEST_GAP, _MODEST_TANGENTS)
+        return Tangents(MODEST_GAP, _MODEST_TANGENTS, enough=_MODEST_ENOUGH)
     if isinstance(method, OneRange):
         return OneRange(MODEST_GAP, _MODEST_PIECES)
     return replace(method, count=_FEW, most=_MODEST_MEASUREMENTS) if isinstance(method, Nlp) else method

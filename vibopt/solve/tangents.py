@@ -29,7 +29,9 @@ from vibopt.work import Budget
 
 _AT_ONCE, _DEEP = 32, 3
 """Boxes that are looked at side by side; how often one is halved at once where they are few."""
-_STARTS = 4
+_STARTS, _FIRST, _SOME = 4, 8, 500
+"""Starts of descents, and boxes that are looked at before the first of them and, without a goal, before the second:
+where none holds a design, no descent finds one."""
 _BOX, _LONG = 1.5, 1e4
 """Work of a box beside its measurements and tangents, and of all boxes at most [nominal ms]."""
 _BETTER = 1e-3
@@ -50,10 +52,14 @@ class Tangents:
     name = "tangents"
     summary = "branch and bound on tangents of peaks in time, each with a bound of what it leaves out"
 
-    def __init__(self, gap: float = 1e-6, most: int = 1500, near: Sequence[float] | None = None) -> None:
+    def __init__(
+        self, gap: float = 1e-6, most: int = 1500, near: Sequence[float] | None = None, *, enough: float = 0.0
+    ) -> None:
+        """`enough` is the gap with which no other starts are tried where boxes are used up."""
         self.gap = gap
         self.most = most
         self.near = near
+        self.enough = enough
 
     def refuses(self, program: Program) -> str | None:
         if program.ties or any(axis.values is not None for axis in program.axes):
@@ -182,10 +188,24 @@ class _Search:
         self.budget = Budget(min(self.method.most, int(_LONG / box)), "boxes", box)
 
     def answer(self) -> Found:
-        self.begin()
         frontier = Frontier(self.budget, self.progress, "branch and bound")
         frontier.add(np.array([-np.inf]), self.program.low[None, :], self.program.high[None, :])
-        while frontier and not frontier.over:
+        self.cut(frontier, _FIRST)
+        near = [] if self.method.near is None else [np.log(np.maximum(self.method.near, 1e-300))]
+        for number, y in enumerate([*near, *starts(self.program, _STARTS)]):
+            if not frontier or self.best_x is not None:
+                break  # one start that leads to a feasible design is enough, for the boxes see all others
+            there = refined(self.program, np.exp(y), only_feasible=self.program.aim is None)
+            if there is not None:
+                self.offer(there)
+            if not number and self.program.aim is None:
+                self.cut(frontier, _SOME)
+        self.cut(frontier)
+        return self.found(frontier)
+
+    def cut(self, frontier: Frontier, most: float = np.inf) -> None:
+        """Look at boxes, so many in all, and halve what is left of them; without a goal until a design is found."""
+        while frontier and not frontier.over and self.budget.spent < most:
             if self.best_x is not None and self.program.aim is None:
                 break
             _, low, high = frontier.take(_AT_ONCE)
@@ -194,17 +214,6 @@ class _Search:
             for goal, box in left:  # the fewer there are, the smaller the next: many take little more than one
                 frontier.add(np.full(2**times, goal), *box.cut(times, self.best))
             frontier.keep(self.bar)
-        return self.found(frontier)
-
-    def begin(self) -> None:
-        """A design to beat: one start that leads to a feasible one is enough, for the boxes see all others."""
-        near = [] if self.method.near is None else [np.log(np.maximum(self.method.near, 1e-300))]
-        for y in [*near, *starts(self.program, _STARTS)]:
-            there = refined(self.program, np.exp(y), only_feasible=self.program.aim is None)
-            if there is not None:
-                self.offer(there)
-            if self.best_x is not None:
-                return
 
     @property
     def bar(self) -> float:
@@ -322,13 +331,16 @@ class _Search:
         return self.open(frontier.bound, details)
 
     def open(self, bound: float, details: dict[str, int]) -> Found:
-        """The best there is, of this search and of many starts, where the boxes are used up."""
-        other = Nlp().solve(self.program, self.progress)
-        if other.x is not None:
-            self.offer(other.x)
+        """The best where the boxes are used up: of this search and, unless it is near enough, of many starts."""
+        claim = "the best of boxes and of a descent"
+        if not self.best - bound <= self.method.enough * abs(self.best):
+            other = Nlp().solve(self.program, self.progress)
+            claim = other.claim
+            if other.x is not None:
+                self.offer(other.x)
         gap = abs(self.best - bound) / max(abs(self.best), 1e-300)
         left = f"with a gap of {gap:.1e} of the goal" if np.isfinite(bound) else "without a bound"
-        claim = f"{other.claim}; branch and bound stopped after {details['boxes']} boxes {left}"
+        claim = f"{claim}; branch and bound stopped after {details['boxes']} boxes {left}"
         return Found("feasible", self.best_x, claim, Tangents.name, bound, details)
 
 
