@@ -176,6 +176,20 @@ def test_a_rotor_that_stays_beyond_its_threshold_grows_without_end() -> None:
     assert np.isfinite(spun_up(scene, model, evenly(30.0, 60.0, 40.0))[0].peak().value)
 
 
+@pytest.mark.parametrize("table", [None, FILM])
+def test_what_resists_is_straight_between_the_rows_of_tables(table: list[dict[str, str]] | None) -> None:
+    scene = rotor(None, table, links__far_bearing__rotating_damping="1 kN s/m")
+    machine = machine_of(scene, {})
+    assert isinstance(machine, RotatingMachine)
+    follows = SpunUp(machine, scene.excitations["lost"])
+    for spin in (25.0, 100.0, 300.0, 419.0):
+        part_by_part = np.array(follows._resisting_at(spin))
+        assert follows._resisting(spin) == pytest.approx(
+            part_by_part, rel=1e-12, abs=1e-12 * np.abs(part_by_part).max()
+        )
+    assert len(follows._lines) == (1 if table is None else 2)
+
+
 def test_a_run_up_that_ends_beyond_the_threshold_says_which_whirl_that_is() -> None:
     notes = run_up_notes(rotor(links__near_bearing__rotating_damping="60 kN s/m"), {})
     assert re.fullmatch(

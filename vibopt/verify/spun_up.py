@@ -132,8 +132,28 @@ class SpunUp:
         shapes = shapes @ np.linalg.inv(np.linalg.cholesky(shapes.T @ mass @ shapes)).T
         return shapes, *(shapes.T @ one @ shapes for one in (damping, machine.turning_damping, stiffness, polar))
 
-    def _resisting(self, spin: float) -> tuple[ComplexArray, ComplexArray]:
-        """Damping and stiffness at a spin at rest, of y + i z, or of y and z."""
+    @cached_property
+    def _ends(self) -> FloatArray:
+        """Spins between which damping and stiffness are straight [rad/s]: the rows of tables, or any two."""
+        return np.array(self._knots if len(self._knots) > 1 else [0.0, max(ends_of(self.excitation))])
+
+    @cached_property
+    def _lines(self) -> dict[int, tuple[float, ComplexArray, ComplexArray]]:
+        """Of the stretches that were looked at where they begin, damping and stiffness there, and how these rise."""
+        return {}
+
+    def _resisting(self, spin: float) -> ComplexArray:
+        """Damping and stiffness at a spin at rest, of y + i z, or of y and z, (2, k, k)."""
+        piece = min(max(int(np.searchsorted(self._ends, spin)) - 1, 0), len(self._ends) - 2)
+        if piece not in self._lines:
+            low, high = self._ends[piece : piece + 2].tolist()
+            first, last = (np.array(self._resisting_at(end)) for end in (low, high))
+            self._lines[piece] = low, first, (last - first) / (high - low)
+        low, first, slope = self._lines[piece]
+        return first + (spin - low) * slope
+
+    def _resisting_at(self, spin: float) -> tuple[ComplexArray, ComplexArray]:
+        """The same of one spin, part by part."""
         _, damping, turning, stiffness, polar = self._few
         if self._planes == 1:
             return damping + turning - 1j * spin * polar, stiffness - 1j * spin * turning
