@@ -352,6 +352,33 @@ def test_slopes_of_whirls_are_those_of_their_differences() -> None:
         assert 2.0 * slope @ way == pytest.approx(math.log(ahead / back), rel=1e-5)
 
 
+@pytest.mark.parametrize("ratio", [False, True])
+def test_slopes_of_whirls_between_unlike_bearings_are_those_of_their_differences(ratio: bool) -> None:
+    table = [{"speed": f"{at} rpm", "k_yy": "4 MN/m", "k_yz": "0.2 MN/m", "k_zz": f"{k} MN/m", "c_yy": "9 kN s/m"}
+             | {"k_zy": "-0.1 MN/m", "c_zz": "5 kN s/m"} for at, k in ((0, 6), (9000, 8))]  # fmt: skip
+    document = {**friswell(), "measures": {}, "links": {}}
+    document["rotors"]["rotor"]["sections"][0]["diameter"] = {"from": "20 mm", "to": "120 mm"}
+    unlike = {"k_yy": {"from": "0.1 MN/m", "to": "50 MN/m"}, "k_zz": "6 MN/m", "k_yz": "0.2 MN/m", "k_zy": "-0.1 MN/m"}
+    damps = {"c_yy": "3 kN s/m", "c_zz": {"from": "10 N s/m", "to": "90 kN s/m"}}
+    document["bearings"] = {
+        "left_film": {"between": ["left", "ground"], "table": table},
+        "right_film": {"between": ["right", "ground"], **unlike, **damps},
+    }
+    fit = {"between": ["second", "ground"], "rotating_damping": {"from": "1 N s/m", "to": "1 kN s/m"}}
+    document["links"] = {"fit": fit}
+    fades = {"response": "logarithmic_decrement", "at": "2000 rpm", "up_to": "7000 rpm", "at_least": 0.01}
+    stable = {"response": "stability_threshold", "at_least": "4000 rpm"}
+    scene = from_dict({**document, "limits": {"fades": fades, "stable": stable}, "goal": {"minimise": "total_mass"}})
+    model = pose(scene).limits[0].model
+    middle = {"sections": 0.05, "k_yy": 2e6, "c_zz": 5e3, "fit": 20.0}
+    sizes = [next(one for key, one in middle.items() if key in variable.path) for variable in scene.variables]
+    x, way = np.array(sizes), 1e-4 * np.array([0.6, -0.5, 0.7, 0.2])
+    for number in (1, 2):
+        form = WhirlDamping(ratio, ((200.0, 200.0),), 700.0, 0.0, number)
+        ahead, back = (form.value(model, x * np.exp(sign * way)) for sign in (1.0, -1.0))
+        assert 2.0 * form.slope(model, x) @ way == pytest.approx(math.log(ahead / back), rel=1e-5)
+
+
 @pytest.mark.parametrize("damping", [3e2, 3e3])
 def test_the_threshold_of_a_heavy_rotor_is_where_its_whirl_neither_grows_nor_fades(damping: float) -> None:
     """Both routes agree, and the rates of all its pieces say so on either side; polar inertia counts."""

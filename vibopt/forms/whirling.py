@@ -8,6 +8,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.form import Form, by_differences, kept
+from vibopt.mechanics.bearings import whirling
 from vibopt.mechanics.free_whirls import (
     Synchronous,
     damping_ratios,
@@ -49,7 +50,7 @@ class WhirlThreshold(Form):
         neutral = self._neutral(model, x)
         if not len(neutral.motion):
             return np.zeros(len(x)) if np.isinf(neutral.spin) else Form.slope(self, model, x)
-        change = _changes(model, x, neutral.whirl, neutral.spin, neutral.motion)
+        change = _changes(model, x, neutral.whirl, neutral.spin, neutral.motion, neutral.motion)
         both = np.array([neutral.by_whirl, neutral.by_spin])
         moved: FloatArray = np.linalg.solve([both.real, both.imag], -np.array([change.real, change.imag]))[1]
         return moved / neutral.spin
@@ -114,16 +115,18 @@ class WhirlDamping(Form):
         value, spin = self._least(model, x)
         if np.isinf(value):
             return np.zeros(len(x))
-        if model.bearings or value <= 0.0:
+        if value <= 0.0:
             return Form.slope(self, model, x)
         rotor = spun(model, x)
         found = free_whirls(rotor, spin, self.top)
         off = np.where(found.senses * self.sense >= 0.0, np.abs(self._measure(found.rates) - value), np.inf)
         rate, motion = complex(found.rates[off.argmin()]), found.ways[off.argmin()]
         first, second = rotor.powers(spin)
-        halves = zip((1.0, -1.0), np.split(motion, 2), strict=True)
-        change = sum(_changes(model, x, rate, sense * spin, half) for sense, half in halves)
-        moved = np.asarray(-change / (motion @ (first + 2.0 * rate * second) @ motion))
+        force = rotor.balanced(rate, spin) if model.bearings else motion
+        halves = zip((1.0, -1.0), np.split(force, 2), np.split(motion, 2), strict=True)
+        change = _of_bearings(model, x, rate, force, motion)
+        change = change + sum(_changes(model, x, rate, sense * spin, *half) for sense, *half in halves)
+        moved = np.asarray(-change / (force @ (first + 2.0 * rate * second) @ motion))
         damping = (moved.imag - (rate.imag / rate.real) * moved.real) / rate.real  # of Im w / Re w
         if not self.ratio:
             return np.asarray(2.0 * np.pi * damping / value)
@@ -146,20 +149,37 @@ class WhirlDamping(Form):
         return self._least(model, x)[0]
 
 
-def _changes(model: Model, x: FloatArray, rate: complex, spin: float, motion: ComplexArray) -> ComplexArray:
-    """u^T D u by log x, (n_vars,), of the resistance D to a whirl e^{i w t} with the spin; against one below zero.
+def _changes(
+    model: Model, x: FloatArray, rate: complex, spin: float, force: ComplexArray, motion: ComplexArray
+) -> ComplexArray:
+    """f^T D u by log x, (n_vars,), of the resistance D to a whirl e^{i w t} with the spin; against one below zero.
 
-    Of a motion u (n_free,) in supports that are alike in both planes.
+    Without bearings that couple both; f is u (n_free,) where there are none.
     """
     kinds = model.kinds
     factor = np.select([kinds == STIFFNESS, kinds == DAMPING, kinds == INERTIA], [1.0, 1j * rate, -(rate**2)], 0.0)
     factor = np.where([term.polar for term in model.terms], -rate * spin, factor)
-    change = (factor * model.values(x) * (model.vectors[:, : model.n_free] @ motion) ** 2) @ model.exponents
+    pushed, read = (model.vectors[:, : model.n_free] @ one for one in (force, motion))
+    change = (factor * model.values(x) * pushed * read) @ model.exponents
     for term in model.rotating:
         size = term.scale * np.where(term.exponents == 0.0, 1.0, x**term.exponents).prod()
-        pulled = size * (term.vector[: model.n_free] @ motion) ** 2
-        change = change + 1j * (rate - spin) * pulled * term.exponents
+        row = term.vector[: model.n_free]
+        change = change + 1j * (rate - spin) * size * (row @ force) * (row @ motion) * term.exponents
     return np.asarray(change)
+
+
+def _of_bearings(model: Model, x: FloatArray, rate: complex, force: ComplexArray, motion: ComplexArray) -> ComplexArray:
+    """As `_changes` of the bearings that couple forward and backward whirl, f and u (2 n_free,); tables are facts."""
+    change = np.zeros(len(x), dtype=complex)
+    for bearing in model.bearings:
+        if not bearing.powers:
+            continue
+        eight = bearing.coefficients(x, np.zeros(()))
+        by = eight * np.array([power.row(len(x)) for power in bearing.powers]).T  # (n_vars, 8)
+        both = whirling(by[:, :4]) + 1j * rate * whirling(by[:, 4:])
+        pushed, read = (np.reshape(one, (2, -1)) @ bearing.row[: model.n_free] for one in (force, motion))
+        change += np.einsum("i,vij,j->v", pushed, both, read)
+    return change
 
 
 @dataclass(frozen=True, slots=True)

@@ -184,6 +184,11 @@ class Spun:
             found[here, here] = held - omega**2 * mass + sense * omega * spin * polar
         return np.asarray(found + rows.T @ self.coupling(np.array([omega]), np.array([spin]))[0] @ rows)
 
+    def balanced(self, omega: complex, spin: float) -> ComplexArray:
+        """Forces f (2 n,) with f^T D = 0 of the resistance to a free whirl, which is singular."""
+        root = np.sqrt(np.tile(np.diag(self.held), 2))
+        return np.asarray(np.linalg.svd(self.dynamic(omega, spin) / self._scale)[0][:, -1].conj() / root)
+
     @cached_property
     def _both(self) -> FloatArray:
         return np.kron(np.eye(2), self.rows)
