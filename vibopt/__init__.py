@@ -3,11 +3,13 @@
     import vibopt as vo
     design = vo.solve(vo.read("problems/isolation/rao_9_34.toml"))
 
-Importing vibopt loads nothing else and changes nothing; each name is fetched when it is first used.
+Importing vibopt loads next to nothing and changes nothing; each name is fetched when it is first used.
 """
 
 import sys
 from types import ModuleType
+
+from vibopt.answer.views import register as _register
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -71,6 +73,14 @@ _HOMES = {
     "vibopt.study.whatif": ("whatif",),
     "vibopt.study.window": ("window",),
 }
+_register(
+    {
+        "scene": "vibopt.report.machine_views",
+        "rotor": "vibopt.balancing.plan_views",
+        "known": "vibopt.balancing.plan_views",
+        "engine": "vibopt.balancing.plan_views",
+    }
+)
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 

@@ -57,7 +57,7 @@ def test_a_measure_is_neither_active_nor_broken() -> None:
 
 
 class Job:
-    name, title, kind, views = "fan", "a fan", "rotor", "vibopt.balancing.plan_views"
+    name, title, kind = "fan", "a fan", "rotor"
 
 
 @pytest.mark.parametrize("status", EXIT_CODES)

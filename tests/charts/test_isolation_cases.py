@@ -29,7 +29,7 @@ from vibopt.cli.options import read_job
 from vibopt.cli.solve_command import solve as solve_command
 from vibopt.program.pose import pose
 from vibopt.report.figures import saved
-from vibopt.solve.method import METHODS, OWN
+from vibopt.solve.by_name import METHODS, OWN
 from vibopt.solve.rivals import population
 from vibopt.solve.rivals.grid import Grid
 

@@ -60,7 +60,7 @@ STARTS = {
         "vibopt.solve.plane", "vibopt.solve.catalogue", "vibopt.responses.damping",
         *SEARCHES, *ABSORBERS, *ROTORS, *AREAS, *SLOW,
     ),
-    ("--version",): ("numpy", "pydantic", "tomli", "vibopt.answer", *AREAS, *SLOW),
+    ("--version",): ("numpy", "pydantic", "tomli", "vibopt.answer.answer", "vibopt.answer.entry", *AREAS, *SLOW),
     ("help",): ("vibopt.study", "vibopt.cli.solve_command", "vibopt.solve.plane", *SLOW),
 }  # fmt: skip
 """What a command must not load before it has said its word, a trailing dot standing for all that lies inside."""

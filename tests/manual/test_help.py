@@ -11,12 +11,13 @@ import pytest
 
 from vibopt.cli.help_command import whole_book
 from vibopt.cli.main import main
+from vibopt.cli.main import vibopt as verbs
 from vibopt.manual.page import page_of
 from vibopt.manual.search import words_of
 from vibopt.manual.terminal import rendered
 from vibopt.manual.topic import Topic
 
-BOOK = whole_book()
+BOOK = whole_book(verbs)
 
 
 def said(capsys: pytest.CaptureFixture[str], *words: str) -> str:

@@ -14,6 +14,7 @@ import vibopt as vo
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.help_command import whole_book
 from vibopt.cli.main import VERBS
+from vibopt.cli.main import vibopt as verbs
 from vibopt.devices import FAMILIES
 from vibopt.excitations import KINDS as EXCITATIONS
 from vibopt.manual.key_examples import example_of, method_of, python_of, python_table
@@ -22,11 +23,11 @@ from vibopt.manual.reference import COMMON, balancing_tables
 from vibopt.manual.schema import SCHEMAS, schema_of
 from vibopt.responses import KINDS as RESPONSES
 from vibopt.responses import HarmonicResponse, RandomResponse
-from vibopt.solve.method import METHODS
+from vibopt.solve.by_name import METHODS
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
 
-BOOK = whole_book()
+BOOK = whole_book(verbs)
 FILES: dict[str, tuple[type[Table], dict[str, str]]] = {
     **{name: (kind, {}) for name, kind in FAMILIES.items()},
     **{name: (kind, {"kind": name}) for name, kind in EXCITATIONS.items()},

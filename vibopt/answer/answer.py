@@ -8,8 +8,10 @@ from math import ceil, floor
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from vibopt.answer.entry import Checked, Chosen, Entry, Price, Value, Word
+from vibopt.answer.jsonable import as_json
 from vibopt.answer.plan import Plan
 from vibopt.answer.tabular import Tabular
+from vibopt.answer.text import claim, text_of, verdict
 from vibopt.errors import NotProven, UnknownName
 from vibopt.records import dataclass
 from vibopt.units import outward
@@ -43,8 +45,6 @@ class Asked(Protocol):
     def title(self) -> str: ...
     @property
     def kind(self) -> str: ...
-    @property
-    def views(self) -> str: ...
     @property
     def document(self) -> Mapping[str, Any]: ...
 
@@ -398,20 +398,14 @@ class Answer(Tabular, Generic[J_co]):
 
     def heading(self) -> tuple[str, ...]:
         """Title, verdict and how it is known."""
-        from vibopt.answer.text import claim, verdict
-
         return self.title, verdict(self), claim(self), *(f"Note: {note}" for note in self.notes)
 
     def report(self) -> str:
         """The answer as text, as the command line prints it."""
-        from vibopt.answer.text import text_of
-
         return text_of(self)
 
     def to_json(self) -> dict[str, Any]:
         """The answer as plain data: values in SI (amplitudes peak), `shown` in the user's units and conventions."""
-        from vibopt.answer.jsonable import as_json
-
         return as_json(self)
 
 

@@ -10,8 +10,8 @@ from typing import Any
 
 from vibopt.answer.answer import EMPTY, Answer
 from vibopt.answer.blocks import FOOT, LEAD, TABLE, TEXT, TODO, WARNING, Block
-from vibopt.answer.jsonable import views_of
 from vibopt.answer.text import blocks_of, claim, verdict
+from vibopt.answer.views import views_of
 
 TEMPLATE = Path(__file__).with_name("page.html.j2")
 TO_MEASURE = "Measured"

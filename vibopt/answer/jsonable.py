@@ -5,12 +5,14 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import fields, is_dataclass
-from importlib import import_module
 from math import isinf, isnan
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.answer import Answer
-from vibopt.answer.entry import Value
+from vibopt.answer.views import views_of
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.answer.entry import Value
 
 SCHEMA = "vibopt.answer/2"
 """Name and number of the shape; the number is raised where a key goes or changes its meaning."""
@@ -34,11 +36,6 @@ def as_json(answer: Answer[Any]) -> dict[str, Any]:
         "method": answer.method, "timings": answer.timings, "notes": views.notes_of(answer), "details": answer.details,
     }  # fmt: skip
     return dict(plain(data))
-
-
-def views_of(answer: Answer[Any]) -> Any:
-    """The module in which a kind of job says what it adds to each view of its answers."""
-    return import_module(answer.job.views)
 
 
 def _goal(answer: Answer[Any], sense: str) -> dict[str, Any] | None:

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from shlex import quote
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, LEAD, Block, told
 from vibopt.answer.console import Console, Grid, columns
 from vibopt.answer.entry import Value
-from vibopt.answer.jsonable import views_of
+from vibopt.answer.views import views_of
+
+if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
 
 WIDTH = 80
 GOOD, BAD, OPEN = "bold green", "bold red", "bold yellow"

@@ -153,7 +153,6 @@ class RotorJob(Corrected):
     """
 
     kind: ClassVar[str] = "rotor"
-    views: ClassVar[str] = "vibopt.balancing.plan_views"
     name: str
     title: str
     conventions: Conventions

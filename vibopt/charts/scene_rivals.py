@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from vibopt.solve.method import METHODS, Method
+from vibopt.solve.by_name import METHODS
+from vibopt.solve.method import Method
 from vibopt.solve.rivals import convex_sampled, general, grid, population
 
 SPEEDS = (50, 200, 500, 1000, 5000)

@@ -53,7 +53,7 @@ def changes(ctx: click.Context, param: click.Parameter, incomplete: str) -> Item
 def methods(ctx: click.Context, param: click.Parameter, incomplete: str) -> Items:
     """Methods by name."""
     from vibopt.jobs import POSED
-    from vibopt.solve.method import METHODS
+    from vibopt.solve.by_name import METHODS
 
     return begin((*METHODS, *POSED), incomplete)
 

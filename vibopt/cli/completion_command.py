@@ -43,11 +43,9 @@ def completion(shell: str, as_json: bool) -> int:
     For bash: eval "$(vibopt completion bash)" in ~/.bashrc, or the lines in a file of
     ~/.local/share/bash-completion/completions.
     """
-    from vibopt.cli.main import vibopt
-
     kind = get_completion_class(shell)
     assert kind is not None
-    made = kind(vibopt, {}, "vibopt", "_VIBOPT_COMPLETE")
+    made = kind(click.get_current_context().find_root().command, {}, "vibopt", "_VIBOPT_COMPLETE")
     script = f"# {_HOW[shell]}\n" + (_BASH % made.source_vars() if shell == "bash" else made.source())
     say_json({"status": "ok", "script": script}) if as_json else say(script)
     return 0

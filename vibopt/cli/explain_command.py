@@ -42,8 +42,8 @@ def explain(
 
 
 def _tell(result: Explanation, console: Console) -> None:
-    from vibopt.answer.jsonable import views_of
     from vibopt.answer.text import grid, paragraph, section, show, verdict
+    from vibopt.answer.views import views_of
 
     answer = result.answer
     console.print(answer.title, style="bold")

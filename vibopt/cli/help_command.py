@@ -17,7 +17,14 @@ COMMANDS = "Commands"
 
 
 def _topics(ctx: click.Context, param: click.Parameter, incomplete: str) -> completing.Items:
-    return completing.begin(whole_book().topics, incomplete)
+    return completing.begin(whole_book(_verbs(ctx)).topics, incomplete)
+
+
+def _verbs(ctx: click.Context) -> click.Group:
+    """All verbs, of which one is asked."""
+    root = ctx.find_root().command
+    assert isinstance(root, click.Group)
+    return root
 
 
 @click.command("help", cls=Once)
@@ -31,7 +38,7 @@ def help_(words: tuple[str, ...], as_json: bool) -> int:
     """
     from vibopt.manual.terminal import contents, others, rendered
 
-    book = whole_book()
+    book = whole_book(_verbs(click.get_current_context()))
     if not words:
         listed = {group: [topic.name for topic in topics] for group, topics in book.groups.items()}
         say_json({"status": "ok", "topics": listed}) if as_json else say(contents(book, width()))
@@ -59,20 +66,18 @@ def manual(output: str, force: bool, as_json: bool) -> int:
     from vibopt.manual.page import page_of
 
     target = checked_target(output, (".html",), force=force)
-    write_file(target, page_of(whole_book()).encode())
+    write_file(target, page_of(whole_book(_verbs(click.get_current_context()))).encode())
     say_json({"status": "ok", "written": [str(target)]}) if as_json else say(f"Written: {target}")
     return 0
 
 
 @cache
-def whole_book() -> Book:
-    """The manual with a page for each verb, made from its options."""
-    from vibopt.cli.main import VERBS, vibopt
-
-    context = click.Context(vibopt, info_name="vibopt")
+def whole_book(verbs: click.Group) -> Book:
+    """The manual with a page for each verb, made from its options; `verbs` have their lines of help with them."""
+    context = click.Context(verbs, info_name="vibopt", **verbs.context_settings)
     pages = []
-    for verb, (_, line) in VERBS.items():
-        pages.append(Topic(verb, COMMANDS, partial(_page, verb, vibopt, context), line.rstrip(".")))
+    for verb, line in context.obj.items():
+        pages.append(Topic(verb, COMMANDS, partial(_page, verb, verbs, context), line.rstrip(".")))
     topics = list(the_book().topics.values())
     after = max((k + 1 for k, topic in enumerate(topics) if topic.group in ("Begin", "Guides")), default=0)
     return Book([*topics[:after], *pages, *topics[after:]])

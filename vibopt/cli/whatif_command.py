@@ -121,8 +121,8 @@ def _mended(job: Job, thorough: bool, as_json: bool, bar: Progress) -> int:
 
 
 def _tell_remedies(mended: Remedies, console: Console) -> None:
-    from vibopt.answer.jsonable import views_of
     from vibopt.answer.text import grid, paragraph, section, show, verdict
+    from vibopt.answer.views import views_of
     from vibopt.jobs import is_scene
     from vibopt.report.machine_words import conflict_words
 

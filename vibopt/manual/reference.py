@@ -19,7 +19,7 @@ from vibopt.manual.schema import SCHEMAS
 from vibopt.manual.topic import Topic
 from vibopt.responses import GOALS, HarmonicResponse, RandomResponse, Response
 from vibopt.responses import KINDS as RESPONSES
-from vibopt.solve.method import METHODS, OWN
+from vibopt.solve.by_name import METHODS, OWN
 from vibopt.units import DIMENSIONS
 from vibopt.values import Table
 

@@ -79,7 +79,6 @@ class Scene:
     """
 
     kind: ClassVar[str] = "scene"
-    views: ClassVar[str] = "vibopt.report.machine_views"
     name: str
     title: str
     statement: str

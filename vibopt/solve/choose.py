@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.errors import InputError, way_out
+from vibopt.errors import InputError
 from vibopt.program.program import Program
 from vibopt.solve.closed_form import StiffnessAndDamping
 from vibopt.solve.method import Method
@@ -35,18 +35,17 @@ _FEW = 2
 """Starts beside a design that is known to be near."""
 
 
-def choose(program: Program, name: str | Method | None, near: Sequence[float] | None = None) -> Method:
-    """The method called `name` (or given as it is), or the one that proves most; `near` is a design to start from.
+def choose(program: Program, method: Method | None, near: Sequence[float] | None = None) -> Method:
+    """The method as it is given, or the one that proves most; `near` is a design to start from.
 
     Raises
     ------
     InputError
-        No such method, or it refuses the program.
+        The method refuses the program.
     """
     if program.ties:
-        return _of_parts(program, name)
-    if name is not None:
-        method = called(name) if isinstance(name, str) else name
+        return _of_parts(program, method)
+    if method is not None:
         refusal = method.refuses(program)
         if refusal is not None:
             way = "" if refusal.endswith(".") else ". Leave --method out: vibopt takes one that can."
@@ -87,7 +86,6 @@ def _seen_in_part(program: Program, near: Sequence[float] | None) -> Method:
 
 def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None:
     """The method that searches all of what may be chosen, or each value listed; None where that is too much."""
-    from vibopt.solve.each_listed import EachListed
     from vibopt.solve.global_search import BranchAndBound, provable
     from vibopt.solve.one_range import OneRange
     from vibopt.solve.plane.discs import DiscsOfOneLink
@@ -101,7 +99,7 @@ def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None
     search = BranchAndBound(near=start) if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES, near=start)
     if OneRange().refuses(program) is None:
         search = BranchAndBound(most=_LINE_BOXES, near=start)
-    each = EachListed()
+    each = each_listed()
     if each.refuses(program) is None and (search.refuses(program) is not None or not provable(program)):
         return each
     return search if search.refuses(program) is None else None
@@ -109,9 +107,9 @@ def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None
 
 def _of_starts_alone(program: Program) -> Method:
     """The best of many starts, of all that is smooth; InputError where that is no way either."""
-    from vibopt.solve.method import METHODS
+    from vibopt.solve.nlp import Nlp
 
-    general: Method = METHODS["nlp"]()
+    general = Nlp()
     refusal = general.refuses(program)
     if refusal is not None:
         raise InputError(_too_many(program) or f"this scene is more than vibopt can solve yet: {refusal}")
@@ -140,13 +138,11 @@ def closed_form(program: Program) -> Method | None:
     return next((one for one in (OneVariable(), StiffnessAndDamping()) if one.refuses(program) is None), None)
 
 
-def called(name: str) -> Method:
-    """The method of a name; InputError with near names where there is none."""
-    from vibopt.solve.method import METHODS
+def each_listed() -> Method:
+    """Listed values one by one, with this choice of what answers the rest."""
+    from vibopt.solve.each_listed import EachListed
 
-    if name not in METHODS:
-        raise InputError(f"--method {name}: there is no such method.{way_out(name, ['cvxpy', 'ipopt', *METHODS])}")
-    return METHODS[name]()
+    return EachListed(choose)
 
 
 def modest(program: Program) -> Method:
@@ -193,14 +189,13 @@ def _of_starts(program: Program, near: Sequence[float] | None) -> Nlp:
     return replace(_near(Nlp(), near), count=_FEW, most=_VALLEY, brief=False)
 
 
-def _of_parts(program: Program, name: str | Method | None) -> Method:
+def _of_parts(program: Program, asked: Method | None) -> Method:
     """Parts of a catalogue are chosen by one method alone."""
     from vibopt.solve.catalogue import Catalogue
 
     method = Catalogue()
-    if name not in (None, method.name):
-        word = name if isinstance(name, str) else getattr(name, "name", "")
-        raise InputError(f"--method {word}: parts of a catalogue are chosen by --method {method.name} alone.")
+    if asked is not None and asked.name != method.name:
+        raise InputError(f"--method {asked.name}: parts of a catalogue are chosen by --method {method.name} alone.")
     refusal = method.refuses(program)
     if refusal is not None:
         raise InputError(refusal)

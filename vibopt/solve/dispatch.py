@@ -11,6 +11,7 @@ import numpy as np
 from vibopt.program.program import Limit, Program
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
+from vibopt.solve.by_name import called
 from vibopt.solve.choose import choose, closed_form
 from vibopt.solve.method import OPEN, Found, Method, Progress, Told
 from vibopt.solve.ranges import closed
@@ -54,7 +55,7 @@ def best_of(
         found = sure_of_none(finite, _not_proven(finite, again(finite)), again)
         return found, partial(reason_of, program, found) if found.status == "infeasible" else str
     told: Told | None = {} if method is None and near is None and not uncertain(scene) else None
-    chosen = outright or _with_proof(finite, choose(finite, method, near), told)
+    chosen = outright or _with_proof(finite, choose(finite, called(method), near), told)
     found = sure or _searched(finite, chosen, method, progress, near)
     exact = chosen.name.startswith("closed_form")
     if exact and found.status == "unproven" and method is None:
@@ -93,7 +94,7 @@ def _searched(
 
 
 def _chosen(program: Program, *, method: str | Method | None, progress: Progress | None) -> Found:
-    return choose(program, method).solve(program, progress)
+    return choose(program, called(method)).solve(program, progress)
 
 
 def _with_proof(program: Program, chosen: Method, told: Told | None) -> Method:

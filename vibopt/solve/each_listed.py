@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from itertools import product
 
@@ -13,18 +14,25 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.program.held import held
 from vibopt.program.program import Program
+from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
-from vibopt.solve.method import Found, Progress
+from vibopt.solve.method import Found, Method, Progress
 
 MOST_COMBINATIONS = 200
 _PROVEN = ("optimal", "infeasible")
 
 
+@dataclass
 class EachListed:
-    """Every combination of listed values, what is left solved by the method that proves most of it."""
+    """Every combination of listed values, what is left solved by the method that proves most of it.
 
-    name = "each_listed"
-    summary = "each combination of listed values, and the rest by the method that proves most"
+    rest
+        Gives that method, for a program and a design to start from.
+    """
+
+    rest: Callable[[Program, None, Sequence[float] | None], Method]
+    name: str = "each_listed"
+    summary: str = "each combination of listed values, and the rest by the method that proves most"
 
     def refuses(self, program: Program) -> str | None:
         listed = [len(axis.values) for axis in program.axes if axis.values is not None]
@@ -57,12 +65,10 @@ class EachListed:
 
     def _with(self, program: Program, judge: Judge, x: FloatArray, free: list[int], near: FloatArray | None) -> Found:
         """The answer with the listed values of x (n_vars,)."""
-        from vibopt.solve.choose import choose
-
         if not free:
             return Found("optimal" if judge.feasible(x) else "infeasible", x if judge.feasible(x) else None, "", "")
         part = held(program, x, free)
-        found = choose(part, None, None if near is None else near.tolist()).solve(part)
+        found = self.rest(part, None, None if near is None else near.tolist()).solve(part)
         if found.x is None:
             return found
         whole = x.copy()

@@ -1,10 +1,9 @@
-"""What every method has: a name, what it refuses, and an answer with its claim; all methods by name."""
+"""What every method has: a name, what it refuses, and an answer with its claim."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import field
-from importlib import import_module
 from typing import Any, Protocol
 
 from vibopt.arrays import FloatArray
@@ -61,42 +60,3 @@ class Method(Protocol):
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Answer the program."""
         ...
-
-
-def _late(module: str, kind: str, **given: Any) -> Callable[[], Method]:
-    def make() -> Method:
-        made: Method = getattr(import_module(f"vibopt.solve.{module}"), kind)(**given)
-        return made
-
-    return make
-
-
-METHODS: dict[str, Callable[[], Method]] = {
-    "closed_form": _late("outer", "OneVariable"),
-    "closed_form_kc": _late("closed_form", "StiffnessAndDamping"),
-    "tangents": _late("tangents", "Tangents"),
-    "each_listed": _late("each_listed", "EachListed"),
-    "one_range": _late("one_range", "OneRange"),
-    "discs": _late("plane.discs", "DiscsOfOneLink"),
-    "branch_and_bound": _late("global_search", "BranchAndBound"),
-    "nlp": _late("nlp", "Nlp"),
-    "catalogue": _late("catalogue.parts", "Catalogue"),
-    "grid": _late("rivals.grid", "Grid"),
-    "slsqp": _late("rivals.general", "Slsqp"),
-    "slsqp_peaks": _late("rivals.general", "OnPeaks"),
-    "slsqp_exchange": _late("rivals.general", "Exchange"),
-    "equal_peaks": _late("rivals.equal_peaks", "EqualPeaks"),
-    "trust_constr": _late("rivals.general", "TrustConstr"),
-    "ipopt_sampled": _late("rivals.general", "IpoptSampled"),
-    "cvxpy_sampled": _late("rivals.convex_sampled", "Convex"),
-    "differential_evolution": _late("rivals.population", "DifferentialEvolution"),
-    "cma_es": _late("rivals.population", "CmaEs"),
-    "cvxpy_dpp": _late("rivals.convex_sampled", "Convex", keep=True, name="cvxpy_dpp"),
-}
-"""Name and how to make the method."""
-
-OWN = (
-    "closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "tangents", "each_listed", "nlp",
-    "catalogue",
-)  # fmt: skip
-"""Those from which vibopt chooses by itself; the others only answer to --method."""

@@ -20,6 +20,7 @@ from vibopt.program.worst_case import Hit, around, missed
 from vibopt.records import dataclass
 from vibopt.scene.scene import Scene
 from vibopt.solve.branch import Judge
+from vibopt.solve.by_name import called
 from vibopt.solve.catalogue.why import reason_of
 from vibopt.solve.choose import choose
 from vibopt.solve.local import refined
@@ -150,7 +151,7 @@ class _Run:
         return self._stopped(found, safe)
 
     def _searched(self, program: Program) -> Found:
-        return choose(program, self.method).solve(program, self.progress)
+        return choose(program, called(self.method)).solve(program, self.progress)
 
     def _of_parts(self, nominal: Found) -> Robust:
         """Parts from catalogues: searched anew with every machine that one of the best choices failed on."""

@@ -25,7 +25,7 @@ from vibopt.scene.space import members
 from vibopt.scene.uncertain import likely, uncertain
 from vibopt.solve.alike import in_order
 from vibopt.solve.boundable import with_reason
-from vibopt.solve.choose import called
+from vibopt.solve.by_name import called
 from vibopt.solve.dispatch import best_of
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.most_room import spread_out, with_most_room
@@ -82,8 +82,7 @@ def solve(
     InputError
         The forced method does not exist, or does not take this scene.
     """
-    if isinstance(method, str):
-        called(method)  # a slip in a name is one even where nothing is chosen
+    called(method)  # a slip in a name is one even where nothing is chosen
     with answering() as limit, metered() as meter:
         worked(_ROAD)
         wish = _Wish(method, progress, explain, near, np.inf if thorough else _PATIENCE, brief)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.entry import Checked
 from vibopt.answer.tabular import Tabular
+from vibopt.errors import counted
 from vibopt.jobs import answer, balanced, is_scene, method_of, reasons
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -16,8 +17,9 @@ from vibopt.report.machine_words import model_words
 from vibopt.scene.scene import Design
 from vibopt.scene.uncertain import likely
 from vibopt.solve import solve
+from vibopt.solve.by_name import METHODS, OWN
 from vibopt.solve.global_search import provable
-from vibopt.solve.method import METHODS, OWN, Progress
+from vibopt.solve.method import Progress
 from vibopt.solve.nlp import blind
 from vibopt.solve.odds import DRAWN
 from vibopt.solve.ranges import closed
@@ -193,7 +195,7 @@ def _model(design: Design, program: Program) -> list[Said]:
             said.append(Said(limit.name, "a property of the machine, needs no motion"))
         elif program.model.n_free > 1:
             count = limit.model.n_free
-            said.append(Said(limit.name, f"needs {count} degree{'s' * (count != 1)} of freedom"))
+            said.append(Said(limit.name, f"needs {counted(count, 'degrees of freedom')}"))
     return list(dict.fromkeys(said))
 
 

@@ -28,6 +28,7 @@ from vibopt.balancing.rotor_tables import (
     unbounded,
 )
 from vibopt.document.mistakes import Mistakes
+from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.units.showing import show_angle
 from vibopt.values import Choice, Fact
@@ -122,7 +123,6 @@ class EngineJob:
     """
 
     kind: ClassVar[str] = "engine"
-    views: ClassVar[str] = "vibopt.balancing.plan_views"
     name: str
     title: str
     speed: float
@@ -368,17 +368,17 @@ def _check(
 
 def _unequal(engine: EngineTable, wanted: int) -> str:
     """That there are not as many crank angles as throws to take them, and the way out."""
-    many, throws = len(engine.cranks), f"{wanted} throw{'s' * (wanted > 1)} that choose{'s' * (wanted == 1)}"
+    many, throws = len(engine.cranks), f"{counted(wanted, 'throws')} that choose{'s' * (wanted == 1)}"
     if not many:
         return f'engine has no cranks for {throws}. Write cranks = ["0 deg", "180 deg", ...], one angle each.'
     listed = ", ".join(show_angle(crank) for crank in engine.cranks)
     more = wanted - many
     way = (
-        f"add {more} angle{'s' * (more > 1)}"
+        f"add {counted(more, 'angles')}"
         if more > 0
-        else f"leave out {-more} angle{'s' * (more < -1)} (those of throws that do not choose)"
+        else f"leave out {counted(-more, 'angles')} (those of throws that do not choose)"
     )
     return (
-        f"engine.cranks offers {many} angle{'s' * (many > 1)} ({listed}) for {throws}. Each throw takes one of them "
+        f"engine.cranks offers {counted(many, 'angles')} ({listed}) for {throws}. Each throw takes one of them "
         f'and each is taken once: {way}, or change the number of cylinders with crank = "choose".'
     )

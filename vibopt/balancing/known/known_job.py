@@ -25,6 +25,7 @@ from vibopt.balancing.rotor_tables import (
     unbounded,
 )
 from vibopt.document.mistakes import Mistakes
+from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import word
@@ -54,7 +55,7 @@ class ShaftTable(Table):
     def _places(cls, given: dict[str, Any]) -> dict[str, float]:
         if given and len(given) != 2:
             example = 'bearings = { A = "0 mm", B = "900 mm" }'
-            raise word(f"names {len(given)} bearings, but two carry a shaft. Write {example}.")
+            raise word(f"names {counted(len(given), 'bearings')}, but two carry a shaft. Write {example}.")
         places = {name: inner(at, "length") for name, at in given.items()}
         if len(set(places.values())) < len(places):
             raise word("has both bearings at the same place.")
@@ -205,7 +206,6 @@ class KnownJob(Corrected):
     """
 
     kind: ClassVar[str] = "known"
-    views: ClassVar[str] = "vibopt.balancing.plan_views"
     name: str
     title: str
     masses: tuple[Mass, ...]
