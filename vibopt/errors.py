@@ -173,7 +173,10 @@ class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than
     exit_code = 5
 
 
-_ONE = {"boxes": "box", "batches": "batch", "classes": "class", "frequencies": "frequency", "ms": "ms"}
+_ONE = {
+    "bodies": "body", "boxes": "box", "batches": "batch", "classes": "class", "frequencies": "frequency",
+    "masses": "mass", "ms": "ms", "counterweights and balance shafts": "counterweight or balance shaft",
+}  # fmt: skip
 """Words whose plural has more than an s."""
 _LARGE, _COUNTLESS = ((1e12, " trillion"), (1e9, " billion"), (1e6, " million")), 1e15
 
@@ -185,7 +188,7 @@ def counted(count: float, things: str) -> str:
         shown = f"{count / size:.{3 if word else 6}g}{word}" if isinstance(count, float) else f"{count}"
         return f"{shown} {things}"
     head, sign, rest = re.fullmatch(r"(.*?)( (?:of|at|with)\b|$)(.*)", things, re.DOTALL).groups()  # type: ignore[union-attr]
-    front, _, last = head.rpartition(" ")
+    front, _, last = ("", "", head) if head in _ONE else head.rpartition(" ")
     return " ".join(filter(None, ("1", front, _ONE.get(last, last.removesuffix("s"))))) + sign + rest
 
 

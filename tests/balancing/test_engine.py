@@ -44,6 +44,11 @@ def solved(document: dict[str, Any]) -> Answer[EngineJob]:
     return solve_engine(job_of(document))
 
 
+def test_one_class_of_cranks_is_one() -> None:
+    answer = solved(engine(["choose", "choose"], cranks=["0 deg", "180 deg"]) | {"goal": {"minimise": "primary_force"}})
+    assert answer.claim == "all 2 settings of the cranks, 1 class"
+
+
 def number_at(answer: Answer[EngineJob], path: str) -> float:
     """A number of the answer."""
     value = answer.find(path).value

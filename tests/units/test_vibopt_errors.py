@@ -4,7 +4,7 @@ import pickle
 
 import pytest
 
-from vibopt.errors import InputError, NotProven, QuantityError, UnknownName, VibOptError
+from vibopt.errors import InputError, NotProven, QuantityError, UnknownName, VibOptError, counted
 
 
 def test_an_input_error_holds_all_mistakes() -> None:
@@ -26,6 +26,19 @@ def test_errors_survive_the_way_between_processes(error: VibOptError) -> None:
     again = pickle.loads(pickle.dumps(error))
     assert type(again) is type(error)
     assert str(again) == str(error)
+
+
+@pytest.mark.parametrize(
+    ("things", "alone"),
+    [
+        ("classes", "1 class"), ("convex programs", "1 convex program"), ("bodies", "1 body"), ("masses", "1 mass"),
+        ("groups of mounts", "1 group of mounts"), ("bases", "1 base"), ("runs with weights", "1 run with weights"),
+        ("counterweights and balance shafts", "1 counterweight or balance shaft"),
+    ],
+)  # fmt: skip
+def test_one_of_a_thing_is_told_without_a_plural(things: str, alone: str) -> None:
+    assert counted(1, things) == alone
+    assert counted(2, things) == f"2 {things}"
 
 
 def test_a_quantity_error_is_a_value_error() -> None:

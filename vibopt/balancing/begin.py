@@ -24,6 +24,7 @@ from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_limits import impasse, limits_at, rates_of
 from vibopt.balancing.rotor_question import pose
 from vibopt.balancing.trust import Noise, conditioning
+from vibopt.errors import counted
 from vibopt.records import replace
 from vibopt.units import show
 from vibopt.units.showing import show_angle
@@ -81,7 +82,9 @@ def goal_of(job: RotorJob, question: Question, u: ComplexArray, n_rows: int = 0)
     if robust == "mean":
         value *= float(np.sqrt(question.n_readings / n_rows))
     rotors = question.n_readings // max(n_rows, 1)
-    over = {"mean": ", over the scatter", "worst": f" of {rotors} rotors within the scatter", "": ""}[robust]
+    over = {"mean": ", over the scatter", "worst": f" of {counted(rotors, 'rotors')} within the scatter", "": ""}[
+        robust
+    ]
     if value < _ROUNDING * float((question.importance * np.abs(question.y0)).max(initial=0.0)):
         value = 0.0
     return _GOALS[question.goal] + weighed + over, amplitude(job, 0, question.amount(value))
@@ -104,13 +107,15 @@ def kept_or_broken(limits: Mapping[str, Checked]) -> tuple[str, str]:
 def method_of(job: RotorJob, question: Question, identified: Identified) -> str:
     """How the plan came about, in words."""
     spare = sum(max(learnt.spare, 0) for learnt in identified.learnt)
-    fit = "influence coefficients" + (
-        f", least squares over {spare} spare run{'s' if spare > 1 else ''}" if spare else ""
-    )
+    fit = "influence coefficients" + (f", least squares over {counted(spare, 'spare runs')}" if spare else "")
     kind = "holes and weights jointly" if question.is_discrete else "free weights"
     kind = kind if job.choices else "weights as given"
     rotors = question.n_readings // max(job.n_rows, 1)
-    robust = {"worst": f", worst of {rotors} rotors within the scatter", "mean": ", mean over the scatter", "": ""}
+    robust = {
+        "worst": f", worst of {counted(rotors, 'rotors')} within the scatter",
+        "mean": ", mean over the scatter",
+        "": "",
+    }
     return f"{fit}; {kind}{robust[job.goal.robust]}"
 
 

@@ -128,7 +128,7 @@ def _check_speed(
 
 def _too_few(planes: Sequence[Plane], unknown: list[int], trials: Sequence[Run], at: str) -> str:
     names = " and ".join(planes[index].name for index in unknown)
-    many = f"{len(trials)} run{'s' if len(trials) != 1 else ''} with weights" if trials else "no run with weights"
+    many = counted(len(trials), "runs with weights") if trials else "no run with weights"
     missing = [planes[index].name for index in unknown if not any(run.weights[index] for run in trials)]
     other = missing[0] if missing else planes[unknown[-1]].name
     return (

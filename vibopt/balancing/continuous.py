@@ -26,6 +26,7 @@ from vibopt.balancing.question import (
     worst_part,
 )
 from vibopt.balancing.scaled import Scaled, into_wedge, scaled
+from vibopt.errors import counted
 from vibopt.frontier import Frontier
 from vibopt.records import dataclass, replace
 from vibopt.work import Budget
@@ -291,7 +292,8 @@ def closed_form(question: Question) -> Solved | None:
     n = question.n_planes
     claim = "least squares in closed form"
     if rank < n:
-        claim += f"; the readings tell only {rank} of {n} planes apart, so of all such corrections this is the smallest"
+        told = f"the readings tell only {rank} of {counted(n, 'planes')} apart"
+        claim += f"; {told}, so of all such corrections this is the smallest"
     return Solved(u, "optimal", claim, value, value, 0.0, details={"rank": rank})
 
 
@@ -364,7 +366,8 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
     status = "optimal" if gap <= PROVEN else "feasible"
     claim = f"convex program, gap {gap:.1e} by our own dual bound"
     if any(free.question.sectors):
-        claim = f"all arcs outside the forbidden sectors compared in {answer.rounds} convex programs, gap {gap:.1e}"
+        many = counted(answer.rounds, "convex programs")
+        claim = f"all arcs outside the forbidden sectors compared in {many}, gap {gap:.1e}"
     elif scene.fans:
         claim = (
             f"cone program over the holes of split weights, {answer.rounds} solved, gap {gap:.1e} by our own dual bound"

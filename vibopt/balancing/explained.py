@@ -60,15 +60,14 @@ def _plane(plane: Any) -> str:
     if plane.holes:
         parts.append(counted(len(plane.holes), "holes"))
     if plane.shelf:
-        kinds = len(plane.shelf)
         limited = ", their number limited" if plane.stock else ""
         parts.append(
-            f"{kinds} kind{'s' * (kinds != 1)} of weight on the shelf{limited}, {plane.most_weights} at most fitted"
+            f"{counted(len(plane.shelf), 'kinds of weight')} on the shelf{limited}, {plane.most_weights} at most fitted"
         )
     if plane.split:
         parts.append("split between two holes")
     if plane.forbidden:
-        parts.append(f"{len(plane.forbidden)} forbidden sector{'s' * (len(plane.forbidden) != 1)}")
+        parts.append(counted(len(plane.forbidden), "forbidden sectors"))
     return ", ".join(parts) or "any weight, anywhere"
 
 
@@ -84,7 +83,7 @@ def _known(job: KnownJob) -> dict[str, Any]:
 def _engine(job: EngineJob) -> dict[str, Any]:
     choices = {}
     if job.is_search:
-        choices["cranks"] = f"chosen from {len(job.offered)} angles" if job.offered else "chosen"
+        choices["cranks"] = f"chosen from {counted(len(job.offered), 'angles')}" if job.offered else "chosen"
     for share in job.shares:
         if share.is_free:
             choices[share.name] = " to ".join(show(value, "", "ratio") for value in (share.low, share.high))
@@ -115,7 +114,7 @@ def of_rotor(job: RotorJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     source = "from the runs" if not job.influence else "ready, refined by runs with weights in their planes"
     model = [
         ("rotor", "linear at each speed by itself: what is left is what was read plus what each weight does"),
-        ("readings", f"{rows}: " + _counts(sensor=len(job.sensors), speed=len(job.speeds), run=len(job.runs))),
+        ("readings", f"{rows}: " + _counts(sensors=len(job.sensors), speeds=len(job.speeds), runs=len(job.runs))),
         ("coefficients", f"{source}; condition number of the planes {plain(answer.plan.condition, 3)}"),
     ]
     if not job.choices:
@@ -152,14 +151,14 @@ def _not_closed(job: RotorJob) -> str:
 
 
 def _counts(**many: int) -> str:
-    return ", ".join(f"{count} {what}{'s' * (count != 1)}" for what, count in many.items())
+    return ", ".join(counted(count, what) for what, count in many.items())
 
 
 def of_known(job: KnownJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     """What is known of a shaft with known masses, and how its weights are found."""
     model = (
         ("shaft", "rigid: forces and couples of masses that turn, as vectors" + (" in one plane" if job.flat else "")),
-        ("masses", f"{len(job.masses)} known, " + _counts(plane=len(job.planes), bearing=len(job.bearings))),
+        ("masses", f"{len(job.masses)} known, " + _counts(planes=len(job.planes), bearings=len(job.bearings))),
     )
     ways = {
         "none": (GIVEN, "nothing to choose: the shaft as it is given"),
@@ -176,9 +175,9 @@ def of_known(job: KnownJob, answer: Answer[Any]) -> tuple[Model, Methods]:
 
 def of_engine(job: EngineJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     """What is known of an engine, and how what is free is found."""
-    series = "two orders, as in textbooks" if job.truncated else f"exact slider-crank, {job.orders} orders"
+    series = "two orders, as in textbooks" if job.truncated else f"exact slider-crank, {counted(job.orders, 'orders')}"
     model = (
-        ("engine", _counts(cylinder=len(job.cylinders)) + f", {series}"),
+        ("engine", f"{counted(len(job.cylinders), 'cylinders')}, {series}"),
         ("forces", "linear in shares and unbalances, order by order; the turn in time is the second route"),
     )
     ways = {

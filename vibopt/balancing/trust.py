@@ -11,6 +11,7 @@ from vibopt.balancing.influence import Identified, Learnt, with_readings
 from vibopt.balancing.question import Question
 from vibopt.balancing.rotor_job import RotorJob, Scatter
 from vibopt.bracketing import halved
+from vibopt.errors import counted
 from vibopt.records import dataclass
 
 ALIKE = 30.0
@@ -60,7 +61,7 @@ def seen_noise(identified: Identified) -> Noise | None:
     if all(float(one.max()) == 0.0 for one in seen):
         return None
     spare = sum(max(learnt.spare, 0) for learnt in identified.learnt)
-    source = f"scatter from {spare} run{'s' if spare > 1 else ''} more than unknowns"
+    source = f"scatter from {counted(spare, 'runs')} more than unknowns"
     return Noise(seen, seen, source, tuple(float(max(learnt.spare, 0)) for learnt in identified.learnt))
 
 

@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
+from vibopt.errors import counted
 from vibopt.records import dataclass
 
 PACKAGES = ("vibopt", "numpy", "scipy", "cvxpy", "clarabel", "casadi", "highspy", "cma", "hsbalance", "pyyeti")
@@ -41,7 +42,7 @@ class Conditions:
     @property
     def words(self) -> str:
         """In one line."""
-        cores = f"{self.cores} core{'s' * (self.cores != 1)}"
+        cores = counted(self.cores, "cores")
         busy = f", {self.load:.1f} processes busy before" if self.load >= 0.0 else ""
         packages = ", ".join(f"{name} {number}" for name, number in self.versions.items())
         return f"{self.processor}, {cores}{busy}; {self.system}, Python {self.python}; {packages}; {self.date}"

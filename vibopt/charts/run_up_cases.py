@@ -18,6 +18,7 @@ from vibopt.charts.fidelity import Fidelity, of_kinds
 from vibopt.charts.machines import free_chain
 from vibopt.charts.trial import DEFAULT, Case, Said, Table, greatest_in, judged_number
 from vibopt.charts.verdicts import FEASIBLE, REFUSES
+from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.scene.read import from_text
 
@@ -225,9 +226,7 @@ def speed(*, quick: bool) -> Table:
     for bodies in (1, 3):
         for rate in (2e-2, 0.2, 5.0) if quick else (2e-4, 2e-3, 2e-2, 0.2, 5.0, 100.0):
             passage = Passage(bodies, 0.05, 0.3, 2.5, rate)
-            cases.append(
-                (_case(f"{bodies} mass{'es' * (bodies > 1)}, a run-up at {rate:g} rad/s²", RUN_UP, passage), passage)
-            )
+            cases.append((_case(f"{counted(bodies, 'masses')}, a run-up at {rate:g} rad/s²", RUN_UP, passage), passage))
     left = ("rates of 2e-4, 2e-3 and 100 rad/s²", "3 runs instead of 1", "dop853 at five tolerances") if quick else ()
     return Table(cases, QUICK_METHODS if quick else METHODS, judged_number, 1 if quick else 3, [cases[-1]], left=left)
 
@@ -248,7 +247,7 @@ def hard(*, quick: bool) -> Table:
         ("a run-down", Passage(3, 0.05, 2.5, 0.1, 5e-2)),
     ]
     for family, passage in more:
-        said = f"{family}, {passage.bodies} mass{'es' * (passage.bodies > 1)} at {passage.rate:g} rad/s²"
+        said = f"{family}, {counted(passage.bodies, 'masses')} at {passage.rate:g} rad/s²"
         cases.append((_case(said, family, passage), passage))
     left = ("a passage at 1e-05 rad/s²",) if quick else ()
     return Table(cases, HARD_METHODS, judged_number, 1, cases[-1:], left=left)

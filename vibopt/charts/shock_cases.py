@@ -18,6 +18,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.charts.machines import free_chain
 from vibopt.charts.trial import DEFAULT, Case, Said, Table, filed, greatest_in, judged_number
 from vibopt.charts.verdicts import FEASIBLE, MISSING, REFUSES
+from vibopt.errors import counted
 from vibopt.records import dataclass
 
 SHOCK = "shock"
@@ -235,7 +236,7 @@ def speed(*, quick: bool) -> Table:
     for count in (1, 5, 20):
         for name, (times, points) in loads.items():
             load = Load(count, 5.0, 0.05, times, points)
-            said = f"{name}, {count} mass{'es' * (count > 1)}"
+            said = f"{name}, {counted(count, 'masses')}"
             cases.append((Case(said, "", FEASIBLE, truth(load), "modes in closed form", SHOCK), load))
     left = (
         ("a record of 20000 points instead of 200", "3 runs instead of 1", "dop853 and solve_exp2 at five settings")

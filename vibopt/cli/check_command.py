@@ -15,28 +15,14 @@ if TYPE_CHECKING:
     from vibopt.jobs import Job
     from vibopt.scene.scene import Scene
 
-_COUNTED = {
-    "bodies": ("body", "bodies"),
-    "bases": ("base", "bases"),
-    "structures": ("structure", "structures"),
-    "absorbers": ("absorber", "absorbers"),
-    "links": ("link", "links"),
-    "inerters": ("inerter", "inerters"),
-    "mounts": ("group of mounts", "groups of mounts"),
-    "excitations": ("excitation", "excitations"),
-    "limits": ("limit", "limits"),
-    "measures": ("measure", "measures"),
-    "variables": ("variable", "variables"),
-    "planes": ("plane", "planes"),
-    "sensors": ("sensor", "sensors"),
-    "runs": ("run", "runs"),
-    "speeds": ("speed", "speeds"),
-    "masses": ("mass", "masses"),
-    "bearings": ("bearing", "bearings"),
-    "cylinders": ("cylinder", "cylinders"),
-    "weights": ("counterweight or balance shaft", "counterweights and balance shafts"),
-    "expected": ("record", "records"),
-}
+_COUNTED = (
+    "bodies", "bases", "structures", "absorbers", "links", "inerters", "mounts", "excitations", "limits", "measures",
+    "variables", "planes", "sensors", "runs", "speeds", "masses", "bearings", "cylinders", "weights", "expected",
+)  # fmt: skip
+"""What is counted, in this order; then what further families there are."""
+_CALLED = {
+    "mounts": "groups of mounts", "weights": "counterweights and balance shafts", "expected": "records",
+}  # fmt: skip
 
 
 @click.command(cls=Once)
@@ -122,12 +108,12 @@ def _tell(one: dict[str, Any], bought: tuple[Bound, ...]) -> None:
 
     columns = {path for part in bought for path in part.paths}
     numbers = {**one, "variables": one["variables"] - len(columns)} if columns else one
-    words = {**_COUNTED, **{key: (key[:-1], key) for key in FAMILIES if key not in _COUNTED}}
-    counts = [f"{numbers[key]} {said[numbers[key] != 1]}" for key, said in words.items() if numbers.get(key)]
+    every = dict.fromkeys((*_COUNTED, *FAMILIES))
+    counts = [counted(numbers[key], _CALLED.get(key, key)) for key in every if numbers.get(key)]
     chosen = [counted(len(bought), "choices")] if bought else []
     say(f"{one['file']}: no mistakes. {'; '.join(filter(None, [', '.join([*counts, *chosen]), one['asked']]))}.")
     for part in bought:
-        say(f"  {part.path}: one of {len(part.names)} parts of {part.catalogue.file}")
+        say(f"  {part.path}: one of {counted(len(part.names), 'parts')} of {part.catalogue.file}")
     for path, choice in one["choices"].items():
         if path not in columns:
             say(f"  {path}: {choice}")

@@ -30,7 +30,7 @@ from vibopt.cli.options import (
 )
 from vibopt.cli.output import note_kept, told
 from vibopt.cli.sweep_table import FORMATS, GrowingTable, csv_text, journal_of, targets
-from vibopt.errors import InputError, PoolError
+from vibopt.errors import InputError, PoolError, counted
 from vibopt.files.reading import shown_name
 from vibopt.files.writing import format_of, is_stream, write_file
 
@@ -208,7 +208,7 @@ def _left(growing: GrowingTable | None, count: int) -> str:
         return "No point was kept: with --csv FILE each is written as it comes."
     if not growing.points:
         return "Nothing was written."
-    kept = f"{shown_name(growing.target)} holds {len(growing.points)} of {count} points"
+    kept = f"{shown_name(growing.target)} holds {len(growing.points)} of {counted(count, 'points')}"
     return f"{kept}." if growing.journal is None else f"{kept}; the same command with --resume goes on."
 
 

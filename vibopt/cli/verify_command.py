@@ -153,9 +153,9 @@ def _tell_comparisons(comparisons: Sequence[Comparison], kept: Mapping[str, Any]
             say(f"  and {len(comparison.differences) - MOST_DIFFERENCES} more")
     verdicts = [comparison.verdict for comparison in comparisons]
     counts = ((EQUAL, verdicts.count(EQUAL)), (CLOSE, verdicts.count(CLOSE)), ("different", verdicts.count("differs")))
-    say(f"{len(verdicts)} file{'s' * (len(verdicts) != 1)}: {', '.join(f'{count} {word}' for word, count in counts)}.")
+    say(f"{counted(len(verdicts), 'files')}: {', '.join(f'{count} {word}' for word, count in counts)}.")
     if rest := len(set(kept["answers"]) - {comparison.kept_as or comparison.file for comparison in comparisons}):
-        say(f"{rest} more kept answer{'s' * (rest != 1)} not asked for.")
+        say(f"{counted(rest, 'more kept answers')} not asked for.")
     for words in changed_versions(kept):
         say(f"{words}.")
 
@@ -191,7 +191,7 @@ def _tell(result: Verification) -> None:
             say(f"{row.file}, {row.what}: {row.why or f'{row.ours} instead of {row.right}.'}")
     agreed = sum(row.ok for row in result.rows)
     files, records = result.files, len(result.rows)
-    say(f"{files} file{'s' * (files != 1)}, {records} record{'s' * (records != 1)}, {agreed} as recorded.")
+    say(f"{counted(files, 'files')}, {counted(records, 'records')}, {agreed} as recorded.")
 
 
 def _tables(result: Verification, console: Console, columns: int) -> None:

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, ValidationError, WithJsonSchema, model_val
 from vibopt.devices.device import Device, Ends
 from vibopt.devices.ends import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.bearings import COEFFICIENTS
 from vibopt.mechanics.builder import ModelBuilder
@@ -165,7 +165,10 @@ class BearingTable(Device):
         if said or self.tolerance is not None:
             raise word(f"gives table and {said[0] if said else 'tolerance'}. Keep one of them.")
         if len(self.table) < 2:
-            raise word(f"has a table of {len(self.table)} rows, and two at least say something of the speeds between.")
+            raise word(
+                f"has a table of {counted(len(self.table), 'rows')}, and two at least say something of the speeds "
+                "between."
+            )
         speeds = [row.speed for row in self.table]
         for fact, other in pairwise(speeds):
             if fact.value == other.value:

@@ -11,7 +11,7 @@ from pydantic import BeforeValidator, ConfigDict, ValidationInfo, WithJsonSchema
 from pydantic_core import PydanticCustomError
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import InputError, way_out
+from vibopt.errors import InputError, counted, way_out
 from vibopt.records import dataclass
 from vibopt.values import Choice, Fact, Table, Value, number, word
 from vibopt.values.fields import complaint
@@ -201,7 +201,9 @@ def among(whole: Catalogue, given: Mapping[str, Any]) -> Catalogue:
 
 def _near(name: str, whole: Catalogue) -> str:
     near = way_out(name, whole.names)
-    return near if near.startswith(" Did") else f" It has {len(whole)} parts, the first is {whole.names[0]}."
+    return (
+        near if near.startswith(" Did") else f" It has {counted(len(whole), 'parts')}, the first is {whole.names[0]}."
+    )
 
 
 def column_of(parts: Catalogue, key: str) -> FloatArray | None:

@@ -188,7 +188,7 @@ class ShaftMatrices(Table):
         if size != len(self.nodes) * len(self.order):
             raise word(
                 f"has {counted(len(self.nodes), 'nodes')} of {counted(len(self.order), 'coordinates')}, and matrices "
-                f"of {size} rows. Write a place for each node, and its coordinates in order.",
+                f"of {counted(size, 'rows')}. Write a place for each node, and its coordinates in order.",
                 "nodes",
             )
         _ = self.planes

@@ -334,8 +334,8 @@ class StructureTable(Device):
         if off > MOST_OFF:
             raise InputError(
                 f"scene: structures.{name} moves in more ways up to {builder.top / (2.0 * np.pi):.4g} Hz than are "
-                f"carried: with {coordinates.count} coordinates, receptances are off by {off:.0e} of their size, and "
-                f"{MOST_OFF:.0e} is the most. Ask up to a lower frequency, or give its modes instead."
+                f"carried: with {counted(coordinates.count, 'coordinates')}, receptances are off by {off:.0e} of their "
+                f"size, and {MOST_OFF:.0e} is the most. Ask up to a lower frequency, or give its modes instead."
             )
         names = _coordinate_names(name, coordinates.count)
         for one in names:

@@ -11,7 +11,7 @@ import numpy as np
 from pydantic import BeforeValidator, PrivateAttr, ValidationInfo, WithJsonSchema, model_validator
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.errors import InputError, QuantityError
+from vibopt.errors import InputError, QuantityError, counted
 from vibopt.excitations.directed import Directed
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
@@ -187,7 +187,8 @@ def _ground_record(file: Path, column: str | None, interval: float | None) -> _S
         ) from None
     if len(values) != count or len(values) < 2 or not step > 0.0 or not np.isfinite(values).all():
         raise InputError(
-            f"{file.name} has {len(values)} samples {step:g} s apart, and its heading says {count:g}. Mend the file."
+            f"{file.name} has {counted(len(values), 'samples')} {step:g} s apart, and its heading says {count:g}. "
+            "Mend the file."
         )
     if re.search(r"DT\s*=\s*[\d.eE+-]+\s*[mµu]", heading, re.IGNORECASE):
         raise InputError(f'{file.name} has a DT that is not in seconds. Write "DT= .0100 SEC" into its heading.')
@@ -216,7 +217,7 @@ def _columns_of(file: Path, column: str | None, interval: float | None) -> _Samp
     if len(sheet.rows) < 3:
         samples = max(len(sheet.rows) - 1, 0)
         raise InputError(
-            f"{file.name} has {samples} row{'s' * (samples != 1)} below its first, and a record needs two. Write a "
+            f"{file.name} has {counted(samples, 'rows')} below its first, and a record needs two. Write a "
             "heading with units, and a row a sample."
         )
     if len(sheet.rows) > _MOST:

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Output
@@ -150,7 +151,7 @@ def reason(declared: int, used: int) -> str:
         return "nothing that vibrates is asked for"
     if left == 0:
         return "every mode is excited and observed" if declared > 1 else ""
-    modes = "1 mode is" if left == 1 else f"{left} modes are"
+    modes = f"{counted(left, 'modes')} {'is' if left == 1 else 'are'}"
     return f"{modes} not excited or not observed"
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibopt.answer.entry import Entry
+from vibopt.errors import counted
 from vibopt.program.pose import RATED
 from vibopt.report.machine_words import THOROUGH
 from vibopt.scene.places import bound_parts
@@ -127,7 +128,7 @@ def _never(design: Design) -> list[tuple[str, str]]:
         for kind, count in kinds.most_common():
             names = [one["part"] for one in mine if (one["limit"], one["side"], one["alone"]) == kind]
             said = ", ".join(names[:MOST_NAMES]) + (", ..." if count > MOST_NAMES else "")
-            rows.append((bound.path, f"{count} of {len(bound.names)} parts {why(*kind)}: {said}"))
+            rows.append((bound.path, f"{count} of {counted(len(bound.names), 'parts')} {why(*kind)}: {said}"))
     return rows
 
 

@@ -9,7 +9,7 @@ from math import inf, isfinite
 from vibopt.answer.answer import odds_said
 from vibopt.answer.blocks import spoken
 from vibopt.answer.entry import Entry
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 from vibopt.excitations import Excitation
 from vibopt.scene.open_places import asked_positions
 from vibopt.scene.places import bound_parts, place_of
@@ -79,7 +79,7 @@ def found_words(design: Design) -> str:
     """How many intervals `find_all` gave."""
     count = len(design.found or ())
     asked = f"all limits hold for {design.scene.find_all} in"
-    return f"{asked} {count} interval{'s' * (count != 1)}" if count else f"no {design.scene.find_all} meets all limits"
+    return f"{asked} {counted(count, 'intervals')}" if count else f"no {design.scene.find_all} meets all limits"
 
 
 def interval(low: Entry, high: Entry) -> str:
@@ -178,7 +178,7 @@ def model_words(design: Design) -> str:
     if design.model is None:
         return ""
     count, used, why = design.model.declared_dof, design.model.used_dof, design.model.why
-    said = f"{count} degree{'s' * (count != 1)} of freedom declared, {used} needed"
+    said = f"{counted(count, 'degrees of freedom')} declared, {used} needed"
     if not why:
         return said
     return why if "declared" in why else f"{said}: {why}"

@@ -10,6 +10,7 @@ import numpy as np
 from vibopt.answer.entry import Chosen, Entry
 from vibopt.arrays import FloatArray
 from vibopt.document.mistakes import Mistakes
+from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.scene.check_scene import check
 from vibopt.scene.open_places import open_places, open_positions, positioned, settled
@@ -47,7 +48,7 @@ def best_position(scene: Scene, answer: Answer, progress: Progress | None = None
 
     def tell(count: int) -> None:
         if progress is not None:
-            progress(f"{count} positions", count / MOST)
+            progress(counted(count, "positions"), count / MOST)
 
     search = Search(asked.score, len(asked.variables), Budget(MOST, "positions"), tell)
     u = search.run()
@@ -147,22 +148,22 @@ def _half_way(variable: Variable) -> float:
 
 def _concluded(asked: _Positions, best: Design, u: FloatArray, search: Search) -> Design:
     """What is known of the best position, with the positions among the variables."""
-    many = len(search.seen)
-    short = f", cut short after {many} positions" if search.cut else ""
+    many = counted(len(search.seen), "positions")
+    short = f", cut short after {many}" if search.cut else ""
     scene = replace(best.scene, asked=asked.scene)
-    details = {**best.details, "positions": {"solved": many, "cut_short": search.cut}}
+    details = {**best.details, "positions": {"solved": len(search.seen), "cut_short": search.cut}}
     best = replace(best, job=scene, details=details, timings=asked.seconds)
     if best.status == "unbounded":
         return replace(best, claim=f"at {_spoken(asked, u)}: {best.claim}")
     if asked.rated(best)[0] or best.status not in _FOUND:
-        claim = f"none of {many} positions that were solved keeps every limit; nothing is proven of the others{short}"
+        claim = f"none of {many} that were solved keeps every limit; nothing is proven of the others{short}"
         status = "check_failed" if best.status == "check_failed" else "unproven"
         why = f"nearest at {_spoken(asked, u)}: {best.claim}"
         nothing = replace(best, status=status, claim=claim, reason=why, goal=None, variables={}, places={})
         return replace(nothing, x=(), limits={}, measures={})
     proven = "proven best" if best.status == "optimal" else "not proven to be best"
     rest = f"; the rest of the design is {proven} for these positions ({best.claim})" if scene.variables else ""
-    claim = f"the best of {many} positions that were solved; that no better position exists is not proven{short}{rest}"
+    claim = f"the best of {many} that were solved; that no better position exists is not proven{short}{rest}"
     values = asked.values(u)
     chosen = {variable.path: _chosen(variable, value) for variable, value in zip(asked.variables, values, strict=True)}
     return replace(best, status="feasible", claim=claim, variables={**chosen, **best.variables})

@@ -15,6 +15,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.cones import LINEAR, solve_cones
+from vibopt.errors import counted
 from vibopt.forms.bounds import FormBounds
 from vibopt.forms.tangent import Tangent
 from vibopt.frontier import Frontier
@@ -319,9 +320,9 @@ class _Search:
         details = {"boxes": boxes}
         if self.best_x is None:
             if frontier:
-                claim = f"nothing found and nothing proven in {boxes} boxes"
+                claim = f"nothing found and nothing proven in {counted(boxes, 'boxes')}"
                 return Found("unproven", None, claim, name, details=details)
-            claim = f"proven by branch and bound: every one of {boxes} boxes breaks a limit"
+            claim = f"proven by branch and bound: every one of {counted(boxes, 'boxes')} breaks a limit"
             return Found("infeasible", None, claim, name, details=details)
         if self.program.aim is None:
             return Found("optimal", self.best_x, "a design that meets every limit", name, details=details)
@@ -340,7 +341,7 @@ class _Search:
                 self.offer(other.x)
         gap = abs(self.best - bound) / max(abs(self.best), 1e-300)
         left = f"with a gap of {gap:.1e} of the goal" if np.isfinite(bound) else "without a bound"
-        claim = f"{claim}; branch and bound stopped after {details['boxes']} boxes {left}"
+        claim = f"{claim}; branch and bound stopped after {counted(details['boxes'], 'boxes')} {left}"
         return Found("feasible", self.best_x, claim, Tangents.name, bound, details)
 
 

@@ -60,8 +60,8 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
         here = comb(len(names), count)
         if tried + here > MOST_SETS:
             raise InputError(
-                f"{job.name}: {counted(tried, 'sets')} of fewer than {count} planes keep the limits not, and more than "
-                f"{MOST_SETS} sets are not tried. Write keep = true in planes that are to stay untouched."
+                f"{job.name}: {counted(tried, 'sets')} of fewer than {counted(count, 'planes')} keep the limits not, "
+                f"and more than {MOST_SETS} sets are not tried. Write keep = true in planes that are to stay untouched."
             )
         found: dict[tuple[str, ...], Answer[Any]] = {}
         for chosen in (one for one in combinations(names, count) if not _parted(job, one)):

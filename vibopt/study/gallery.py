@@ -11,6 +11,7 @@ from pathlib import Path
 from urllib.parse import quote
 
 from vibopt.document.expected import VERDICTS
+from vibopt.errors import counted
 from vibopt.files.marks import with_markdown_check
 from vibopt.records import dataclass
 from vibopt.study.recorded import Row
@@ -94,13 +95,14 @@ def _summary(problems: Sequence[_Problem]) -> str:
     agreed = "all as recorded" if not wrong else f"{len(rows) - wrong} as recorded and **{wrong} not**"
     proven = sum(problem.about.proven for problem in problems)
     lines = [
-        f"{_count(len(problems), 'file')}, {_count(len(rows), 'record')}, {agreed}. {_count(proven, 'answer')} proven, "
-        f"or measured on a machine as given; {len(problems) - proven} not proven.\n"
+        f"{counted(len(problems), 'files')}, {counted(len(rows), 'records')}, {agreed}. "
+        f"{counted(proven, 'answers')} proven, or measured on a machine as given; "
+        f"{len(problems) - proven} not proven.\n"
     ]
     judged = Counter(row.verdict for row in rows if row.verdict)
     if judged:
         counts = [(word, str(judged[word]), MEANINGS[word]) for word in VERDICTS]
-        lines += [f"{_count(judged.total(), 'printed answer')}:\n", _table(("Verdict", "Answers", "Means"), counts)]
+        lines += [f"{counted(judged.total(), 'printed answers')}:\n", _table(("Verdict", "Answers", "Means"), counts)]
         lines += [_READING]
     return "\n".join(lines)
 
@@ -173,7 +175,3 @@ def _plain(text: str) -> str:
 
 def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
     return "".join(f"| {' | '.join(cells)} |\n" for cells in (heads, tuple("---" for _ in heads), *rows))
-
-
-def _count(number: int, word: str) -> str:
-    return f"{number} {word}{'s' * (number != 1)}"

@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 from vibopt.jobs import facts
 from vibopt.records import dataclass
 from vibopt.study.grids import DIGITS, Grid, Number, grids
@@ -267,7 +267,7 @@ def claim_of(found: Rounded, asked: str) -> str:
         by = f" by {plain(100.0 * found.by, 2)} %" if math.isfinite(found.by) else ""  # a rule of a plane has no size
         words = f"no rounding {asked} near the exact values keeps every limit ({found.tried} tried)"
         words += f"; the best breaks {found.broken}{by}"
-        way = f"{found.enough} digits would do" if found.enough else f"nor do {DIGITS} digits"
+        way = f"{counted(found.enough, 'digits')} would do" if found.enough else f"nor do {DIGITS} digits"
         return f"{words}; {way}"
     cost = cost_words(found)
     known = {"optimal": "which are proven best", "feasible": "of which it is not proven that they are the best"}

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
 from vibopt.document.toml_reading import PROBLEM
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 from vibopt.files.reading import FileFault, shown_name, stamp_of
 from vibopt.jobs import NO_NAME, open_job
 from vibopt.records import dataclass
@@ -115,7 +115,7 @@ def verify(
 
     def done(count: int) -> None:
         if progress is not None:
-            progress(f"{count} of {len(files)} files", count / len(files))
+            progress(f"{count} of {counted(len(files), 'files')}", count / len(files))
 
     done(0)
     if workers:

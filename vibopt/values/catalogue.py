@@ -113,7 +113,7 @@ class _Said:
     def raise_any(self) -> None:
         if len(self.found) > MOST_SAID:
             rest = len(self.found) - MOST_SAID
-            self.found[MOST_SAID:] = [f"{self.file}: and {rest} more mistakes of these kinds."]
+            self.found[MOST_SAID:] = [f"{self.file}: and {counted(rest, 'more mistakes')} of these kinds."]
         if self.found:
             raise InputError(self.found)
 

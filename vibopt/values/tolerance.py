@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import InputError, QuantityError
+from vibopt.errors import InputError, QuantityError, counted
 from vibopt.units import read_quantity
 
 NORMAL, UNIFORM, DATA = "normal", "uniform", "data"
@@ -161,8 +161,8 @@ def _deviations(given: str) -> list[str]:
     headed = bool(heads) and heads[place][0].casefold() == _COLUMN
     if len(heads) > 1 and not headed:
         raise QuantityError(
-            f"has a tolerance from {file.name} with {len(heads)} columns, of which none is called {_COLUMN}. Name the "
-            f'one that is meant "{_COLUMN} [%]", or leave the others out.'
+            f"has a tolerance from {file.name} with {counted(len(heads), 'columns')}, of which none is called "
+            f'{_COLUMN}. Name the one that is meant "{_COLUMN} [%]", or leave the others out.'
         )
     unit = heads[place][1] if headed else ""
     found = [(number, row[place] if place < len(row) else "") for number, row in (rows[1:] if headed else rows)]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.answer.entry import Checked, Entry, Word
+from vibopt.errors import counted
 from vibopt.mechanics.built import Joint
 from vibopt.mechanics.machine import Machine
 from vibopt.scene.places import bound_parts
@@ -23,7 +24,7 @@ def parts_of(scene: Scene, chosen: Mapping[str, float]) -> dict[str, Word]:
     found = {}
     for part in bound_parts(scene):
         name = part.names[part.chosen(chosen)]
-        found[part.path] = Word(name, part.names, f"{len(part.names)} parts of {part.catalogue.file}")
+        found[part.path] = Word(name, part.names, f"{counted(len(part.names), 'parts')} of {part.catalogue.file}")
     return found
 
 

@@ -113,7 +113,8 @@ def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
 
 def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, undecided: int) -> Balanced:
     """The answer of a search with what was tried; classes without an answer and without a proof leave it open."""
-    said = f"all {counted(count(job), 'settings')} of the cranks, {tried} classes that differ"
+    said = f"all {counted(count(job), 'settings')} of the cranks, {counted(tried, 'classes')}"
+    said += " that differ" if tried > 1 else ""
     if undecided:
         said += f", {undecided} of them without an answer and without a proof that there is none"
     if best is None:
@@ -124,9 +125,10 @@ def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, und
         claim = f"no setting {word} the limits: {said}" if tried else fires
         status = "unproven" if undecided else "infeasible"
         return Balanced(none, np.zeros(len(chosen(job)), dtype=complex), status, claim, "phasing", tried)
-    claim = f"{said}, {alike} as good as this one" if alike > 1 else f"{said}, none as good as this one"
+    if tried > 1:
+        said += f", {alike} as good as this one" if alike > 1 else ", none as good as this one"
     status = "feasible" if undecided or best.status == "feasible" else "optimal"
-    return Balanced(best.cranks, best.x, status, claim, best.way, tried, alike)
+    return Balanced(best.cranks, best.x, status, said, best.way, tried, alike)
 
 
 def _rank(job: EngineJob, arms: Arms, answer: Solved) -> tuple[float, ...]:

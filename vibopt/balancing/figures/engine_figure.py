@@ -14,6 +14,7 @@ from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn, size_of
 from vibopt.balancing.figures.dials import MOST, Cell, Disc, Row, Spot, rows_of
 from vibopt.balancing.figures.drawing import AFTER, BEFORE, COMPACT, page
+from vibopt.errors import counted
 from vibopt.records import dataclass
 from vibopt.report.figures.canvas import Box, Canvas, captions
 from vibopt.report.figures.paper import BLUE, FAINT, INK, SIZE, WIDTH, drawn, dress
@@ -230,7 +231,7 @@ def _star(throws: Sequence[tuple[float, float, str]], weights: Sequence[_Turning
 def _lines(outcome: Answer[EngineJob], job: EngineJob, weights: Sequence[_Turning], told: Sequence[str]) -> list[str]:
     """What the pictures do not show, in words."""
     count = len(job.cylinders)
-    lines = [f"{count} cylinder{'s' * (count != 1)}, crank 1 at the top\nwhen the angle is 0°"]
+    lines = [f"{counted(count, 'cylinders')}, crank 1 at the top\nwhen the angle is 0°"]
     if "firing.order" in outcome.values:
         even = "even" if outcome.values["firing.even"].value == "yes" else "not even"
         lines.append(f"firing order {outcome.values['firing.order'].shown} ({even})")

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import IntArray
+from vibopt.errors import counted
 from vibopt.mechanics.host.matrices import Matrices, factored, negative_count
 
 MOST_JOINED = 3000
@@ -47,8 +48,8 @@ def condensed(whole: Matrices) -> Matrices:
     joined = np.flatnonzero(np.diff(across.indptr))
     if len(joined) > MOST_JOINED:
         raise CondensationError(
-            f"has {len(out)} coordinates without mass that join {len(joined)} with mass; {MOST_JOINED} are the most "
-            "that are condensed. Give them their mass, or give modes instead."
+            f"has {counted(len(out), 'coordinates')} without mass that join {len(joined)} with mass; {MOST_JOINED} are "
+            "the most that are condensed. Give them their mass, or give modes instead."
         )
     follow = _follow(inner, across[:, joined], out)
     return Matrices(

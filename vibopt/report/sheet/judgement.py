@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from vibopt.answer.answer import odds_said
 from vibopt.answer.blocks import SIDES, at_words, spoken
 from vibopt.answer.entry import Checked
+from vibopt.errors import counted
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.report.figures.paper import short
@@ -172,7 +173,11 @@ def assumptions_of(design: Design, most: int = MOST_NOTES) -> list[str]:
         notes.append("No tolerances: every number is taken as it is given.")
     notes += dict.fromkeys((*notes_of(scene), *design.notes))
     cut = [note if len(note) <= LONGEST else f"{note[: LONGEST - 4].rstrip()} ..." for note in notes]
-    return cut if len(cut) <= most else [*cut[: most - 1], f"And {len(cut) - most + 1} more notes in the report."]
+    return (
+        cut
+        if len(cut) <= most
+        else [*cut[: most - 1], f"And {counted(len(cut) - most + 1, 'more notes')} in the report."]
+    )
 
 
 def _motion(design: Design) -> Iterator[str]:

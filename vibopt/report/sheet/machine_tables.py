@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer_page import given
 from vibopt.arrays import FloatArray
+from vibopt.errors import counted
 from vibopt.mechanics.machine import Machine
 from vibopt.mechanics.rigid import SpaceMachine
 from vibopt.mechanics.rigid_parts import Rigid
@@ -57,7 +58,7 @@ def _on_a_line(scene: Scene, machine: Machine, name: str, around: bool) -> str:
 def _structure(table: StructureTable) -> str:
     """Where a structure comes from."""
     if table.modes is not None:
-        modes = f"{len(table.modes)} mode{'s' * (len(table.modes) != 1)}"
+        modes = counted(len(table.modes), "modes")
         return f"structure of {modes} with points {', '.join(table.names)}"
     files = [str(path) for path in (table.mass, table.stiffness, table.damping, table.file) if path is not None]
     return f"structure from {', '.join(files)} with points {', '.join(table.names)}"

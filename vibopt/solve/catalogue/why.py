@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.errors import InputError
+from vibopt.errors import InputError, counted
 from vibopt.forms import StaticLoad
 from vibopt.forms.bounds import FormBounds
 from vibopt.program.held import held
@@ -88,7 +88,7 @@ def _tables(program: Program, found: Found) -> list[str]:
             why = why_dropped(_limit(program, *key), len(mine))
             sentences.append(f"{tie.path}: no part will do: all {len(mine)} {why}.")
         elif words:
-            sentences.append(f"{tie.path}: of {len(tie.names)} parts {', '.join(words)}.")
+            sentences.append(f"{tie.path}: of {counted(len(tie.names), 'parts')} {', '.join(words)}.")
     return sentences
 
 

@@ -55,7 +55,7 @@ class _OnSampledSpeeds(Continuous):
 
     @property
     def summary(self) -> str:
-        return f"{self.words}{_from(self.starts)}, limits on {self.speeds} sampled speeds"
+        return f"{self.words}{_from(self.starts)}, limits on {counted(self.speeds, 'sampled speeds')}"
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Run it from every start, and pass on the flag of the best."""
@@ -65,7 +65,7 @@ class _OnSampledSpeeds(Continuous):
             return Found("unproven", None, f"the solver gives up: {word}", self.name)
         x = np.clip(np.exp(y), program.low, program.high)
         sampled = any(part.form.drives for part in program.parts)  # of peaks in time there are no speeds
-        where = f" (limits at {self.speeds} sampled speeds)" if sampled else ""
+        where = f" (limits at {counted(self.speeds, 'sampled speeds')})" if sampled else ""
         return Found("feasible", x, f"{word}{where}", self.name)
 
     def run(self, program: Program, rows: SampledRows, start: FloatArray) -> Run:

@@ -47,16 +47,17 @@ class Grid:
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Walk the grid; the goal decides the order, so the first point that holds is the best."""
         points = self._points(program)
+        many = counted(len(points), "points")
         points = points[np.argsort(self._goals(program, points), kind="stable")]
         for begin in range(0, len(points), 64):
             if late(counted(begin, "points of a grid")):
-                return Found("unproven", None, f"time is over after {begin} of {len(points)} points", self.name)
+                return Found("unproven", None, f"time is over after {begin} of {many}", self.name)
             chunk = points[begin : begin + 64]
             good = self._holding(program, chunk)
             if len(good):
-                claim = f"best of a grid of {len(points)} points (limits at {self.speeds} sampled speeds)"
+                claim = f"best of a grid of {many} (limits at {counted(self.speeds, 'sampled speeds')})"
                 return Found("feasible", good[0], claim, self.name)
-        return Found("unproven", None, f"no point of a grid of {len(points)} points meets every limit", self.name)
+        return Found("unproven", None, f"no point of a grid of {many} meets every limit", self.name)
 
     def _points(self, program: Program) -> FloatArray:
         low, high = log_box(program)

@@ -63,7 +63,7 @@ class _ByComparing(Continuous):
 
     @property
     def summary(self) -> str:
-        return f"{self.words}, {self.most} designs measured at their exact peaks"
+        return f"{self.words}, {counted(self.most, 'designs')} measured at their exact peaks"
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """The best that was measured and keeps every limit."""
