@@ -50,6 +50,22 @@ def test_no_file_is_written_where_there_is_no_design(run: Run, press: str, tmp_p
     assert data["messages"] == ["rao_9_34.toml: there is no design to save: infeasible. x.toml is not written."]
 
 
+@pytest.mark.parametrize("asked", ["0", "-1", "1.5", "0 N/m", "links.mount.stiffness=-1 kN/m"])
+@pytest.mark.parametrize("words", [("solve",), ("whatif", "--keep-design"), ("report", "--sheet", "-o", "x.html")])
+def test_what_is_no_rounding_is_refused_before_anything_is_solved(
+    run: Run, press: str, words: tuple[str, ...], asked: str
+) -> None:
+    """Where no design keeps the limits, too."""
+    done = run(words[0], press, "--set", "limits.start_up.at_most=5 mm", *words[1:], f"--round={asked}")
+    text = (
+        f'--round {asked}: is neither a number of digits from 1 to 12 nor a step. Write --round 3, or a step with its '
+        'unit, "0.5 g".'
+        if asked[-1].isdigit()
+        else f'--round {asked}: a step is greater than zero. Write one with its unit, "0.5 g".'
+    )
+    assert (done.code, done.err.strip()) == (2, text)
+
+
 @pytest.mark.parametrize(
     ("words", "text"),
     [

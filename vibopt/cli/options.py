@@ -73,11 +73,21 @@ changes = click.option(
 )
 
 
+def _roundable(ctx: click.Context, _: click.Parameter, given: tuple[str, ...]) -> tuple[str, ...]:
+    """What is asked, which is refused before anything is solved where it can be no rounding."""
+    if given and not ctx.resilient_parsing:
+        from vibopt.study.grids import check_asked
+
+        check_asked(given)
+    return given
+
+
 rounding = click.option(
     "--round",
     "rounding",
     metavar="DIGITS",
     multiple=True,
+    callback=_roundable,
     help="Round the chosen values as on the drawing, and measure anew: --round 3, or --round links.mount.stiffness="
     '"50 kN/m" for steps; may be repeated.',
 )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from math import tau
@@ -9,7 +10,7 @@ from math import tau
 import numpy as np
 
 from vibopt.answer.entry import Entry
-from vibopt.errors import InputError, QuantityError, way_out
+from vibopt.errors import InputError, QuantityError, counted, way_out
 from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.scene.facts import facts, read_fact
@@ -24,6 +25,7 @@ _BUILT = ("mass", "inertia", "stiffness", "torsional_stiffness", "damping", "tor
 _SAID = (*_BUILT, "mass_ratio", "tuning", "frequency", "damping_ratio", "loss_factor", "length")
 """Numbers of an absorber that follow from its mass, spring and damper."""
 _EDGE = 1e-9
+_AMOUNT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,6 +116,27 @@ def numbers(scene: Scene, kept: Scene) -> list[Number]:
     return [number for number in map(Number, facts(kept)) if number.name in paths]
 
 
+def check_asked(asked: Sequence[str]) -> None:
+    """Whether what is asked can be a number of digits or a step, before anything is solved; InputError where not."""
+    for text in asked:
+        path, sign, step = (part.strip() for part in text.partition("="))
+        amount = _AMOUNT.match(step if sign else path)
+        if not sign and (amount is None or amount[0] == path) and not _is_digits(path):
+            raise _neither(text, 'a step with its unit, "0.5 g"')
+        if amount is not None and not float(amount[0]) > 0.0:
+            raise InputError(f'--round {text}: a step is greater than zero. Write one with its unit, "0.5 g".')
+
+
+def _is_digits(text: str) -> bool:
+    return text.isdigit() and 1 <= int(text) <= DIGITS
+
+
+def _neither(text: str, step: str) -> InputError:
+    return InputError(
+        f"--round {text}: is neither a number of digits from 1 to {DIGITS} nor a step. Write --round 3, or {step}."
+    )
+
+
 def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
     """The grid of each number that is to be rounded.
 
@@ -134,11 +157,8 @@ def grids(own: Sequence[Number], asked: Sequence[str]) -> list[Grid]:
         if alike:
             kinds |= dict.fromkeys(alike, path)
             continue
-        if not path.isdigit() or not 1 <= int(path) <= DIGITS:
-            raise InputError(
-                f"--round {text}: is neither a number of digits from 1 to {DIGITS} nor a step. Write --round 3, or "
-                f'--round {own[0].name}="{_example(own[0])}".'
-            )
+        if not _is_digits(path):
+            raise _neither(text, f'--round {own[0].name}="{_example(own[0])}"')
         digits = int(path)
     steps = kinds | steps
     made = [_stepped(number, steps[number.name]) for number in own if number.name in steps]
@@ -173,7 +193,7 @@ def _decimal(number: Number) -> Decimal:
 def _to_digits(number: Number, digits: int) -> Grid:
     exact = _decimal(number)
     step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
-    return _grid(number, exact, step, number.fact.unit, digits, f"{digits} digit{'s' * (digits != 1)}")
+    return _grid(number, exact, step, number.fact.unit, digits, counted(digits, "digits"))
 
 
 def _stepped(number: Number, text: str) -> Grid:

@@ -13,6 +13,7 @@ from vibopt.program.drawn import drawn_alike
 from vibopt.records import dataclass
 from vibopt.scene.uncertain import likely
 from vibopt.solve.method import Progress
+from vibopt.study.grids import check_asked
 from vibopt.study.many import answers
 from vibopt.study.rounded_plan import drawn
 from vibopt.study.seen import chosen_from, kept
@@ -106,10 +107,11 @@ def whatif(
     InputError
         A path or value that does not fit, or no design to keep.
     """
-    changed = with_changes(job, changes)
-    changes = resolved(job, changes)[0]
     if rounding and not keep_design:
         raise InputError("--round goes with --keep-design: what is chosen anew has no rounded values to keep. Add it.")
+    check_asked(rounding)
+    changed = with_changes(job, changes)
+    changes = resolved(job, changes)[0]
     if not keep_design:
         before, after = answers([job, changed], progress)
         return WhatIf(job, changes, before, after, keep_design)
