@@ -17,6 +17,7 @@ from refusals import refused
 from vibopt.errors import InputError
 from vibopt.jobs import is_scene
 from vibopt.posed import conic
+from vibopt.posed.nonlinear import NonlinearProgram
 
 PROBLEMS = Path(__file__).parents[2] / "problems"
 ALL = sorted(PROBLEMS.glob("*/*.toml"))
@@ -126,7 +127,72 @@ def test_variables_and_limits_have_the_paths_of_the_file_and_si_units() -> None:
     assert problem.var_dict["links.mount.stiffness"].value == pytest.approx(design.x[0], rel=1e-5)
     program = vo.posed(vo.read(NAMED["foiles_min_max_capped"])).casadi()
     assert set(program.variables) == {f"planes.{one.name}" for one in vo.read(NAMED["foiles_min_max_capped"]).planes}
-    assert {name.partition(".")[0] for name in program.names} == {"goal", "planes"}
+    assert {name.partition(",")[0].partition(".")[0] for name in program.names} == {"goal", "planes"}
+
+
+def test_each_row_of_a_smooth_program_has_a_name_of_its_own_with_its_reading_and_speed() -> None:
+    limited = {"limits": {"low": {"response": "residual", "at_most": "1 mil pp"}}}
+    rotor = vo.posed(vo.read(NAMED["foiles_min_max_capped"], limited)).casadi()
+    assert {"limits.low, r1 at 3600 rpm", "goal, r2 at 3600 rpm"} <= {*rotor.names}
+    press = vo.posed(vo.read(NAMED["rao_9_34"])).casadi()
+    assert {"limits.floor_force at 3000 rpm", "limits.start_up at 0 rpm"} <= {*press.names}
+    engine = vo.posed(vo.read(NAMED["engine_v_twin"])).casadi()
+    tower = vo.posed(vo.read(NAMED["gallery_girder"])).casadi()
+    for program in (rotor, press, engine, tower):
+        assert len(set(program.names)) == len(program.names) == program.g.shape[0]
+
+
+TWO_SPEEDS = """
+[conventions]
+phase = "lag"
+readings = "phase"
+angles = "against rotation"
+detector = "pk"
+zero = "mark"
+[planes.left]
+radius = "100 mm"
+weight = { from = "0 g", to = "90 g" }
+[planes.right]
+radius = "100 mm"
+weight = { from = "0 g", to = "90 g" }
+[pairs.both]
+kind = "couple"
+planes = ["left", "right"]
+[limits.low]
+response = "residual"
+at_most = "90 um"
+[goal]
+minimise = "residual"
+"""
+
+
+def test_the_rows_of_a_rotor_tell_their_speed_and_a_pair_its_name() -> None:
+    runs = [
+        f'[[runs]]\nspeed = "{speed} rpm"\n{weights}readings = {{ a = "{size} um @ {angle} deg" }}\n'
+        for speed in (900, 1500)
+        for weights, size, angle in (
+            ("", 80, 63), ('weights = { left = "10 g @ 270 deg" }\n', 59, 123),
+            ('weights = { right = "12 g @ 180 deg" }\n', 62, 36),
+        )
+    ]  # fmt: skip
+    posed = vo.posed(vo.from_text(TWO_SPEEDS + "".join(runs), name="fan.toml"))
+    assert posed.casadi().names == (
+        "limits.low, a at 900 rpm", "limits.low, a at 1500 rpm", "planes.left.weight", "planes.right.weight",
+        "pairs.both (1)", "pairs.both (2)",
+    )  # fmt: skip
+    assert "pairs.both" in {one.label for one in posed.cvxpy().constraints}
+
+
+def test_a_goal_of_zero_makes_no_noise(capfd: pytest.CaptureFixture[str]) -> None:
+    """Its log has no slope where IPOPT begins, which CasADi said on stderr."""
+    x, one = casadi.SX.sym("x"), np.ones(1)
+    program = NonlinearProgram(
+        x, casadi.log(x), casadi.SX(0, 1), -one, one, np.zeros(0), np.zeros(0), 0.0 * one, (), {"x": x}
+    )
+    solver = program.nlpsol()
+    solver(**program.bounds)
+    assert solver.stats()["return_status"] == "Invalid_Number_Detected"
+    assert "".join(capfd.readouterr()) == ""
 
 
 def test_a_limit_of_ones_own_moves_the_design_and_the_worst_speeds_with_it() -> None:
@@ -289,6 +355,25 @@ def test_limits_that_no_weights_keep_are_proven_by_the_least_common_factor() -> 
     for method, status in (("cvxpy", "infeasible"), ("ipopt", "unproven")):
         assert vo.solve(job, method=method).status == status
     assert vo.solve(job).status == "infeasible"
+
+
+@pytest.mark.parametrize(
+    ("name", "changes"),
+    [
+        ("engine_share_capped", {"limits.second.at_most": "500 N"}),
+        ("engine_v_twin", {"limits": {"first": {"response": "secondary_force", "at_most": "1 N"}}}),
+        ("rao_9_14_b_capped", {"limits": {"low": {"response": "bearing_reaction", "at_most": "1 N"}}}),
+        ("rao_9_34", {"limits.start_up.at_most": "5 mm"}),
+        ("rao_9_44", {"limits": {"soft": {"response": "stiffness", "of": "mount", "at_most": "1 N/m"}}}),
+    ],
+)
+def test_what_nothing_keeps_is_proven_by_cvxpy_of_every_kind_of_job(name: str, changes: dict[str, Any]) -> None:
+    """It was unproven of engines, whose orders add up, and of machines; our own dual bound is the proof."""
+    job = vo.read(NAMED[name], changes)
+    plain, answer = vo.solve(job), vo.solve(job, method="cvxpy")
+    assert (plain.status, answer.status, answer.proven) == ("infeasible", "infeasible", True)
+    if not is_scene(job):
+        assert answer.claim == plain.claim
 
 
 @given(st.integers(0, 10_000))

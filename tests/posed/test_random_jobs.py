@@ -60,6 +60,22 @@ def test_cvxpy_corrects_random_rotors_as_the_exact_method_does(question: Questio
 
 
 @law
+@given(questions(), st.floats(0.05, 3.0))
+def test_cvxpy_proves_that_readings_added_up_cannot_be_kept(question: Question, bound: float) -> None:
+    """As of the orders of an engine; by the same least factor as ours."""
+    n = question.n_readings
+    added = replace(
+        question, sums=np.arange(n) // 2, limits=np.where(np.arange(n) // 2 == 0, bound, np.inf), goal="worst", pairs=()
+    )
+    named = Named.plain(added)
+    assume(not named.not_smooth() and not named.not_convex())
+    ours, theirs = solve_continuous(added), methods._cvxpy(named)
+    assert ours.status != "infeasible" or theirs.status == "infeasible"
+    if theirs.status == "infeasible":
+        assert theirs.least_factor == pytest.approx(ours.least_factor, rel=1e-6)
+
+
+@law
 @given(questions(), st.integers(-9, 3))
 def test_cvxpy_corrects_microns_as_it_does_metres(question: Question, power: int) -> None:
     """A part of every reading that is below 10 um is no rounding of the other part."""

@@ -67,6 +67,20 @@ def solved(problem: Any) -> Conic:
     return Conic(status, _bound(data, np.asarray(raw.x), np.asarray(raw.z)) + float(offset))
 
 
+def least_missed(problem: Any) -> float:
+    """A lower bound of the least amount by which some row of a problem is missed, whatever the point; -inf unknown."""
+    import cvxpy as cp
+
+    missed = cp.Variable(nonneg=True, name="missed")
+    rows = [
+        one.args[0] + missed * np.eye(one.args[0].shape[0]) >> 0.0
+        if isinstance(one, cp.constraints.PSD)
+        else one.args[0] - one.args[1] <= missed
+        for one in problem.constraints
+    ]
+    return solved(cp.Problem(cp.Minimize(missed), rows)).bound
+
+
 def _bound(data: Any, x: FloatArray, z: FloatArray) -> float:
     dims = data["dims"]
     if dims.exp or len(dims.p3d) or len(getattr(dims, "pnd", ())):

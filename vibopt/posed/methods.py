@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.arrays import ComplexArray
 from vibopt.balancing import is_engine, is_rotor
 from vibopt.balancing.engine.choose_weights import chosen
-from vibopt.balancing.question import Question, Solved, breaks, felt, relative_gap, wider_words, worst_part
+from vibopt.balancing.question import Question, Solved, breaks, felt, relative_gap, wider_words
 from vibopt.errors import InputError
 from vibopt.posed import conic
 from vibopt.posed.nonlinear import ENDS, NonlinearProgram
@@ -94,9 +94,9 @@ def _weights(named: Named, problem: Any) -> ComplexArray:
 def _none(named: Named, status: str) -> Solved:
     """No answer: infeasible where the least common factor on all limits is proven to be above one."""
     q = named.question
-    if status.startswith("infeasible") and np.isfinite(q.limits).any() and not len(q.sums):
-        least = Named.plain(worst_part(q, np.maximum(q.limits, named.zero)))
-        factor = conic.solved(convex(least)).bound * least.size
+    if status.startswith("infeasible") and np.isfinite(q.limits).any():
+        least = Named.plain(replace(q, limits=np.maximum(q.limits, 2.0 * named.zero)))
+        factor = conic.solved(convex(least, widened=True)).bound
         if factor > 1.0 + KEPT:
             return Solved(None, "infeasible", wider_words(q, factor), least_factor=factor)
     claim = f"cvxpy finds no correction (Clarabel: {status}), which is not proven here"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, replace
 from typing import Any
 
@@ -10,14 +11,13 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, way_out
+from vibopt.program.casadi_nlp import IPOPT, QUIET
 from vibopt.records import dataclass
 
 OPTIONS: dict[str, Any] = {
-    "print_time": False, "error_on_fail": False, "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.max_iter": 300,
-    "ipopt.tol": 1e-10, "ipopt.constr_viol_tol": 1e-10, "ipopt.acceptable_tol": 1e-9,
-    "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
+    **IPOPT, "ipopt.max_iter": 300, "ipopt.tol": 1e-10, "ipopt.constr_viol_tol": 1e-10, "ipopt.acceptable_tol": 1e-9,
 }  # fmt: skip
-"""How IPOPT is asked; quiet, and to ten digits."""
+"""How IPOPT is asked; to ten digits."""
 ENDS = ("Solve_Succeeded", "Solved_To_Acceptable_Level")
 """Words with which IPOPT calls a point a local optimum."""
 
@@ -31,7 +31,8 @@ class NonlinearProgram:
     lbx, ubx, lbg, ubg, x0
         Bounds and a place to start, shape (n,) and (m,).
     names
-        Of each row of g: the path of its limit in the file, and the speed where there is one.
+        Of each row of g: the path of its limit in the file, and the reading and speed where there are some; what still
+        has one name is counted.
     variables
         What is chosen, by its path in the file, as an expression of x in SI units: write constraints with these.
     again
@@ -62,7 +63,7 @@ class NonlinearProgram:
         """`casadi.nlpsol` of the program: call it with `**program.bounds`, or with bounds of your own."""
         import casadi
 
-        own = OPTIONS if solver == "ipopt" else {}
+        own = {**QUIET, **(OPTIONS if solver == "ipopt" else {})}
         return casadi.nlpsol("posed", solver, {"x": self.x, "f": self.f, "g": self.g}, {**own, **options})
 
     def values(self, x: Any) -> dict[str, Any]:
@@ -109,6 +110,16 @@ class NonlinearProgram:
         return self.variables[path]
 
 
+def told_apart(names: Sequence[str]) -> tuple[str, ...]:
+    """Names of rows, those that stand several times counted: "limits.floor (2)"."""
+    many, seen = Counter(names), Counter[str]()
+    told = []
+    for name in names:
+        seen[name] += 1
+        told.append(f"{name} ({seen[name]})" if many[name] > 1 else name)
+    return tuple(told)
+
+
 class Collected:
     """Unknowns with their ends and starts, and rows (name, expression <= 0, whether it is an equation)."""
 
@@ -138,5 +149,5 @@ class Collected:
         return NonlinearProgram(
             casadi.vertcat(*self.unknowns), goal, rows, low, high,
             np.array([0.0 if same else -np.inf for *_, same in self.rows]), np.zeros(len(self.rows)), start,
-            tuple(name for name, *_ in self.rows), self.variables,
+            told_apart([name for name, *_ in self.rows]), self.variables,
         )  # fmt: skip

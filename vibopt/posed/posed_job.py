@@ -6,6 +6,7 @@ from collections.abc import Callable, Container, Mapping
 from typing import TYPE_CHECKING, Any
 
 from vibopt.posed.posed import Posed, refused
+from vibopt.records import replace
 
 if TYPE_CHECKING:
     from vibopt.balancing.engine.engine_job import EngineJob
@@ -55,7 +56,10 @@ def named_rotor(job: RotorJob) -> Named:
     from vibopt.balancing.solve_rotor import asked_of
 
     of, _, _, whole = asked_of(job)
-    return _named(whole.question, _paths(of.job), bounds_of(of.job, whole), own_caps(of.job.planes))
+    named = _named(whole.question, _paths(of.job), bounds_of(of.job, whole), own_caps(of.job.planes))
+    rows, readings = named.question.n_readings, [of.job.row_name(row) for row in range(of.job.n_rows)]
+    drawn = [f"{reading}, rotor {k + 1}" for k in range(rows // len(readings) - 1) for reading in readings]
+    return replace(named, readings=(*readings, *drawn), pairs=tuple(f"pairs.{name}" for name, *_ in of.job.pairs))
 
 
 def _paths(job: RotorJob | KnownJob) -> tuple[str, ...]:

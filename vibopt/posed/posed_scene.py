@@ -7,6 +7,7 @@ from typing import Any
 
 from vibopt.document.toml_reading import changed
 from vibopt.errors import InputError, counted
+from vibopt.posed import conic
 from vibopt.posed.convex import EXACT, Convex, not_convex
 from vibopt.posed.nonlinear import ENDS
 from vibopt.posed.posed import PROVEN, Posed, refused
@@ -70,7 +71,7 @@ def _not_one_program(scene: Scene) -> str:
     for path in [*open_positions(scene), *open_places(scene)]:
         return f"{path} leaves places open, and each has a program of its own. Name one place"
     for part in bound_parts(scene):
-        return f"{part.path} chooses one of {len(part.names)} parts, which is a list and no range"
+        return f"{part.path} chooses one of {counted(len(part.names), 'parts')}, which is a list and no range"
     found = uncertain(scene)
     if found:
         return (
@@ -82,8 +83,8 @@ def _not_one_program(scene: Scene) -> str:
 
 def not_one(program: Program) -> str:
     """What keeps a program from being stated at all, in words."""
-    if program.ties:
-        return f"{program.ties[0].path} chooses one of {len(program.ties[0].names)} parts, which is a list and no range"
+    for tie in program.ties:
+        return f"{tie.path} chooses one of {counted(len(tie.names), 'parts')}, which is a list and no range"
     for axis in program.axes:
         if axis.values is not None and len(axis.values) > 1:
             return f"{axis.path} is chosen from {len(axis.values)} values, which is a list and no range"
@@ -132,6 +133,9 @@ class Cvxpy:
         stated = Convex(program)
         run, missed = stated.solve()
         details = {"exchanges": stated.rounds, "speeds": sum(len(speed) for speed in stated.speeds.values())}
+        if run.status.startswith("infeasible") and conic.least_missed(stated.problem) > EXACT:
+            claim = "proven by our own dual bound of the convex program in cvxpy: some limit is missed by every design"
+            return Found("infeasible", None, claim, self.name, details=details)
         if not run.claims or missed > EXACT:
             word = f"missed by {missed:.1e} of a bound" if run.claims else run.status
             claim = f"cvxpy finds no design (Clarabel: {word}), which is not proven here"

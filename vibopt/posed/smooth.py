@@ -16,12 +16,13 @@ from vibopt.arrays import FloatArray
 from vibopt.forms import StaticLoad, StaticRow
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model
 from vibopt.mechanics.modes import free_matrices, mode_shapes
-from vibopt.posed.nonlinear import NonlinearProgram
+from vibopt.posed.nonlinear import NonlinearProgram, told_apart
 from vibopt.program.casadi_nlp import SampledProgram, Samples
-from vibopt.program.program import Limit, Program
+from vibopt.program.program import Aim, Asked, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge
 from vibopt.solve.ranges import log_box, on_ends, starts
+from vibopt.units import show
 from vibopt.work import late, worked
 
 EXACT = 1e-9
@@ -38,6 +39,8 @@ _SLACK, _BETWEEN = 1e-6, 0.1
 _FREE = 60.0
 _SQUARES = 6
 """Times that the square of a goal is made less, each scaled by the one before."""
+_DIGITS = 10
+"""Digits of a speed that tell it from its neighbours."""
 _NEAR = 0.3
 """Logs by which the variables then move at a time."""
 """Bounds of unknowns beside the design: logs of amplitudes."""
@@ -136,7 +139,7 @@ class Exchange:
         below, above = np.array(ends).reshape(-1, 2).T
         free, reach = np.full(len(made.extra), _FREE), _NEAR if self.squared else np.inf
         low, high = np.maximum(self.low, reference - reach), np.minimum(self.high, reference + reach)
-        names = (*made.names, *["shape"] * len(made.equal), *(name for name, *_ in self.own))
+        names = told_apart([*made.names, *["shape"] * len(made.equal), *(name for name, *_ in self.own)])
         return NonlinearProgram(
             casadi.vertcat(self.y, *made.extra), made.problem["f"], casadi.vertcat(*rows) if rows else casadi.SX(0, 1),
             np.append(low, -free), np.append(high, free), below, above,
@@ -230,11 +233,27 @@ class _Rows(SampledProgram):
         self.names: list[str] = []
         self.squared = squared
         super().__init__(samples, reference, low, high, y=y)
-        self.names += ["goal"] * (len(self.rows) - len(self.names))
 
     def _limit(self, index: int, limit: Limit, samples: Samples) -> None:
         super()._limit(index, limit, samples)
-        self.names += [f"limits.{limit.name}"] * (len(self.rows) - len(self.names))
+        self._name(f"limits.{limit.name}", limit, index, samples)
+
+    def _goal(self, aim: Aim, index: int, samples: Samples) -> Any:
+        goal = super()._goal(aim, index, samples)
+        self._name("goal", aim, index, samples)
+        return goal
+
+    def _name(self, path: str, part: Asked, index: int, samples: Samples) -> None:
+        """Names of the rows that are new: of a range the last ones, one a speed of each excitation."""
+        new = len(self.rows) - len(self.names)
+        drives = part.form.drives
+        speeds = [
+            (f" of {drive.name}" if len(drives) > 1 else "", speed)
+            for drive in drives
+            for speed in samples.speeds.get((index, drive.name), [])
+        ]
+        own = [f"{path} at {show(speed, '', 'angular_rate', digits=_DIGITS)}{of}" for of, speed in speeds]
+        self.names += [path] * (new - len(own)) + own if len(own) <= new else [path] * new
 
     def of_load(self, model: Model, form: StaticLoad, bound: float) -> Any:
         return self.of_sag(model, StaticRow(form.row), bound) + self.of_powers(form.factor, 1.0)

@@ -19,6 +19,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.fan import Fan
 from vibopt.balancing.planes import open_arcs
 from vibopt.balancing.question import Question
+from vibopt.errors import counted
 from vibopt.posed import conic
 from vibopt.posed.nonlinear import Collected, NonlinearProgram
 from vibopt.records import dataclass
@@ -41,6 +42,10 @@ class Named:
         Path of the limit on all corrections together.
     fixed
         Weights that are decided (n_planes,), counted among what was read; empty where there are none.
+    readings
+        What each row reads, "a at 1200 rpm"; empty where a limit says that.
+    pairs
+        Path of each pair.
     """
 
     question: Question
@@ -49,6 +54,12 @@ class Named:
     caps: tuple[str, ...]
     total: str = "limits.total"
     fixed: ComplexArray = field(default_factory=lambda: np.zeros(0, dtype=complex))
+    readings: tuple[str, ...] = ()
+    pairs: tuple[str, ...] = ()
+
+    def name(self, path: str, row: int) -> str:
+        """That of what holds one row, with what it reads."""
+        return f"{path}, {self.readings[row]}" if row < len(self.readings) else path
 
     @classmethod
     def of(
@@ -76,7 +87,8 @@ class Named:
         rows = np.flatnonzero(np.isfinite(question.limits))
         planes = planes or tuple(f"planes.{k}" for k in range(question.n_planes))
         limits = (("limits.readings", rows, question.limits[rows]),) if len(rows) else ()
-        return cls.of(question, planes, limits, [f"{plane}.cap" for plane in planes], "limits.total")
+        named = cls.of(question, planes, limits, [f"{plane}.cap" for plane in planes], "limits.total")
+        return replace(named, pairs=tuple(f"pairs.{k}" for k in range(len(question.pairs))))
 
     @property
     def free(self) -> list[int]:
@@ -131,9 +143,8 @@ class Named:
             return "no plane may be changed"
         for plane, option in zip(self.planes, q.options, strict=False):
             if option is not None:
-                return (
-                    f"{plane} takes one of {len(option.u)} weights; a choice from a list is neither convex nor smooth"
-                )
+                many = counted(len(option.u), "weights")
+                return f"{plane} takes one of {many}; a choice from a list is neither convex nor smooth"
         for k, fan in enumerate(q.fans):
             if fan is not None and (np.isfinite(fan.each) or fan.line is not None):
                 return (
@@ -169,11 +180,15 @@ def _allowed(question: Question, plane: int) -> list[tuple[float, float]]:
     return open_arcs(question.sectors[plane] if question.sectors else ())
 
 
-def convex(named: Named, *, margin: float = 0.0) -> Any:
-    """The `cvxpy.Problem`: a complex variable a plane, named by its path; bounds are drawn in by the part `margin`."""
+def convex(named: Named, *, margin: float = 0.0, widened: bool = False) -> Any:
+    """The `cvxpy.Problem`: a complex variable a plane, named by its path; bounds are drawn in by the part `margin`.
+
+    Where they are `widened`, the least common factor on all bounds of what is left is asked for instead of the goal.
+    """
     import cvxpy as cp
 
     q = named.question
+    factor = cp.Variable(nonneg=True, name="factor") if widened else 1.0 - margin
     u = {k: cp.Variable(complex=named.ends[k] is None, name=named.planes[k]) for k in named.free}
     left = _left(cp, q, u)
     masses = [_mass(cp, q, k, one) for k, one in u.items()]
@@ -183,19 +198,17 @@ def convex(named: Named, *, margin: float = 0.0) -> Any:
         some, none = rows[bounds > named.zero], rows[bounds <= named.zero]
         if len(some):
             there = cp.multiply(left[some], 1.0 / bounds[bounds > named.zero])
-            constraints.append(conic.named(_together(q, some) @ cp.abs(there) <= 1.0 - margin, path))
+            constraints.append(conic.named(_together(q, some) @ cp.abs(there) <= factor, path))
         if len(none):
             constraints.append(conic.named(left[none] / named.greatest == 0.0, path))
     for k, one in u.items():
         constraints += _held(cp, named, k, one, margin)
     if np.isfinite(q.total_cap):
         constraints.append(conic.named(sum(masses) / q.total_cap <= 1.0 - margin, named.total))
-    for first, second, ratio in q.pairs:
+    for path, (first, second, ratio) in zip(named.pairs, q.pairs, strict=True):
         sizes = [1.0 / (np.abs(q.H[:, k]).max(initial=0.0) or 1.0) for k in (first, second)]
-        constraints.append(
-            conic.named((u.get(second, 0.0) - ratio * u.get(first, 0.0)) / max(sizes) == 0.0, f"pairs.{first}.{second}")
-        )
-    return cp.Problem(cp.Minimize(goal), constraints)
+        constraints.append(conic.named((u.get(second, 0.0) - ratio * u.get(first, 0.0)) / max(sizes) == 0.0, path))
+    return cp.Problem(cp.Minimize(factor if widened else goal), constraints)
 
 
 def _left(cp: Any, question: Question, u: dict[int, Any]) -> Any:
@@ -337,16 +350,17 @@ class _Smooth(Collected):
         if q.goal == "huber":
             return self._huber(float(np.sqrt(size)))
         rows = casadi.vertsplit(q.importance**2 * self.squares / size**2)
-        if q.goal in ("sum", "worst"):
-            rows = [row for row, weight in zip(rows, q.importance, strict=True) if weight > 0.0]
         if q.goal == "rms":
             return sum(rows[1:], rows[0]) / q.n_readings
+        counts = np.flatnonzero(q.importance > 0.0).tolist()
         if q.goal == "worst":
             above = self.unknown("square of the worst", 0.0, np.inf, 1.0)
-            self.below("goal", *(row - above for row in rows))
+            for k in counts:
+                self.below(self.named.name("goal", k), rows[k] - above)
             return above
-        heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in rows]
-        self.below("goal", *(row - head**2 for row, head in zip(rows, heads, strict=True)))
+        heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in counts]
+        for k, head in zip(counts, heads, strict=True):
+            self.below(self.named.name("goal", k), rows[k] - head**2)
         return sum(heads[1:], heads[0])
 
     def _huber(self, root: float) -> Any:
@@ -354,9 +368,9 @@ class _Smooth(Collected):
         import casadi
 
         total = casadi.SX(0)
-        for row, weight in zip(casadi.vertsplit(self.squares), self.q.importance, strict=True):
+        for k, (row, weight) in enumerate(zip(casadi.vertsplit(self.squares), self.q.importance, strict=True)):
             near, far = (self.unknown(part, 0.0, np.inf, 0.5) for part in ("near", "far"))
-            self.below("goal", weight**2 * row / root**2 - (near + far) ** 2)
+            self.below(self.named.name("goal", k), weight**2 * row / root**2 - (near + far) ** 2)
             total += near**2 + 2.0 * self.q.huber / root * far
         return total
 
@@ -366,14 +380,14 @@ class _Smooth(Collected):
             if len(rows) > 1 and len(_together(q, rows)) == 1 and bounds[0] > named.zero:
                 heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in rows]
                 for row, head in zip(rows.tolist(), heads, strict=True):
-                    self.below(path, self.squares[row] / bounds[0] ** 2 - head**2)
+                    self.below(named.name(path, row), self.squares[row] / bounds[0] ** 2 - head**2)
                 self.below(path, sum(heads[1:], heads[0]) - 1.0)
                 continue
             for row, bound in zip(rows.tolist(), bounds.tolist(), strict=True):
                 if bound > named.zero:
-                    self.below(path, self.squares[row] / bound**2 - 1.0)
+                    self.below(named.name(path, row), self.squares[row] / bound**2 - 1.0)
                 else:
-                    self.below(path, *(part[row] / named.greatest for part in self.left), equal=True)
+                    self.below(named.name(path, row), *(part[row] / named.greatest for part in self.left), equal=True)
         for k, (a, b) in self.parts.items():
             cap, fan = q.caps[k] if named.ends[k] is None else np.inf, q.fans[k] if q.fans else None
             if np.isfinite(cap) and fan is None:
@@ -388,12 +402,12 @@ class _Smooth(Collected):
             else:
                 heads = [self.amount(k) for k in self.parts]
                 self.below(named.total, sum(heads[1:], heads[0]) - 1.0)
-        for first, second, ratio in q.pairs:
-            self._pair(first, second, ratio)
+        for path, pair in zip(named.pairs, q.pairs, strict=True):
+            self._pair(path, *pair)
 
-    def _pair(self, first: int, second: int, ratio: complex) -> None:
+    def _pair(self, path: str, first: int, second: int, ratio: complex) -> None:
         a, b = self.parts.get(first, (0.0, 0.0))
         c, d = self.parts.get(second, (0.0, 0.0))
         size = self.named.greatest / (float(np.abs(self.q.H[:, second]).max(initial=0.0)) or 1.0)
         for row in (c - ratio.real * a + ratio.imag * b, d - ratio.imag * a - ratio.real * b):
-            self.below(f"pairs.{first}.{second}", row / size, equal=True)
+            self.below(path, row / size, equal=True)

@@ -28,6 +28,13 @@ _NEAR_ZERO = 1e-14
 """Part of |N|^2 added to |D|^2 and the other way round, so that their log stays finite."""
 
 
+QUIET: dict[str, Any] = {"print_time": False, "error_on_fail": False, "show_eval_warnings": False}
+"""How any solver of CasADi is asked: what it has to say is in its status, and goals of zero have no slope."""
+IPOPT: dict[str, Any] = {
+    "ipopt.print_level": 0, "ipopt.sb": "yes", "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
+}  # fmt: skip
+
+
 @dataclass(frozen=True)
 class Solved:
     """What the solver left behind: y = log x (n_vars,), whether it claims success, its own word."""
@@ -144,11 +151,7 @@ class SampledProgram:
         import casadi
 
         if iterations not in self.solvers:
-            options: Any = {
-                "print_time": False, "error_on_fail": False, "ipopt.print_level": 0, "ipopt.sb": "yes",
-                "ipopt.max_iter": iterations, "ipopt.tol": 1e-9,
-                "ipopt.bound_relax_factor": 0.0, "ipopt.mu_strategy": "adaptive",
-            }  # fmt: skip
+            options: Any = {**QUIET, **IPOPT, "ipopt.max_iter": iterations, "ipopt.tol": 1e-9}
             self.solvers[iterations] = casadi.nlpsol("sampled", "ipopt", self.problem, options)
         count = len(self.extra)
         begin = np.concatenate([np.clip(start, self.low, self.high), self.extra_starts])
