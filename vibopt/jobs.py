@@ -183,7 +183,8 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
     for path, value in read.items():
         part = None if inside(document, path) is not None else part_at(now, path)
         if part is not None and part.place in written:  # the text of its other numbers is not what it was
-            now = cast(J, of_document(document, Mistakes(job.name, None)))
+            new = of_document(document, Mistakes(job.name, None)) if is_scene(job) else _half(now, document)
+            now = cast(J, new)
             part = part_at(now, path)
         document = changed(document, {path: value} if part is None else {part.place: part.around.format(value)})
         if (document.get("goal") or {}).get("find_all") == path and not isinstance(value, Mapping):
@@ -194,9 +195,13 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
 
         document = dict(document)
         measure_goal(job, document)
-    made = cast(J, of_document(document, Mistakes(job.name, None), job))
-    whole: Any = made
-    return cast(J, replace(whole, notes=(*whole.notes, *notes))) if notes else made
+    made: Any = of_document(document, Mistakes(job.name, None), job)
+    return cast(J, replace(made, notes=(*made.notes, *notes)) if notes else made)
+
+
+def _half(job: Any, document: Mapping[str, Any]) -> Any:
+    """A balancing job with the numbers of a document that is not whole yet, and may be a mistake."""
+    return replace(job, document=document)
 
 
 def _nothing_open(scene: Scene, changes: Mapping[str, Any]) -> bool:

@@ -58,7 +58,7 @@ def test_what_is_no_rounding_is_refused_before_anything_is_solved(
     """Where no design keeps the limits, too."""
     done = run(words[0], press, "--set", "limits.start_up.at_most=5 mm", *words[1:], f"--round={asked}")
     text = (
-        f'--round {asked}: is neither a number of digits from 1 to 12 nor a step. Write --round 3, or a step with its '
+        f"--round {asked}: is neither a number of digits from 1 to 12 nor a step. Write --round 3, or a step with its "
         'unit, "0.5 g".'
         if asked[-1].isdigit()
         else f'--round {asked}: a step is greater than zero. Write one with its unit, "0.5 g".'

@@ -228,7 +228,9 @@ def without_insensitive(
     for speed, learnt in enumerate(identified.learnt):
         rows, planes = slice(row, row + learnt.readings.shape[1]), list(learnt.planes)
         moves |= (learnt.known != 0.0).any(axis=0)
-        moves[planes] |= (np.abs(identified.H[rows, planes]) > _floor(learnt, noise, speed)).any(axis=0)
+        effect = identified.H[rows, planes] if learnt.ways is None else learnt.theta[1:].T
+        felt = (np.abs(effect) > _floor(learnt, noise, speed)).any(axis=0)
+        moves[planes] |= felt if learnt.ways is None else (np.abs(learnt.ways.rows[felt]) > _UNFELT).any(axis=0)
         if moves.all():
             return identified, ()
         row = rows.stop

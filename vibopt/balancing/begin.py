@@ -48,7 +48,7 @@ def begun(job: RotorJob, *, identified: Identified | None = None, **more: Any) -
     notes = (*job.notes, *_swallowed(job), *((UNJUDGED,) if unjudged else ()), *more.pop("notes", ()))
     if identified is not None and job.has_phase:
         rotor = identified
-        values = DeferredMapping(values, 2 * int(np.count_nonzero(rotor.H)), lambda: coefficients(job, rotor))
+        values = DeferredMapping(values, 2 * int(np.count_nonzero(rotor.alone)), lambda: coefficients(job, rotor))
     own = {name: more.pop(name) for name in Plan.__match_args__ if name in more}
     plan = Plan(conventions=job.conventions.sentences(bool(job.runs)), **own)
     return Answer(job=job, values=values, notes=notes, plan=plan, **more)

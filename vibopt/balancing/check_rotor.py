@@ -7,8 +7,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vibopt.arrays import ComplexArray
+from vibopt.balancing.conventions import Conventions
+from vibopt.balancing.influence import SINGULAR, Ways, tells_apart
 from vibopt.balancing.parse_runs import Measured
 from vibopt.balancing.planes import Plane
+from vibopt.balancing.question import tied
 from vibopt.balancing.rotor_job import Run
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import counted
@@ -16,14 +19,16 @@ from vibopt.units import show
 from vibopt.units.showing import plain
 
 Influence = Mapping[tuple[int, int, int], complex]
-SINGULAR = 1e-9
-"""Trial weights whose directions differ by less than this part are the same ones."""
+Pairs = Sequence[tuple[str, int, int, float]]
+_WITHIN = 1e-7
+"""Part by which weights that are decided may differ from those of a run, as digits of a text do."""
 
 
 def check_runs(
-    measured: Measured, planes: Sequence[Plane], influence: Influence, has_phase: bool, mistakes: Mistakes
-) -> None:
-    """Whether the runs can tell what each plane does."""
+    measured: Measured, planes: Sequence[Plane], influence: Influence, conventions: Conventions, pairs: Pairs,
+    mistakes: Mistakes, *, has_phase: bool,
+) -> None:  # fmt: skip
+    """Whether the runs can tell what each plane does; of pairs, and of weights that are decided, what these do."""
     if not any(run.is_initial for run in measured.runs):
         mistakes.add(
             ("runs",),
@@ -53,8 +58,18 @@ def check_runs(
             trials[run.speed].append(place)
     W: ComplexArray = np.array([run.weights for run in measured.runs])
     told: set[tuple[bytes, frozenset[int]]] = set()
+    asked = _asked(planes, conventions, pairs)
     for speed, own in enumerate(trials):
-        _check_speed(speed, measured, own, W[own], planes, influence, told, mistakes)
+        _check_speed(speed, measured, own, W[own], planes, influence, asked, pairs, told, mistakes)
+
+
+def _asked(planes: Sequence[Plane], conventions: Conventions, pairs: Pairs) -> ComplexArray:
+    """The sets of weights that a plan adds up, a row each (n, n_planes) [kg m]: pairs, and what is decided, as one."""
+    tables = tied(len(planes), [(one, other, complex(ratio)) for _, one, other, ratio in pairs]).T
+    still = np.array([plane.keep or plane.fitted is not None for plane in planes])
+    made = [0j if plane.fitted is None else plane.made(plane.fitted, conventions) for plane in planes]
+    tables = tables[~(tables != 0.0)[:, still].any(axis=1)]
+    return np.vstack([tables, made]) if any(made) else tables
 
 
 def _mismatched(measured: Measured, mistakes: Mistakes) -> bool:
@@ -97,7 +112,8 @@ def _check_verification(measured: Measured, mistakes: Mistakes) -> None:
 
 def _check_speed(
     speed: int, measured: Measured, places: Sequence[int], W: ComplexArray, planes: Sequence[Plane],
-    influence: Influence, told: set[tuple[bytes, frozenset[int]]], mistakes: Mistakes,
+    influence: Influence, asked: ComplexArray, pairs: Pairs, told: set[tuple[bytes, frozenset[int]]],
+    mistakes: Mistakes,
 ) -> None:  # fmt: skip
     """Whether the runs with weights W (n_trials, n_planes) at a speed tell every plane; `told` are sets that do."""
     if influence:
@@ -109,13 +125,16 @@ def _check_speed(
     weighed = (W != 0.0).any(axis=0).tolist()
     unknown = [index for index, plane in enumerate(planes) if index not in given and (not plane.keep or weighed[index])]
     idle = [planes[index].name for index in unknown if not weighed[index]]
-    if not unknown or (len(W) >= len(unknown) and not idle and _tells_apart(W[:, unknown])):
+    if not unknown or (len(W) >= len(unknown) and not idle and tells_apart(W[:, unknown])):
         told.add(key)
+        return
+    if len(W) and (Ways.of(W[:, unknown]).missed(asked[:, unknown]) <= _WITHIN).all():
+        told.add(key)  # as those of a pair, with one run of both its weights
         return
     trials = [measured.runs[place] for place in places]
     at = show(measured.speeds[speed], measured.speed_units[speed], "angular_rate")
     if len(trials) < len(unknown):
-        mistakes.add(("runs",), _too_few(planes, unknown, trials, at))
+        mistakes.add(("runs",), f"{_too_few(planes, unknown, trials, at)}{_together(planes, unknown, pairs)}")
     elif idle:
         mistakes.add(
             ("runs",),
@@ -139,6 +158,17 @@ def _too_few(planes: Sequence[Plane], unknown: list[int], trials: Sequence[Run],
     )
 
 
+def _together(planes: Sequence[Plane], unknown: Sequence[int], pairs: Pairs) -> str:
+    """That one run is enough for each pair of which nothing is known."""
+    words = [
+        f" For pairs.{name} one run is enough in which {planes[one].name} and {planes[other].name} have equal "
+        f"unbalances {'at the same angle' if ratio > 0.0 else 'on opposite sides'}."
+        for name, one, other, ratio in pairs
+        if one in unknown and other in unknown
+    ]
+    return "".join(words)
+
+
 def _check_coefficients(
     speed: int, measured: Measured, planes: Sequence[Plane], influence: Influence, mistakes: Mistakes
 ) -> None:
@@ -151,14 +181,6 @@ def _check_coefficients(
                     f"plane {planes[plane].name} has no influence coefficient for sensor {one.name} at {at}. Add "
                     f'[[influence]] with sensor = "{one.name}", plane = "{planes[plane].name}".',
                 )
-
-
-def _tells_apart(W: ComplexArray) -> bool:
-    """Whether trial weights (n_trials, n_planes), some in each plane, are different enough."""
-    if W.nonzero()[0].tolist() == [*range(len(W))]:  # one in each run
-        return True
-    singular = np.linalg.svd(W / np.maximum(np.abs(W).max(axis=0), 1e-300), compute_uv=False)
-    return bool(singular[-1] > SINGULAR * singular[0])
 
 
 def _same_weights(trials: Sequence[Run], W: ComplexArray, unknown: list[int], at: str, planes: Sequence[Plane]) -> str:

@@ -175,7 +175,15 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
         raise InputError(f"{job.name}: no run has weights, so no influence coefficient is known. Add a trial run.")
     from vibopt.balancing.contradictions import heard
 
-    of = heard(job)
+    identified = heard(job).identified
+    alone = identified.alone
+    lost = (alone != identified.H).any(axis=0).tolist()
+    if together := [plane.name for plane, one in zip(job.planes, lost, strict=True) if one]:
+        names = " and ".join(together)
+        raise InputError(
+            f"{job.name}: the runs tell what weights in {names} do together, not what one does alone. Add a run with a "
+            f"weight in {together[0]} alone, or leave --save-coefficients out."
+        )
     speeds = [
         f"{to_unit(value, unit, 'angular_rate'):.15g} {unit}"
         for value, unit in zip(job.speeds, job.speed_units, strict=True)
@@ -185,11 +193,11 @@ def coefficients_document(job: RotorJob) -> dict[str, Any]:
             "speed": speeds[speed],
             "sensor": job.sensors[sensor].name,
             "plane": plane.name,
-            "value": _saved_text(job, complex(of.identified.H[row, column]), sensor, column),
+            "value": _saved_text(job, complex(alone[row, column]), sensor, column),
         }
         for row, (speed, sensor) in enumerate(job.readings)
         for column, plane in enumerate(job.planes)
-        if not plane.keep or of.identified.H[row, column]
+        if not plane.keep or alone[row, column]
     ]
     said = {key: word for key, word in job.conventions.said().items() if word}
     return {"title": f"Influence coefficients of {job.title}", "conventions": said, "influence": rows}

@@ -21,6 +21,7 @@ from vibopt.balancing.question import (
     greatest,
     inside_arc,
     relative_gap,
+    tied,
     together,
     wider_words,
     worst_part,
@@ -152,7 +153,7 @@ def free_planes(question: Question) -> Free:
     plain = not question.pairs and not any(question.sectors) and not question.is_discrete
     if plain and (question.caps > 0).all() and question.H.any(axis=0).all():
         return Free(np.eye(question.n_planes, dtype=complex), question)
-    whole = _spread(question)
+    whole = tied(question.n_planes, question.pairs)
     densities = np.abs(whole).T @ question.densities
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(whole != 0, question.caps[:, None] / np.abs(whole), np.inf).min(axis=0)
@@ -178,24 +179,6 @@ def free_planes(question: Question) -> Free:
         pairs=(),
     )
     return Free(spread, inner, tuple(places for _, places in lists))
-
-
-def _spread(question: Question) -> ComplexArray:
-    """One column per set of planes tied by pairs; a set that closes on itself with two ratios can only be zero."""
-    spread = np.eye(question.n_planes, dtype=complex)
-    for i, j, ratio in question.pairs:
-        a, b = np.flatnonzero(spread[i]), np.flatnonzero(spread[j])
-        if not len(a) or not len(b):
-            spread[:, np.concatenate([a, b])] = 0.0
-            continue
-        factor = ratio * spread[i, a[0]] / spread[j, b[0]]
-        if a[0] == b[0]:
-            if abs(factor - 1.0) > 1e-9:
-                spread[:, a[0]] = 0.0
-            continue
-        spread[:, a[0]] += factor * spread[:, b[0]]
-        spread[:, b[0]] = 0.0
-    return spread[:, np.any(spread != 0, axis=0)]
 
 
 def _must(question: Question, spread: ComplexArray, column: int) -> bool:

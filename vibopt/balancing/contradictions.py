@@ -184,8 +184,7 @@ def _notes(of: Heard) -> tuple[str, ...]:
 
 def _left_out(of: Heard, speed: int, run: int) -> str:
     learnt, odd, job = of.identified.learnt[speed], of.whole.runs[run], of.job
-    theta = learnt.pseudo @ learnt.readings
-    predicted = theta[0] + odd.weights[list(learnt.planes)] @ theta[1:] + learnt.known @ odd.weights
+    predicted = learnt.weights_of(odd.weights) @ learnt.readings + learnt.known @ odd.weights
     off = np.abs(odd.readings - job.runout - predicted)
     sensor = job.sensors[int(np.argmax(off))]
     return (

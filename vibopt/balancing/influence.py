@@ -21,7 +21,42 @@ EXACT = 1e-13
 """Part of the greatest difference of runs below which one is rounding."""
 SAME = 0.05
 """The same where runs refine ready coefficients: what they differ in by less tells more of errors than of the rotor."""
+SINGULAR = 1e-9
+"""Trial weights whose directions differ by less than this part are the same ones."""
 IntArray = np.ndarray[tuple[int, ...], np.dtype[np.int64]]
+
+
+@dataclass(frozen=True)
+class Ways:
+    """How weights were fitted in planes that the runs do not tell apart, as a couple or on one side together.
+
+    size
+        The greatest unbalance of each plane (n_planes,) [kg m].
+    rows
+        What adds up to every set of weights over these, orthonormal (n_ways, n_planes).
+    """
+
+    size: FloatArray
+    rows: ComplexArray
+
+    @classmethod
+    def of(cls, W: ComplexArray) -> Ways:
+        """Those of the weights of runs (n_runs, n_planes)."""
+        size = np.abs(W).max(axis=0, initial=0.0)
+        size[size == 0.0] = size.max(initial=0.0) or 1.0  # where nothing was fitted any size will do
+        _, singular, rows = np.linalg.svd(W / size, full_matrices=False)
+        return cls(size, rows[singular > SINGULAR * singular.max(initial=0.0)])
+
+    @property
+    def shares(self) -> ComplexArray:
+        """How much of each way weights are: u @ shares, (n_planes, n_ways)."""
+        return np.asarray(self.rows.conj().T / self.size[:, None])
+
+    def missed(self, u: ComplexArray) -> FloatArray:
+        """The part of each set of weights u (n, n_planes) that is none of the ways, 0 to 1."""
+        level = u / self.size
+        left = level - level @ self.rows.conj().T @ self.rows
+        return np.asarray(np.linalg.norm(left, axis=1) / np.maximum(np.linalg.norm(level, axis=1), 1e-300))
 
 
 @dataclass(frozen=True)
@@ -38,6 +73,9 @@ class Learnt:
         Ready coefficients (n_sensors, n_planes), zero where learnt; what is learnt comes on top.
     readings
         Runout subtracted, ready coefficients taken out (n_runs, n_sensors).
+    ways
+        Where the runs do not tell these planes apart, in which ways weights were fitted in them: each is learnt as one
+        thing; None where each plane is.
     """
 
     runs: tuple[Run, ...]
@@ -46,6 +84,19 @@ class Learnt:
     pseudo: ComplexArray
     known: ComplexArray
     readings: ComplexArray
+    ways: Ways | None = None
+
+    @cached_property
+    def alone(self) -> tuple[int, ...]:
+        """Planes of which it is told what a weight there does by itself."""
+        if self.ways is None:
+            return self.planes
+        missed = self.ways.missed(np.eye(len(self.planes), dtype=complex))
+        return tuple(plane for plane, part in zip(self.planes, missed.tolist(), strict=True) if part <= SINGULAR)
+
+    def by_planes(self, rows: ComplexArray) -> ComplexArray:
+        """What is learnt (n_learnt, ...) as of planes: right for weights fitted in the ways of the runs."""
+        return rows if self.ways is None else np.asarray(self.ways.shares @ rows)
 
     @cached_property
     def theta(self) -> ComplexArray:
@@ -76,13 +127,13 @@ class Learnt:
 
     def weights_of(self, u: ComplexArray) -> ComplexArray:
         """c(u): factors of the readings (..., n_runs) in the prediction for the correction u (..., n_planes)."""
-        c: ComplexArray = self.pseudo[0] + u[..., list(self.planes)] @ self.pseudo[1:]
+        c: ComplexArray = self.pseudo[0] + u[..., list(self.planes)] @ self.by_planes(self.pseudo[1:])
         return c
 
     def affine(self, n_planes: int) -> tuple[ComplexArray, ComplexArray]:
         """c(u) = c0 + C u with c0 (n_runs,), C (n_runs, n_planes)."""
         C = np.zeros((len(self.runs), n_planes), dtype=complex)
-        C[:, list(self.planes)] = self.pseudo[1:].T
+        C[:, list(self.planes)] = self.by_planes(self.pseudo[1:]).T
         return self.pseudo[0], C
 
 
@@ -99,6 +150,14 @@ class Identified:
     y0: ComplexArray
     H: ComplexArray
     learnt: tuple[Learnt, ...]
+
+    @cached_property
+    def alone(self) -> ComplexArray:
+        """H with zeros where the runs tell of planes together, not of each."""
+        alone, n = self.H.copy(), len(self.H) // max(len(self.learnt), 1)
+        for speed, learnt in enumerate(self.learnt):
+            alone[speed * n : (speed + 1) * n, [k for k in learnt.planes if k not in learnt.alone]] = 0.0
+        return alone
 
     def residual(self, u: ComplexArray) -> ComplexArray:
         """What is left at the readings (..., n_rows) after the correction u (..., n_planes)."""
@@ -125,18 +184,31 @@ def _stacked(learnt: Sequence[Learnt], thetas: Sequence[ComplexArray]) -> tuple[
     return np.concatenate([theta[0] for theta in thetas]), np.concatenate(every)
 
 
-Tried = dict[tuple[bytes, int, frozenset[int]], tuple[tuple[int, ...], ComplexArray, ComplexArray]]
-"""Planes learnt, X and X⁺ by the weights of the runs; at most speeds the same are tried, so that few are worked out."""
+Tried = dict[tuple[bytes, int, frozenset[int]], tuple[tuple[int, ...], ComplexArray, ComplexArray, Ways | None]]
+"""Planes learnt, X, X⁺ and ways by the weights of the runs; at most speeds the same are tried: few are worked out."""
 
 
-def _told(W: ComplexArray, ready: Set[int]) -> tuple[tuple[int, ...], ComplexArray, ComplexArray]:
-    """Planes learnt from weights W (n_runs, n_planes), X, and X⁺ by columns at one size."""
+def _told(W: ComplexArray, ready: Set[int]) -> tuple[tuple[int, ...], ComplexArray, ComplexArray, Ways | None]:
+    """Planes learnt from weights W (n_runs, n_planes), X, X⁺ by columns at one size, and the ways of the weights."""
     weighed = np.logical_or.reduce(W).nonzero()[0].tolist()
     planes = tuple(index for index in weighed if index not in ready) or tuple(weighed)
-    X = np.empty((len(W), 1 + len(planes)), dtype=complex)
-    X[:, 0], X[:, 1:] = 1.0, W[:, planes]
+    own, refined = W[:, planes], bool(ready & {*planes})
+    ways = None if refined or tells_apart(own[own.any(axis=1)]) else Ways.of(own)
+    learnt = own if ways is None else own @ ways.shares
+    X = np.empty((len(W), 1 + learnt.shape[1]), dtype=complex)
+    X[:, 0], X[:, 1:] = 1.0, learnt
     size = np.abs(X).max(axis=0)
-    return planes, X, _inverse(X / size, SAME if ready & {*planes} else EXACT) / size[:, None]
+    return planes, X, _inverse(X / size, SAME if refined else EXACT) / size[:, None], ways
+
+
+def tells_apart(W: ComplexArray) -> bool:
+    """Whether trial weights (n_trials, n_planes) are different enough to tell every plane."""
+    if len(W) < W.shape[1]:
+        return False
+    if W.nonzero()[0].tolist() == [*range(len(W))]:  # one in each run
+        return bool(W.any(axis=0).all())
+    singular = np.linalg.svd(W / np.maximum(np.abs(W).max(axis=0), 1e-300), compute_uv=False)
+    return not len(singular) or bool(singular[-1] > SINGULAR * singular[0])
 
 
 def _inverse(X: ComplexArray, same: float) -> ComplexArray:
@@ -160,12 +232,14 @@ def _learn(job: RotorJob, speed: int, tried: Tried) -> Learnt:
     W, readings = job.weights[places], job.measured[places]
     key = W.tobytes(), len(W), frozenset(ready)
     tried[key] = tried.get(key) or _told(W, ready)
-    return Learnt(job.runs_at(speed), *tried[key], known, readings - W @ known.T if ready else readings)
+    planes, design, pseudo, ways = tried[key]
+    readings = readings - W @ known.T if ready else readings
+    return Learnt(job.runs_at(speed), planes, design, pseudo, known, readings, ways)
 
 
 def _spread(learnt: Learnt, theta: ComplexArray) -> ComplexArray:
     H = learnt.known.copy()
-    H[:, learnt.planes if len(learnt.planes) < H.shape[1] else slice(None)] += theta[1:].T
+    H[:, learnt.planes if len(learnt.planes) < H.shape[1] else slice(None)] += learnt.by_planes(theta[1:]).T
     return H
 
 

@@ -27,7 +27,7 @@ def coefficients(job: RotorJob, identified: Identified) -> dict[str, Value]:
     for row, (speed, index) in enumerate(job.readings):
         sensor = job.sensors[index]
         for column, plane in enumerate(job.planes):
-            H = complex(identified.H[row, column])
+            H = complex(identified.alone[row, column])
             if H == 0.0:
                 continue
             path = f"influence.{sensor.name}.{plane.name}" + (f".{job.show_speed(speed)}" if several else "")

@@ -6,7 +6,7 @@ peak amplitude * exp(i angle) in the internal sense of `vibopt.balancing.convent
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import field
 from math import isfinite
 from typing import Any, Literal
@@ -342,6 +342,24 @@ def wider_words(question: Question, factor: float) -> str:
     held = bool(np.isfinite(question.caps).any()) or np.isfinite(question.total_cap)
     which = "with the weights that are allowed, those on what is left" if held else "all of them"
     return f"no correction keeps the limits: {which} would have to be at least {factor:.4g} times as wide"
+
+
+def tied(n_planes: int, pairs: Iterable[tuple[int, int, complex]]) -> ComplexArray:
+    """One column per set of planes tied by pairs; a set that closes on itself with two ratios can only be zero."""
+    spread = np.eye(n_planes, dtype=complex)
+    for i, j, ratio in pairs:
+        a, b = np.flatnonzero(spread[i]), np.flatnonzero(spread[j])
+        if not len(a) or not len(b):
+            spread[:, np.concatenate([a, b])] = 0.0
+            continue
+        factor = ratio * spread[i, a[0]] / spread[j, b[0]]
+        if a[0] == b[0]:
+            if abs(factor - 1.0) > 1e-9:
+                spread[:, a[0]] = 0.0
+            continue
+        spread[:, a[0]] += factor * spread[:, b[0]]
+        spread[:, b[0]] = 0.0
+    return spread[:, np.any(spread != 0, axis=0)]
 
 
 def worst_part(question: Question, limits: FloatArray) -> Question:

@@ -10,6 +10,7 @@ from typing import Any
 from vibopt.balancing.check_rotor import check_runs
 from vibopt.balancing.coefficients import Saved, read_influence
 from vibopt.balancing.conventions import Conventions
+from vibopt.balancing.influence import tells_apart
 from vibopt.balancing.parse_asks import (
     check_shares,
     check_without_phase,
@@ -151,9 +152,10 @@ def read_rotor(
     before = len(mistakes.found)
     influence = read_influence(document, conventions, planes, measured, mistakes, coefficients)
     only_found = "rotor" in document and "influence" not in document and all(run.is_initial for run in measured.runs)
+    pairs = read_pairs(document, planes, mistakes)
     if len(mistakes.found) == before and not only_found:
-        check_runs(measured, planes, influence, with_angles, mistakes)
-    return _job(document, conventions, planes, measured, with_angles, mistakes, influence)
+        check_runs(measured, planes, influence, conventions, pairs, mistakes, has_phase=with_angles)
+    return _job(document, conventions, planes, measured, with_angles, mistakes, influence, pairs)
 
 
 def _read_asked(
@@ -177,6 +179,8 @@ def _other_bounds(document: Mapping[str, Any], like: RotorJob) -> RotorJob | Non
     planes = read_planes(document, mistakes)
     if not planes or [_as_measured(plane) for plane in planes] != [_as_measured(plane) for plane in like.planes]:
         return None
+    if any(plane.fitted is not None for plane in planes) and not _tells_each(like):
+        return None  # what the runs say of other weights is to be looked at
     texts = [(like.planes[plane].name, text) for run in like.runs for plane, text in run.fitted]
     measured = Measured(like.runs, like.sensors, like.speeds, like.speed_units, (), like.notes)
     try:
@@ -184,6 +188,16 @@ def _other_bounds(document: Mapping[str, Any], like: RotorJob) -> RotorJob | Non
         return _job(document, like.conventions, planes, measured, like.has_phase, mistakes, like.influence)
     except InputError:
         return None  # read as a whole it says what is wrong
+
+
+def _tells_each(job: RotorJob) -> bool:
+    """Whether the runs tell what a weight does in each plane, and not only in several planes together."""
+    for speed, places in enumerate(map(list, job.places)):
+        ready, W = {plane for at, _, plane in job.influence if at == speed}, job.weights[places]
+        asked = [k for k in range(len(job.planes)) if k not in ready and (k in job.free or W[:, k].any())]
+        if not tells_apart(W[W.any(axis=1)][:, asked]):
+            return False
+    return True
 
 
 _MEASURED = ("conventions", "sensors", "runs", "readings", "influence", "speed", "rotor", "quality")
@@ -197,6 +211,7 @@ def _as_measured(plane: Plane) -> Any:
 def _job(
     document: Mapping[str, Any], conventions: Conventions, planes: tuple[Plane, ...], measured: Measured,
     with_angles: bool, mistakes: Mistakes, influence: Mapping[tuple[int, int, int], complex],
+    pairs: tuple[tuple[str, int, int, float], ...] = (),
 ) -> RotorJob:  # fmt: skip
     scatter = read_scatter(document, conventions, mistakes)
     residual, correction = read_limits(document, conventions, planes, measured.sensors, measured.speeds, mistakes)
@@ -206,7 +221,6 @@ def _job(
     _check_importance(measured, goal, document, mistakes)
     if not with_angles:
         check_without_phase(document, goal, mistakes)
-    pairs = read_pairs(document, planes, mistakes)
     machine = optional_table(RotorTable, document, "rotor", mistakes)
     quality = read_quality(
         document,

@@ -151,7 +151,7 @@ class ScatterTable(Table):
 
 
 class PairTable(Table):
-    """[pairs.NAME]: two planes that get equal unbalances at the same or at opposite angles.
+    """[pairs.NAME]: two planes with equal unbalances, at one angle or at opposite ones. One run of both is enough.
 
     Keys
     ----

@@ -60,7 +60,7 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
         return judged(of, _unless_felt(of, idle, none, solver))
     options, bands = posed.question.chosen_only(solved.chosen).options, held_bands(of, solved.u)
     fitting = fitting_of(job, identified, solved.u, options, bands)
-    notes = (*_noise_notes(job, noise), *idle_words(job, idle))
+    notes = (*_noise_notes(job, noise), *idle_words(job, idle), *_together_notes(job, identified))
     plan = plan_of(job, identified, posed, solved, fitting, noise, notes, idle)
     if rotors is not None and plan.plan.fittings:
         plan = rotors.with_odds(plan, posed.question, first)
@@ -91,6 +91,13 @@ def _noise_notes(job: RotorJob, noise: Noise | None) -> tuple[str, ...]:
     none = [job.show_speed(speed) for speed, spare in enumerate(noise.spare) if not spare > 0.0]
     said = f"Bands hold 95 % of what the scatter of the readings allows ({noise.source})."
     return (said, *((f"At {', '.join(none)} there is none: no run is spare there.",) if none else ()))
+
+
+def _together_notes(job: RotorJob, identified: Identified) -> tuple[str, ...]:
+    """Planes of which no coefficient is told, because no run tells what a weight there does alone."""
+    lost = (identified.alone != identified.H).any(axis=0).tolist()
+    names = " and ".join(plane.name for plane, one in zip(job.planes, lost, strict=True) if one)
+    return (f"What weights in {names} do is known as they were fitted together, not of each alone.",) if names else ()
 
 
 def _certified(plan: Answer[RotorJob], identified: Identified) -> Answer[RotorJob]:

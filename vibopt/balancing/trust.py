@@ -8,7 +8,7 @@ import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.influence import Identified, Learnt, with_readings
-from vibopt.balancing.question import Question
+from vibopt.balancing.question import Question, tied
 from vibopt.balancing.rotor_job import RotorJob, Scatter
 from vibopt.bracketing import halved
 from vibopt.errors import counted
@@ -195,7 +195,15 @@ class Conditioning:
 
 
 def conditioning(question: Question, free: tuple[int, ...]) -> Conditioning:
-    """Condition number over the `free` planes, and which of them are to be confused."""
+    """Condition number over the `free` planes, and which of them are to be confused; of a pair it is its first."""
+    if question.pairs:
+        both, many = tied(question.n_planes, question.pairs), question.n_readings
+        first = np.argmax(both != 0.0, axis=0).tolist()
+        alone = Question(
+            question.y0, question.H @ both, question.importance, np.full(many, np.inf), np.full(len(first), np.inf)
+        )
+        found = conditioning(alone, tuple(k for k, plane in enumerate(first) if plane in free))
+        return Conditioning(found.number, *(tuple(first[k] for k in some) for some in (found.alike, found.near)))
     size = np.sqrt(question.square.diagonal().real)
     least = 1e-12 * size[list(free)].max(initial=0.0)
     felt = [plane for plane in free if size[plane] > least]

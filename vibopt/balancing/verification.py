@@ -28,6 +28,8 @@ from vibopt.errors import QuantityError
 from vibopt.units import to_unit
 from vibopt.units.spelling import split_detector
 
+_ROUNDING = 1e-11
+"""Part of the weights of runs below which what tells them apart is rounding."""
 APART = 0.05
 """Part of the greatest difference of runs below which they refine no ready coefficient."""
 SAMPLES = 4
@@ -215,11 +217,13 @@ def _mixture(ready: Sequence[int], states: ComplexArray, targets: ComplexArray) 
     both[1:, : len(states)], both[1:, len(states) :] = states[:, learnt].T, targets[:, learnt].T
     rows, wanted = both[:, : len(states)], both[:, len(states) :]
     size = np.abs(rows).max(axis=1)[:, None]
-    same = APART if set(ready) & set(learnt) else None
-    if same is None and len(rows) == len(states):  # as many runs as unknowns: no share is free
+    refined = bool(set(ready) & set(learnt))
+    if not refined and len(rows) == len(states):  # as many runs as unknowns: no share is free
         with suppress(np.linalg.LinAlgError):
-            return np.asarray(np.linalg.solve(rows / size, wanted / size).T)
-    shares: ComplexArray = np.linalg.lstsq(rows / size, wanted / size, rcond=same)[0].T
+            alone = np.asarray(np.linalg.inv(rows / size))
+            if np.abs(alone).max() < 1.0 / _ROUNDING:  # runs of both weights of a pair may be alike up to rounding
+                return np.asarray((alone @ (wanted / size)).T)
+    shares: ComplexArray = np.linalg.lstsq(rows / size, wanted / size, rcond=APART if refined else _ROUNDING)[0].T
     return shares
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, cast
 
 from vibopt.answer.answer import EMPTY
 from vibopt.answer.entry import Entry
+from vibopt.balancing import is_rotor
 from vibopt.errors import InputError
 from vibopt.jobs import answer, facts, is_scene, kept_plan, with_changes
 from vibopt.study.grids import Number
@@ -54,7 +55,7 @@ class _OfPlan(Rounding):
 
     def __init__(self, job: BalancingJob, answer: Answer[Any]) -> None:
         super().__init__(job, answer)
-        self.known: dict[tuple[int, tuple[str, ...]], Near] = {}
+        self.known: dict[tuple[int, tuple[str, ...]], Near | None] = {}
 
     def kept(self, answer: Answer[Any]) -> BalancingJob:
         made: BalancingJob = kept_plan(self.job, answer)
@@ -69,14 +70,19 @@ class _OfPlan(Rounding):
             raise InputError(f"{self.job.name}: there is nothing to round: {words}.")
         return own
 
-    def measured(self, kept: BalancingJob, texts: Mapping[str, str]) -> Near:
+    def measured(self, kept: BalancingJob, texts: Mapping[str, str]) -> Near | None:
         key = id(kept), tuple(texts.values())
         if key not in self.known:
             self.known[key] = self._measured(kept, texts)
         return self.known[key]
 
-    def _measured(self, kept: BalancingJob, texts: Mapping[str, str]) -> Near:
-        here = with_changes(kept, texts)
+    def _measured(self, kept: BalancingJob, texts: Mapping[str, str]) -> Near | None:
+        try:
+            here = with_changes(kept, texts)
+        except InputError:
+            if is_rotor(self.job) and self.job.pairs:
+                return None  # of two weights that are no pair the runs say nothing
+            raise
         found = answer(here, explain=False)
         margins = {name: limit.margin for name, limit in found.limits.items() if not limit.met}
         margins |= dict.fromkeys(self.job.beyond(cast(Any, here)), -inf)
@@ -84,7 +90,10 @@ class _OfPlan(Rounding):
         return Near(texts, here, found, worst, -margins.get(worst, 0.0))
 
     def cost(self, kept: BalancingJob, texts: Mapping[str, str]) -> float | None:
-        goal = self.goal(self.measured(kept, texts))
+        near = self.measured(kept, texts)
+        if near is None:
+            return None
+        goal = self.goal(near)
         return 0.0 if goal is None else goal.value
 
     def goal(self, best: Near) -> Entry | None:
