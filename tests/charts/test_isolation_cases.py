@@ -330,8 +330,8 @@ def test_a_rotor_has_no_freedoms_to_leave_out() -> None:
     file = "problems/balancing/assignment_1.toml"
     told = CliRunner().invoke(solve_command, [file, "--fidelity", "full"])
     assert str(told.exception) == (
-        f"{file}: --fidelity full is of machines, whose models leave freedoms out that nothing needs; a rotor has "
-        "none. Leave it out."
+        f"{file}: --fidelity full is of machines, whose models leave freedoms out that nothing needs; a measured "
+        "rotor has none. Leave it out."
     )
 
 

@@ -148,8 +148,8 @@ def test_plot_and_report_write_their_files(run: Run, job: str, tmp_path: Path) -
     refused = run("plot", job, "-o", str(picture), "--map")
     assert (refused.code, refused.err) == (
         2,
-        "job.toml: a map has two numbers of a machine as its axes; what a measured rotor chooses are vectors. Leave "
-        "--map out: the plot shows each by its size and angle.\n",
+        "job.toml: a map has two numbers of a machine as its axes, and weights of a measured rotor have each "
+        "a size and an angle, as the plot shows them. Leave --map out.\n",
     )
 
 

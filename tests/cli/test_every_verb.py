@@ -212,8 +212,8 @@ def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
         ),
         (
             ("plot", FILES["engine"], "-o", "x.svg", "--map"),
-            "engine_share_capped.toml: a map has two numbers of a machine as its axes; what an engine chooses are "
-            "vectors. Leave --map out: the plot shows each by its size and angle.",
+            "engine_share_capped.toml: a map has two numbers of a machine as its axes, and weights of an engine "
+            "have each a size and an angle, as the plot shows them. Leave --map out.",
         ),
         (
             ("chart", "fidelity", FILES["rotor"]),

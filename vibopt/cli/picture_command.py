@@ -150,8 +150,8 @@ def _drawn(answer: Answer[Any], as_map: str | None) -> Figure:
         from vibopt.jobs import noun_of
 
         raise InputError(
-            f"{answer.name}: a map has two numbers of a machine as its axes; what {noun_of(answer.job)} chooses are "
-            "vectors. Leave --map out: the plot shows each by its size and angle."
+            f"{answer.name}: a map has two numbers of a machine as its axes, and weights of {noun_of(answer.job)} have "
+            "each a size and an angle, as the plot shows them. Leave --map out."
         )
     from vibopt.balancing.figures import figure_of
 

@@ -148,14 +148,14 @@ def _write(texts: dict[Path, str]) -> None:
 
 def _whole_where_asked(file: str, job: Job, fidelity: str) -> None:
     """Leave no freedom out until the command ends, where that is asked for."""
-    from vibopt.jobs import is_scene
+    from vibopt.jobs import is_scene, noun_of
     from vibopt.program.pose import whole_models
 
     if fidelity == "full":
         if not is_scene(job):
             raise InputError(
-                f"{file}: --fidelity full is of machines, whose models leave freedoms out that nothing needs; a "
-                f"{job.kind} has none. Leave it out."
+                f"{file}: --fidelity full is of machines, whose models leave freedoms out that nothing needs; "
+                f"{noun_of(job)} has none. Leave it out."
             )
         click.get_current_context().with_resource(whole_models())
 
