@@ -219,9 +219,10 @@ def test_a_window_is_a_table_and_json(press: Window) -> None:
     assert "is safe" in press._repr_html_()
 
 
-BALANCING = (
-    "rao_9_3.toml: window is for a machine on its mounts, and this is a shaft with known masses. Weights are amounts "
-    "at angles: vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each may be."
+NONE = "rao_9_3.toml: window needs limits on what is left: without any every weight is permitted."
+ORDERS = (
+    "engine_share_capped.toml: window is for limits that hold one amplitude each, and the orders of an engine add up "
+    "over a turn. vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each share or weight may be."
 )
 CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain says which limits clash."
 
@@ -229,7 +230,8 @@ CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain sa
 @pytest.mark.parametrize(
     ("file", "changes", "words"),
     [
-        ("balancing/rao_9_3.toml", {}, BALANCING),
+        ("balancing/rao_9_3.toml", {}, NONE),
+        ("balancing/engine_share_capped.toml", {}, ORDERS),
         ("isolation/rao_9_34.toml", {"limits.start_up.at_most": "5 mm"}, CLASH),
         ("absorbers/assignment_4a.toml", {},
          "assignment_4a.toml: window needs limits: without any every design is permitted."),
@@ -243,7 +245,7 @@ CLASH = "rao_9_34.toml: there is no permitted design (proven). vibopt explain sa
         ("isolation/rao_9_34_printed_design.toml", {},
          "rao_9_34_printed_design.toml: nothing is chosen, so nothing may go anywhere. Write a range, { from, to }."),
     ],
-    ids=["balancing", "clash", "no limits", "list", "catalogue", "nothing"],
+    ids=["balancing", "engine", "clash", "no limits", "list", "catalogue", "nothing"],
 )  # fmt: skip
 def test_what_has_no_window_is_said(file: str, changes: dict[str, object], words: str) -> None:
     assert str(refused(lambda: vo.window(vo.with_changes(vo.read(ROOT / file), changes)))) == words

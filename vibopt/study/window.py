@@ -12,7 +12,7 @@ import numpy as np
 
 from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
-from vibopt.balancing import is_rotor
+from vibopt.balancing import is_engine, is_known, is_rotor
 from vibopt.bracketing import crossing
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import changed
@@ -28,8 +28,8 @@ from vibopt.solve.method import Progress
 from vibopt.solve.ranges import closed
 from vibopt.study.freeze import shown_values
 from vibopt.study.permitted import Window
-from vibopt.study.rotor_window import rotor_window
 from vibopt.study.spans import Span, Violations, between, spans_of
+from vibopt.study.weights_window import weights_window
 from vibopt.verify.checked import checked_limits, disagreement
 
 if TYPE_CHECKING:
@@ -59,8 +59,8 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     Parameters
     ----------
     job
-        A machine with limits and up to six variables, each chosen from a range, or a measured rotor with limits and
-        free weights; its goal does not matter.
+        A machine with limits and up to six variables, each chosen from a range, or a measured rotor or a shaft with
+        known masses with limits and free weights; its goal does not matter.
     progress
         Called now and then with a stage and the part that is done.
 
@@ -69,10 +69,14 @@ def window(job: Job, *, progress: Progress | None = None) -> Window:
     InputError
         A job of another kind, a choice that is no range, or no permitted design.
     """
-    if is_rotor(job):
-        return rotor_window(job)
-    instead = "Weights are amounts at angles: vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each may be."
-    scene = scene_only(job, "window", instead)
+    if is_rotor(job) or is_known(job):
+        return weights_window(job)
+    if is_engine(job):
+        raise InputError(
+            f"{job.name}: window is for limits that hold one amplitude each, and the orders of an engine add up over a "
+            "turn. vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each share or weight may be."
+        )
+    scene = scene_only(job, "window")
     _check(scene)
     program = replace(closed(pose(scene)), aim=None)
     middle = np.where(program.low > 0.0, np.sqrt(program.low * program.high), 0.5 * (program.low + program.high))

@@ -131,13 +131,13 @@ def reactions(job: KnownJob, u: Sequence[complex] | ComplexArray) -> dict[str, c
     return {name: complex(-(job.speed**2) * one) for name, one in zip(rows.names, carried, strict=True)}
 
 
-def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7) -> tuple[float, float]:
-    """Greatest force [N] and greatest couple about the middle [N m] left on the shaft over one turn.
+def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7, about: float | None = None) -> tuple[float, float]:
+    """Greatest force [N] and greatest couple about the middle, or `about` a place [m], left on the shaft over one turn.
 
     The masses are put on the shaft as points, turned through `steps` positions, and summed in real components, at
     1 rad/s where there is no speed.  No vector sum of the optimiser is used; a balanced shaft shows zero for both.
     """
-    middle, _ = middle_and_arm(job)
+    middle = middle_and_arm(job)[0] if about is None else about
     points = [(mass.u, mass.at) for mass in job.masses] + [(z, p.place) for z, p in zip(u, job.planes, strict=True)]
     speed2 = job.speed**2 if job.speed is not None else 1.0
     force = couple = 0.0
@@ -151,6 +151,20 @@ def turned_by_hand(job: KnownJob, u: ComplexArray, steps: int = 7) -> tuple[floa
             about_x, about_y = about_x - (at - middle) * fy, about_y + (at - middle) * fx
         force, couple = max(force, float(np.hypot(x, y))), max(couple, float(np.hypot(about_x, about_y)))
     return force, couple
+
+
+def rows_by_hand(job: KnownJob, u: ComplexArray) -> FloatArray:
+    """Sizes of what `balance_rows` and `bearing_rows` are, by the masses turned by hand (n_rows,) [kg m].
+
+    What a bearing carries is the couple about the other one over their distance.
+    """
+    speed2 = job.speed**2 if job.speed is not None else 1.0
+    force, couple = turned_by_hand(job, u)
+    sizes = [force] if job.flat else [force, couple / middle_and_arm(job)[1]]
+    if job.bearings:
+        (first, second), span = job.bearings, abs(job.bearings[1].at - job.bearings[0].at)
+        sizes += [turned_by_hand(job, u, about=other.at)[1] / span for other in (second, first)]
+    return np.array(sizes) / speed2
 
 
 def equilibrium(job: KnownJob, u: ComplexArray) -> float:

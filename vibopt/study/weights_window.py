@@ -1,4 +1,4 @@
-"""The permitted plans of a measured rotor: how far each weight goes, and by how much all may be off at once.
+"""Permitted plans of a rotor or a shaft: how far each weight goes, and by how much all may be off at once.
 
 What is left is linear in the weights, so permitted plans are convex.  Weights that may each be off by a part t of
 themselves in any direction add up to t |H w| to what is left, plane by plane in its worst direction: exact, and convex
@@ -7,15 +7,18 @@ for each t.  Every cone program has a bound from its multipliers, worked out her
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import inf, pi, tau
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibopt.answer.entry import Entry, direction
 from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.balancing import KNOWN, ROTOR, is_rotor
+from vibopt.balancing.known.correct import AS_WRITTEN, correct, pose
+from vibopt.balancing.known.shaft_statics import rows_by_hand
 from vibopt.balancing.plane_options import decided_of
-from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
 from vibopt.balancing.solve_rotor import asked_of
 from vibopt.balancing.verification import shown_with
@@ -23,11 +26,17 @@ from vibopt.bracketing import crossing
 from vibopt.cones import Cones
 from vibopt.errors import InputError, RoutesDiffer
 from vibopt.jobs import answer
+from vibopt.records import dataclass
 from vibopt.study.permitted import Window, turned
 from vibopt.study.spans import Span, no_design
 
 if TYPE_CHECKING:
+    from vibopt.answer.answer import Answer
+    from vibopt.balancing.conventions import Conventions
+    from vibopt.balancing.known.known_job import KnownJob
+    from vibopt.balancing.planes import Plane
     from vibopt.balancing.question import Question
+    from vibopt.balancing.rotor_job import RotorJob
 
 _MOST, _ROOM, _CLOSE = 0.5, 1e-6, 1e-6
 """Greatest part that is looked at, by which part it is drawn in, and how closely ends are found."""
@@ -149,7 +158,29 @@ class _Plans:
         )[1]
 
 
-def rotor_window(job: RotorJob) -> Window:
+@dataclass(frozen=True)
+class _Asked:
+    """What a window of weights is of.
+
+    decided, own
+        Unbalances of planes that are decided, and those of the answer (n_planes,) [kg m].
+    free
+        Planes that may be changed.
+    shown
+        What is left in the limited rows, the first of the question's, with each of many corrections, over their limits
+        by another route (n_corrections, n_rows).
+    """
+
+    question: Question
+    decided: ComplexArray
+    own: ComplexArray
+    free: tuple[int, ...]
+    conventions: Conventions
+    shown: Callable[[ComplexArray], FloatArray]
+    claim: str
+
+
+def weights_window(job: RotorJob | KnownJob) -> Window:
     """How far each weight goes over all permitted plans, and the plan of which all may be off by most.
 
     Raises
@@ -157,63 +188,97 @@ def rotor_window(job: RotorJob) -> Window:
     InputError
         Weights that are not free, limits that are no limits of the prediction, or no plan that is permitted.
     RoutesDiffer
-        The simulated rotor shows something else at a corner.
+        The simulated rotor, or the masses turned by hand, show something else at a corner.
     """
     _check(job)
     plan = answer(job, explain=False, brief=True)
     if plan.status not in ("optimal", "feasible"):
         known = "proven" if plan.status == "infeasible" else plan.claim
         raise no_design(job.name, known)
-    of, _, idle, posed = asked_of(job)
-    question, decided = posed.question, decided_of(posed.question.options)
-    free = tuple(k for k, own in enumerate(job.planes) if own.is_open and k not in idle and question.caps[k] > 0.0)
-    plans = _Plans(question, free, decided)
-    for k, reach in zip(free, plans.reach, strict=True):
+    asked = _of_rotor(job, plan) if is_rotor(job) else _of_shaft(job)
+    plans = _Plans(asked.question, asked.free, asked.decided)
+    for k, reach in zip(asked.free, plans.reach, strict=True):
         if not np.isfinite(reach):
             name = job.planes[k].name
             raise InputError(
-                f"{job.name}: window is for weights that something bounds, and the sensors do not tell what "
-                f'planes.{name} does from the others. Cap it: weight = {{ from = "0 g", to = "50 g" }}.'
+                f"{job.name}: window is for weights that something bounds, and the {_LIMITED[job.kind]} do not tell "
+                f'what planes.{name} does from the others. Cap it: weight = {{ from = "0 g", to = "50 g" }}.'
             )
     x, part, sure = plans.largest()
     part *= 1.0 - _ROOM
-    _put_back(of.job, plans, free, decided, x, part)
+    _put_back(job, asked, plans, x, part)
     spans, centre = [], {}
-    for k, plane in enumerate(free):
-        for span, middle in _spans(of.job, plans, k, plane, complex(x[k])):
+    for k, plane in enumerate(asked.free):
+        for span, middle in _spans(job.planes[plane], asked.conventions, plans, k, complex(x[k])):
             spans.append(span)
             centre[span.path] = middle
-    own = np.array([plan.plan.fittings[0].planes[plane].u / unit for plane, unit in zip(free, plans.unit, strict=True)])
+    own = asked.own[list(asked.free)] / plans.unit
+    return Window(job, tuple(spans), centre, part, sure, asked.claim, plans.half(own), EACH)
+
+
+_LIMITED = {ROTOR: "sensors", KNOWN: "limits"}
+
+
+def _of_rotor(job: RotorJob, plan: Answer[Any]) -> _Asked:
+    of, _, idle, posed = asked_of(job)
+    question, limits = posed.question, row_limits(of.job)
+    free = tuple(k for k, own in enumerate(job.planes) if own.is_open and k not in idle and question.caps[k] > 0.0)
+    removed = np.array([plane.remove for plane in job.planes])
+    rows = np.flatnonzero(np.isfinite(limits))
+
+    def shown(u: ComplexArray) -> FloatArray:
+        angles = of.job.conventions.weight_sense * np.angle(np.where(removed, -u, u))
+        return shown_with(of.job, np.abs(u), angles, removed)[:, rows] / limits[rows]
+
+    own = np.array([one.u for one in plan.plan.fittings[0].planes])
     claim = "cone programs, with bounds from their multipliers; put back into a simulated rotor"
-    return Window(job, tuple(spans), centre, part, sure, claim, plans.half(own), EACH)
+    return _Asked(question, decided_of(posed.question.options), own, free, job.conventions, shown, claim)
 
 
-def _check(job: RotorJob) -> None:
+def _of_shaft(job: KnownJob) -> _Asked:
+    posed = pose(job)
+    question = posed.question
+    free = tuple(k for k, own in enumerate(job.planes) if own.is_open and question.caps[k] > 0.0)
+    rows = np.flatnonzero(np.isfinite(question.limits))
+
+    def shown(u: ComplexArray) -> FloatArray:
+        return np.array([rows_by_hand(job, one)[rows] / question.limits[rows] for one in u])
+
+    claim = "cone programs, with bounds from their multipliers; the masses turned by hand at its corners"
+    return _Asked(question, decided_of(question.options), correct(job).u, free, AS_WRITTEN, shown, claim)
+
+
+def _check(job: RotorJob | KnownJob) -> None:
     """Whether the permitted plans are those of free weights under limits of the prediction."""
-    if not job.residual_limits:
+    limited = job.residual_limits if is_rotor(job) else np.isfinite(pose(job).question.limits).any()
+    if not limited:
         raise InputError(f"{job.name}: window needs limits on what is left: without any every weight is permitted.")
     listed = next((plane.name for plane in job.planes if plane.is_open and not plane.is_plain), "")
-    if listed or job.pairs or not job.choices or not job.has_phase or job.asks_shares:
-        what = f"planes.{listed} has holes, a list, sectors or a split" if listed else "planes are paired"
-        what = what if listed or job.pairs else "a limit asks for a probability"
-        what = what if job.choices and job.has_phase else "nothing is chosen by readings with their angles"
+    what = f"planes.{listed} has holes, a list, sectors or a split" if listed else ""
+    if is_rotor(job):
+        what = what or (
+            "planes are paired" if job.pairs else "a limit asks for a probability" if job.asks_shares else ""
+        )
+        what = what if job.has_phase else "nothing is chosen by readings with their angles"
+    what = what if job.choices else "nothing is chosen"
+    if what:
         raise InputError(
             f"{job.name}: window is for weights of any size and angle, and {what}. "
             "vibopt sweep FILE --keep-design --vary PATH=RANGE shows what each may be."
         )
 
 
-def _spans(job: RotorJob, plans: _Plans, k: int, plane: int, x: complex) -> list[tuple[Span, Entry]]:
+def _spans(own: Plane, conventions: Conventions, plans: _Plans, k: int, x: complex) -> list[tuple[Span, Entry]]:
     """Of one weight its size and its angle, each with where the centre has it."""
-    own, unit = job.planes[plane], float(plans.unit[k])
+    unit = float(plans.unit[k])
     nearest, there = plans.least(0.0, near=k)
     sizes = [Entry(own.amount(size * unit), own.dimension, own.unit) for size in (max(nearest, 0.0), plans.farthest(k))]
-    angle = job.conventions.weight_angle
+    angle = conventions.weight_angle
     turn = float(np.angle(there[k]))
     middle = angle(-there[k] if own.remove else there[k])
     ends = Entry(0.0, "angle", "deg"), Entry(tau, "angle", "deg")
     if nearest > _CLOSE * sizes[1].value / own.amount(unit):
-        sides = [side * plans.turned(k, turn, side * job.conventions.weight_sense) for side in (-1.0, 1.0)]
+        sides = [side * plans.turned(k, turn, side * conventions.weight_sense) for side in (-1.0, 1.0)]
         ends = turned(middle, sides[0]), turned(middle, sides[1])
     path, sure = f"planes.{own.name}", bool(np.isfinite(nearest))
     size = Entry(own.amount(x * unit), own.dimension, own.unit)
@@ -223,19 +288,16 @@ def _spans(job: RotorJob, plans: _Plans, k: int, plane: int, x: complex) -> list
     ]
 
 
-def _put_back(
-    job: RotorJob, plans: _Plans, free: tuple[int, ...], decided: ComplexArray, x: ComplexArray, part: float
-) -> None:
-    """Each row with every weight off the way that is worst for it, in the simulated rotor."""
-    rows = np.flatnonzero(np.isfinite(row_limits(job)))
-    left = (plans.y0 + plans.H @ x)[: len(rows)]
-    effect = plans.H[: len(rows)] * x
+def _put_back(job: RotorJob | KnownJob, asked: _Asked, plans: _Plans, x: ComplexArray, part: float) -> None:
+    """Each row with every weight off the way that is worst for it, by another route."""
+    left, effect = plans.y0 + plans.H @ x, plans.H * x
     turns = np.exp(1j * (np.angle(left)[:, None] - np.angle(effect)))
-    u = np.tile(decided, (len(rows), 1))
-    u[:, list(free)] = x * plans.unit * (1.0 + part * turns)
-    removed = np.array([plane.remove for plane in job.planes])
-    angles = job.conventions.weight_sense * np.angle(np.where(removed, -u, u))
-    shown = shown_with(job, np.abs(u), angles, removed)[np.arange(len(rows)), rows] / row_limits(job)[rows]
-    said = np.abs(left) + part * np.abs(effect).sum(axis=1)
+    u = np.tile(asked.decided, (len(left), 1))
+    u[:, list(asked.free)] = x * plans.unit * (1.0 + part * turns)
+    shown = asked.shown(u).diagonal()
+    said = (np.abs(left) + part * np.abs(effect).sum(axis=1))[: len(shown)]
     if not np.allclose(shown, said, rtol=1e-6, atol=1e-6):
-        raise RoutesDiffer(f"{job.name}: no window is told: the simulated rotor shows other vibrations at a corner")
+        raise RoutesDiffer(f"{job.name}: no window is told: {_OTHER[job.kind]} other vibrations at a corner")
+
+
+_OTHER = {ROTOR: "the simulated rotor shows", KNOWN: "the masses turned by hand show"}
