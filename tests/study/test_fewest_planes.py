@@ -119,8 +119,72 @@ def test_what_has_no_limit_or_no_planes_is_refused() -> None:
         '"residual" and at_most.'
     ]
     assert list(refused(fewest_planes, open_job("problems/isolation/rao_9_34.toml")).messages) == [
-        "rao_9_34.toml: --fewest-planes is of rotors with influence coefficients. Leave it out."
+        "rao_9_34.toml: --fewest-planes is of the planes of a rotor or a shaft. Leave it out."
     ]
+    assert list(refused(fewest_planes, open_job("problems/balancing/rao_9_14_b_capped.toml")).messages) == [
+        "rao_9_14_b_capped.toml: without a limit on what is left no plane is needed. Add [limits.NAME] with response = "
+        '"static_unbalance" and at_most.'
+    ]
+
+
+SHAFT = """title = "Shaft with three planes"
+[shaft]
+bearings = { A = "0 mm", B = "900 mm" }
+speed = "1450 rpm"
+[masses.blade]
+mass = "60 g"
+radius = "120 mm"
+angle = "30 deg"
+at = "300 mm"
+[masses.hub]
+mass = "25 g"
+radius = "70 mm"
+angle = "160 deg"
+at = "550 mm"
+[planes.left]
+at = "100 mm"
+radius = "110 mm"
+[planes.middle]
+at = "350 mm"
+radius = "110 mm"
+[planes.right]
+at = "800 mm"
+radius = "110 mm"
+[limits.bearing]
+response = "bearing_reaction"
+at_most = "BOUND N"
+[goal]
+minimise = "correction"
+[conventions]
+angles = "with rotation"
+"""
+
+
+@pytest.mark.parametrize(("bound", "planes"), [(60.0, 1), (5.0, 2)])
+def test_a_shaft_gets_weights_in_as_few_planes_as_keep_its_limits(bound: float, planes: int) -> None:
+    """By moments about each bearing: a weight in one plane leaves at least so much at one of them."""
+    found = fewest_planes(of_document(tomllib.loads(SHAFT.replace("BOUND", f"{bound:g}")), Mistakes("shaft.toml")))
+    speed2, places = (1450.0 * np.pi / 30.0) ** 2, {"left": 0.1, "middle": 0.35, "right": 0.8}
+    known = [(60e-3 * 0.12, 30.0, 0.3), (25e-3 * 0.07, 160.0, 0.55)]
+    moments = [sum(z * np.exp(1j * np.radians(a)) * (at - about) for z, a, at in known) for about in (0.9, 0.0)]
+    loads = np.array([-moments[0], moments[1]]) / 0.9 * speed2
+
+    def alone(at: float) -> float:
+        levers = np.array([0.9 - at, at]) / 0.9
+        ends = np.array([-loads[k] / levers[k] for k in range(2)])  # the best lies between what frees either bearing
+        turns = ends[0] + np.linspace(0.0, 1.0, 20_001) * (ends[1] - ends[0])
+        return float(np.abs(loads[:, None] + levers[:, None] * turns).max(axis=0).min())
+
+    least = {name: alone(at) for name, at in places.items()}
+    assert (min(least.values()) <= bound) == (planes == 1)
+    assert len(found.planes) == planes
+    if planes == 1:
+        assert least[found.planes[0]] <= bound * (1.0 + 1e-6)
+    else:
+        assert found.words.endswith(
+            "3 sets of fewer planes cannot keep the limits, proven of each; of the 3 sets of as "
+            "many the one with the best goal."
+        )
 
 
 def test_a_modelled_turbine_whirls_little_up_to_overspeed_with_weights_on_the_fewest_discs() -> None:

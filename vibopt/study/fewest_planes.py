@@ -1,4 +1,4 @@
-"""The fewest planes of a rotor, measured or modelled, in which weights keep every limit on what is left."""
+"""The fewest planes of a rotor, measured or modelled, or of a shaft in which weights keep every limit."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from itertools import combinations
 from math import comb
 from typing import TYPE_CHECKING, Any
 
-from vibopt.balancing import is_rotor
+import numpy as np
+
+from vibopt.balancing import is_known, is_rotor
+from vibopt.balancing.known.correct import complete, pose
 from vibopt.errors import InputError, counted
 from vibopt.jobs import answer, with_changes
 from vibopt.records import dataclass
@@ -16,6 +19,8 @@ from vibopt.study.seen import goal_of
 
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
+    from vibopt.balancing.known.known_job import KnownJob
+    from vibopt.balancing.question import Question
     from vibopt.balancing.rotor_job import RotorJob
     from vibopt.jobs import Job
 
@@ -45,14 +50,16 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
     Raises
     ------
     InputError
-        The job is no rotor with limits on what is left; no plane is needed, or no set is enough; or there are too many.
+        The job is no rotor or shaft with limits on what is left; no plane is needed, or no set is enough; or there are
+        too many.
     """
-    if not is_rotor(job):
-        raise InputError(f"{job.name}: --fewest-planes is of rotors with influence coefficients. Leave it out.")
-    if not job.residual_limits:
+    if not (is_rotor(job) or is_known(job)):
+        raise InputError(f"{job.name}: --fewest-planes is of the planes of a rotor or a shaft. Leave it out.")
+    if not (job.residual_limits if is_rotor(job) else np.isfinite(_asked(job).limits).any()):
+        response = "residual" if is_rotor(job) else "static_unbalance"
         raise InputError(
             f"{job.name}: without a limit on what is left no plane is needed. Add [limits.NAME] with response = "
-            '"residual" and at_most.'
+            f'"{response}" and at_most.'
         )
     names = tuple(plane.name for plane in job.planes if not plane.keep)
     tried, unsettled = 0, 0
@@ -71,10 +78,11 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
         good = [chosen for chosen, answer in found.items() if answer.status in ("optimal", "feasible")]
         if good:
             best = min(good, key=lambda chosen: _goal(job, found[chosen]))
-            if count == 1 and _holds_as_found(found[best]):
+            if count == 1 and _holds_as_found(job, found[best]):
+                what = "rotor" if is_rotor(job) else "shaft"
                 raise InputError(
-                    f"{job.name}: as found the rotor keeps every limit: no plane needs a weight. Leave --fewest-planes "
-                    "out to see what weights gain."
+                    f"{job.name}: as found the {what} keeps every limit: no plane needs a weight. Leave "
+                    "--fewest-planes out to see what weights gain."
                 )
             return _told(best, names, tried, len(found), proven=not unsettled)
         tried += len(found)
@@ -85,24 +93,34 @@ def fewest_planes(job: Job, progress: Progress | None = None) -> FewestPlanes:
     )
 
 
-def _with(job: RotorJob, chosen: tuple[str, ...], names: tuple[str, ...]) -> Answer[Any]:
+def _asked(job: KnownJob) -> Question:
+    """What is asked of a shaft, complete balance where no limit says how good."""
+    return complete(job, pose(job).question)
+
+
+def _with(job: RotorJob | KnownJob, chosen: tuple[str, ...], names: tuple[str, ...]) -> Answer[Any]:
     """The answer where all other planes stay untouched."""
     changes = {f"planes.{name}.keep": True for name in names if name not in chosen}
     return answer(with_changes(job, changes) if changes else job, explain=False, brief=True)
 
 
-def _parted(job: RotorJob, chosen: tuple[str, ...]) -> bool:
+def _parted(job: RotorJob | KnownJob, chosen: tuple[str, ...]) -> bool:
     """Whether one plane of a pair is among them without the other, so that both stay untouched."""
     names = [plane.name for plane in job.planes]
-    return any((names[first] in chosen) != (names[second] in chosen) for _, first, second, _ in job.pairs)
+    return is_rotor(job) and any(
+        (names[first] in chosen) != (names[second] in chosen) for _, first, second, _ in job.pairs
+    )
 
 
-def _goal(job: RotorJob, answer: Answer[Any]) -> float:
+def _goal(job: RotorJob | KnownJob, answer: Answer[Any]) -> float:
     goal = goal_of(job, answer)
     return goal.value if goal is not None else 0.0
 
 
-def _holds_as_found(answer: Answer[Any]) -> bool:
+def _holds_as_found(job: RotorJob | KnownJob, answer: Answer[Any]) -> bool:
+    if is_known(job):
+        asked = _asked(job)
+        return bool((np.abs(asked.y0) <= asked.limits).all())
     rows = answer.plan.fittings[0].rows
     return all(row.limit is None or abs(row.y0) <= row.limit.value for row in rows)
 
