@@ -25,6 +25,7 @@ from vibopt.program.pose import on_needed, pose
 from vibopt.report.campbell import campbell_of
 from vibopt.report.curves import panels
 from vibopt.report.figures.campbell_diagram import campbell_figure
+from vibopt.report.figures.response_curves import response_figure
 from vibopt.report.modelled_balancing import balancing_document
 from vibopt.responses import KINDS
 from vibopt.scene.assemble import model_of
@@ -462,7 +463,7 @@ REFUSED = {
     ),
     "one row": (
         HEAD + SHAFT + REST.replace(FILM, BOTH + '\ntable = [{ speed = "0 rpm", k_yy = "1 MN/m" }]\n'),
-        "t line 7: bearings.f has a table of 1 rows, and two at least say something of the speeds between.",
+        "t line 7: bearings.f has a table of 1 row, and two at least say something of the speeds between.",
     ),
     "a table and a number": (
         HEAD + SHAFT + REST.replace(FILM, BOTH + 'k_yy = "1 MN/m"' + ROWS % "600 rpm"),
@@ -552,6 +553,18 @@ def test_a_file_of_a_bearing_that_cannot_be_read(sheet: str, said: str, tmp_path
     (tmp_path / "t.toml").write_text(HEAD + SHAFT + REST.replace(FILM, BOTH + 'table = "film.csv"\n'), encoding="utf-8")
     caught = refused(read, tmp_path / "t.toml")
     assert any(said in one for one in caught.messages), caught.messages
+
+
+def test_an_orbit_is_drawn_to_scale_and_both_of_its_parts_apart() -> None:
+    document = at(borne(friswell(), *STEADY), "2000 rpm")
+    both = panels(solve(from_dict(document)))
+    figure = response_figure(both)
+    assert [panel.to_scale for panel in both] == [False, True]
+    curves, orbit = figure.axes
+    assert len({(line.get_color(), str(line.get_linestyle())) for line in curves.get_lines()[:3]}) == 3
+    figure.draw_without_rendering()
+    (left, right), (low, high), box = orbit.get_xlim(), orbit.get_ylim(), orbit.get_window_extent()
+    assert (right - left) / box.width == pytest.approx((high - low) / box.height, rel=1e-6)
 
 
 def test_what_is_told_of_an_orbit_is_said_by_the_kind() -> None:

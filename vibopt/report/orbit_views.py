@@ -73,7 +73,7 @@ def _against_speed(
     ]
     curves = [known_curve("greater half axis", per * speeds, np.minimum(factor * parts.sum(axis=0), 1e3 * top))]
     for label, part in zip(("forward part", "backward part"), parts, strict=True):
-        curves.append(known_curve(label, per * speeds, np.minimum(factor * part, 1e3 * top), before=True))
+        curves.append(known_curve(label, per * speeds, np.minimum(factor * part, 1e3 * top)))
     at = worst.speeds[drive.name]
     marks = (Mark(where, f"{name} {show(worst.value, '', one.dimension)}", per * at, factor * value),)
     return Panel(
@@ -102,5 +102,5 @@ def _orbit(design: Design, model: Model, x: FloatArray, one: HarmonicResponse, f
     )
     return Panel(
         title=f"Orbit {place_of(one)} at {shown}", x_label=f"y, level [{unit}]", y_label=f"z, upward [{unit}]",
-        curves=curves, excitation=drive.name, x_span=(-span, span), y_span=(-span, span),
+        curves=curves, excitation=drive.name, x_span=(-span, span), y_span=(-span, span), to_scale=True,
     )  # fmt: skip

@@ -67,6 +67,8 @@ class Panel:
         Intervals that `find_all` found.
     equal
         Peaks as high as the greatest within 0.1 %, where there are several.
+    to_scale
+        Whether both axes have one scale: a path in a plane.
     """
 
     title: str
@@ -84,6 +86,7 @@ class Panel:
     good: tuple[tuple[float, float], ...] = ()
     notes: tuple[str, ...] = ()
     equal: tuple[Mark, ...] = ()
+    to_scale: bool = False
 
 
 def heights(

@@ -75,6 +75,9 @@ def _draw(part: Any, panel: Panel) -> list[Annotation]:
     dress(axes, panel.title, panel.x_label, panel.y_label, "; ".join(panel.notes))
     scale(axes, "x", panel.log_x, *panel.x_span)
     scale(axes, "y", panel.log_y, *panel.y_span)
+    if panel.to_scale:
+        axes.set_xlim(auto=True)  # as wide as the other axis wants it
+        axes.set_aspect("equal", adjustable="datalim")
     _zones(axes, panel)
     for index, curve in enumerate(panel.curves):
         _curve(axes, curve, index)
