@@ -20,6 +20,7 @@ from vibopt.program.pose import form_of, pose
 from vibopt.scene.assemble import model_of
 from vibopt.solve.tangents import Tangents
 from vibopt.verify import unknown_duration
+from vibopt.verify.as_built import machine_of
 from vibopt.verify.simulated import Simulated
 from vibopt.verify.unknown_duration import _top
 
@@ -197,6 +198,53 @@ def test_all_that_is_read_shares_the_first_look_at_all_durations(monkeypatch: py
     assert known.count(False) == 2 * alone
     assert known.count(True) < 6 * alone
     assert one["sway"].value.value == several["sway"].value.value
+
+
+def beside(amplitude: float, length: float, duration: float, every: float, ratio: float = 0.0055) -> dict[str, Any]:
+    """A mass of 38 kg with a period of 32 ms, pushed twice by a sawtooth of any duration and by a sine beside it."""
+    saw = {"kind": "pulse", "on": "tank", "shape": "falling sawtooth", "amplitude": "1 N"}
+    sine = {"kind": "pulse", "on": "tank", "shape": "sine", "amplitude": f"{amplitude} N", "duration": f"{length} s"}
+    return {
+        **TOWER,
+        "bodies": {"tank": {"mass": "38.35 kg"}},
+        "links": {"columns": {**TOWER["links"]["columns"], "stiffness": "1464 kN/m", "damping_ratio": ratio}},
+        "excitations": {
+            "saw": {**saw, "duration_up_to": f"{duration} s", "times": 2, "every": f"{every} s"},
+            "sine": sine,
+        },
+        "measures": {"felt": {"response": "peak_acceleration", "of": "tank"}},
+    }
+
+
+def test_a_pulse_of_any_duration_beside_a_short_one_is_told_at_its_worst_by_both_routes() -> None:
+    """At 55 % of its longest duration: as seldom as the mass swings, the durations beside were looked at in thirds."""
+    answer = vo.solve(vo.from_dict(beside(2.1295, 6.6207e-3, 9.1906e-3, 12.583e-3)))
+    assert answer.status == "met", answer.claim
+    assert answer.measures["felt"].value.value == pytest.approx(0.07551, rel=1e-4)
+
+
+@settings(derandomize=True, database=None, deadline=None, max_examples=12)
+@given(
+    amplitude=st.floats(0.3, 3.0), length=st.floats(0.5e-3, 20e-3), duration=st.floats(4e-3, 40e-3),
+    gap=st.floats(1.0, 1.6), ratio=st.sampled_from([0.005, 0.1, 0.8]),
+)  # fmt: skip
+def test_no_duration_that_is_tried_beside_another_pulse_is_worse(
+    amplitude: float, length: float, duration: float, gap: float, ratio: float
+) -> None:
+    scene = vo.from_dict(beside(amplitude, length, duration, gap * duration, ratio))
+    model = pose(scene).model
+    form: Any = form_of(scene, model, scene.measures["felt"])
+    tried = form._peaks(model, np.zeros((1, 0)), np.zeros(120, dtype=int), np.linspace(1e-3, 1.0, 120) * duration)
+    assert tried.max() <= form.value(model, np.zeros(0)) * (1.0 + 1e-6)
+
+
+def test_between_pulses_of_no_duration_no_step_is_as_short_as_they_are() -> None:
+    """Twice a millionth of a millisecond, and what is between them at the pace of the mass: it took minutes."""
+    scene = vo.from_dict(beside(2.0, 6e-3, 9e-3, 12e-3))
+    twice = scene.excitations["saw"].once
+    assert twice is not None
+    moved = Simulated(machine_of(scene, {}), (twice.lasting(1e-9),))
+    assert [moved._fastest(number) < 300.0 for number in range(len(moved._spans))][:4] == [False, True, False, True]
 
 
 WRONG: dict[str, tuple[dict[str, Any], str]] = {

@@ -29,8 +29,9 @@ if TYPE_CHECKING:
 
 _TOPS, _NOTHING, _BEHIND = 4, 1e-9, 8.0
 """Tops that are kept; part of the fastest rate that is none; radians of the slowest looked at behind."""
-_IN_A_PERIOD, _SHORT, _RATIO = 6.0, 1e-3, 2.0
-"""Durations in the shortest period; part of it from which they are looked at, each so many times the one before."""
+_IN_A_PERIOD, _SHORT, _RATIO, _MOST_BESIDE = 6.0, 1e-3, 2.0, 50
+"""Durations in the shortest period; part of it from which they are looked at, each so many times the one before; and
+periods of what comes beside, at most."""
 _ACROSS, _AT_ONCE, _NARROWER = 7, 128, 0.2
 """Places across a top at which it is looked at; durations side by side; part of a step around the top of a parabola."""
 _PART, _EVEN = 0.37, 1e-14
@@ -51,6 +52,8 @@ class PeakOverDurations(Form):
         The signals at a duration [s].
     low, high
         The shortest duration, zero where any is possible, and the longest [s].
+    beside
+        About the fastest rate of what comes with it [rad/s], which it may meet at any duration.
     """
 
     output: Output
@@ -58,6 +61,7 @@ class PeakOverDurations(Form):
     signals: Callable[[float], tuple[Segment, ...]]
     low: float
     high: float
+    beside: float = 0.0
     no_bounds = "is greatest at a duration that is found by a search: tangents alone bound it"
     not_convex = "is a peak in time, which is not convex in stiffness and damping"
     rough = "is greatest at a duration that is found by a search, and jumps from one to another"
@@ -121,7 +125,8 @@ class PeakOverDurations(Form):
 
         every = [np.abs(poles(model, model.values(one))) for one in x]
         slow = np.array([one[one > _NOTHING * one.max(initial=0.0)].min(initial=np.inf) for one in every])
-        times = [durations(self.low, self.high, float(one.max(initial=0.0))) for one in every]
+        beside = min(self.beside, _MOST_BESIDE * 2.0 * np.pi / self.high)
+        times = [durations(self.low, self.high, float(one.max(initial=beside))) for one in every]
         of = np.repeat(np.arange(len(x)), [len(time) for time in times])
 
         def look(machine: Transient, read: Reading, of: IntArray) -> FloatArray:

@@ -22,6 +22,7 @@ from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
 from vibopt.scene.drives import (
+    beside_of,
     combine_for,
     drives_for,
     durations_of,
@@ -181,7 +182,9 @@ def _form_of(scene: Scene, model: Model, response: Response) -> Form:
         between = durations_of(scene, response)
         if between is not None:
             lasting = partial(signals_lasting, scene, response)
-            return forms.PeakOverDurations(response.output(model), loads, lasting, *between)
+            return forms.PeakOverDurations(
+                response.output(model), loads, lasting, *between, beside=beside_of(scene, response)
+            )
         peak = forms.PeakRubbing if model.rubbing else forms.PeakInTime
         return peak(response.output(model), loads, signals)
     drives = drives_for(scene, response.reading, model.points) if response.reading is not None else ()

@@ -93,6 +93,12 @@ def signals_lasting(scene: Scene, response: TransientResponse, duration: float) 
     return together([one.lasting(duration).segments() for one in every if one is not None])
 
 
+def beside_of(scene: Scene, response: TransientResponse) -> float:
+    """About the fastest rate of what comes beside a pulse that may have any duration [rad/s]; zero of none."""
+    every = (scene.excitations[name].once for name in names_for(scene, response))
+    return max((one.fastest for one in every if one is not None and one.durations is None), default=0.0)
+
+
 def durations_of(scene: Scene, response: TransientResponse) -> tuple[float, float] | None:
     """Shortest and longest duration of the pulse among what it counts that may have any [s]; None without one."""
     every = (scene.excitations[name].once for name in names_for(scene, response))

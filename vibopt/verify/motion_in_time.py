@@ -39,6 +39,8 @@ PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
 _MOMENTS = np.array([WEIGHTS * (0.5 - PLACES) ** k / math.factorial(k) for k in range(_TAYLOR)])
 _KEPT, TOGETHER, _EVEN = 30_000_000, 1_000_000, 1e-12
 """Numbers of all states in all steps at most, and at once; part of a step by which even ones may differ."""
+_PARTS = np.array([0.2, 0.43, 0.71])
+"""Of a stretch, places at which no signal that acts on it is zero at once."""
 _DEGREE, _RESOLVED, _AGAIN = 32, 1e-13, 40
 """Of polynomials through a slow load, what they may leave over, and how often its motion is made better at most."""
 
@@ -160,14 +162,14 @@ class MotionInTime:
     def _fastest(self, number: int, *, unbent: bool = False) -> float:
         """Fastest rate on a stretch [1/s]: of the machine, and of the signals that are not over.
 
-        `unbent` leaves out what goes straight from bend to bend, as a record does.
+        `unbent` leaves out what goes straight from bend to bend, as a record does.  Between two pulses nothing acts.
         """
-        begin = self._spans[number][0]
+        begin, end = self._spans[number]
+        inside = begin + (end - begin) * _PARTS
         acting = (
-            excitation
-            for excitation in self.excitations
-            if excitation in self._lasting or excitation.joints[-1] > begin
-        )
+            one for one in self.excitations
+            if one in self._lasting or (one.joints[-1] > begin and (one.straight or one.signal(inside).any()))
+        )  # fmt: skip
         return max([self._own_rate, *(one.fastest for one in acting if not (unbent and one.straight))])
 
     @cached_property

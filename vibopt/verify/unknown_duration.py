@@ -17,9 +17,10 @@ from vibopt.mechanics.machine import Machine
 from vibopt.responses import TransientResponse
 from vibopt.verify.simulated import Simulated
 
-_IN_A_PERIOD, _HALVINGS, _BEST, _CLOSE, _ROUNDS, _LEVEL = 5.0, 8, 3, 2e-4, 6, 1e-9
+_IN_A_PERIOD, _HALVINGS, _BEST, _CLOSE, _ROUNDS, _LEVEL, _MOST_BESIDE = 5.0, 8, 3, 2e-4, 6, 1e-9, 50
 """Durations in the shortest period, and halvings of the first of them; tops that are looked at; part of a duration to
-which one is found, how often an edge there is made better, and part by which it must be higher."""
+which one is found, how often an edge there is made better, part by which it must be higher; and periods of what comes
+beside, at most."""
 
 
 def peaks_over_durations(
@@ -50,7 +51,8 @@ def peaks_over_durations(
         return best
 
     low, high = between
-    fastest = float(np.abs(machine.poles()).max(initial=0.0))
+    beside = max((one.fastest for one in excitations if one.durations is None), default=0.0)
+    fastest = float(np.abs(machine.poles()).max(initial=min(beside, _MOST_BESIDE * 2.0 * np.pi / high)))
     step = min(2.0 * np.pi / fastest / _IN_A_PERIOD if fastest > 0.0 else high, high)
     short = step * 0.5 ** np.arange(_HALVINGS, 0, -1)
     every = np.concatenate([short, np.arange(step, high, step), [low or LEAST * high, high]])
