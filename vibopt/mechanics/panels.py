@@ -7,7 +7,6 @@ the value at one more point say that nothing is left.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -24,8 +23,8 @@ _ODD_ONE = 0.3717
 """One more point of a panel, to see what would hide between the nodes."""
 _POINTS = np.append(NODES, _ODD_ONE)
 _MIDDLE, _END = _DEGREE // 2, _DEGREE
-_TERMS, _BLOCK = 20, 5
-"""Of Taylor's series, for a matrix of norm 1, and of a block of it."""
+_TERMS = 20
+"""Of Taylor's series, for a matrix of norm 1."""
 _RESOLVED = 1e-13
 """Part of the greatest value that may be left over on a panel."""
 _OFTEN, _SELDOM = 10, 4
@@ -278,8 +277,6 @@ def halvings_of(a: Numbers) -> IntArray:
 
 def series(a: Numbers, at: FloatArray) -> Numbers:
     """exp(a at) for each of `at` (n,), shape (..., n, N, N), for `a` (..., N, N); a of norm 1 or less."""
-    if len(at) == 1:
-        return _once(a * at[0])[..., None, :, :]
     powers = np.empty((_TERMS, *a.shape), dtype=a.dtype)
     powers[0] = np.eye(a.shape[-1])
     for k in range(1, _TERMS):
@@ -287,18 +284,6 @@ def series(a: Numbers, at: FloatArray) -> Numbers:
         powers[k] /= k
     found = (at[:, None] ** np.arange(_TERMS)) @ powers.reshape(_TERMS, -1)
     return np.moveaxis(found.reshape(len(at), *a.shape), 0, -3)
-
-
-def _once(a: Numbers) -> Numbers:
-    """exp(a), shape of `a` (..., N, N): the same terms in seven products (Paterson and Stockmeyer)."""
-    powers = [np.eye(a.shape[-1]), a]
-    for _ in range(_BLOCK - 1):
-        powers.append(powers[-1] @ a)
-    blocks = [sum(powers[k] / math.factorial(first + k) for k in range(_BLOCK)) for first in range(0, _TERMS, _BLOCK)]
-    found = np.asarray(blocks.pop())
-    while blocks:
-        found = found @ powers[-1] + blocks.pop()
-    return found
 
 
 class Along:
