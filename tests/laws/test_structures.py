@@ -17,7 +17,7 @@ from vibopt.mechanics.host.matrices import Dashed, negative_count
 from vibopt.mechanics.hosted import Carrier, HostedMachine
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
 from vibopt.mechanics.monomial import Monomial
-from vibopt.mechanics.receptance import Attached
+from vibopt.mechanics.receptance import Attached, slopes_of
 from vibopt.responses.response_rows import across_link, at_point, link_forces
 from vibopt.scene.read import from_dict
 from vibopt.signals import Amplitude, Band, Drive, Line, Output, Piece
@@ -211,6 +211,30 @@ def test_designs_from_receptances_are_those_of_the_whole_model(host: str, series
     assert np.abs(value - whole).max() < 1e-9 * np.abs(whole).max()
     assert np.abs(slope - whole_slope).max() < 1e-9 * np.abs(whole_slope).max()
     assert np.abs(few.response(x) - value).max() <= 1e-13 * np.abs(value).max()
+
+
+@pytest.mark.parametrize("series", [False, True], ids=["parallel", "series"])
+@pytest.mark.parametrize("on", ["a", "floor"])
+def test_what_reads_one_machine_under_one_load_is_found_together_as_one_by_one(series: bool, on: str) -> None:
+    at = _hosts()["damped"]
+    model = _carrying(at, series=series)
+    outputs = [at_point(model, "b", 2), at_point(model, "one", 1), across_link(model, "spring two")]
+    line = Line(1.0, model.points[on].astype(complex), FLAT)
+    speeds = np.linspace(0.0, 5.9, 20) * FIRST
+    hosted = [Attached.of(model, output, line, speeds) for output in outputs]
+    assert len({one.alike for one in hosted}) == 1
+    x = _design(at)
+    for output, (value, slope) in zip(outputs, slopes_of(hosted, x), strict=True):
+        whole, whole_slope = line_slope(model, output, line, x, speeds)
+        assert np.abs(value - whole).max() < 1e-9 * np.abs(whole).max()
+        assert np.abs(slope - whole_slope).max() < 1e-9 * np.abs(whole_slope).max()
+
+
+def test_what_stands_under_another_load_is_found_apart() -> None:
+    model = _carrying(_hosts()["damped"])
+    lines = [Line(1.0, model.points[on].astype(complex), FLAT) for on in ("a", "b")]
+    hosted = [Attached.of(model, at_point(model, "b", 2), line, np.ones(1)) for line in lines]
+    assert hosted[0].alike != hosted[1].alike
 
 
 def test_a_speed_on_an_undamped_resonance_of_the_structure_does_no_harm() -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from vibopt.arrays import FloatArray
 from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, STIFFNESS, Model
-from vibopt.mechanics.receptance import Attached
+from vibopt.mechanics.receptance import Attached, slopes_of
 from vibopt.mechanics.small import MOST, Moebius, Peak, Ratio, ratio_of
 from vibopt.signals import Band, Drive
 
@@ -94,15 +95,27 @@ def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None
     return np.asarray(np.nan_to_num(found.reshape(len(x), -1).max(axis=1) / counts, nan=np.inf))
 
 
-def along(model: Model, form: Modulus, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Logs of the values at speeds spread over the bands, (n, n_speeds), at designs x (n, n_vars), and their slopes.
+def along(asked: Sequence[tuple[Model, Modulus]], x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Of each form on its model logs of the values at speeds spread over the bands, and their slopes in log x.
 
-    The slopes are those in log x, (n, n_speeds, n_vars).
+    At designs x (n, n_vars), (n, n_speeds) and (n, n_speeds, n_vars).  What reads one machine under one load is found
+    together.
     """
-    found = [hosted.slopes(some) for hosted, some in _hosted(model, form, fine=True).at_once(x)]
-    value, slope = (np.concatenate(each).reshape(len(x), -1, *each[0].shape[1:]) for each in zip(*found, strict=True))
-    counts = np.array([mount_count(model, form.output, one) for one in x])
-    return np.log(np.abs(value) / counts[:, None]), np.asarray((slope / value[..., None]).real)
+    hosted = [_hosted(model, form, fine=True) for model, form in asked]
+    alike: dict[Any, list[int]] = {}
+    for place, ((model, _), one) in enumerate(zip(asked, hosted, strict=True)):
+        alike.setdefault((id(model), one.alike), []).append(place)
+    found: dict[int, tuple[FloatArray, FloatArray]] = {}
+    for places in alike.values():
+        batches = zip(*(hosted[place].at_once(x) for place in places), strict=True)
+        rows = [slopes_of([one for one, _ in batch], batch[0][1]) for batch in batches]
+        for place, batch in zip(places, zip(*rows, strict=True), strict=True):
+            both = zip(*batch, strict=True)
+            value, slope = (np.concatenate(each).reshape(len(x), -1, *each[0].shape[1:]) for each in both)
+            model, form = asked[place]
+            counts = np.array([mount_count(model, form.output, one) for one in x])
+            found[place] = np.log(np.abs(value) / counts[:, None]), np.asarray((slope / value[..., None]).real)
+    return [found[place] for place in range(len(asked))]
 
 
 def _is_hosted(model: Model, form: Modulus) -> bool:

@@ -8,7 +8,7 @@ again with the devices keeps everything finite where a frequency is an undamped 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import field, replace
 
 import numpy as np
@@ -147,18 +147,18 @@ class Attached:
         Of designs (count, n_vars) each takes its part of the frequencies, in turn.
         """
         kappa = self._spread @ self._terms(x)
-        moved = self._solve(kappa, 1)
+        moved = self._solve(kappa)
         return self._read(kappa, moved[0], self._extension(moved)[0])
 
     def slopes(self, x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
         """Response (n,) and its slope in log x, shape (n, n_vars), at design x (n_vars,), or designs as above."""
-        terms = self._terms(x)
-        kappa = self._spread @ terms
-        moved = self._solve(kappa, 2)
-        extension, back = self._extension(moved)
-        through = extension * (self.signs[:, None] - back) * self.scale
-        slope: ComplexArray = (terms * through[self.groups]).T @ self.exponents
-        return self._read(kappa, moved[0], extension), slope
+        return slopes_of([self], x)[0]
+
+    @cached_property
+    def alike(self) -> tuple[bytes, ...]:
+        """What is the same of those that read one machine under one load at the same frequencies."""
+        told = (self.groups, self.vectors, self.omega, self.host.loaded, self.offsets, self.inner_load)
+        return tuple([one.tobytes() for one in told])
 
     def _terms(self, x: FloatArray) -> ComplexArray:
         """Dynamic stiffness of each variable term, (t, n)."""
@@ -208,15 +208,16 @@ class Attached:
         """Dynamic stiffness of the dampers to be taken away, shape (n,)."""
         return np.asarray(1j * self.omega * self.host.dash, dtype=complex)
 
-    def _solve(self, kappa: ComplexArray, columns: int) -> ComplexArray:
-        """Motion of rows and inner coordinates under the load, then under the reading, (columns, p + q, n)."""
+    def _solve(self, kappa: ComplexArray, read: Sequence[Attached] = ()) -> ComplexArray:
+        """Motion of rows and inner coordinates under the load, then under each reading, (1 + n_read, p + q, n)."""
         p, q, n = self.n_rows, self.vectors.shape[1] - self.n_rows, len(self.omega)
         host = self.host
         rows = (self._tables[0] @ kappa).reshape(p, p, n)
         if host.dash:
             rows[np.arange(p), np.arange(p)] -= self._lift
-        sources = None if self._quiet else self._sources(kappa, columns)
-        right = self._right[:columns]
+        quiet = self._quiet and all(one._quiet for one in read)
+        sources = None if quiet else np.stack([self._pushed(kappa), *(one._drawn(kappa) for one in read)])
+        right = np.stack([host.loaded, *(one.host.read for one in read)])
         if not q:
             right = right if sources is None else right + host.receptance_times(sources)
             return _small(host.receptance_times(rows, unit=True), right)
@@ -239,18 +240,17 @@ class Attached:
             beyond += sources[:, p:] / inner
         return np.concatenate([moved, beyond], axis=1)
 
-    @cached_property
-    def _right(self) -> ComplexArray:
-        return np.stack([self.host.loaded, self.host.read])
+    def _pushed(self, kappa: ComplexArray) -> ComplexArray:
+        """What acts on the devices directly, (p + q, n): moving bases and loads."""
+        load: ComplexArray = -self._vectors.T @ (kappa * self.offsets[:, None])
+        load[self.n_rows :] += self.inner_load[:, None]
+        return load
 
-    def _sources(self, kappa: ComplexArray, columns: int) -> ComplexArray:
-        """What acts on the devices directly: moving bases and loads; then what is read there."""
-        p = self.n_rows
-        load = -self._vectors.T @ (kappa * self.offsets[:, None])
-        load[p:] += self.inner_load[:, None]
-        read = self._vectors.T @ (kappa * self.signs[:, None])
-        read[p:] += self.inner_row[:, None]
-        return np.stack([load, read])[:columns]
+    def _drawn(self, kappa: ComplexArray) -> ComplexArray:
+        """What is read of them directly, (p + q, n)."""
+        read: ComplexArray = self._vectors.T @ (kappa * self.signs[:, None])
+        read[self.n_rows :] += self.inner_row[:, None]
+        return read
 
     def _extension(self, moved: ComplexArray) -> ComplexArray:
         """Extension of every group, (columns, g, n); the bases move only under the load."""
@@ -270,6 +270,21 @@ class Attached:
             value = value + self.signs @ force + self.inner_row @ moved[p:]
         result: ComplexArray = value * self.scale
         return result
+
+
+def slopes_of(alike: Sequence[Attached], x: FloatArray) -> list[tuple[ComplexArray, ComplexArray]]:
+    """`Attached.slopes` of several that read one machine under one load, which is solved for once."""
+    first = alike[0]
+    terms = first._terms(x)
+    kappa = first._spread @ terms
+    moved = first._solve(kappa, alike)
+    extension = first._extension(moved)
+    found = []
+    for one, back in zip(alike, extension[1:], strict=True):
+        through = extension[0] * (one.signs[:, None] - back) * one.scale
+        slope: ComplexArray = (terms * through[one.groups]).T @ one.exponents
+        found.append((one._read(kappa, moved[0], extension[0]), slope))
+    return found
 
 
 def _small(matrix: ComplexArray, right: ComplexArray) -> ComplexArray:

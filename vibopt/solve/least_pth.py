@@ -102,14 +102,16 @@ def _rows(parts: list[Limit | Aim], y: FloatArray) -> Rows:
 
 
 def _asked(parts: list[Limit | Aim], y: FloatArray) -> Iterator[Rows]:
+    swung = [(part.model, part.form.harmonic) for part in parts if part.form.powers is None]
+    over_speeds = iter(along([(model, form) for model, form in swung if form is not None], np.exp(y)))
     for part in parts:
-        powers, harmonic = part.form.powers, part.form.harmonic
+        powers = part.form.powers
         if powers is not None:
             terms = powers.scale * np.exp(y @ powers.exponents.T)
             value = terms.sum(axis=1, keepdims=True)
             value, slope = np.log(value), (terms @ powers.exponents / value)[:, None]
-        elif harmonic is not None:
-            value, slope = along(part.model, harmonic, np.exp(y))
+        else:
+            value, slope = next(over_speeds)
         if isinstance(part, Limit):
             sense, value = 1.0 if part.side == "at_most" else -1.0, value - np.log(max(part.bound, 1e-300))
         else:
