@@ -76,7 +76,7 @@ def _share(model: Model, form: Modulus) -> float:
 
 def applies(model: Model, form: Modulus) -> bool:
     """Whether `few_sampled` tells anything: one harmonic of one excitation on what is no shaft."""
-    return len(form.drives) == 1 and (_ratio(model, form, form.drives[0]) is not None or _is_hosted(model, form))
+    return len(form.drives) == 1 and (_ratio(model, form, form.drives[0]) is not None or is_hosted(model, form))
 
 
 def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None:
@@ -88,7 +88,7 @@ def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None
     found = heights_of(model, form, x)
     if found is not None:
         return np.asarray(found.max(axis=1))
-    if not _is_hosted(model, form):
+    if not is_hosted(model, form):
         return None
     counts = np.array([mount_count(model, form.output, one) for one in x])
     found = np.concatenate([np.abs(hosted.response(some)) for hosted, some in _hosted(model, form).at_once(x)])
@@ -118,7 +118,7 @@ def along(asked: Sequence[tuple[Model, Modulus]], x: FloatArray) -> list[tuple[F
     return [found[place] for place in range(len(asked))]
 
 
-def _is_hosted(model: Model, form: Modulus) -> bool:
+def is_hosted(model: Model, form: Modulus) -> bool:
     """Whether one line acts on more than one mass of what does not turn."""
     return form.line is not None and not model.spins and model.n_free > 1
 

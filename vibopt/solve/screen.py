@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import chain, cycle, product, zip_longest
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
-from vibopt.forms.few import applies
+from vibopt.forms.few import applies, is_hosted
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.hanging import masses_on_springs
 from vibopt.solve.least_pth import least_pth
@@ -18,6 +19,9 @@ _TRIED, _ASKED = 512, 64
 _FOLLOWED, _ON_ONE, _BESIDE = 256, 32, 0.5
 """Designs with several devices that are followed together from anywhere, those of devices on one body alone, and what
 part of them is in a batch beside one."""
+_SPREAD, _LATE = 32, 3
+"""Designs without devices of which each promises most in its part of the ranges, and the powers for which they and
+those that promise most of all are followed."""
 _APART = 0.05
 """Distance of two beginnings, in parts of the range of logs."""
 _WEIGHT = 10.0
@@ -34,6 +38,14 @@ def is_cheap(part: Limit | Aim) -> bool:
         return True
     greatest = part.sense > 0 if isinstance(part, Aim) else part.side == "at_most"
     return greatest and part.form.harmonic is not None and applies(part.model, part.form.harmonic)
+
+
+def _is_followed(part: Limit | Aim) -> bool:
+    """Whether slopes at many speeds of many designs are known in little time, and the less of it the better."""
+    swung = part.form.harmonic
+    if isinstance(part, Limit) and part.side == "outside":
+        return False
+    return part.form.powers is not None or (swung is not None and is_hosted(part.model, swung))
 
 
 def screenable(program: Program) -> bool:
@@ -56,15 +68,19 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     own = tuned(program, _many(program))
     if len(own):
         return least_pth(cheap, np.clip(own, low, high), low, high)[:count]
-    y = np.clip(starts(program, _TRIED), low, high)
+    spread, free = np.clip(starts(program, _TRIED), low, high), (high > low).nonzero()[0].tolist()
+    y = np.concatenate([_on_ends(low, low, high, free), spread])
     slow = [part for part in program.parts if not is_cheap(part)]
     merit = _merit(cheap, np.exp(y))
     asked = np.argsort(merit, kind="stable")[:_ASKED]
     if slow:
         merit[asked] += np.array([_merit(slow, np.exp(one)[None, :])[0] for one in y[asked]])
         asked = asked[np.argsort(merit[asked], kind="stable")]
-    parts = np.array_split(np.arange(len(y))[-_TRIED:], max(count // 2, 1))
+    follow = not slow and all(_is_followed(part) for part in cheap)
+    parts = np.array_split(np.arange(len(y))[-_TRIED:], _SPREAD if follow else max(count // 2, 1))
     spread = y[[part[merit[part].argmin()] for part in parts]]
+    if follow:
+        return least_pth(cheap, np.concatenate([y[asked], spread]), low, high, rungs=_LATE)[:count]
     chosen: list[FloatArray] = []
     span = np.where(high > low, high - low, np.inf)
     for one in chain.from_iterable(zip_longest(y[asked], spread)):
@@ -88,14 +104,15 @@ def beside(program: Program, y: FloatArray, batch: int) -> list[FloatArray]:
     """Designs that a design y = log x (n_vars,) leads to with one or two devices tuned and heavy in other ways.
 
     Those of one batch and the next differ.  Each device is also put on its stiffest spring and damper, and made as
-    light as it may be: the others may be better off without it.  None without several devices.
+    light as it may be: the others may be better off without it.  Without several devices each variable, or
+    each device, is put on its ends.
     """
     low, high = log_box(program)
     many, hung = _many(program), masses_on_springs(program)
     first, last = many + int(batch * _BESIDE * many), many + int((batch + 1) * _BESIDE * many)
-    other = tuned(program, last)[first:]
+    other, cheap = tuned(program, last)[first:], [part for part in program.parts if is_cheap(part)]
     if not len(other):
-        return []
+        return _turned(program, cheap, y, batch)
     begun = np.tile(y, (len(other) + 2 * len(hung), 1))
     for row, there, (one, two) in zip(begun, other, cycle(product(hung, hung)), strict=False):
         both = [*one.axes.values(), *two.axes.values()]
@@ -106,8 +123,30 @@ def beside(program: Program, y: FloatArray, batch: int) -> list[FloatArray]:
     for row, one in zip(begun[-len(hung) :], hung, strict=True):
         row[[*one.axes.values()]] = y[[*one.axes.values()]]
         row[one.weight] = low[one.weight] if one.weight >= 0 else y[one.weight]
-    cheap = [part for part in program.parts if is_cheap(part)]
     return least_pth(cheap, np.clip(begun, low, high), low, high, rungs=1 + batch % 2)
+
+
+def _on_ends(y: FloatArray, low: FloatArray, high: FloatArray, own: Sequence[int]) -> FloatArray:
+    """A design with its `own` variables on all of their ends, (count, n_vars); none where these would be too many."""
+    if 2 ** len(own) > _TRIED:
+        return np.zeros((0, len(y)))
+    found = np.tile(y, (2 ** len(own), 1))
+    found[:, own] = np.where(list(product((False, True), repeat=len(own))), high[own], low[own])
+    return found
+
+
+def _turned(program: Program, cheap: list[Limit | Aim], y: FloatArray, batch: int) -> list[FloatArray]:
+    """A design with each variable on each of its ends in turn, or all of one device; those that promise most first.
+
+    Where a damper is next to nothing no slope in logs tells that a strong one would be better.
+    """
+    low, high = log_box(program)
+    owners: dict[str, list[int]] = {}
+    for j, axis in enumerate(program.axes):
+        owners.setdefault(axis.path.rpartition(".")[0] if batch % 2 else axis.path, []).append(j)
+    begun = np.concatenate([_on_ends(y, low, high, own) for own in owners.values()])
+    begun = begun[(begun != y).any(axis=1)]
+    return list(begun[np.argsort(_merit(cheap, np.exp(begun)), kind="stable")])
 
 
 def tuned(program: Program, count: int) -> FloatArray:
