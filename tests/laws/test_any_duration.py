@@ -238,6 +238,48 @@ def test_no_duration_that_is_tried_beside_another_pulse_is_worse(
     assert tried.max() <= form.value(model, np.zeros(0)) * (1.0 + 1e-6)
 
 
+def test_durations_that_are_nearly_alike_are_told_apart_closely_by_the_second_route() -> None:
+    """What is felt changes by 3e-4 up to half of the longest duration, less than samples of it say."""
+    document = beside(1.0, 1.0, 0.0108457271983281, 0.0149112272183099)
+    sine, saw = document["excitations"]["saw"], document["excitations"]["sine"]
+    del sine["amplitude"]
+    sine |= {"on": "floor", "shape": "sine", "acceleration": "1 m/s2"}
+    saw |= {"shape": "rising sawtooth", "amplitude": "7.69843377353458 N", "duration": "0.014660271646537 s"}
+    document |= {"bases": {"floor": {}}, "bodies": {"tank": {"mass": "7.16598269778021 kg"}}}
+    columns = {"between": ["floor", "tank"], "stiffness": "15044.8208202685 N/m", "damping": "208.758142545327 N s/m"}
+    document["links"] = {"columns": columns}
+    document["measures"] = {"room": {"response": "peak_relative_displacement", "across": "columns"}}
+    answer = vo.solve(vo.from_dict(document))
+    assert answer.status == "met", answer.claim
+    assert answer.measures["room"].value.value == pytest.approx(1.117720e-4, rel=1e-6)
+
+
+def test_a_top_that_is_a_step_beside_where_it_was_seen_is_found() -> None:
+    """Three bodies on a floor, whose first look at the longest durations says too little of what follows."""
+    masses, places = (23.7810044657416, 18.9295350357003, 58.2753946924973), ["floor", "b0", "b1", "b2"]
+    springs = ((73.5848141367732, 0.587697), (32.8331221170329, 0.622383), (178.985084045689, 2.011816))
+    pulse = {"kind": "pulse", "on": "floor", "shape": "half sine", "acceleration": "1 m/s2"}
+    push = {"kind": "pulse", "on": "b2", "shape": "rectangle", "amplitude": "72.6454882348882 N"}
+    document = {
+        "bases": {"floor": {}},
+        "bodies": {f"b{i}": {"mass": f"{mass} kg"} for i, mass in enumerate(masses)},
+        "links": {
+            f"l{i}": {"between": places[i : i + 2], "stiffness": f"{k} N/m", "damping": f"{c} N s/m"}
+            for i, (k, c) in enumerate(springs)
+        },
+        "excitations": {
+            "pulse": {**pulse, "duration_up_to": "0.813233310552026 s"},
+            "push": {**push, "duration": "0.7068712858168 s"},
+        },
+        "measures": {"go": {"response": "peak_velocity", "of": "b1"}},
+    }
+    scene = vo.from_dict(document)
+    model = pose(scene).model
+    form: Any = form_of(scene, model, scene.measures["go"])
+    tried = form._peaks(model, np.zeros((1, 0)), np.zeros(60, dtype=int), np.linspace(0.4, 1.0, 60) * 0.813233)
+    assert tried.max() <= form.value(model, np.zeros(0)) * (1.0 + 1e-6)
+
+
 def test_between_pulses_of_no_duration_no_step_is_as_short_as_they_are() -> None:
     """Twice a millionth of a millisecond, and what is between them at the pace of the mass: it took minutes."""
     scene = vo.from_dict(beside(2.0, 6e-3, 9e-3, 12e-3))

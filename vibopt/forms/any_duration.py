@@ -133,9 +133,9 @@ class PeakOverDurations(Form):
             return machine.glimpses(read, _BEHIND / slow[of])
 
         seen = self._by(model, x, of, np.concatenate(times), look)
-        tops: list[tuple[int, float, float]] = []
+        tops: list[tuple[int, float, float, float, float]] = []
         for i, (here, values) in enumerate(zip(times, np.split(seen, np.flatnonzero(np.diff(of)) + 1), strict=True)):
-            tops += [(i, end, end) for end in {self.high, max(self.low, float(here[0]))}]
+            tops += [(i, end, end, end, end) for end in {self.high, max(self.low, float(here[0]))}]
             tops += [(i, *between) for between in _tops(here, values)]
         best = [(-np.inf, self.high)] * len(x)
         for i, found in self._climbed(model, x, tops):
@@ -143,16 +143,17 @@ class PeakOverDurations(Form):
         return [(value / mount_count(model, self.output, one), at) for (value, at), one in zip(best, x, strict=True)]
 
     def _climbed(
-        self, model: Model, x: FloatArray, tops: list[tuple[int, float, float]]
+        self, model: Model, x: FloatArray, tops: list[tuple[int, float, float, float, float]]
     ) -> Iterator[tuple[int, tuple[float, float]]]:
         """The greatest response of a design between two durations with one top between them, and its duration [s].
+
+        Of each the design, the two durations, and those to which the top may have been seen too far away by a step.
 
         Around the top of a parabola durations draw together fast; where two tops meet in an edge it leads astray, and
         the places beside the best are looked at again.
         """
-        of, low, high = (np.array(column) for column in zip(*tops, strict=True))
-        of = of.astype(int)
-        before = np.array([low, high])
+        of, low, high, *wider = (np.array(column) for column in zip(*tops, strict=True))
+        of, before = of.astype(int), np.array(wider)
         while len(of):
             times = np.linspace(low, high, _ACROSS, axis=1)
             values = self._peaks(model, x, np.repeat(of, _ACROSS), times.ravel()).reshape(times.shape)
@@ -224,14 +225,14 @@ class PeakOverDurations(Form):
         return 8.0
 
 
-def _tops(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float]]:
-    """Durations [s] beside the tops of what was seen that may be the greatest."""
+def _tops(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float, float, float]]:
+    """Durations [s] beside the tops of what was seen that may be the greatest, and those beside these."""
     beside = np.concatenate([[-np.inf], values, [-np.inf]])
     tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]))
     for i in tops[np.argsort(-values[tops])[:_TOPS]]:
-        low, high = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
+        low, high, *wider = times[np.clip([i - 1, i + 1, i - 2, i + 2], 0, len(times) - 1)].tolist()
         if np.isfinite(values[i]) and values[i] >= _NEAR * values.max() and low < high:
-            yield float(low), float(high)
+            yield low, high, wider[0], wider[1]
 
 
 def _around(values: FloatArray, times: FloatArray) -> FloatArray:

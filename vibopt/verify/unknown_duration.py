@@ -22,6 +22,9 @@ _IN_A_PERIOD, _HALVINGS, _BEST, _CLOSE, _ROUNDS, _LEVEL, _MOST_BESIDE = 5.0, 8, 
 which one is found, how often an edge there is made better, part by which it must be higher; and periods of what comes
 beside, at most."""
 
+_ALIKE = 0.998
+"""Part of the greatest from which durations are told apart closely."""
+
 
 def peaks_over_durations(
     machine: Machine, excitations: Sequence[Once], responses: Sequence[TransientResponse],
@@ -41,11 +44,13 @@ def peaks_over_durations(
     def greatest(response: TransientResponse, values: FloatArray) -> float:
         if not np.isfinite(values).all():
             return np.inf
-        best, beside = 0.0, np.concatenate([[-np.inf], values, [-np.inf]])
+        alike = np.flatnonzero(values >= _ALIKE * values.max())
+        values = values + 0.0
+        values[alike] = [peak(response, float(times[i])) for i in alike]
+        best, beside = float(values[alike].max()), np.concatenate([[-np.inf], values, [-np.inf]])
         tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]) & (values >= 0.9 * values.max()))
         for i in tops[np.argsort(-values[tops])[:_BEST]]:
             left, right = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
-            best = max(best, peak(response, float(times[i])))
             if left < right:
                 best = max(best, _top(lambda duration: peak(response, duration), left, right))
         return best
