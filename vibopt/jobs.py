@@ -28,6 +28,7 @@ if TYPE_CHECKING:
 
     from vibopt.balancing import BalancingJob
     from vibopt.balancing.coefficients import Saved
+    from vibopt.balancing.engine.engine_job import EngineJob
     from vibopt.scene.scene import Scene
     from vibopt.values.fact_at import FactAt
 
@@ -190,11 +191,8 @@ def with_changes(job: J, changes: Mapping[str, Any]) -> J:
         if (document.get("goal") or {}).get("find_all") == path and not isinstance(value, Mapping):
             document = {key: one for key, one in document.items() if key != "goal"}  # found, and measured there
         written |= {part.place} if part is not None else set()
-    if is_scene(job) and job.goal is not None and _nothing_open(job, read):
-        from vibopt.verify.measured_goal import measure_goal
-
-        document = dict(document)
-        measure_goal(job, document)
+    if (is_scene(job) or is_engine(job)) and job.goal is not None and _nothing_open(job, read):
+        document = _measuring(job, document)
     made: Any = of_document(document, Mistakes(job.name, None), job)
     return cast(J, replace(made, notes=(*made.notes, *notes)) if notes else made)
 
@@ -204,15 +202,28 @@ def _half(job: Any, document: Mapping[str, Any]) -> Any:
     return replace(job, document=document)
 
 
-def _nothing_open(scene: Scene, changes: Mapping[str, Any]) -> bool:
-    """Whether some changes by path give a value to every choice of a scene that has any."""
+def _nothing_open(job: Scene | EngineJob, changes: Mapping[str, Any]) -> bool:
+    """Whether some changes by path give a value to every choice of a job that has any."""
     values = {
-        path
-        for path, value in changes.items()
-        if not (isinstance(value, Mapping) and {"from", "to", "one_of"} & value.keys())
-    }
-    asks = any(path.startswith("goal.") for path in changes) or scene.asked is not None
-    return bool(scene.variables) and {variable.path for variable in scene.variables} <= values and not asks
+        path for path, value in changes.items()
+        if value != "choose" and not (isinstance(value, Mapping) and {"from", "to", "one_of"} & value.keys())
+    }  # fmt: skip
+    mine = {variable.path for variable in job.variables} if is_scene(job) else {*job.open_at}
+    asks = any(path.startswith("goal.") for path in changes) or (is_scene(job) and job.asked is not None)
+    return bool(mine) and mine <= values and not asks
+
+
+def _measuring(job: Scene | EngineJob, document: Mapping[str, Any]) -> dict[str, Any]:
+    """A document of which nothing is open any more: what was made best is measured."""
+    if not is_scene(job):
+        from vibopt.balancing.decided import with_goal_measured
+
+        return with_goal_measured(document)
+    from vibopt.verify.measured_goal import measure_goal
+
+    measured = dict(document)
+    measure_goal(job, measured)
+    return measured
 
 
 def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:

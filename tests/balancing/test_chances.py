@@ -225,7 +225,7 @@ def test_what_is_no_share_of_all_rotors_is_refused_word_for_word() -> None:
     line = 1 + good[: good.index("with_probability")].count("\n")
     assert messages(good.replace(SCATTER, "")) == [f"fan.toml line {line - 1}: {HAS} {BARE}"]
     assert messages(f'{good}combine = "worst"\nrobust = "worst"\n') == [f"fan.toml line {line}: {HAS} {WORST}"]
-    said = 'limits.rest.with_probability = "120 %" is more than all machines. For every machine within the tolerances'
+    said = 'limits.rest.with_probability = "120 %" is more than all rotors. For the rotor that the readings predict'
     assert messages(good.replace("90 %", "120 %")) == [f"fan.toml line {line}: {said} leave it out. {WAY}"]
 
 

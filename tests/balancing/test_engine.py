@@ -312,7 +312,8 @@ crank = "180 deg"
         (
             'rod = "150 mm"',
             'rod = "40 mm"',
-            "engine.toml line 2: engine has a rod that is not longer than the crank radius: such a crank cannot turn.",
+            "engine.toml line 2: engine has a rod that is not longer than the crank radius: such a crank cannot turn. "
+            "Write a longer rod.",
         ),
         (
             'rod = "150 mm"',

@@ -297,7 +297,12 @@ radius = "100 mm"
             "shaft.toml line 3: shaft.bearings names 3 bearings, but two carry a shaft. Write bearings = { A "
             '= "0 mm", B = "900 mm" }.',
         ),
-        ('"900 mm"', '"0 mm"', "shaft.toml line 3: shaft.bearings has both bearings at the same place."),
+        (
+            '"900 mm"',
+            '"0 mm"',
+            "shaft.toml line 3: shaft.bearings has both bearings at the same place. Write "
+            'bearings = { A = "0 mm", B = "900 mm" }.',
+        ),
         (
             'at = "50 mm"',
             'at = "50 mm"\nholes = 24\nshelf = ["5 g", "ground"]',
@@ -307,7 +312,8 @@ radius = "100 mm"
         (
             'at = "50 mm"',
             'at = "50 mm"\nholes = 24\nshelf = ["0 g"]',
-            'shaft.toml line 15: planes.P.shelf[1] = "0 g" is not greater than zero.',
+            'shaft.toml line 15: planes.P.shelf[1] = "0 g" is not greater than zero. Write a positive value, for '
+            'example "300 kg".',
         ),
         (
             'at = "50 mm"',

@@ -403,8 +403,8 @@ def test_planes_that_act_alike_get_the_smallest_correction_and_the_answer_says_s
     assert solved.u is not None
     assert solved.u[0] == pytest.approx(solved.u[1], rel=1e-12)
     assert solved.claim == (
-        "least squares in closed form; the readings tell only 1 of 2 planes apart, so of all such corrections this is"
-        " the smallest"
+        "least squares in closed form; only 1 of 2 planes can be told apart by what they do, so of all such "
+        "corrections this is the smallest"
     )
 
 

@@ -263,3 +263,10 @@ readings = {{ a = "7 mil", b = "6 mil" }}
         "--save-coefficients out.\n",
     )
     assert not target.exists()
+
+
+def test_ready_coefficients_are_told_as_refined_where_runs_with_weights_refine_them(run: Run, saved: Path) -> None:
+    file = saved.with_name("next.toml")
+    for text, words in ((NEXT, "ready; condition"), (NEXT + AFTER, "ready, refined by runs with weights in their")):
+        file.write_text(text)
+        assert f"coefficients  {words}" in run("explain", str(file)).out

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import isclose
+from math import isclose, pi
 from pathlib import Path
 from typing import Any
 
@@ -141,6 +141,44 @@ def test_forces_of_a_kept_engine_grow_with_the_square_of_the_speed() -> None:
     assert [one / forces[0] for one in forces] == pytest.approx([1.0, 4.0, 9.0], rel=1e-9)
 
 
+SINGLE = """
+[engine]
+stroke = "90 mm"
+rod = "150 mm"
+speed = "4500 rpm"
+reciprocating = "0.6 kg"
+rotating = "0.5 kg"
+counterweight_share = { from = 0, to = 1 }
+[[cylinders]]
+crank = "0 deg"
+[goal]
+minimise = "primary_force"
+"""
+
+
+def primary(share: float) -> float:
+    """Force [N] of one crank whose counterweight carries a share: the greater axis of an ellipse."""
+    return 0.6 * 0.045 * (4500.0 * pi / 30.0) ** 2 * max(share, 1.0 - share)
+
+
+def test_a_share_of_an_engine_is_held_at_each_value_and_what_was_made_least_is_measured() -> None:
+    job, path = vo.from_text(SINGLE, "single.toml"), "engine.counterweight_share"
+    swept = vo.sweep(job, path, "0.1..0.9", 3)
+    forces = [point.results["orders.1.force"].value for point in swept.points]
+    assert (swept.held, forces) == ((path,), pytest.approx([primary(one) for one in (0.1, 0.5, 0.9)], rel=1e-9))
+    parts = vo.sweep(job, path, "-20 %..+20 %", 3)
+    assert [point.varied[path].value for point in parts.points] == pytest.approx([0.4, 0.5, 0.6], rel=1e-6)
+    given = vo.solve(vo.with_changes(job, {path: 0.3}))
+    assert (given.status, given.goal) == ("met", None)
+    assert given.measures["minimised"].value.value == pytest.approx(primary(0.3), rel=1e-9)
+
+
+def test_shares_of_an_engine_that_are_rounded_are_still_what_to_build(run: Run, file: Callable[[str], str]) -> None:
+    text = run("solve", file(SINGLE.replace("to = 1", "to = 0.333")), "--round", "2").out
+    assert "values rounded to 2 digits" in text
+    assert "What to build\n  opposite crank 1: a counterweight of 31.41 kg mm (mass times radius): 0.33 of" in text
+
+
 def test_residuals_of_a_kept_plan_are_affine_in_a_reading() -> None:
     """What is left is a fixed mixture of the readings: along one amplitude its phasor moves on a straight line."""
     job = vo.read(FILES["rotor"])
@@ -195,7 +233,38 @@ def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
         (
             ("sweep", FILES["engine"], "--vary", "engine.rod=20 mm..120 mm", "--points", "2"),
             "engine_share_capped.toml: engine has a rod that is not longer than the crank radius: such a crank cannot "
-            "turn.",
+            "turn. Write a longer rod.",
+        ),
+        (
+            ("sweep", FILES["known"], "--vary", "planes.L.weight=0 g..5 g"),
+            "planes.L.weight holds 2 numbers. Name one: planes.L.weight.from or planes.L.weight.to.",
+        ),
+        (
+            ("solve", FILES["known"], "--set", "planes.L.at.to=5 mm"),
+            '--set planes.L.at.to: planes.L.at is one value, "0 mm". Write --set planes.L.at=VALUE.',
+        ),
+        (
+            ("solve", FILES["machine"], "--method", "catalogue"),
+            "--method catalogue: no part of a catalogue is to be chosen. Leave --method out: vibopt takes one that "
+            "can.",
+        ),
+        (
+            ("solve", FILES["engine"], "--set", 'goal.then=["secondary_cuople"]'),
+            'engine_share_capped.toml: goal.then[1] = "secondary_cuople" is none of the values that then may have. '
+            'Write "primary_force", "primary_couple", "secondary_force", "secondary_couple", "force" or "couple".',
+        ),
+        (
+            ("solve", FILES["known"], "--set", "planes.L=3"),
+            "rao_9_14_b_capped.toml: planes.L = 3 is not a table. Write [planes.L] and its keys below it.",
+        ),
+        (
+            ("solve", FILES["rotor"], "--set", "planes.left.radius=0 mm"),
+            'fan_verification_run.toml: planes.left.radius = "0 mm" is not greater than zero. Write a positive value, '
+            'for example "20 mm".',
+        ),
+        (
+            ("solve", FILES["rotor"], "--set", "scatter.amplitude=-3 %"),
+            'fan_verification_run.toml: scatter.amplitude = "-3 %" is negative. Write zero or more.',
         ),
         (
             ("solve", FILES["known"], "--round", "1 N"),

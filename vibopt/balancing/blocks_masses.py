@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from cmath import rect
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from math import pi
+from typing import Any
 
 from vibopt.answer.answer import Answer
 from vibopt.answer.blocks import FOOT, TEXT, TODO, Block, nearest_block, rows_of, table
@@ -146,7 +147,7 @@ def _opposite(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
     """Of each throw the counterweight that its cylinders' shares come to, mass times radius."""
     if not job.shares:
         return
-    parts = [outcome.values[share.name] for share in job.shares]
+    parts, rounded = [outcome.values[share.name] for share in job.shares], _rounded(outcome)
     turning = "all" if parts[1].value == 1.0 else parts[1].shown
     some = [*([f"{parts[0].shown} of the reciprocating"] if size_of(parts[0]) else [])]
     some += (
@@ -167,7 +168,8 @@ def _opposite(outcome: Answer[EngineJob], job: EngineJob) -> Iterator[_Hung]:
         places = {cylinder.at + job.reference for cylinder in mine.values()}
         yield _Hung(
             f"opposite crank {' and '.join(map(str, mine))}", shown, angle, "crank",
-            places.pop() if len(places) == 1 else None, any(share.is_free for share in job.shares),
+            places.pop() if len(places) == 1 else None,
+            any(share.is_free or f"engine.{share.name}" in rounded for share in job.shares),
             f"a counterweight of {shown} (mass times radius){carries}" if size > 0.0 else "no counterweight",
         )  # fmt: skip
 
@@ -184,7 +186,14 @@ def _named(outcome: Answer[EngineJob], job: EngineJob, weight: Weight) -> _Hung:
     shaft = "" if weight.family == "counterweights" else f" (shaft turns {ways} the crank)"
     none = size_of(size) <= SMALL * max(size_of(size), weight.cap)
     said = "no weight" if none else f"{size.shown} (mass times radius) at {at}, {angle} from zero{shaft}"
-    return _Hung(weight.name, size.shown, angle, turns, weight.at + job.reference, u is None, said)
+    chosen = u is None or f"{path}.unbalance" in _rounded(outcome)
+    return _Hung(weight.name, size.shown, angle, turns, weight.at + job.reference, chosen, said)
+
+
+def _rounded(outcome: Answer[EngineJob]) -> Mapping[str, Any]:
+    """What was chosen and then rounded, by path: it stands in the job as given."""
+    values: Mapping[str, Any] = outcome.details.get("rounded", {}).get("values", {})
+    return values
 
 
 def _build(outcome: Answer[EngineJob], job: EngineJob) -> Block:

@@ -275,7 +275,7 @@ def closed_form(question: Question) -> Solved | None:
     n = question.n_planes
     claim = "least squares in closed form"
     if rank < n:
-        told = f"the readings tell only {rank} of {counted(n, 'planes')} apart"
+        told = f"only {rank} of {counted(n, 'planes')} can be told apart by what they do"
         claim += f"; {told}, so of all such corrections this is the smallest"
     return Solved(u, "optimal", claim, value, value, 0.0, details={"rank": rank})
 

@@ -86,11 +86,17 @@ def of_engine(job: EngineJob, answer: Answer[Any]) -> dict[str, Any]:
             document[family][rest[0]][rest[1]] = text
         else:
             document["engine"][family] = float(entry.value)
-    document["engine"].pop("cranks", None)
+    return with_goal_measured(document)
+
+
+def with_goal_measured(given: Mapping[str, Any]) -> dict[str, Any]:
+    """The file of an engine of which nothing is open any more; what was made least is measured."""
+    document = {**given, "engine": {key: one for key, one in given["engine"].items() if key != "cranks"}}
     goal = document.pop("goal", None)
     if goal is not None:
         measure = {"response": goal["minimise"], **({"order": goal["order"]} if "order" in goal else {})}
-        document.setdefault("measures", {}).setdefault(MINIMISED, measure)
+        measures = document.get("measures", {})
+        document["measures"] = {**measures, MINIMISED: measures.get(MINIMISED, measure)}
     return document
 
 

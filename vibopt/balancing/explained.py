@@ -111,7 +111,10 @@ def of_rotor(job: RotorJob, answer: Answer[Any]) -> tuple[Model, Methods]:
     if not job.runs:
         return (("rotor", "rigid, by the lever rule"),), ((GIVEN, True, "a grade is looked up, nothing is fitted"),)
     rows, free = job.n_rows, [plane for plane in job.planes if plane.is_open]
-    source = "from the runs" if not job.influence else "ready, refined by runs with weights in their planes"
+    weighed = any(run.weights.any() for run in job.runs)
+    source = (
+        "from the runs" if not job.influence else f"ready{', refined by runs with weights in their planes' * weighed}"
+    )
     model = [
         ("rotor", "linear at each speed by itself: what is left is what was read plus what each weight does"),
         ("readings", f"{rows}: " + _counts(sensors=len(job.sensors), speeds=len(job.speeds), runs=len(job.runs))),

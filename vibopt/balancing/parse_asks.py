@@ -64,7 +64,7 @@ def not_negative(given: object, dimension: str) -> float:
     """A value in SI that is zero or more."""
     quantity = read_quantity(given, dimension)
     if quantity.value < 0.0:
-        raise QuantityError("is negative.")
+        raise QuantityError("is negative. Write zero or more.")
     return quantity.value
 
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 from pydantic import model_validator
 
 from vibopt.balancing.planes import MASS
-from vibopt.document.mistakes import Mistakes, Path, named_tables, records_in, text_in, validated
+from vibopt.document.mistakes import NO_TABLE, Mistakes, Path, dotted, named_tables, records_in, text_in, validated
 from vibopt.errors import QuantityError, way_out
-from vibopt.units import read_quantity, si_unit
+from vibopt.units import DIMENSIONS, read_quantity, si_unit
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint, word
 from vibopt.values.grade import grade_velocity
-from vibopt.values.probability import Probability
+from vibopt.values.probability import ProbabilityOfRotors
 from vibopt.values.soft import Soft
 
 if TYPE_CHECKING:
@@ -183,7 +183,7 @@ class ResidualLimit(Table):
     speed: Fact | None = number("angular_rate", choice=False)
     at_most: Any
     soft: Soft = None
-    with_probability: Probability = None
+    with_probability: ProbabilityOfRotors = None
 
 
 class CorrectionLimit(Table):
@@ -292,7 +292,7 @@ class QualityTable(Table):
 def read_table(kind: type[Kind], table: object, path: Path, mistakes: Mistakes) -> Kind | None:
     """A table of the file with its keys checked; None, and the mistakes noted, where something is wrong."""
     if not isinstance(table, Mapping):
-        mistakes.value(path, table, "is not a table.")
+        mistakes.value(path, table, NO_TABLE.format(dotted(path)))
         return None
     return validated(kind, path, dict(table), mistakes)
 
@@ -321,7 +321,9 @@ def positive(given: object, dimension: str) -> tuple[float, str]:
     """A value in SI that is greater than zero, and its unit."""
     quantity = read_quantity(given, dimension)
     if not quantity.value > 0.0:
-        raise QuantityError("is not greater than zero.")
+        raise QuantityError(
+            f'is not greater than zero. Write a positive value, for example "{DIMENSIONS[dimension].example}".'
+        )
     return quantity.value, quantity.unit
 
 

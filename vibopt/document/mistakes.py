@@ -41,6 +41,10 @@ MOST_SAID = 200
 """Most mistakes of one file that are said at once."""
 
 
+NO_TABLE = "is not a table. Write [{}] and its keys below it."
+"""Of what stands where a table is needed, by its path."""
+
+
 @lru_cache(maxsize=4096)
 def dotted(path: Path) -> str:
     """Path as in the messages: limits.start_up.at_most, harmonics[2]."""
@@ -249,11 +253,12 @@ def _take_one(one: Any, path: Path, given: object, mistakes: Mistakes, table: ty
         mistakes.value(path, given, "is neither true nor false. Write one of them, without quotation marks.")
     elif kind == "literal_error":
         words = str(context["expected"]).replace("'", '"')
-        mistakes.value(path, given, f"is none of the values that {path[-1]} may have. Write {words}.")
+        key = next(step for step in reversed(path) if isinstance(step, str))
+        mistakes.value(path, given, f"is none of the values that {key} may have. Write {words}.")
     elif kind in ("tuple_type", "list_type"):
         mistakes.value(path, given, "is not a list. Write it in square brackets.")
     elif kind in ("model_type", "model_attributes_type", "dict_type"):
-        mistakes.value(path, given, "is not a table.")
+        mistakes.value(path, given, NO_TABLE.format(dotted(path)))
     else:
         mistakes.value(path, given, f"cannot be read: {one['msg']}.")
 

@@ -13,6 +13,7 @@ from typing import Any
 import tomli
 
 from vibopt.document.locate import DEEPEST, located, may_be_too_deep
+from vibopt.document.mistakes import toml_text
 from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 
@@ -280,7 +281,8 @@ def _replace(document: dict[str, Any], path: str, value: Any) -> None:
     elif isinstance(here, dict):
         here[steps[-1]] = as_wide(here.get(steps[-1]), value)
     else:
-        raise InputError(f"--set {path}: this is not a table of the file.")
+        above = ".".join(steps[:-1])
+        raise InputError(f"--set {path}: {above} is one value, {toml_text(here)}. Write --set {above}=VALUE.")
 
 
 def _key(here: Any, step: str, path: str) -> Any:

@@ -48,8 +48,8 @@ def choose(program: Program, method: Method | None, near: Sequence[float] | None
     if method is not None:
         refusal = method.refuses(program)
         if refusal is not None:
-            way = "" if refusal.endswith(".") else ". Leave --method out: vibopt takes one that can."
-            raise InputError(f"--method {method.name}: {refusal}{way}")
+            why = refusal.removesuffix(".")
+            raise InputError(f"--method {method.name}: {why}. Leave --method out: vibopt takes one that can.")
         return _begun(method, near)
     exact = closed_form(program)
     if exact is not None:

@@ -33,6 +33,7 @@ MOST_FACTS = 3
 USUAL = {1: 50, 2: 21, 3: 9}
 """Values of each fact in a grid, by the number of facts."""
 _PART = r"\s*([+−-]? ?\d+(?:\.\d+)?)\s*%\s*"
+_BARE = re.compile(r"[+-]?[\d.]+(?:e[+-]?\d+)?", re.IGNORECASE)
 _HOW = r"(?P<values>.*?)(?:\s+(?P<how>log|linear))?\s*"
 _LIST = r"\s*[,;]\s+|;"
 _THOUSANDS = r"\s*\d{1,3}(,\d{3})+(\D.*)?"
@@ -128,7 +129,7 @@ def varied(job: Job, ranges: Mapping[str, str], design: Answer[Any] | None = Non
     return made, tuple(_varied(made, path, text, path in held) for path, text in ranges.items())
 
 
-def _holding(job: Job, held: Mapping[str, str]) -> Job:
+def _holding(job: Job, held: Mapping[str, Any]) -> Job:
     """The job with variables as facts; where nothing is left to choose, limits and what was the goal are measured."""
     if (
         is_scene(job)
@@ -145,9 +146,10 @@ def _holding(job: Job, held: Mapping[str, str]) -> Job:
 
 def is_variable(job: Job, path: str) -> bool:
     """Whether a number is chosen from a range of its own, so that it can be held at each value in turn."""
-    choice = (
-        next((variable.choice for variable in job.variables if variable.path == path), None) if is_scene(job) else None
-    )
+    if not is_scene(job):  # a weight has a size and an angle, and neither is held alone
+        alone = path.rpartition(".")[2] in job.choices
+        return alone and path in job.decided_at and isinstance(inside(job.document, path), dict)
+    choice = next((variable.choice for variable in job.variables if variable.path == path), None)
     return (
         choice is not None
         and not (choice.options or choice.whole or choice.tolerance)
@@ -155,17 +157,23 @@ def is_variable(job: Job, path: str) -> bool:
     )
 
 
-def _text(job: Job, path: str, text: str, design: Answer[Any] | None) -> str:
+def _text(job: Job, path: str, text: str, design: Answer[Any] | None) -> str | float:
     """One value of a variable that is held: the last of its range, or what was chosen where parts of it are varied."""
     last = _parts_of(re.fullmatch(_HOW, text.strip())["values"])[-1]  # type: ignore[index]
     if re.fullmatch(_PART, last) is None:
-        return last.strip()
-    now = None if design is None else chosen(job, design).get(path)
+        return _as_written(last.strip())
+    known = {} if design is None else chosen(job, design)
+    now = known.get(path) or known.get(path.rpartition(".")[2])
     if not isinstance(now, Entry):
         raise InputError(f'--vary {path}="{text}": it is to be chosen, so it has no value to take parts of. {_WRITE}')
     variable = next(one for one in job.variables if one.path == path) if is_scene(job) else None
     unit = variable.unit if variable is not None else now.unit
-    return f"{to_unit(now.value, unit, now.dimension):.17g} {unit}".strip()
+    return _as_written(f"{to_unit(now.value, unit, now.dimension):.17g} {unit}".strip())
+
+
+def _as_written(text: str) -> str | float:
+    """A text as it would stand in a file: without a unit the number itself."""
+    return float(text) if _BARE.fullmatch(text) else text
 
 
 def _parts_of(text: str) -> list[str]:
@@ -207,8 +215,7 @@ def _varied(job: Job, path: str, text: str, held: bool) -> Varied:
 def _listed(fact: FactAt, parts: Sequence[str]) -> tuple[Quantity, ...]:
     """Values of a list [SI], rising; those without a unit have that of the last."""
     unit = fact.quantity(parts[-1].strip()).unit
-    bare = re.compile(r"[+-]?[\d.]+(?:e[+-]?\d+)?", re.IGNORECASE)
-    texts = [f"{one} {unit}".strip() if bare.fullmatch(one) else one for one in map(str.strip, parts)]
+    texts = [f"{one} {unit}".strip() if _BARE.fullmatch(one) else one for one in map(str.strip, parts)]
     found = {quantity.value: replace(quantity, unit=unit) for quantity in map(fact.quantity, texts)}
     return tuple(found[value] for value in sorted(found))
 

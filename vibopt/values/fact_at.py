@@ -74,7 +74,8 @@ def fact_among(known: Iterable[FactAt], path: str) -> FactAt:
     found = {fact_at.path: fact_at for fact_at in known}
     if path in found:
         return found[path]
-    parts = [fact_at.path for fact_at in found.values() if fact_at.place == path]
+    ends = (f"{path}.from", f"{path}.to")
+    parts = [fact_at.path for fact_at in found.values() if fact_at.place == path or fact_at.path in ends]
     if parts:
         one = "one" if len(parts) > 1 else "it"
         raise InputError(f"{path} holds {counted(len(parts), 'numbers')}. Name {one}: {' or '.join(parts)}.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated
 
 from vibopt.errors import QuantityError
@@ -13,22 +14,24 @@ _HAIR = 1e-12
 """Part by which "99.9999 %" may be read beside the number of that name."""
 
 
-def _read(given: object) -> float:
-    """A share of all machines."""
+def _read(given: object, all_of: str, without: str) -> float:
+    """A share of all machines, or of all rotors that the readings leave possible."""
     way = 'Write a share from "50 %" to "99.9999 %", for example with_probability = "99 %".'
     try:
         value = read_quantity(given, "ratio").value
     except QuantityError:
-        raise complaint(f"is no share of all machines. {way}") from None
+        raise complaint(f"is no share of all {all_of}. {way}") from None
     if value >= 1.0:
-        what = "more than all machines" if value > 1.0 else "all machines"
-        raise complaint(f"is {what}. For every machine within the tolerances leave it out. {way}")
+        what = f"{'more than ' * (value > 1.0)}all {all_of}"
+        raise complaint(f"is {what}. For {without} leave it out. {way}")
     if not LEAST - _HAIR <= value <= MOST + _HAIR:
-        raise complaint(f"is no share that machines which are drawn can tell. {way}")
+        raise complaint(f"is no share that {all_of} which are drawn can tell. {way}")
     return min(max(value, LEAST), MOST)
 
 
-Probability = Annotated[
-    float | None,
-    ReadBy(_read, {"type": ["string", "number"], "description": "share of all machines that shall keep the limit"}),
-]
+_SCHEMA = {"type": ["string", "number"], "description": "share of all machines that shall keep the limit"}
+_MACHINES = partial(_read, all_of="machines", without="every machine within the tolerances")
+_ROTORS = partial(_read, all_of="rotors", without="the rotor that the readings predict")
+
+Probability = Annotated[float | None, ReadBy(_MACHINES, _SCHEMA)]
+ProbabilityOfRotors = Annotated[float | None, ReadBy(_ROTORS, _SCHEMA)]

@@ -158,6 +158,11 @@ class EngineJob:
         shares = [f"engine.{share.name}" for share in self.shares if share.is_free]
         return (*shares, *(f"{one}.{word}" for one in free for word in ("unbalance", "angle")))
 
+    @property
+    def open_at(self) -> tuple[str, ...]:
+        """Where all that is chosen stands once it is decided, the cranks too."""
+        return (*(path for path in self.choices if path.startswith("cylinders.")), *self.decided_at)
+
     def beyond(self, decided: EngineJob) -> list[str]:
         """Shares and weights that are decided beyond what this job may choose, by path."""
         shares = zip(self.shares, decided.shares, strict=True)

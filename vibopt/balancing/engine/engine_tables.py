@@ -81,7 +81,9 @@ class EngineTable(Table):
         if (self.stroke is None) == (self.crank_radius is None):
             raise word('needs stroke or crank_radius, one of the two. Write stroke = "86 mm".')
         if self.radius >= self.rod.value:
-            raise word("has a rod that is not longer than the crank radius: such a crank cannot turn.")
+            raise word(
+                "has a rod that is not longer than the crank radius: such a crank cannot turn. Write a longer rod."
+            )
         if self.radius > _LONGEST_CRANK * self.rod.value:
             raise word(
                 "has a rod that is longer than the crank radius by less than 0.01 %: its piston is thrown about "

@@ -30,6 +30,7 @@ from vibopt.records import dataclass
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import word
 
+_BEARINGS = 'bearings = { A = "0 mm", B = "900 mm" }'
 _DIMENSION_OF = {
     "static_unbalance": "unbalance",
     "couple_unbalance": "couple_unbalance",
@@ -54,11 +55,10 @@ class ShaftTable(Table):
     @classmethod
     def _places(cls, given: dict[str, Any]) -> dict[str, float]:
         if given and len(given) != 2:
-            example = 'bearings = { A = "0 mm", B = "900 mm" }'
-            raise word(f"names {counted(len(given), 'bearings')}, but two carry a shaft. Write {example}.")
+            raise word(f"names {counted(len(given), 'bearings')}, but two carry a shaft. Write {_BEARINGS}.")
         places = {name: inner(at, "length") for name, at in given.items()}
         if len(set(places.values())) < len(places):
-            raise word("has both bearings at the same place.")
+            raise word(f"has both bearings at the same place. Write {_BEARINGS}.")
         return places
 
 
