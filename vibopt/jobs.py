@@ -479,7 +479,7 @@ def _balanced(job: BalancingJob, thorough: bool, method: str | None) -> Answer[A
         from vibopt.balancing.solve_rotor import solve_job
 
         return solve_job(job, thorough=thorough, **_by(job, method))
-    raise TypeError(f"{type(job).__name__} is no job. Take one from open_job, or make a Scene.")
+    raise TypeError(f"{type(job).__name__} is no job. Take one from vibopt.read, or make a scene.")
 
 
 def _by(job: BalancingJob, method: str | None) -> dict[str, Any]:

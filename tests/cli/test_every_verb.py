@@ -302,3 +302,24 @@ def test_what_cannot_be_is_refused_with_its_reason(
     monkeypatch.chdir(tmp_path)
     done = run(*map(str, words))
     assert (done.code, done.out, done.err) == (2, "", f"{message}\n")
+
+
+@kinds
+def test_what_is_no_value_no_method_or_no_job_is_refused_in_python(kind: str) -> None:
+    job, (path, *_) = vo.read(FILES[kind]), FACT[kind]
+    with pytest.raises(vo.InputError, match=r"method 3"):
+        vo.solve(job, method=3)  # type: ignore[arg-type]
+    if kind == "engine":
+        with pytest.raises(vo.InputError) as said:
+            vo.with_changes(job, {path: None})
+        assert f"{path} = None is no value with a unit, but a length is needed here." in str(said.value)
+    for ask in (vo.solve, vo.explain, vo.posed):
+        with pytest.raises(TypeError, match=r"int is no job\. Take one from vibopt\.read, or make a scene\."):
+            ask(3)  # type: ignore[operator]
+
+
+def test_an_engine_without_an_answer_tells_no_force_of_one() -> None:
+    job = vo.with_changes(vo.from_text(f'{SINGLE}[limits.a]\nresponse = "secondary_force"\nat_most = "1 N"\n', "a"), {})
+    found = vo.solve(job)
+    assert found.status == "infeasible"
+    assert not [note for note in found.notes if "Two orders alone" in note]

@@ -25,7 +25,7 @@ from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import ModelBuilder
 from vibopt.mechanics.built import Joint, Motion
 from vibopt.mechanics.machine import Machine
-from vibopt.mechanics.model import Model
+from vibopt.mechanics.model import DAMPING, HYSTERETIC, Model
 from vibopt.mechanics.monomial import Monomial
 from vibopt.mechanics.peaks import greatest, least
 from vibopt.report.curves import panels
@@ -166,15 +166,15 @@ class StrutTable(OneLink):
 
 @dataclass(frozen=True, slots=True)
 class Lost(Form):
-    """Energy that a damper takes out in a cycle, the greatest over all speeds: pi times force times stroke."""
+    """Energy that the damping of a link takes out in a cycle of one frequency, the greatest over all speeds."""
 
-    force: Modulus
+    link: str
     stroke: Modulus
     no_bounds = not_convex = rough = "is a product of two responses"
 
     @property
     def drives(self) -> tuple[Drive, ...]:
-        return self.force.drives
+        return self.stroke.drives
 
     def value(self, model: Model, x: FloatArray) -> float:
         return self.worst(model, x).value
@@ -186,8 +186,10 @@ class Lost(Form):
         return Worst(top.value, {drive.name: top.speed})
 
     def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
-        force, stroke = (one.against(model, x, name, least_wanted=least_wanted) for one in (self.force, self.stroke))
-        return replace(force, sizes=lambda speeds: np.pi * force(speeds) * stroke(speeds))
+        stroke, values = self.stroke.against(model, x, name, least_wanted=least_wanted), model.values(x)
+        own = [(term.kind, value) for term, value in zip(model.terms, values, strict=True) if term.owner == self.link]
+        damped, lossy = (sum(value for kind, value in own if kind == one) for one in (DAMPING, HYSTERETIC))
+        return replace(stroke, sizes=lambda speeds: np.pi * (damped * speeds + lossy) * stroke(speeds) ** 2)
 
 
 class LostEnergy(LostForce):
@@ -195,9 +197,10 @@ class LostEnergy(LostForce):
 
     dimension: ClassVar[str] = "moment"
     amplitude: ClassVar[bool] = False
+    doubles: ClassVar[bool] = False
 
     def form(self, model: Model, drives: tuple[Drive, ...], combine: Combine) -> Form:
-        return Lost(*(Modulus(one, drives, combine) for one in (self.output(model), across_link(model, self.of))))
+        return Lost(self.of, Modulus(across_link(model, self.of), drives, combine))
 
     def measure(self, machine: Machine, motion: Motion) -> ComplexArray:
         joint = machine.joint(self.of)
@@ -246,6 +249,19 @@ def test_a_device_may_bring_a_point_and_several_links() -> None:
     assert design.status == "met", design.claim
     speeds = 2.0 * np.pi * np.linspace(5.0, 30.0, 200001)
     assert design.measures["e"].value.value == pytest.approx(lost(2e3, speeds).max(), rel=1e-8)
+
+
+@pytest.mark.parametrize("damped", [{"damping": "900 N s/m"}, {"loss_factor": 0.2}])
+def test_energy_is_that_of_the_damping_whatever_spring_is_beside_it(damped: dict[str, Any]) -> None:
+    """pi (w c + k eta) |X|^2 of a mount; the force of its spring does no work in a cycle."""
+    mount = {"mount": {"between": ["pump", "ground"], "stiffness": "200 kN/m", **damped}}
+    asked = {"e": {"response": "lost_energy", "of": "mount"}}
+    design = solve(from_dict({**PUMP, "links": mount, "measures": asked}))
+    assert design.status == "met", design.claim
+    speeds = 2.0 * np.pi * np.linspace(5.0, 30.0, 1_000_001)
+    resists = speeds * 900.0 if "damping" in damped else 40e3 + 0.0 * speeds
+    energy = np.pi * resists * np.abs(300.0 / (200e3 - 120.0 * speeds**2 + 1j * resists)) ** 2
+    assert design.measures["e"].value.value == pytest.approx(energy.max(), rel=1e-8)
 
 
 def test_a_point_without_mass_of_a_device_is_refused_what_a_joint_is() -> None:

@@ -3,8 +3,9 @@
 A new response:
 
 1. `responses/NAME.py`: a `Response`, or a `HarmonicResponse` where something shakes; its keys and class attributes:
-   which keys name something (`names`), dimension, whether it is an amplitude, of what moves along a line or about an
-   axis (`moves`, `twin`), how it is asked of a body in space (`in_space`) or of a mount, how many `modes` it needs.
+   which keys name something (`names`), dimension, whether it is an amplitude, whether it `doubles` with what shakes
+   (an energy does not), of what moves along a line or about an axis (`moves`, `twin`), how it is asked of a body in
+   space (`in_space`) or of a mount, how many `modes` it needs.
 2. `form(model, ...)` (of a harmonic one `output(model)`), the first route: one of the forms of `vibopt.forms`.
    One over speeds that is none of these has `drives` and `against`, by which its curve is drawn.
 3. `measure_static(machine)` (of a harmonic one `measure(machine, motion)`), the second route: by other physics

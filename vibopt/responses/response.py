@@ -295,6 +295,8 @@ class HarmonicResponse(Response):
     combine: str | None = None
     harmonic: ClassVar[bool] = True
     normalised: ClassVar[bool] = False
+    doubles: ClassVar[bool] = True
+    """Whether it is twice as large under twice the excitation; an energy is four times so."""
 
     @property
     def rigid_link(self) -> str:

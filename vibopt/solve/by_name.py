@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import Any
+from typing import Any, cast
 
 from vibopt.errors import InputError, way_out
 from vibopt.solve.method import Method
@@ -51,8 +51,10 @@ OWN = (
 
 def called(method: str | Method | None) -> Method | None:
     """The method of a name, or as it is given; InputError with near names where there is none."""
-    if not isinstance(method, str):
-        return method
-    if method not in METHODS:
-        raise InputError(f"--method {method}: there is no such method.{way_out(method, ['cvxpy', 'ipopt', *METHODS])}")
+    if method is None or hasattr(method, "refuses"):
+        return cast("Method | None", method)
+    if not isinstance(method, str) or method not in METHODS:
+        raise InputError(
+            f"--method {method}: there is no such method.{way_out(str(method), ['cvxpy', 'ipopt', *METHODS])}"
+        )
     return METHODS[method]()

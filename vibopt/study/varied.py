@@ -12,6 +12,7 @@ import numpy as np
 
 from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
+from vibopt.balancing import is_engine
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import changed, inside
 from vibopt.errors import InputError, QuantityError
@@ -147,7 +148,7 @@ def _holding(job: Job, held: Mapping[str, Any]) -> Job:
 def is_variable(job: Job, path: str) -> bool:
     """Whether a number is chosen from a range of its own, so that it can be held at each value in turn."""
     if not is_scene(job):  # a weight has a size and an angle, and neither is held alone
-        alone = path.rpartition(".")[2] in job.choices
+        alone = is_engine(job) and path.rpartition(".")[2] in job.choices
         return alone and path in job.decided_at and isinstance(inside(job.document, path), dict)
     choice = next((variable.choice for variable in job.variables if variable.path == path), None)
     return (

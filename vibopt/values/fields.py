@@ -3,7 +3,7 @@
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from types import NoneType
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_args
 
@@ -245,9 +245,11 @@ class RuleSchema:
 
     def __get_pydantic_core_schema__(self, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         """What may be nothing but a number is read here, without a schema of its own, which takes long to make."""
-        if ({*get_args(source)} or {source}) <= {Fact, Choice, NoneType}:
-            return core_schema.no_info_plain_validator_function(self._read)
-        return core_schema.no_info_before_validator_function(self._read, handler(source))
+        kinds = {*get_args(source)} or {source}
+        read = self._read if NoneType in kinds else partial(read_number, self.rule)  # None is left out, or no value
+        if kinds <= {Fact, Choice, NoneType}:
+            return core_schema.no_info_plain_validator_function(read)
+        return core_schema.no_info_before_validator_function(read, handler(source))
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
         return {}

@@ -302,7 +302,7 @@ class Shaken:
         amplitude = UNIT if self.response.normalised else line.amplitude
         piece = amplitude.pieces[0]
         plain = not others and len(amplitude.pieces) == 1 and not piece.slope and not amplitude.grows_to_rest
-        if not plain or self.machine.loose or self.response.rigid_link:
+        if not plain or self.machine.loose or self.response.rigid_link or not self.response.doubles:
             return None
         found = self.machine.turning(self.under_unit, piece.power)
         return None if found is None else found / line.order

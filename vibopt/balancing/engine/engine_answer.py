@@ -97,7 +97,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = sol
         measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or none else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
-        notes=_notes(job, found, here),
+        notes=_notes(job, found, here, none=none),
         rates=found.rates,
         details={"classes": found.tried, "as_good": found.alike},
     )
@@ -203,7 +203,7 @@ def _more(full: float, cut: float, some: bool, unit: str) -> str:
     return "the same" if abs(percent) < _SAME else f"{full:.5g} {unit} ({percent:+.2g} %)"
 
 
-def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
+def _notes(job: EngineJob, found: Balanced, here: Arms, *, none: bool) -> tuple[str, ...]:
     """Conventions, and what the textbook's two terms would have hidden."""
     notes = [
         "Crank angles are counted in the sense of rotation; couples are about "
@@ -212,7 +212,7 @@ def _notes(job: EngineJob, found: Balanced, here: Arms) -> tuple[str, ...]:
     exact, short = (
         (here if job.truncated is cut else arms(job, found.cranks, truncated=cut)).at(found.x) for cut in (False, True)
     )
-    for couple, word, unit in ((False, "force", "N"), (True, "couple", "N m")):
+    for couple, word, unit in () if none else ((False, "force", "N"), (True, "couple", "N m")):
         full, cut = (_clean(peak(one, couple), size_of(job, couple)) for one in (exact, short))
         if max(full, cut) > _TINY * size_of(job, couple):
             said = f"Two orders alone show a greatest {word} of {cut:.5g} {unit}"
