@@ -113,3 +113,24 @@ def test_four_bodies_on_links_are_tuned_as_well_as_a_search_of_another_kind_does
     found = solve(from_dict(document))
     assert found.goal is not None
     assert found.goal[1].value <= 2.0123395e-06
+
+
+def test_the_mount_below_bodies_on_links_is_chosen_as_well_as_they_are() -> None:
+    """The same search of another kind; begun with one mount alone, the answer is 6 % above that."""
+    document: dict[str, Any] = {
+        "title": "t",
+        "bodies": {"b0": {"mass": "224.3 kg"}, "b1": {"mass": "17.95 kg"}, "b2": {"mass": "5.336 kg"}},
+        "links": {},
+        "excitations": {"e": {"kind": "unbalance", "on": "b0", "unbalance": "35.3 kg m", "speed": "5.517 Hz"}},
+        "goal": {"minimise": "displacement", "of": "b0", "over": "5.517..31.56 Hz"},
+    }
+    springs, dampers = (8925.0, 647.1, 192.4), ((17.16, 51490.0), (1.244, 3733.0), (0.3699, 1110.0))
+    for i, (k, c) in enumerate(zip(springs, dampers, strict=True)):
+        document["links"][f"l{i}"] = {
+            "between": [f"b{i}", "b0" if i else "ground"],
+            "stiffness": {"from": f"{k} N/m", "to": f"{2000.0 * k} N/m"},
+            "damping": {"from": f"{c[0]} N s/m", "to": f"{c[1]} N s/m"},
+        }
+    found = solve(from_dict(document))
+    assert found.goal is not None
+    assert found.goal[1].value <= 0.07235513

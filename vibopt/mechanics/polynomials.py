@@ -46,6 +46,18 @@ def roots(ascending: FloatArray) -> ComplexArray:
     return np.asarray(found[np.isfinite(found) & (found != 0.0)])
 
 
+def moved_by_rounding(ascending: FloatArray, found: ComplexArray) -> FloatArray:
+    """By how much rounding may have moved the roots that `roots` found, to first order, shape (n,).
+
+    A root of n that lie close together moves by a great deal, as the slope there is next to nothing.
+    """
+    size, slope = np.abs(found), ascending[1:] * np.arange(1, len(ascending))
+    lost = np.finfo(float).eps * len(found) * np.abs(ascending).max()
+    with np.errstate(all="ignore"):
+        steep = np.abs((found[:, None] ** np.arange(len(slope))) @ slope)
+        return np.asarray(lost * (size[:, None] ** np.arange(len(ascending))).sum(axis=1) / steep)
+
+
 def real_roots(ascending: FloatArray, near: float, steps: int, least: float = 0.0) -> FloatArray:
     """Real roots of a polynomial, polished by Newton's rule.
 

@@ -19,7 +19,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, Model
-from vibopt.mechanics.polynomials import roots, stationary
+from vibopt.mechanics.polynomials import moved_by_rounding, roots, stationary
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Amplitude, Band, Line, Output
 
@@ -31,6 +31,10 @@ _TRUSTED = 1e5
 """By how much rounding may grow in a sum: eleven digits are left, of which thirteen were seen."""
 _LIGHT, _SHARP = 1e-7, 1e-2
 """Damping of a pole, of critical, that is next to none, and below which a root may be too far from its peak."""
+_BESIDE = 2.0
+"""How far beside a band, as a factor, points count that may lie in it."""
+_LOOKED_AT, _SPREAD = np.sinh(np.linspace(-3.0, 3.0, 25)), 34
+"""Distances from a pole, over its damping, at which the slope is looked at; and how many speeds from end to end."""
 _POLISHES = 8
 _DONE = 1e-11
 _AT_REST = 1e-7
@@ -286,11 +290,15 @@ class Polynomials:
         return cls((tables[0], tables[1]), (sizes[0], sizes[1]), unit, size, power)
 
     @cached_property
-    def turning(self) -> tuple[FloatArray, BoolArray]:
-        """Points near which the value may be stationary, and whether it must be."""
-        turning = roots(stationary(self.tables[0][0][:, 0], self.tables[1][0][:, 0], self.power))
-        near = turning[(turning.real > 0.0) & (np.abs(turning.imag) <= 1e-3 * np.abs(turning))]
-        return np.sqrt(near.real), np.abs(near.imag) <= 1e-10 * np.abs(near)
+    def turning(self) -> tuple[FloatArray, BoolArray, FloatArray]:
+        """Points near which the value may be stationary, whether it must be, and those where rounding hides whether."""
+        slope = stationary(self.tables[0][0][:, 0], self.tables[1][0][:, 0], self.power)
+        turning = roots(slope)
+        turning = turning[turning.real > 0.0]
+        off, size = np.abs(turning.imag), np.abs(turning)
+        near = off <= 1e-3 * size
+        hidden = ~near & ~(off > moved_by_rounding(slope, turning))
+        return np.sqrt(turning[near].real), off[near] <= 1e-10 * size[near], np.sqrt(size[hidden])
 
     @cached_property
     def poles(self) -> ComplexArray:
@@ -334,7 +342,8 @@ class Polynomials:
     def in_band(self, low: float, high: float) -> FloatArray | None:
         """Local maxima in [low, high] and ends from which the value falls, (n, 2): v, and 1 where it is a maximum.
 
-        None where maxima and minima do not take turns, or a pole in reach has next to no damping.
+        None where maxima and minima do not take turns, a pole in reach has next to no damping, or rounding hides some:
+        beside absorbers nearly alike a maximum and a minimum may be lost together.
         """
         if low == high:
             return np.array([[low, 0.0]])
@@ -349,12 +358,28 @@ class Polynomials:
         if at is None or not np.isfinite(ends).all():
             return None
         kinds = np.concatenate([[np.sign(ends[0])], at[1], [np.sign(ends[1])]])
-        if not _take_turns(kinds):
+        if not _take_turns(kinds) or not self._turns_as_told(start, high, at[0], kinds[0]):
             return None
         found = [[v, 1.0] for v in at[0][at[1] < 0.0]]
         found += [[low, 0.0]] if ends[0] <= 0.0 else []
         found += [[high, 0.0]] if ends[1] >= 0.0 else []
         return np.array(found)
+
+    def _turns_as_told(self, low: float, high: float, at: FloatArray, begun: float) -> bool:
+        """Whether the value rises and falls between the stationary points as they say, where rounding may hide some.
+
+        Looked at as densely as the poles are damped: no peak is narrower.
+        """
+        hidden = self.turning[2]
+        if not ((hidden >= low / _BESIDE) & (hidden <= high * _BESIDE)).any():
+            return True
+        beside = np.abs(self.poles.real)[:, None] + np.abs(self.poles.imag)[:, None] * _LOOKED_AT
+        v = np.concatenate([beside.ravel(), np.linspace(low, high, _SPREAD)[1:-1]])
+        v = v[(v > low) & (v < high)]
+        if len(at):
+            v = v[np.abs(v[:, None] - at).min(axis=1) > _CLOSE * v]
+        turned = np.where((v[:, None] > at).sum(axis=1) % 2, -begun, begun)
+        return bool((np.sign(self.rise(v)[0]) == turned).all())
 
     def _polished(self, low: float, high: float, resonances: FloatArray) -> tuple[FloatArray, FloatArray] | None:
         """Stationary points inside, ascending, and the sign of the bend at each."""

@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.forms.few import applies, is_hosted
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.solve.hanging import masses_on_springs
+from vibopt.solve.hanging import MassOnSpring, masses_on_springs
 from vibopt.solve.least_pth import least_pth
 from vibopt.solve.ranges import halton, log_box, natural_size, starts
 
@@ -123,7 +123,14 @@ def beside(program: Program, y: FloatArray, batch: int) -> list[FloatArray]:
     for row, one in zip(begun[-len(hung) :], hung, strict=True):
         row[[*one.axes.values()]] = y[[*one.axes.values()]]
         row[one.weight] = low[one.weight] if one.weight >= 0 else y[one.weight]
-    return least_pth(cheap, np.clip(begun, low, high), low, high, rungs=1 + batch % 2)
+    turned = [_on_ends(y, low, high, [j]) for j in _of_no_device(program, hung)]
+    return least_pth(cheap, np.clip(np.concatenate([begun, *turned]), low, high), low, high, rungs=1 + batch % 2)
+
+
+def _of_no_device(program: Program, devices: Sequence[MassOnSpring]) -> list[int]:
+    """Variables of what carries the devices."""
+    own = {index for device in devices for index in device.axes.values()}
+    return [index for index in range(len(program.axes)) if index not in own]
 
 
 def _on_ends(y: FloatArray, low: FloatArray, high: FloatArray, own: Sequence[int]) -> FloatArray:
@@ -164,6 +171,8 @@ def tuned(program: Program, count: int) -> FloatArray:
     base = np.clip([natural_size(program, axis) for axis in program.axes], program.low, program.high)
     last, depth = np.array([(device.last, device.depth) for device in devices]).T
     found = np.tile(base, (count, 1))
+    others = _of_no_device(program, devices)
+    found[1:, others] = np.exp(starts(program, count))[1:, others]
     for x, one in zip(found, halton(count, 3 * len(devices) + 1), strict=True):
         place, damping, shares = one[:-1].reshape(3, -1)
         low, high = ends[(len(ends) * place).astype(int)].T
