@@ -38,5 +38,10 @@ class Release(AtOnce, Along):
         displacement, velocity = (0.0 if fact is None else fact.value for fact in (self.displacement, self.velocity))
         return displacement, velocity
 
+    @property
+    def fastest(self) -> float:
+        """Nothing acts."""
+        return 0.0
+
     def segments(self) -> tuple[Segment, ...]:
         return (replace(line(AFTER, 0.0, 0.0), released=np.array([self.start])),)

@@ -223,7 +223,10 @@ class Stopping(Simulated):
 
 
 def _dips(first: float, middle: float, last: float) -> bool:
-    """Whether a parabola through three even values above zero falls to half of the lesser end between them."""
+    """Whether a parabola through three even values above zero falls to half of the lesser end between them.
+
+    What has just begun grows from nothing and dips nowhere.
+    """
     bend, slope = 2.0 * (first - 2.0 * middle + last), 4.0 * middle - 3.0 * first - last
     turns = slope < 0.0 < 2.0 * bend + slope
-    return turns and first - 0.25 * slope**2 / bend < 0.5 * min(first, last)
+    return first > 0.0 and turns and first - 0.25 * slope**2 / bend < 0.5 * min(first, last)
