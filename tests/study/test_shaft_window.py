@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 import vibopt as vo
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.known.correct import pose
+from vibopt.balancing.known.known_job import KnownJob
 from vibopt.balancing.known.shaft_statics import rows_by_hand
 from vibopt.study.permitted import Window
 
@@ -134,8 +135,9 @@ def _vector(window: Window, name: str) -> tuple[float, float]:
 
 def test_masses_turned_by_hand_are_what_the_rows_say() -> None:
     job = vo.from_text(BLOWER, name="blower.toml")
-    question, dice = pose(job).question, np.random.default_rng(5)  # type: ignore[arg-type]
+    assert isinstance(job, KnownJob)
+    question, dice = pose(job).question, np.random.default_rng(5)
     for _ in range(20):
         u: ComplexArray = np.asarray(5e-3 * (dice.normal(size=2) + 1j * dice.normal(size=2)), dtype=complex)
-        by_hand = rows_by_hand(job, u)  # type: ignore[arg-type]
+        by_hand = rows_by_hand(job, u)
         assert by_hand == pytest.approx(np.abs(question.residual(u))[: len(by_hand)], rel=1e-9)

@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 _UNBOUNDED_BOXES = 20_000
 """Boxes of a search that cannot prove anything, because a limit has no bound on boxes."""
 MODEST_GAP, _MODEST_BOXES, _MODEST_TANGENTS, _MODEST_MEASUREMENTS, _MODEST_PIECES = 1e-4, 20_000, 1000, 300, 60
-_MODEST_ENOUGH = 0.01
 """Gap, boxes, boxes with tangents, exact measurements and dear pieces of a search for what stands beside an answer."""
+_MODEST_ENOUGH = 0.01
+"""Gap with which such a search on tangents tries no other starts."""
 _PLANE = 2
 """Variables in the plane of a link."""
 _SLICES, _EMPTY_SLICES = 1000, 200

@@ -60,8 +60,9 @@ def screenable(program: Program) -> bool:
 def promising(program: Program, count: int) -> list[FloatArray]:
     """Up to `count` designs y = log x (n_vars,), apart from each other.
 
-    In turn the one that promises most of all that are left, and the one that promises most of a part of those that are
-    spread over the ranges: the most promising may all lead to the same.
+    Of several devices those to which devices tuned each by itself lead.  Else, of designs all over the ranges and on
+    their corners, those that promise most of all and those that do of a part of them, for the most promising may all
+    lead to the same: what both lead to, or the two in turn where slopes are not known in little time.
     """
     low, high = log_box(program)
     cheap = [part for part in program.parts if is_cheap(part)]
