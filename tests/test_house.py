@@ -23,7 +23,7 @@ MODULES = {
 }
 
 FLOORS = (
-    ("errors", "records"),
+    ("arguments", "errors", "records"),
     ("arrays", "bracketing", "work"),
     ("cones", "files", "frontier", "signals", "units"),
     ("document",),

@@ -7,7 +7,7 @@ Importing vibopt loads next to nothing and changes nothing; each name is fetched
 """
 
 import sys
-from types import ModuleType
+from types import FunctionType, ModuleType
 
 from vibopt.answer.views import register as _register
 
@@ -92,6 +92,10 @@ if not TYPE_CHECKING:  # a type checker that saw it would take every name for kn
         from importlib import import_module
 
         value = getattr(import_module(_HOME_OF[name]), name)
+        if isinstance(value, FunctionType):
+            from vibopt.arguments import checked
+
+            value = checked(name, value)
         globals()[name] = value
         return value
 

@@ -192,9 +192,9 @@ def counted(count: float, things: str) -> str:
     return " ".join(filter(None, ("1", front, _ONE.get(last, last.removesuffix("s"))))) + sign + rest
 
 
-def way_out(name: str, known: Iterable[str]) -> str:
-    """The sentence behind an unknown `name`: the nearest of `known`, else all of them; starts with a space."""
-    names = list(known)
+def way_out(given: object, known: Iterable[str]) -> str:
+    """The sentence behind an unknown name: the nearest of `known`, else all of them; starts with a space."""
+    name, names = str(given), list(known)
     meant = _MEANT.get(re.sub(r"[\s-]+", "_", name.strip().lower()), ())
     near = [one for one in meant if one in names and (one != "at" or "over" not in names)][:1]  # there a speed
     near = near or [one for one in names if name in one.split(".")][:1]  # a step of a path alone

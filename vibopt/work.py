@@ -15,7 +15,7 @@ from contextvars import ContextVar
 from math import ceil, inf
 from typing import TypeVar
 
-from vibopt.errors import counted
+from vibopt.errors import InputError, counted
 from vibopt.records import dataclass
 
 T = TypeVar("T")
@@ -157,7 +157,15 @@ def within(variable: ContextVar[T], value: T) -> Iterator[None]:
 
 
 def each_answer_within(seconds: float | None) -> AbstractContextManager[None]:
-    """End the searches of every answer inside after `seconds` of it; None changes nothing."""
+    """End the searches of every answer inside after `seconds` of it; None changes nothing.
+
+    Raises
+    ------
+    InputError
+        No number of seconds above zero.
+    """
+    if seconds is not None and not 0.0 < seconds < inf:
+        raise InputError(f"time_limit = {seconds} is no number of seconds above zero. Write time_limit=5.")
     return nullcontext() if seconds is None else within(_EACH, seconds)
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import prod
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 
@@ -273,6 +273,8 @@ def _drawn(facts: tuple[Varied, ...], count: int, sample: Sample) -> Points:
 
     from scipy.stats import qmc
 
+    if sample not in get_args(Sample):
+        raise InputError(f'--sample {sample}: is no way to draw points. Write "sobol" or "latin".')
     listed = [fact.fact.path for fact in facts if fact.listed]
     if listed:
         raise InputError(f"--sample {sample} draws from ranges, and {listed[0]} is a list. Leave --sample out.")

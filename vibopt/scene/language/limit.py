@@ -56,6 +56,8 @@ class Limit:
     """
 
     def __init__(self, words: Mapping[str, object]) -> None:
+        if not isinstance(words, Mapping):
+            raise InputError(f'Limit({words!r}): this is no table. Write machine.displacement(of="press") <= "2 mm".')
         self.words = plain_table(words)
 
     def __bool__(self) -> NoReturn:

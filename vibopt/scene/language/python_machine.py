@@ -202,7 +202,7 @@ class Machine(Responses):
 
     def device(self, family: str, name: str, **words: object) -> None:
         """A device of any family, by the words of a file: what `[FAMILY.NAME]` and its keys say."""
-        if family not in FAMILIES:
+        if not isinstance(family, str) or family not in FAMILIES:
             raise InputError(f'"{family}" is no family of devices.{way_out(family, list(FAMILIES))}')
         self._add(family, name, words)
 
