@@ -17,7 +17,7 @@ from vibopt.answer.answer import EMPTY, Answer
 from vibopt.balancing import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
 from vibopt.document.locate import located
 from vibopt.document.mistakes import Mistakes
-from vibopt.document.toml_reading import FileText, changed, inside, parsed, placed, text_of
+from vibopt.document.toml_reading import COEFFICIENTS, FileText, changed, inside, parsed, placed, text_of
 from vibopt.errors import InputError
 from vibopt.files.reading import shown_name
 from vibopt.records import replace
@@ -372,8 +372,8 @@ def _coefficients(document: Mapping[str, Any], mistakes: Mistakes) -> Saved | No
 
     file = (given.folder if isinstance(given, FileText) else FilePath()) / given
     try:
-        text, name = text_of(file), shown_name(file.name)
-        return Saved(parsed(text, name), Mistakes(name, located(text)))
+        text, name = text_of(file, COEFFICIENTS), shown_name(file.name)
+        return Saved(parsed(text, name, COEFFICIENTS), Mistakes(name, located(text)))
     except InputError as error:
         mistakes.add(("influence",), str(error))
         mistakes.raise_any()  # without it runs would seem to be missing
@@ -424,26 +424,48 @@ def answer(
         A method that does not take the job.
     """
     with each_answer_within(time_limit):
+        by = method_of(job, method)
         if is_scene(job):
             from vibopt.solve import solve
 
-            by = method_of(method)
             return cast("Answer[J]", solve(job, method=by, progress=progress, explain=explain, brief=brief))
-        if method not in (None, *POSED):
-            raise InputError(
-                f"{job.name}: --method {method}: goal and limits decide the method of a balancing job. Leave it out, "
-                f"or write {' or '.join(POSED)}."
-            )
-        return cast("Answer[J]", balanced(job, explain=explain, method=method))
+        return cast("Answer[J]", balanced(job, explain=explain, method=by))
 
 
-def method_of(method: str | None) -> Any:
-    """A method of scenes by its name: what solves the program in the open, any other as its name."""
-    if method not in POSED:
-        return method
-    from vibopt.posed.posed_scene import METHODS
+def method_of(job: Job, method: str | None) -> Any:
+    """A method that is asked for by its name, for a job that it may answer: as its name where a job knows it by that.
 
-    return METHODS[method]()
+    Raises
+    ------
+    InputError
+        No such method, or a job in which nothing is chosen by one.
+    """
+    if method is None:
+        return None
+    if is_scene(job):
+        from vibopt.posed.posed_scene import METHODS
+        from vibopt.solve.by_name import called
+
+        by = METHODS[method]() if method in POSED else called(method)
+    elif method not in POSED:
+        raise InputError(
+            f"{job.name}: --method {method}: goal and limits decide the method of a balancing job. Leave it out, "
+            f"or write {' or '.join(POSED)}."
+        )
+    if why := _without_method(job):
+        raise InputError(f"{job.name}: --method {method}: {why}, whatever the method. Leave --method out.")
+    return by if is_scene(job) else method
+
+
+def _without_method(job: Job) -> str:
+    """Why no method is asked; "" where one searches for what is chosen."""
+    if is_scene(job) and job.find_all is not None:
+        return "find_all answers with the ends of intervals, which are found one by one"
+    if not is_open(job):
+        return "nothing is chosen, and what is asked is measured"
+    if is_scene(job) and not job.variables:
+        return "places alone are chosen, and each is measured"
+    return ""
 
 
 def balanced(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from io import StringIO
 from itertools import pairwise
@@ -71,6 +72,43 @@ def test_no_word_is_broken_where_each_column_has_room_for_its_own(rows: list[tup
     longest = [max(map(len, " ".join(cells).split()), default=0) for cells in zip(*rows, strict=True)]
     lines = ours(Grid(rows), "", sum(max(one + 2, 10) for one in longest) + spare, 0)
     assert Counter(lines.split()) == Counter(" ".join(map(" ".join, rows)).split())
+
+
+STEP = st.text("abcdef", min_size=1, max_size=9)
+PATHS = st.lists(STEP, min_size=1, max_size=4).map(".".join)
+
+
+@given(
+    rows=st.integers(2, 7).flatmap(lambda count: st.lists(st.tuples(*[PATHS] * count), min_size=2, max_size=4)),
+    spare=st.integers(0, 12),
+)
+def test_a_path_is_broken_behind_its_points_alone_where_each_column_has_room_for_its_steps(
+    rows: list[tuple[str, ...]], spare: int
+) -> None:
+    steps = {path: re.split(r"(?<=\.)", path) for row in rows for path in row}
+    whole = {"".join(own[i:j]) for own in steps.values() for i in range(len(own)) for j in range(i + 1, len(own) + 1)}
+    least = [max(len(step) for path in cells for step in steps[path]) for cells in zip(*rows, strict=True)]
+    lines = ours(Grid(rows[1:], rows[0]), "", sum(least) + 2 * len(least) + spare, 0)
+    assert set(lines.split()) <= whole
+
+
+def test_headings_of_a_sweep_over_two_facts_are_whole() -> None:
+    heads = (
+        "speed",
+        "m1.mass",
+        "Verdict",
+        "reaction",
+        "static",
+        "couple",
+        "bearings.A.reaction",
+        "bearings.B.reaction",
+    )
+    grid = Grid([("900 rpm", "45 g", "met", "1.526 N", "169.8 g mm", "164319 g mm²", "2.059 N", "0.646 N")], heads)
+    assert [line.split() for line in ours(grid, "", 76, 0).splitlines()[:3]] == [
+        ["bearings.", "bearings."],
+        ["A.", "B."],
+        ["speed", "m1.mass", "Verdict", "reaction", "static", "couple", "reaction", "reaction"],
+    ]
 
 
 UNPOINTED = TEXTS.map(lambda text: text.replace(".", "-"))

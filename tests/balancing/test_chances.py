@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -244,6 +245,28 @@ def test_prices_and_one_plan_for_all_say_why_there_are_none(capsys: pytest.Captu
     assert one in said(capsys)
     with pytest.raises(InputError, match="a limit asks for a probability, which rotors that are drawn tell"):
         vo.posed(job).cvxpy()
+
+
+def test_the_nearest_plan_is_told_by_the_share_and_not_as_met(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    """By integrals the share keeps what its row tells with these weights, and does not keep the limit."""
+    file = tmp_path / "fan.toml"
+    file.write_text(fan(1.0, "99.99 %"), encoding="utf-8")
+    assert main(["solve", str(file)]) == 5
+    told = capsys.readouterr().out
+    assert " met" not in told
+    assert "at least 99.99 %" in told
+    near = vo.solve(vo.read(file)).nearest
+    assert near is not None
+    assert not near.least
+    row = near.limits["rest"]
+    assert not row.met
+    assert row.limit is not None
+    weight = {f"planes.{one}.weight": f"{near.values[f'planes.{one}.mass'].value!r} kg @ "
+              f"{near.values[f'planes.{one}.angle'].value!r} rad" for one in ("left", "right")}  # fmt: skip
+    fitted: Any = vo.solve(vo.with_changes(vo.read(file), weight))
+    assert share_of(fitted, row.value.value) >= 0.9999 > share_of(fitted, row.limit.value)
 
 
 def said(capsys: pytest.CaptureFixture[str]) -> str:

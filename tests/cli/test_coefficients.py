@@ -211,7 +211,13 @@ def test_a_plan_that_is_saved_or_rounded_never_says_to_add_the_whole_to_what_is_
         (
             'influence = "coefficients.toml"',
             'influence = "coeficients.toml"',
-            "next.toml line 3: coeficients.toml is not there. Name an existing problem file (.toml).",
+            "next.toml line 3: coeficients.toml is not there. Name the file that solve --save-coefficients has "
+            "written, relative to the problem file.",
+        ),
+        (
+            'influence = "coefficients.toml"',
+            'influence = "empty.toml"',
+            "next.toml line 3: empty.toml is empty. Name a file that solve --save-coefficients has written (.toml).",
         ),
         (
             'speed = "20 Hz"',
@@ -230,6 +236,7 @@ def test_a_plan_that_is_saved_or_rounded_never_says_to_add_the_whole_to_what_is_
 def test_what_does_not_fit_is_told(saved: Path, old: str, new: str, message: str) -> None:
     file = saved.with_name("next.toml")
     file.write_text((NEXT + AFTER).replace(old, new))
+    saved.with_name("empty.toml").touch()
     error = refused(open_job, file)
     there = [re.sub(r"\S*/", "", one) for one in error.messages]
     assert there == [message]

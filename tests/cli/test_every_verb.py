@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 import vibopt as vo
+from vibopt import jobs
 from vibopt.answer.entry import Entry
 
 Run = Callable[..., Any]
@@ -34,6 +35,7 @@ ROUND = {
     "known": ("0.5 g", "planes.L.weight.angle=5 deg", "planes.R.weight.angle=1 deg"),
     "engine": ("2",),
 }
+BOUGHT = ("stiffness=7 MN/m", "damping=9 kN s/m")
 kinds = pytest.mark.parametrize("kind", FILES)
 
 
@@ -249,6 +251,40 @@ def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
             "can.",
         ),
         (
+            ("solve", PROBLEMS / "isolation" / "rao_9_34_printed_design.toml", "--method", "slsqp"),
+            "rao_9_34_printed_design.toml: --method slsqp: nothing is chosen, and what is asked is measured, whatever "
+            "the method. Leave --method out.",
+        ),
+        (
+            ("explain", PROBLEMS / "isolation" / "rao_9_1_speeds.toml", "--method", "ipopt"),
+            "rao_9_1_speeds.toml: --method ipopt: find_all answers with the ends of intervals, which are found one by "
+            "one, whatever the method. Leave --method out.",
+        ),
+        (
+            ("report", PROBLEMS / "shafts" / "where_a_fan_is_borne.toml", "--method", "nlp", "-o", "x.html"),
+            "where_a_fan_is_borne.toml: --method nlp: find_all answers with the ends of intervals, which are found one "
+            "by one, whatever the method. Leave --method out.",
+        ),
+        (
+            (
+                "solve",
+                FILES["machine"],
+                "--method",
+                "nlp",
+                "--set",
+                f"links.mount.{BOUGHT[0]}",
+                "--set",
+                f"links.mount.{BOUGHT[1]}",
+            ),
+            "rao_9_34.toml: --method nlp: nothing is chosen, and what is asked is measured, whatever the method. Leave "
+            "--method out.",
+        ),
+        (
+            ("plot", PROBLEMS / "balancing" / "rao_9_14_a.toml", "--method", "cvxpy", "-o", "x.svg"),
+            "rao_9_14_a.toml: --method cvxpy: nothing is chosen, and what is asked is measured, whatever the method. "
+            "Leave --method out.",
+        ),
+        (
             ("solve", FILES["engine"], "--set", 'goal.then=["secondary_cuople"]'),
             'engine_share_capped.toml: goal.then[1] = "secondary_cuople" is none of the values that then may have. '
             'Write "primary_force", "primary_couple", "secondary_force", "secondary_couple", "force" or "couple".',
@@ -302,6 +338,27 @@ def test_what_cannot_be_is_refused_with_its_reason(
     monkeypatch.chdir(tmp_path)
     done = run(*map(str, words))
     assert (done.code, done.out, done.err) == (2, "", f"{message}\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "options", "message"),
+    [
+        ("rotor", ["--map"], "a map has two numbers of a machine as its axes, and weights of a measured rotor have "
+         "each a size and an angle, as the plot shows them. Leave --map out."),
+        ("known", ["--sketch"], "--sketch draws machines; here the plot has the shaft in it. Leave --sketch out."),
+        ("engine", ["--spectrum"], "--spectrum is of a load that comes once on a machine. Leave --spectrum out."),
+        ("machine", ["--campbell"], "--campbell is of rotors that are modelled, [rotors.NAME]. Leave it out."),
+        ("machine", ["--map", "--set", f"links.mount.{BOUGHT[1]}"], "a map needs exactly two variables that are not "
+         "whole or listed."),
+        ("machine", ["--map", "absorbers.tmd"], "there is no absorber called tmd."),
+    ],
+)  # fmt: skip
+def test_a_picture_that_cannot_be_is_refused_before_anything_is_solved(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path, name: str, options: list[str], message: str
+) -> None:
+    monkeypatch.setattr(jobs, "answer", None)
+    done = run("plot", str(FILES[name]), "-o", str(tmp_path / "x.svg"), *options)
+    assert (done.code, done.out, done.err) == (2, "", f"{FILES[name].name}: {message}\n")
 
 
 @kinds

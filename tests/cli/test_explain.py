@@ -4,6 +4,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 Run = Callable[..., Any]
 
 
@@ -44,6 +46,13 @@ def test_each_method_is_considered_once(run: Run, press: str) -> None:
     chosen = ("--set", 'bodies.press.mass={ from = "290 kg", to = "310 kg" }')
     names = [one["name"] for one in run("explain", press, *chosen, "--json").data["methods"]]
     assert names == ["closed_form", "closed_form_kc", "discs"]
+
+
+@pytest.mark.parametrize("name", ["feese_two_planes", "rao_9_14_b_capped", "engine_share_capped"])
+def test_a_method_that_is_asked_for_is_the_one_that_explains(run: Run, press: str, name: str) -> None:
+    file = Path(press).parents[1] / "balancing" / f"{name}.toml"
+    methods = run("explain", str(file), "--method", "cvxpy", "--json").data["methods"]
+    assert [(one["name"], one["why"]) for one in methods] == [("cvxpy", "asked for by --method cvxpy")]
 
 
 def test_who_answered_is_said_where_another_takes_the_question_too(run: Run, tmp_path: Path) -> None:

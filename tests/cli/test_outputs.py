@@ -15,6 +15,7 @@ import pytest
 
 from refusals import refused
 from texts import STIFFEST, choice, floor, shaken_fan
+from vibopt import jobs
 from vibopt.answer.answer import EXIT_CODES
 from vibopt.cli.sweep_table import journal_of
 from vibopt.errors import InputError
@@ -203,6 +204,32 @@ def test_an_option_given_twice_is_refused(run: Run, fan: Path, tmp_path: Path) -
     twice = run("solve", str(fan), "--set", f"{BOUND}=1 N", "--set", f"{BOUND}=2 N")
     assert (twice.code, twice.err) == (2, f"--set {BOUND} is given twice. Give it once.\n")
     assert "is given twice. Give it once." in run("plot", str(fan), "-o", out, "-o", out).err
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "message"),
+    [
+        ("3", "2", "--round 3 and --round 2 are both digits of all values. Give one of them."),
+        (
+            "0.5 g",
+            "2 kg",
+            "--round 0.5 g and --round 2 kg are both steps of the same values. Give one of them, or name a value "
+            "before each: --round PATH=STEP.",
+        ),
+        (
+            "links.mount.stiffness=5 kN/m",
+            "links.mount.stiffness=1 kN/m",
+            "--round links.mount.stiffness is given twice. Give it once.",
+        ),
+    ],
+)
+def test_a_rounding_given_twice_is_refused_before_anything_is_solved(
+    run: Run, fan: Path, monkeypatch: pytest.MonkeyPatch, first: str, second: str, message: str
+) -> None:
+    monkeypatch.setattr(jobs, "answer", None)
+    for rest in (["--round", second], ["--round", "3 deg", "--round", second]):
+        done = run("solve", str(fan), "--round", first, *rest)
+        assert (done.code, done.err) == (2, f"{message}\n")
 
 
 def test_two_outputs_in_one_file_are_refused(run: Run, fan: Path, tmp_path: Path) -> None:

@@ -142,7 +142,7 @@ def nearest_block(answer: Answer[Any], of_which: str = "") -> Block:
                 f"{limit.name}\n  {spoken(limit.response, limit.place)}",
                 f"{SIDES.get(limit.side, '')}\n{limit.limit.shown if limit.limit is not None else ''}",
                 f"{cleaned(limit.value, limit.limit).shown}\n{f'at {at}' if at else ''}".rstrip(),
-                "met" if limit.met else limit.margin_shown.removeprefix("-") or "without end",
+                limit.missed_by,
                 f"{least.value.shown}\n{least.known}{'' if least.enough else ', not enough'}"
                 if least is not None
                 else "",

@@ -64,7 +64,7 @@ class Console:
 _MOST_WHOLE = 0.8
 """Part of a line that columns which are not broken may take together."""
 _LEAST_ROOM = 10
-"""Columns of a line that are left to each column of a table whose words may be broken."""
+"""Columns of a line that are left at most to each column of a table whose words may be broken."""
 
 
 def wrapped(text: str, width: int, *, whole: bool = False) -> list[str]:
@@ -148,8 +148,13 @@ def _grid(grid: Grid, width: int, styled: Callable[[str, str], str]) -> list[str
     natural = [max((columns(line) for row in rows for line in row[k].split("\n")), default=0) for k in range(count)]
     wide = [min((grid.widths[k] if grid.widths else natural[k]) + gaps[k], width) or 1 for k in range(count)]
     whole = set(grid.whole) if grid.widths else _kept_whole(grid.whole, wide, width)
-    longest = [max(columns(one) for row in rows for one in row[k].split() or [""]) + gaps[k] for k in range(count)]
-    wide = _by_words(wide, longest, [not grid.widths and k not in whole for k in range(count)], width)
+    may = [not grid.widths and k not in whole for k in range(count)]
+    words = [{word for row in rows for word in row[k].split()} for k in range(count)]
+    longest = [max(map(columns, own), default=0) + gaps[k] for k, own in enumerate(words)]
+    if sum(one if may[k] else wide[k] for k, one in enumerate(longest)) > width:  # paths are broken behind points
+        steps = [{step for word in own for step in _STEP.split(word)} for own in words]
+        longest = [max(map(columns, own), default=0) + gaps[k] for k, own in enumerate(steps)]
+    wide = _by_words(wide, longest, may, width)
     lines = []
     for number, row in enumerate(rows):
         cells = [wrapped(row[k], max(wide[k] - gaps[k], 1), whole=k in whole) for k in range(count)]
@@ -179,7 +184,8 @@ def _by_words(widths: Sequence[int], longest: Sequence[int], may_shrink: Sequenc
         cut = [k for k, one in enumerate(may) if one and found[k] < longest[k]]
         k = min(cut, key=lambda k: longest[k], default=-1)
         kept = longest[k] + sum(one for one, shrinks in zip(wide, may, strict=True) if not shrinks)
-        if not cut or kept + _LEAST_ROOM * (sum(may) - 1) > room:
+        others = sum(min(_LEAST_ROOM, longest[j]) for j, shrinks in enumerate(may) if shrinks and j != k)
+        if not cut or kept + others > room:
             return found
         wide[k], may[k] = longest[k], False
 

@@ -290,6 +290,13 @@ class Checked:
         percent = 100.0 * self.margin
         return f"{plain(0.0 if abs(percent) < 1e-4 else percent, 2 if abs(percent) < 10 else 3)} %"
 
+    @property
+    def missed_by(self) -> str:
+        """By which part of its bound it is missed: "12 %", "met", or that this cannot be told."""
+        if self.open:
+            return "cannot be told"
+        return "met" if self.met else self.margin_shown.removeprefix("-") or "without end"
+
     def to_json(self) -> dict[str, Any]:
         """`value`, `unit`, `shown` as of an entry; of a limit also its bound, what is left over, and the price."""
         bound: dict[str, Any] = {}

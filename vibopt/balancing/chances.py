@@ -8,11 +8,13 @@ known to keep the limit.  Another sampler, of readings and their signals, says t
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from vibopt.answer.answer import Answer, Tolerances
+from vibopt.answer.entry import Checked
 from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.begin import goal_of
 from vibopt.balancing.fitting import plan_text
@@ -158,6 +160,11 @@ class Rotors:
                 names = tuple(map(self.job.row_name, rows.tolist()))
                 found[limit.name] = Left(rows, names, z[rows], root[rows], limit.at_most, limit.share)
         return found
+
+    def rows_told(self, u: ComplexArray, rows: Mapping[str, Checked]) -> dict[str, Checked]:
+        """Rows of limits at a correction u, of those with a probability what that share of all rotors stays within."""
+        lefts = self.left(u).items()
+        return {**rows, **{name: row_told(rows[name], left.told, left.wanted) for name, left in lefts}}
 
     def worst(self, u: ComplexArray, rows: IntArray) -> FloatArray:
         """Greatest amplitude at each row where no reading is off by more than the worst within the tolerances."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -26,6 +26,8 @@ from vibopt.values.soft import softness, widened
 from vibopt.work import Budget
 
 Limit = ResidualLimit | CorrectionLimit
+Told = Callable[[ComplexArray, Mapping[str, Checked]], Mapping[str, Checked]]
+"""Rows at a correction with what a limit with a probability asks."""
 _CLOSE = 1e-7
 AGREES = 1e-6
 """Part of the readings by which a simulated rotor may differ from what is said of a plan."""
@@ -174,11 +176,12 @@ def _widened(job: RotorJob, factors: Mapping[str, float]) -> RotorJob:
 
 
 def nearest_plan(
-    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, *, thorough: bool = False
+    job: RotorJob, identified: Identified, posed: Posed, solved: Solved, told: Told | None, *, thorough: bool = False
 ) -> Nearest | None:
     """The plan that misses the limits least, on what is left and on what is fitted alike.
 
-    None where there is no limit on a residual, where it would take more than the prices of an answer may, and where
+    What is left by its prediction is made least; `told` says of its rows what a limit with a probability asks.  None
+    where there is no limit on a residual, where it would take more than the prices of an answer may, and where
     the simulated rotor does not show what the plan says.
     """
     budget = allowance(thorough)
@@ -196,13 +199,15 @@ def nearest_plan(
     fitting = fitting_of(job, identified, best.u, there.question.options)
     if not (put_back(job, identified, fitting)[1] <= AGREES).all():
         return None
-    rows = limits_at(job, there, best.u)
+    at_best = limits_at(job, there, best.u)
+    rows = at_best if told is None else told(best.u, at_best)
     alone = with_limits(job.limited_to(()), posed)
     least = {}
-    for limit in job.residual_limits:
+    judged = [limit for limit in job.residual_limits if limit.share is None]  # a share has no least by its prediction
+    for limit in judged:
         if (one := _alone(job, replace(posed, question=alone), limit, budget)) is not None:
             least[limit.name] = one
-    left = tuple(one.name for one in job.residual_limits if one.name not in least)
+    left = tuple(one.name for one in judged if one.name not in least)
     return Nearest(words=todo(job, fitting), values=fitting.entries(), limits=rows, least=least, left=left, soft=soft)
 
 

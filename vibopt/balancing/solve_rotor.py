@@ -56,7 +56,8 @@ def _with_phase(job: RotorJob, thorough: bool, solver: Solver) -> Answer[RotorJo
     if solved.u is None:
         none = nothing(job, identified, posed, solved, thorough=thorough)
         if job.residual_limits:
-            none = with_nearest(none, nearest_plan(job, identified, posed, solved, thorough=thorough))
+            told = rotors.rows_told if rotors is not None else None
+            none = with_nearest(none, nearest_plan(job, identified, posed, solved, told, thorough=thorough))
         return judged(of, _unless_felt(of, idle, none, solver))
     options, bands = posed.question.chosen_only(solved.chosen).options, held_bands(of, solved.u)
     fitting = fitting_of(job, identified, solved.u, options, bands)

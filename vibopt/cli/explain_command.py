@@ -42,13 +42,13 @@ def explain(
 
 
 def _tell(result: Explanation, console: Console) -> None:
-    from vibopt.answer.text import grid, paragraph, section, show, verdict
+    from vibopt.answer.text import claim, grid, paragraph, section, show, verdict
     from vibopt.answer.views import views_of
 
     answer = result.answer
     console.print(answer.title, style="bold")
     console.print(verdict(answer))
-    for text in (answer.claim, answer.reason):
+    for text in (claim(answer), answer.reason):
         if text:
             paragraph(console, text)
     section(console, "Model", grid([(said.name, said.words) for said in result.model], whole=(0,)))

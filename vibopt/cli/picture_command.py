@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibopt.jobs import Job
-    from vibopt.report.design_plane import Plane
     from vibopt.scene.scene import Design
 
 FORMATS = (".svg", ".png", ".pdf")
@@ -100,8 +99,9 @@ def plot(
         raise InputError("--campbell draws whirls against the spin: leave --sketch, --spectrum and --map out.")
     job = read_job(file, changes)
     target = checked_target(output, FORMATS, force=force)
-    answer = answered(Asked(file, job, changes, method), fresh=fresh)
     asked = "campbell" if campbell else "spectrum" if spectrum else "sketch" if sketch else ""
+    as_map = _can_be_drawn(job, asked, as_map)
+    answer = answered(Asked(file, job, changes, method), fresh=fresh)
     figure = _asked_for(answer, asked) if asked else _drawn(answer, as_map)
     write_file(target, saved(figure, format_of(target, FORMATS)))
     return _done(answer, target, as_json)
@@ -115,13 +115,30 @@ _OF_MACHINES = {
 """Pictures that are asked for by name, and what is said where there is no machine."""
 
 
+def _can_be_drawn(job: Job, picture: str, as_map: str | None) -> str | None:
+    """The absorber of which a map is asked for, "" for a map of the whole; refused before anything is solved."""
+    from vibopt.jobs import is_scene, noun_of
+
+    if is_scene(job):
+        from vibopt.report.design_plane import axes_asked
+
+        if picture == "campbell" and not job.rotors:
+            raise InputError(f"{job.name}: {_OF_MACHINES[picture]}")
+        return None if as_map is None else axes_asked(job, "" if as_map == _ALL else as_map.removeprefix(_ABSORBERS))
+    if picture:
+        raise InputError(f"{job.name}: {_OF_MACHINES[picture]}")
+    if as_map is not None:
+        raise InputError(
+            f"{job.name}: a map has two numbers of a machine as its axes, and weights of {noun_of(job)} have "
+            "each a size and an angle, as the plot shows them. Leave --map out."
+        )
+    return None
+
+
 def _asked_for(answer: Answer[Any], picture: str) -> Figure:
     """The machine, what a load does to any mount, or the whirls of rotors against the spin."""
-    from vibopt.jobs import is_scene
     from vibopt.report.figures import response_figure
 
-    if not is_scene(answer.job):
-        raise InputError(f"{answer.name}: {_OF_MACHINES[picture]}")
     if picture == "spectrum":
         from vibopt.report.spectrum_views import spectrum_asked
 
@@ -146,41 +163,12 @@ def _drawn(answer: Answer[Any], as_map: str | None) -> Figure:
 
     if is_scene(answer.job):
         return _picture(answer, as_map)
-    if as_map is not None:
-        from vibopt.jobs import noun_of
-
-        raise InputError(
-            f"{answer.name}: a map has two numbers of a machine as its axes, and weights of {noun_of(answer.job)} have "
-            "each a size and an angle, as the plot shows them. Leave --map out."
-        )
     from vibopt.balancing.figures import figure_of
 
     figure = figure_of(answer)
     if figure is None:
         raise InputError(f"{answer.name}: there is nothing to draw: there is no plan ({answer.status}).")
     return figure
-
-
-def _map(design: Design, asked: str) -> Plane:
-    """The plane of two variables, or of those of the absorber asked for."""
-    from vibopt.errors import way_out
-    from vibopt.report.design_plane import absorbers_with_map, plane
-
-    name, absorber = design.scene.name, asked.removeprefix(_ABSORBERS) if asked != _ALL else ""
-    if absorber and absorber not in design.scene.absorbers:
-        raise InputError(f"{name}: there is no absorber called {absorber}.{way_out(absorber, design.scene.absorbers)}")
-    possible = absorbers_with_map(design)
-    drawn = plane(design, absorber)
-    if drawn is None and not absorber and len(possible) == 1:
-        drawn = plane(design, possible[0])
-    if drawn is not None:
-        return drawn
-    if possible:
-        listed = " or ".join(f"--map {_ABSORBERS}{one}" for one in possible)
-        raise InputError(f"{name}: a map has two axes. Write {listed}.")
-    if absorber:
-        raise InputError(f"{name}: a map needs a design and two variables of {absorber} that are not whole or listed.")
-    raise InputError(f"{name}: a map needs exactly two variables that are not whole or listed.")
 
 
 def _picture(design: Design, as_map: str | None) -> Figure:
@@ -190,7 +178,10 @@ def _picture(design: Design, as_map: str | None) -> Figure:
 
     name = design.scene.name
     if as_map is not None:
-        return plane_figure(_map(design, as_map))
+        drawn = plane(design, as_map)
+        if drawn is None:
+            raise InputError(f"{name}: a map of {as_map} needs a design, and there is none ({design.status}).")
+        return plane_figure(drawn)
     found, under = panels(design), below(design)
     if found or under:
         return response_figure(found, design.scene.title, under)

@@ -18,6 +18,11 @@ from vibopt.errors import InputError, shortened, way_out
 from vibopt.files.reading import FileFault, Kind, content_of, shown_name
 
 PROBLEM = Kind("a problem file", 2_000_000, "Name an existing problem file (.toml).", "Name a problem file (.toml).")
+COEFFICIENTS = Kind(
+    "a file of coefficients", 2_000_000,
+    "Name the file that solve --save-coefficients has written, relative to the problem file.",
+    "Name a file that solve --save-coefficients has written (.toml).",
+)  # fmt: skip
 FILES = ("mass", "stiffness", "damping", "gyroscopic", "file", "table")
 """Keys of a structure, of a bearing and of the matrices of a shaft that name a file."""
 _FEW_RUNS = 8
@@ -128,10 +133,10 @@ _SEEN = {
 """How a table of a family names its files as seen from the folder."""
 
 
-def text_of(file: FilePath) -> str:
-    """The text of a problem file; InputError where it cannot be read."""
+def text_of(file: FilePath, kind: Kind = PROBLEM) -> str:
+    """The text of a file in TOML; InputError where it cannot be read."""
     try:
-        content = content_of(file, PROBLEM).removeprefix(BOM_UTF8)
+        content = content_of(file, kind).removeprefix(BOM_UTF8)
         return content.decode()
     except FileFault as fault:
         name = file if fault.missing or fault.folder else file.name
@@ -140,14 +145,14 @@ def text_of(file: FilePath) -> str:
         if content.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
             said = " is a text in UTF-16. Save it as UTF-8."
         elif b"\0" in content:
-            said = " is not a text in UTF-8. A problem file is a TOML text file."
+            said = f" is not a text in UTF-8. A{kind.noun[1:]} is a TOML text file."
         else:
             line = content[: error.start].count(b"\n") + 1
             said = f" line {line}: holds a sign that is not written in UTF-8. Save the file as UTF-8."
         raise InputError(f"{shown_name(file.name)}{said}") from None
 
 
-def parsed(text: str, name: str) -> dict[str, Any]:
+def parsed(text: str, name: str, kind: Kind = PROBLEM) -> dict[str, Any]:
     """The document of a TOML text; `name` stands in front of each message."""
     try:
         document = toml_of(text)
@@ -156,7 +161,9 @@ def parsed(text: str, name: str) -> dict[str, Any]:
     except ValueError:
         raise InputError(f"{name}: holds a whole number with more digits than any machine has. Write fewer.") from None
     except RecursionError:
-        raise InputError(f"{name}: is nested too deeply for a problem file.") from None
+        raise InputError(f"{name}: is nested too deeply for {kind.noun}.") from None
+    if not document and kind is not PROBLEM:
+        raise InputError(f"{name} is empty. {kind.way}")
     if not document:
         raise InputError(f'{name} is empty. A problem file needs at least a [bodies.NAME] with mass = "300 kg".')
     return document

@@ -12,13 +12,14 @@ import numpy as np
 
 from vibopt.answer.blocks import spoken
 from vibopt.arrays import FloatArray
+from vibopt.errors import InputError, way_out
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Limit
 from vibopt.records import dataclass
 from vibopt.report.worst_off import LARGE, over
 from vibopt.responses.absorber_responses import Stroke
 from vibopt.scene.places import place_of
-from vibopt.scene.scene import MAXIMISE, Design, Variable
+from vibopt.scene.scene import MAXIMISE, Design, Scene, Variable
 from vibopt.units import best_unit, to_unit
 from vibopt.units.spelling import split_detector
 
@@ -78,8 +79,8 @@ def plane(design: Design, absorber: str = "") -> Plane | None:
     Plane | None
         None where there are no such two variables, or no design in which the others could stay.
     """
-    pair = _pair(design, absorber)
-    if pair is None:
+    pair = _pair(design.scene, absorber)
+    if pair is None or (absorber and len(design.x) != len(design.scene.variables)):
         return None
     program = pose(design.scene)
     slow = any(limit.form.harmonic is not None and limit.form.harmonic.rigid_link for limit in program.limits)
@@ -155,18 +156,41 @@ def _title(absorber: str, left: int) -> str:
 
 
 def absorbers_with_map(design: Design) -> list[str]:
-    """Absorbers of which two continuous variables make a map."""
-    return [name for name in design.scene.absorbers if _pair(design, name) is not None]
+    """Absorbers of which two continuous variables make a map of a design."""
+    scene = design.scene
+    return [name for name in scene.absorbers if _pair(scene, name) and len(design.x) == len(scene.variables)]
 
 
-def _pair(design: Design, absorber: str) -> tuple[int, int] | None:
+def axes_asked(scene: Scene, absorber: str) -> str:
+    """The absorber of which two variables are the axes of a map; "" where they are the two of the scene.
+
+    Raises
+    ------
+    InputError
+        There are no such two variables, or more than one absorber has them and none is named.
+    """
+    if absorber and absorber not in scene.absorbers:
+        raise InputError(
+            f"{scene.name}: there is no absorber called {absorber}.{way_out(absorber, list(scene.absorbers))}"
+        )
+    if _pair(scene, absorber) is not None:
+        return absorber
+    possible = [name for name in scene.absorbers if _pair(scene, name) is not None]
+    if len(possible) == 1 and not absorber:
+        return possible[0]
+    if possible:
+        listed = " or ".join(f"--map absorbers.{name}" for name in possible)
+        raise InputError(f"{scene.name}: a map has two axes. Write {listed}.")
+    asked = f"two variables of {absorber}" if absorber else "exactly two variables"
+    raise InputError(f"{scene.name}: a map needs {asked} that are not whole or listed.")
+
+
+def _pair(scene: Scene, absorber: str) -> tuple[int, int] | None:
     """Which two variables are the axes."""
-    variables = design.scene.variables
+    variables = scene.variables
     if not absorber:
         plain = len(variables) == 2 and all(variable.values is None for variable in variables)
         return (0, 1) if plain else None
-    if len(design.x) != len(variables):
-        return None
     order = {word: rank for rank, words in enumerate((_SPRINGS, _DAMPERS, _MASSES)) for word in words}
     own = [
         i

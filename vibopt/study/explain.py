@@ -132,7 +132,7 @@ def explain(
     """
     if not is_scene(job):
         return _balancing(job, method, thorough, pool)
-    design = solve(job, method=method_of(method), progress=progress, thorough=thorough)
+    design = solve(job, method=method_of(job, method), progress=progress, thorough=thorough)
     design = with_nearest(design, thorough=thorough)
     design, every = _priced(design, thorough, pool)
     if likely(design.scene):
@@ -159,6 +159,8 @@ def _balancing(job: BalancingJob, method: str | None, thorough: bool, pool: Pool
     caps = tuple(Said(path, f"ACTIVE, {price.words}{_ranged(every, path)}") for path, price in found.prices.items())
     model, methods = reasons(job, found)
     said, considered = tuple(Said(*one) for one in model), tuple(Considered(*one) for one in methods)
+    if method is not None:
+        considered = (Considered(method, True, f"asked for by --method {method}"),)
     return Explanation(found, said, considered, (*limits, *caps), None, every)
 
 

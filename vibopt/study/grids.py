@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
+from itertools import combinations
 from math import tau
 
 import numpy as np
@@ -15,7 +16,7 @@ from vibopt.mechanics.constants import GRAVITY
 from vibopt.records import dataclass
 from vibopt.scene.facts import facts, read_fact
 from vibopt.scene.scene import Design, Scene, Variable
-from vibopt.units import read_quantity, to_unit
+from vibopt.units import DIMENSIONS, read_quantity, reads, to_unit
 from vibopt.values.fact_at import FactAt
 from vibopt.verify.as_built import machine_of
 
@@ -125,6 +126,24 @@ def check_asked(asked: Sequence[str]) -> None:
             raise _neither(text, 'a step with its unit, "0.5 g"')
         if amount is not None and not float(amount[0]) > 0.0:
             raise InputError(f'--round {text}: a step is greater than zero. Write one with its unit, "0.5 g".')
+    for first, second in combinations(asked, 2):
+        _differ(first, second)
+
+
+def _differ(first: str, second: str) -> None:
+    """Whether two that are asked are for other values; InputError where one of them would be lost."""
+    (one, sign, _), (other, mark, _) = (tuple(map(str.strip, text.partition("="))) for text in (first, second))
+    if sign and mark and one == other:
+        raise InputError(f"--round {one} is given twice. Give it once.")
+    if sign or mark:
+        return
+    if one.isdigit() and other.isdigit():
+        raise InputError(f"--round {one} and --round {other} are both digits of all values. Give one of them.")
+    if any(reads(one, dimension) and reads(other, dimension) for dimension in DIMENSIONS):
+        raise InputError(
+            f"--round {one} and --round {other} are both steps of the same values. Give one of them, or name a value "
+            "before each: --round PATH=STEP."
+        )
 
 
 def _is_digits(text: str) -> bool:
