@@ -1,12 +1,13 @@
-"""One plan of weights for all scenarios: the file with all readings at once, as the weights are measured one by one."""
+"""One plan of weights, or one engine, for all scenarios: by all readings at once, and by each choice as measured."""
 
 from __future__ import annotations
 
+from itertools import permutations
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vibopt as vo
@@ -15,7 +16,7 @@ from rotor_jobs import FAN
 from texts import best, table
 from vibopt.answer.entry import Entry
 from vibopt.jobs import from_text
-from vibopt.study.scenarios import one_for_all
+from vibopt.study.scenarios import one_for_all, variants_of
 
 HEAD, _, RUNS = FAN.partition("[[runs]]")
 OPEN = HEAD.replace('radius = "150 mm"', 'radius = "150 mm"\nweight = { from = "0 g", to = "30 g" }')
@@ -181,3 +182,126 @@ def test_limits_that_clash_are_named_once_where_they_bound_the_weights_alone() -
 )  # fmt: skip
 def test_scenarios_that_have_no_one_plan_are_refused(text: str, words: str) -> None:
     assert str(refused(one_for_all, from_text(text))) == words
+
+
+ENGINE = """
+[engine]
+stroke = "90 mm"
+rod = "150 mm"
+speed = "4500 rpm"
+reciprocating = "0.6 kg"
+rotating = "0.5 kg"
+spacing = "100 mm"
+orders = 6
+"""
+
+
+def engine(cranks: list[str], more: str, goal: str, **scenarios: str) -> Any:
+    cylinders = "".join(f'[[cylinders]]\ncrank = "{crank}"\n' for crank in cranks)
+    named = "".join(f"[scenarios.{name}]\n{changes}\n" for name, changes in scenarios.items())
+    head = ENGINE if not more.startswith("counter") else f"{ENGINE}{more}"
+    return from_text(f"{head}{cylinders}{'' if head != ENGINE else more}[goal]\n{goal}\n{named}", "engine.toml")
+
+
+@pytest.mark.parametrize("most", ["30 kN", "4.2 kN", "2.5 kN"])
+def test_one_share_of_an_engine_is_best_for_the_worst_scenario_by_the_axes_of_its_ellipse(most: str) -> None:
+    """A counterweight leaves 1 - s of the force along the cylinder, and s across it."""
+    limit = table("limits.first", response="primary_force", at_most=most)
+    job = engine(
+        ["0 deg"], 'counterweight_share = { from = 0, to = 1 }\n', f'minimise = "primary_force"\n{limit}',
+        fast='"engine.speed" = "4900 rpm"', heavy='"engine.reciprocating" = "0.7 kg"\n"engine.speed" = "4300 rpm"',
+    )  # fmt: skip
+    found = one_for_all(job)
+    size = [mass * 0.045 * (rpm * np.pi / 30.0) ** 2 for mass, rpm in ((0.6, 4500), (0.6, 4900), (0.7, 4300))]
+    least = 0.5 * max(size)
+    if least > float(most.split()[0]) * 1e3:
+        assert found.status == "infeasible"
+        assert found.reason.startswith(("This cannot hold: first in fast", "This cannot hold: first"))
+        return
+    assert found.status == "optimal"
+    assert found.goal is not None
+    assert found.goal[1].value == pytest.approx(least, rel=1e-6)
+    assert found.variables["counterweight_share"].value == pytest.approx(0.5, abs=1e-6)
+    values = [rows["first"].value.value for rows in found.limits.values()]
+    assert values == pytest.approx([0.5 * one for one in size], rel=1e-6)
+
+
+@settings(max_examples=8)
+@given(
+    rod=st.integers(130, 200), rpm=st.integers(3000, 6000), mass=st.floats(0.45, 0.75), cap=st.sampled_from([2, 4, 12]),
+    response=st.sampled_from(["secondary_force", "force", "secondary_couple"]),
+)  # fmt: skip
+def test_no_other_weights_near_those_for_all_scenarios_are_better_in_the_worst(
+    rod: int, rpm: int, mass: float, cap: int, response: str
+) -> None:
+    """The goal is convex in the weights, so that what no step betters is the best; each is measured as it stands."""
+    shafts = "".join(
+        table(f"balance_shafts.{name}", order=2, turns=f"{name} rotation", at="120 mm")
+        + f'unbalance = {{ from = "0 g mm", to = "{cap} kg mm" }}\n'
+        for name in ("with", "against")
+    )
+    job = engine(
+        ["0 deg", "180 deg", "180 deg", "0 deg"], shafts, f'minimise = "{response}"', rod=f'"engine.rod" = "{rod} mm"',
+        fast=f'"engine.speed" = "{rpm} rpm"', uneven=f'"cylinders.2.reciprocating" = "{mass:.6g} kg"',
+    )  # fmt: skip
+    found = one_for_all(job)
+    assert found.status in ("optimal", "feasible")
+    assert found.goal is not None
+    paths = [f"balance_shafts.{name}" for name in ("with", "against")]
+    chosen = found.variables
+    best = np.array([
+        chosen[f"{path}.unbalance"].value * np.exp(1j * chosen[f"{path}.angle"].value) for path in paths
+    ])  # fmt: skip
+
+    def worst(weights: np.ndarray) -> float:
+        said = {
+            f"{path}.{key}": text
+            for path, u in zip(paths, weights, strict=True)
+            for key, text in (("unbalance", f"{abs(u):.17g} kg m"), ("angle", f"{np.angle(u):.17g} rad"))
+        }
+        order, kind = ("all_orders", "force") if response == "force" else ("orders.2", response.split("_")[1])
+        return max(
+            vo.solve(vo.with_changes(one, said)).find(f"{order}.{kind}").value for one in variants_of(job).values()
+        )
+
+    assert worst(best) == pytest.approx(found.goal[1].value, rel=1e-6)
+    for step in (1e-2, 1e-3):
+        for k in range(2):
+            for way in (1.0, -1.0, 1j, -1j):
+                moved = best + step * 4e-3 * way * np.eye(2)[k]
+                if (np.abs(moved) <= cap * 1e-3).all():
+                    assert worst(moved) >= found.goal[1].value * (1.0 - 1e-6)
+
+
+@pytest.mark.parametrize("mass", ["0.3 kg", "0.62 kg", "1.5 kg"])
+def test_cranks_for_all_scenarios_are_the_best_of_all_when_each_is_tried(mass: str) -> None:
+    offered = [0, 90, 180, 270]
+    job = engine(
+        ["choose"] * 4, f"counterweight_share = 0.5\ncranks = {[f'{one} deg' for one in offered]}\n".replace("'", '"'),
+        'minimise = "primary_couple"\nthen = ["secondary_couple"]', other=f'"cylinders.2.reciprocating" = "{mass}"',
+        slow='"engine.speed" = "4000 rpm"\n"cylinders.4.rotating" = "0.9 kg"',
+    )  # fmt: skip
+    found = one_for_all(job)
+    tried = []
+    for cranks in ((0, *rest) for rest in permutations(offered[1:])):  # turned as a whole it is the same
+        said = {f"cylinders.{k + 1}.crank": f"{crank} deg" for k, crank in enumerate(cranks)}
+        answers = [vo.solve(vo.with_changes(one, said)) for one in variants_of(job).values()]
+        both = [max(one.find(f"orders.{order}.couple").value for one in answers) for order in (1, 2)]
+        tried.append((round(both[0], 6), both[1]))
+    assert found.goal is not None
+    assert found.goal[1].value == pytest.approx(min(tried)[0], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ('"engine.counterweight_share.to" = 0.5', "engine.toml: scenario other changes what may be chosen, how the "
+         "cranks stand, or what is made best, so there is no one design for all. vibopt compare FILE --scenarios "
+         "answers each by itself."),
+        ('"engine.counterweight_share" = 0.5', "engine.toml: one design for all scenarios needs something to choose "
+         "and a goal, and scenario other has not both. vibopt compare FILE --scenarios answers each by itself."),
+    ],
+)  # fmt: skip
+def test_scenarios_of_an_engine_that_have_no_one_design_are_refused(changes: str, words: str) -> None:
+    job = engine(["0 deg"], "counterweight_share = { from = 0, to = 1 }\n", 'minimise = "primary_force"', other=changes)
+    assert str(refused(one_for_all, job)) == words

@@ -1,4 +1,4 @@
-"""One plan of weights for a measured rotor, or for known masses, as the file is and in every scenario."""
+"""One plan of weights for a measured rotor or for known masses, or one engine, as the file is and in every scenario."""
 
 from __future__ import annotations
 
@@ -12,7 +12,10 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Entry
 from vibopt.balancing import is_known, is_rotor
-from vibopt.balancing.impasses import clash
+from vibopt.balancing.engine.choose_weights import balance
+from vibopt.balancing.engine.engine_answer import answer_at
+from vibopt.balancing.engine.engine_job import EngineJob
+from vibopt.balancing.impasses import NOTHING_FOUND, clash
 from vibopt.balancing.known import solve_known
 from vibopt.balancing.known.correct import complete
 from vibopt.balancing.known.correct import pose as pose_known
@@ -28,6 +31,7 @@ from vibopt.jobs import asks_shares, is_open
 from vibopt.records import dataclass
 from vibopt.study.for_all import AS_IT_IS, OneForAll
 from vibopt.study.seen import GOOD, chosen
+from vibopt.work import metered
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -81,16 +85,60 @@ def one_plan(job: Job, variants: Mapping[str, Job]) -> OneForAll:
         claim = f"{solved.claim}; no one plan was found that holds in all scenarios"
         return OneForAll(job, status, claim, None, {}, {}, reason)
     found = {name: one.with_plan(replace(solved, prices=None)) for name, one in asked.items()}
+    said = f"{solved.claim}; put back into each of {len(found)} {'shafts' if is_known(job) else 'simulated rotors'}"
+    if asked[AS_IT_IS].question.goal not in ("worst", "correction"):
+        said += "; made least over all scenarios at once"
+    return _told(job, solved.status, said, found)
+
+
+def one_engine(job: EngineJob, variants: Mapping[str, EngineJob]) -> OneForAll:
+    """The same of an engine: its shares, weights and cranks, the goal that of the worst variant."""
+    for name, one in variants.items():
+        if not (is_open(one) and one.goal is not None):
+            raise InputError(
+                f"{job.name}: one design for all scenarios needs something to choose and a goal, and scenario {name} "
+                f"has not both. {_INSTEAD}"
+            )
+        if _choice(one) != _choice(job):
+            raise InputError(
+                f"{job.name}: scenario {name} changes what may be chosen, how the cranks stand, or what is made best, "
+                f"so there is no one design for all. {_INSTEAD}"
+            )
+    with metered() as meter:
+        found = balance(job, others=[one for name, one in variants.items() if name != AS_IT_IS])
+    if found.status in NOTHING_FOUND:
+
+        def possible(kept: Kept) -> bool:
+            first, *others = [
+                replace(one, limits={key: one.limits[key] for key in kept[name]}) for name, one in variants.items()
+            ]
+            return balance(first, others=others).status != "infeasible"
+
+        own = {name: dict.fromkeys(one.limits, False) for name, one in variants.items()}
+        reason = _conflict(own, possible, found.claim, meter.done) if found.status == "infeasible" else ""
+        claim = f"{found.claim}; no one design was found that holds in all scenarios"
+        return OneForAll(job, found.status, claim, None, {}, {}, reason)
+    said = f"{found.claim}; each of {len(variants)} engines turned in time with it"
+    return _told(job, found.status, said, {name: answer_at(one, found) for name, one in variants.items()})
+
+
+def _choice(job: EngineJob) -> tuple[object, ...]:
+    """What may be chosen of an engine, and what is made best."""
+    shares = [(share.name, share.low, share.high) for share in job.shares if share.is_free]
+    weights = [(one.family, one.name, one.cap) for one in job.weights if one.fixed is None]
+    cranks = (job.cranks, job.offered, [cylinder.throw for cylinder in job.cylinders])
+    return shares, weights, cranks, job.goal
+
+
+def _told(job: Job, status: str, claim: str, found: Mapping[str, Answer[Any]]) -> OneForAll:
+    """What was chosen with its answer in every variant."""
     refused = next(((name, answer) for name, answer in found.items() if answer.status not in GOOD), None)
     if refused is not None:
         return OneForAll(job, refused[1].status, f"{refused[0]}: {refused[1].claim}", None, {}, {})
     goal = max((answer.goal for answer in found.values() if answer.goal is not None), key=lambda one: one[1].value)
-    said = f"{solved.claim}; put back into each of {len(found)} {'shafts' if is_known(job) else 'simulated rotors'}"
-    if asked[AS_IT_IS].question.goal not in ("worst", "correction"):
-        said += "; made least over all scenarios at once"
     values = {path: one for path, one in chosen(job, found[AS_IT_IS]).items() if isinstance(one, Entry)}
     limits = {name: dict(answer.limits) for name, answer in found.items()}
-    return OneForAll(job, solved.status, said, goal, values, limits)
+    return OneForAll(job, status, claim, goal, values, limits)
 
 
 def _asked(whole: Job, name: str, job: Job) -> _Asked:
@@ -152,23 +200,47 @@ def _merged(questions: Sequence[Question]) -> Question:
     return replace(questions[0], **rows, caps=caps, total_cap=min(question.total_cap for question in questions))
 
 
+Kept = Mapping[str, tuple[str, ...]]
+"""Limits that are kept, by variant."""
+
+
 def _reason(asked: Mapping[str, _Asked], solved: Solved) -> str:
     """Which limits, in which scenarios, cannot hold together."""
-    own: dict[str, set[tuple[str, str]]] = {}
     first = asked[AS_IT_IS].limits
-    for name, one in asked.items():
-        for limit, said in one.limits.items():
-            of_weights = getattr(said, "response", "correction") == "correction" and not isinstance(said, ResidualLimit)
-            here = name == AS_IT_IS or (of_weights and said == first.get(limit))
-            own.setdefault(limit if here else f"{limit} in {name}", set()).add((name, limit))
+    shared = {
+        limit: said for limit, said in first.items()
+        if getattr(said, "response", "correction") == "correction" and not isinstance(said, ResidualLimit)
+    }  # fmt: skip
+    own = {
+        name: {limit: said == shared.get(limit) for limit, said in one.limits.items()} for name, one in asked.items()
+    }
 
     @cache
     def question(name: str, kept: tuple[str, ...]) -> Question:
         return asked[name].with_only(kept)
 
-    def possible(kept: tuple[str, ...]) -> bool:
-        held = {one for key in kept for one in own[key]}
-        by = {name: tuple(limit for limit in one.limits if (name, limit) in held) for name, one in asked.items()}
-        return solve_question(_merged([question(*one) for one in by.items()])).status != "infeasible"
+    def possible(kept: Kept) -> bool:
+        return solve_question(_merged([question(*one) for one in kept.items()])).status != "infeasible"
 
-    return clash(tuple(own), possible, lambda _: [], solved.claim, 1 + len(own), solved.work, allowance(), {})[1]
+    return _conflict(own, possible, solved.claim, solved.work)
+
+
+def _conflict(own: Mapping[str, Mapping[str, bool]], possible: Callable[[Kept], bool], claim: str, work: float) -> str:
+    """Which limits cannot hold together, in words.
+
+    own
+        Limits of each variant, and whether they bound as much in all of them: they are then told once.
+    possible
+        Whether something keeps these limits of each variant.
+    """
+    names: dict[str, set[tuple[str, str]]] = {}
+    for variant, limits in own.items():
+        for limit, shared in limits.items():
+            said = limit if shared or variant == AS_IT_IS else f"{limit} in {variant}"
+            names.setdefault(said, set()).add((variant, limit))
+
+    def keeps(kept: tuple[str, ...]) -> bool:
+        held = {one for key in kept for one in names[key]}
+        return possible({name: tuple(one for one in mine if (name, one) in held) for name, mine in own.items()})
+
+    return clash(tuple(names), keeps, lambda _: [], claim, 1 + len(names), work, allowance(), {})[1]

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
-from vibopt.balancing import is_known, is_rotor
+from vibopt.balancing import is_engine, is_known, is_rotor
 from vibopt.errors import InputError
-from vibopt.jobs import facts, is_open, scenarios_of, scene_only, with_changes
+from vibopt.jobs import J, facts, is_open, scenarios_of, scene_only, with_changes
 from vibopt.program.pose import pose
 from vibopt.program.program import Aim, Program
 from vibopt.records import dataclass
@@ -35,7 +35,7 @@ _PATIENCE = 2_000.0
 """Work [nominal ms] after which no further limit is left out of those that clash."""
 
 
-def variants_of(job: Job) -> dict[str, Job]:
+def variants_of(job: J) -> dict[str, J]:
     """The job as it is, and with the changes of each scenario, by name; InputError where the file has none."""
     found = scenarios_of(job)
     if not found:
@@ -56,22 +56,25 @@ def _is_change(job: Job, change: tuple[str, str]) -> bool:
 
 
 def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
-    """The best one design, or plan of weights, that keeps every limit as the file is and in every scenario.
+    """The best one design, plan of weights or engine that keeps every limit as the file is and in every scenario.
 
     The goal is that of the worst of them.
 
     Raises
     ------
     InputError
-        An engine, no scenarios, nothing to choose, or scenarios that change what may be chosen.
+        No scenarios, nothing to choose, or scenarios that change what may be chosen.
     """
     if is_rotor(job) or is_known(job):
         from vibopt.study.one_plan import one_plan
 
         return one_plan(job, variants_of(job))
-    instead = "vibopt compare FILE --scenarios answers each by itself."
-    scene = scene_only(job, "one design for all scenarios", instead)
-    scenes = {name: scene_only(one, "one design for all scenarios") for name, one in variants_of(scene).items()}
+    if is_engine(job):
+        from vibopt.study.one_plan import one_engine
+
+        return one_engine(job, variants_of(job))
+    scene = scene_only(job, "one design for all scenarios")
+    scenes = variants_of(scene)
     _check(scene, scenes)
     program = _merged(scenes)
     found, _ = best_of(program, scene, None, progress)

@@ -7,7 +7,7 @@ of all orders together it is held at many crank angles.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from math import inf
 
@@ -52,30 +52,42 @@ class Balanced:
     rates: Mapping[str, float] | None = None
 
 
-def balance(job: EngineJob, solver: Solver = solve_question) -> Balanced:
-    """The engine with what is chosen set as well as can be; `solver` answers the question of given cranks."""
+def balance(job: EngineJob, solver: Solver = solve_question, others: Sequence[EngineJob] = ()) -> Balanced:
+    """The engine with what is chosen set as well as can be; `solver` answers the question of given cranks.
+
+    others
+        The same engine in scenarios: every limit holds in each of them, and the goal is that of the worst.
+    """
     if not job.is_search:
         cranks = tuple(0.0 if crank is None else crank for crank in job.cranks)
-        answer = weigh(job, arms(job, cranks), solver)
+        answer = weigh(_cases(job, others, cranks), solver)
         way = "program" if chosen(job) and job.goal is not None else "none"
         found = answer.details.get("rates")
         return Balanced(cranks, _choices(job, answer), answer.status, answer.claim, way, rates=found)
     best: Balanced | None = None
     best_rank: tuple[float, ...] = ()
     tried, alike, open_ = 0, 1, 0
-    for cranks in settings(job):
+    for cranks in settings(job, others):
         tried += 1
-        found = arms(job, cranks)
-        answer = weigh(job, found, solver)
+        cases = _cases(job, others, cranks)
+        answer = weigh(cases, solver)
         if answer.u is None:
             open_ += answer.status != "infeasible"
             continue
-        rank = _rank(job, found, answer)
+        rank = _rank(cases, answer)
         order = _compare(rank, best_rank)
         alike = alike + 1 if order == 0 else 1 if order < 0 else alike
         if order < 0:
             best, best_rank = Balanced(cranks, answer.u, answer.status, answer.claim, "phasing"), rank
     return _searched(job, best, tried, alike, open_)
+
+
+Cases = Sequence[tuple[EngineJob, Arms]]
+"""An engine and its scenarios, each with its arms at the same cranks."""
+
+
+def _cases(job: EngineJob, others: Sequence[EngineJob], cranks: Sequence[float]) -> Cases:
+    return [(one, arms(one, cranks)) for one in (job, *others)]
 
 
 def chosen(job: EngineJob) -> tuple[str, ...]:
@@ -101,13 +113,13 @@ def bounds_of(job: EngineJob, question: Question, own: IntArray) -> dict[str, Bo
     return known
 
 
-def settings(job: EngineJob) -> Iterator[tuple[float, ...]]:
+def settings(job: EngineJob, others: Sequence[EngineJob] = ()) -> Iterator[tuple[float, ...]]:
     """Crank angles per throw [rad] to be looked at: as given, or one of each class that may be chosen."""
     if not job.is_search:
         yield tuple(0.0 if crank is None else crank for crank in job.cranks)
         return
-    for cranks in classes(job):
-        if may_fire(job, cranks):
+    for cranks in classes(job, others):
+        if all(may_fire(one, cranks) for one in (job, *others)):
             yield cranks
 
 
@@ -131,14 +143,20 @@ def _searched(job: EngineJob, best: Balanced | None, tried: int, alike: int, und
     return Balanced(best.cranks, best.x, status, said, best.way, tried, alike)
 
 
-def _rank(job: EngineJob, arms: Arms, answer: Solved) -> tuple[float, ...]:
-    """The goal and the responses that decide between equals, each relative to its size."""
-    now = arms.at(_choices(job, answer))
-    sizes = [size_of(job, couple, rotating=False) for couple in (False, True)]
+def _rank(cases: Cases, answer: Solved) -> tuple[float, ...]:
+    """The goal and the responses that decide between equals, each that of the worst case, relative to its size."""
+    job = cases[0][0]
     then = [EngineLimitTable(response=one) for one in (job.goal.then if job.goal is not None else ())]
-    goal = goal_table(job)
-    size, here = sizes[goal.is_couple], of_order(now, goal.is_couple, goal.of_order)
-    return (here / size, *(of_order(now, t.is_couple, t.of_order) / sizes[t.is_couple] for t in then))
+    sizes = [_size(cases, couple) for couple in (False, True)]
+    every = [arms.at(_choices(job, answer)) for _, arms in cases]
+    return tuple(
+        max(of_order(now, table.is_couple, table.of_order) for now in every) / sizes[table.is_couple]
+        for table in (goal_table(job), *then)
+    )
+
+
+def _size(cases: Cases, couple: bool) -> float:
+    return max(size_of(job, couple, rotating=False) for job, _ in cases)
 
 
 def _compare(rank: tuple[float, ...], best: tuple[float, ...]) -> int:
@@ -158,16 +176,20 @@ def goal_table(job: EngineJob) -> EngineLimitTable:
     return EngineLimitTable(response=job.goal.minimise, order=job.goal.order)
 
 
-def pose(job: EngineJob, arms: Arms, turn: FloatArray = _DEGREES) -> tuple[Question, IntArray]:
+def pose(
+    job: EngineJob, arms: Arms, turn: FloatArray = _DEGREES, *, several: bool = False
+) -> tuple[Question, IntArray]:
     """What is chosen as a question, and the number of what each of its rows belongs to: 0 the goal, then the limits.
 
     turn
         Crank angles [rad] at which all orders together are held.
+    several
+        Whether the goal is to be that of the worst of several cases: one order, too, is then held at all of `turn`.
     """
     tables = [goal_table(job), *job.limits.values()]
-    rows = [_rows(table, arms, turn) for table in tables]
+    rows = [_rows(table, arms, turn, at_turn=several and not k) for k, table in enumerate(tables)]
     own = np.repeat(np.arange(len(tables)), [len(constant) for constant, _ in rows])
-    of_one = np.array([table.of_order > 0 for table in tables])
+    of_one = np.array([table.of_order > 0 and not (several and not k) for k, table in enumerate(tables)])
     shares, weights = free_shares(job), [job.weights[k] for k in free_weights(job)]
     question = Question(
         y0=np.concatenate([constant for constant, _ in rows]),
@@ -183,52 +205,83 @@ def pose(job: EngineJob, arms: Arms, turn: FloatArray = _DEGREES) -> tuple[Quest
     return question, own
 
 
-def _rows(table: EngineLimitTable, arms: Arms, turn: FloatArray) -> tuple[ComplexArray, ComplexArray]:
-    """A response as affine rows, (n,) and (n, n_chosen): both arms of one order, or all together at crank angles."""
+def pose_cases(cases: Cases, turn: FloatArray) -> tuple[Question, IntArray]:
+    """The same of an engine and its scenarios, limits numbered on from one to the next."""
+    first, *rest = [pose(job, arms, turn, several=len(cases) > 1) for job, arms in cases]
+    question, own = first
+    for more, its in rest:
+        sums = np.concatenate([question.sums, more.sums + question.sums.max() + 1])
+        own = np.concatenate([own, np.where(its > 0, its + own.max(), 0)])
+        question = replace(question.with_rows(more.y0, more.H, more.importance, more.limits), sums=sums)
+    return question, own
+
+
+def _rows(
+    table: EngineLimitTable, arms: Arms, turn: FloatArray, *, at_turn: bool = False
+) -> tuple[ComplexArray, ComplexArray]:
+    """A response as affine rows, (n,) and (n, n_chosen): both arms of one order, or all together at crank angles.
+
+    With `at_turn` one order is told at crank angles, too.
+    """
     row, order, n = int(table.is_couple), table.of_order, arms.slope.shape[3]
     if order >= arms.constant.shape[2]:
         return np.zeros(1, dtype=complex), np.zeros((1, n), dtype=complex)
-    if order:
+    if order and not at_turn:
         return arms.constant[row, :, order], arms.slope[row, :, order]
+    arms = _alone(arms, order)
     slope = [over_turn(arms.slope[..., k], table.is_couple, turn) for k in range(n)]
     return over_turn(arms.constant, table.is_couple, turn), np.array(slope).T.reshape(len(turn), n)
 
 
-def weigh(job: EngineJob, arms: Arms, solver: Solver = solve_question) -> Solved:
+def _alone(arms: Arms, order: int) -> Arms:
+    """One order without the others; all of them where it is 0."""
+    if not order:
+        return arms
+    kept = np.arange(arms.constant.shape[2]) == order
+    return replace(arms, constant=arms.constant * kept, slope=arms.slope * kept[:, None])
+
+
+def weigh(cases: Cases, solver: Solver = solve_question) -> Solved:
     """The best shares and weights for given cranks; what is only looked at is "met" or "violated".
 
     All orders together are held at ever more crank angles, until they are no greater between them.
     """
     turn = _DEGREES
     for _ in range(_ROUNDS):
-        answer = _weigh_at(job, arms, turn, solver)
-        beyond = _beyond(job, arms, answer, turn)
+        answer = _weigh_at(cases, turn, solver)
+        beyond = np.concatenate([_beyond(job, arms, answer, turn, several=len(cases) > 1) for job, arms in cases])
         if not beyond.size:
             break
         turn = np.union1d(turn, beyond)
     return answer
 
 
-def _beyond(job: EngineJob, arms: Arms, answer: Solved, turn: FloatArray) -> FloatArray:
-    """Crank angles [rad] at which all orders together are greater than at those of `turn`, and matter; (n,)."""
-    whole = [table for table in (goal_table(job), *job.limits.values()) if not table.of_order]
-    if answer.u is None or not whole:
+def _beyond(job: EngineJob, arms: Arms, answer: Solved, turn: FloatArray, *, several: bool) -> FloatArray:
+    """Crank angles [rad] at which what is held at those of `turn` is greater, and matters; (n,)."""
+    goal = goal_table(job)
+    held = [table for table in (goal, *job.limits.values()) if not table.of_order or (several and table is goal)]
+    if answer.u is None or not held:
         return np.zeros(0)
-    now, most = arms.at(answer.u), []
-    for table in whole:
+    most = []
+    for table in held:
+        now = _alone(arms, table.of_order).at(answer.u)
+        if not now[int(table.is_couple)].any():
+            continue
         angles, sizes = peaks(now, table.is_couple)
         looked = float(np.abs(over_turn(now, table.is_couple, turn)).max())
         most.append(angles[sizes > max(looked, table.bound if table.at_most is not None else 0.0) * (1.0 + _EXACT)])
-    return np.concatenate(most)
+    return np.concatenate([np.zeros(0), *most])
 
 
-def _weigh_at(job: EngineJob, arms: Arms, turn: FloatArray, solver: Solver) -> Solved:
+def _weigh_at(cases: Cases, turn: FloatArray, solver: Solver) -> Solved:
     """The same with all orders together at the crank angles `turn` [rad] alone."""
-    question, own = pose(job, arms, turn)
+    question, own = pose_cases(cases, turn)
+    job = cases[0][0]
     if not question.n_planes or job.goal is None:
         u = question.base
         over = _excess(question, u) > 1e-9
-        broken = [name for number, name in enumerate(job.limits, start=1) if over[own == number].any()]
+        names = [name for one, _ in cases for name in one.limits]
+        broken = [name for number, name in enumerate(names, start=1) if over[own == number].any()]
         if broken and job.is_search:
             return Solved(None, "infeasible", "broken: " + ", ".join(broken))
         claim = "limits that do not hold: " + ", ".join(broken) if broken else "nothing is chosen: the engine as it is"
@@ -236,8 +289,9 @@ def _weigh_at(job: EngineJob, arms: Arms, turn: FloatArray, solver: Solver) -> S
     first = solver(question)
     if first.u is None:
         return first
-    first = replace(first, details={"rates": rates(question, first, bounds_of(job, question, own))})
-    return _shared_out(job, _lightest(job, question, own == 0, first, solver) if free_weights(job) else first)
+    if len(cases) == 1:
+        first = replace(first, details={"rates": rates(question, first, bounds_of(job, question, own))})
+    return _shared_out(cases, _lightest(cases, question, own == 0, first, solver) if free_weights(job) else first)
 
 
 def _excess(question: Question, u: ComplexArray) -> FloatArray:
@@ -246,13 +300,13 @@ def _excess(question: Question, u: ComplexArray) -> FloatArray:
     return np.asarray(left / np.maximum(question.limits, 1e-250) - 1.0)
 
 
-def _shared_out(job: EngineJob, answer: Solved) -> Solved:
+def _shared_out(cases: Cases, answer: Solved) -> Solved:
     """Of all pairs of shares that carry as much the one with most of the rotating mass, which is the rule.
 
     Only where both are chosen and both masses have one ratio in all cylinders does it not matter which is carried.
     """
-    free = free_shares(job)
-    parts = np.array([[share.of(cylinder) for share in job.shares] for cylinder in job.cylinders])
+    free = free_shares(cases[0][0])
+    parts = np.array([[share.of(cylinder) for share in job.shares] for job, _ in cases for cylinder in job.cylinders])
     if len(free) < 2 or answer.u is None or np.ptp(parts[:, 1] * parts[0, 0] - parts[:, 0] * parts[0, 1]) > 0.0:
         return answer
     mass, turning = parts[0]
@@ -263,10 +317,10 @@ def _shared_out(job: EngineJob, answer: Solved) -> Solved:
     return replace(answer, u=u)
 
 
-def _lightest(job: EngineJob, question: Question, goal: BoolArray, first: Solved, solver: Solver) -> Solved:
+def _lightest(cases: Cases, question: Question, goal: BoolArray, first: Solved, solver: Solver) -> Solved:
     """Of all weights with the same goal, whose rows are given, the lightest: so that none is there for nothing."""
     assert first.u is not None
-    size = size_of(job, goal_table(job).is_couple, rotating=False)
+    size = _size(cases, goal_table(cases[0][0]).is_couple)
     bound = first.value + 1e-8 * size if first.value > _NOTHING * size else 0.0
     lighter = replace(question, goal="correction", limits=np.where(goal, bound, question.limits))
     second = solver(lighter)
@@ -281,5 +335,5 @@ def least_bound(job: EngineJob, name: str) -> float | None:
     others = {key: one for key, one in job.limits.items() if key != name}
     goal = EngineGoalTable(minimise=job.limits[name].response, order=job.limits[name].order)
     free = replace(job, limits=others, goal=goal)
-    every = [weigh(free, arms(job, cranks)) for cranks in settings(job)]
+    every = [weigh(_cases(free, (), cranks)) for cranks in settings(job)]
     return min((least.value for least in every if least.u is not None and least.status != "violated"), default=None)

@@ -81,6 +81,18 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = sol
     """Choose what is to be chosen, and say what is left; `thorough` says what clashes, whatever the work."""
     with metered() as meter:
         found = balance(job, solver)
+    answer = answer_at(job, found)
+    if answer.status not in NOTHING_FOUND or not job.limits:
+        return answer
+    return Asking(
+        job.limits, lambda limits: balance(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
+        lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough,
+        lambda name: least_bound(job, name),
+    ).told(answer)  # fmt: skip
+
+
+def answer_at(job: EngineJob, found: Balanced) -> Answer[EngineJob]:
+    """What is measured on the engine with what was chosen, which may be for several scenarios of it."""
     here = arms(job, found.cranks)
     limits = _rows(job, found, job.limits)
     status, claim = found.status, found.claim
@@ -88,7 +100,7 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = sol
         status, claim = _checked(job, found, here, limits)
     goal, none = goal_table(job), status in NOTHING_FOUND
     value = _measured(job, found, goal)
-    answer = Answer(
+    return Answer(
         job=job,
         status=status,
         claim=claim,
@@ -101,13 +113,6 @@ def solve_engine(job: EngineJob, *, thorough: bool = False, solver: Solver = sol
         rates=found.rates,
         details={"classes": found.tried, "as_good": found.alike},
     )
-    if not none or not job.limits:
-        return answer
-    return Asking(
-        job.limits, lambda limits: balance(replace(job, limits=limits)), lambda one: _rows(job, one, job.limits),
-        lambda one: _values(job, one, arms(job, one.cranks)), meter.done, thorough,
-        lambda name: least_bound(job, name),
-    ).told(answer)  # fmt: skip
 
 
 def _rows(job: EngineJob, found: Balanced, tables: Mapping[str, EngineLimitTable]) -> dict[str, Checked]:

@@ -98,21 +98,22 @@ def count(job: EngineJob) -> int:
     return factorial(len(job.offered)) if job.is_search else 1
 
 
-def classes(job: EngineJob) -> Iterator[tuple[float, ...]]:
-    """Crank angles per throw, one member of each class, the first in numbers."""
+def classes(job: EngineJob, others: Sequence[EngineJob] = ()) -> Iterator[tuple[float, ...]]:
+    """Crank angles per throw, one member of each class, the first in numbers; a class is one of `others`, too."""
     free = [k for k, crank in enumerate(job.cranks) if crank is None]
-    turns_free = len(free) == len(job.cranks) and all(weight.fixed is None for weight in job.weights)
+    every = (job, *others)
+    turns_free = len(free) == len(job.cranks) and all(weight.fixed is None for one in every for weight in one.weights)
     offered = tuple(sorted(value % tau for value in job.offered))
     firsts = _unlike(offered) if turns_free else []
     if factorial(len(free) - 1) * len(firsts) > MOST if turns_free else factorial(len(free)) > MOST:
         raise InputError(f"{job.name}: {len(free)} throws can be set in more than {MOST} ways. Fix some of the cranks.")
-    seen: set[tuple[float, ...]] = set()
+    seen: set[tuple[tuple[float, ...], ...]] = set()
     turned = ((offered[k], *rest) for k in firsts for rest in permutations(offered[:k] + offered[k + 1 :]))
     for chosen in turned if turns_free else permutations(offered):
         cranks = [0.0 if crank is None else crank for crank in job.cranks]
         for k, angle in zip(free, chosen, strict=True):
             cranks[k] = angle
-        key = _key(job, cranks, turns_free)
+        key = tuple(_key(one, cranks, turns_free) for one in every)
         if key not in seen:
             seen.add(key)
             yield tuple(cranks)
