@@ -395,6 +395,50 @@ crank = "180 deg"
             '[limits.a]\nresponse = "force"\n[[cylinders]]',
             "engine.toml line 9: limits.a has no bound. Write at_most, or move it to [measures.a].",
         ),
+        (
+            "[[cylinders]]",
+            "counterweight_share = { one_of = [0.1, 0.5] }\n[[cylinders]]",
+            "engine.toml line 9: engine.counterweight_share = { one_of = [0.1, 0.5] } is a list, but what balances an "
+            "engine is chosen from a range. Write { from = ..., to = ... }; vibopt sweep FILE --vary "
+            'PATH="ONE, OTHER" answers each value.',
+        ),
+        (
+            "[[cylinders]]",
+            "counterweight_share = { from = 0.1 }\n[[cylinders]]",
+            "engine.toml line 9: engine.counterweight_share = { from = 0.1 } has no upper end. Write "
+            "{ from = 0, to = 1 }.",
+        ),
+        (
+            "[[cylinders]]",
+            'rotating_share = { value = 0.5, tolerance = "3 %" }\n[[cylinders]]',
+            'engine.toml line 9: engine.rotating_share = { value = 0.5, tolerance = "3 %" } has a tolerance, but what '
+            "balances an engine is taken as it is said. Write it without; vibopt sweep FILE --keep-design --vary "
+            'PATH="-3 %..+3 %" shows what being off does.',
+        ),
+        (
+            "[[cylinders]]",
+            '[counterweights.a]\nat = "0 mm"\nunbalance = { from = "1 g mm", to = "5 g mm" }\n[[cylinders]]',
+            'engine.toml line 11: counterweights.a.unbalance = { from = "1 g mm", to = "5 g mm" } does not start at '
+            "zero. No weight at all is always possible: write from zero.",
+        ),
+        (
+            "[[cylinders]]",
+            'cranks = ["0 deg"]\n[[cylinders]]',
+            "engine.toml line 9: engine.cranks offers angles, but no throw chooses one. Write crank = "
+            '"choose" in [[cylinders]], or leave cranks out.',
+        ),
+        (
+            "[[cylinders]]",
+            "counterweight_share = { from = 0, to = 1 }\n[goal]\n"
+            'minimise = "primary_force"\nthen = ["force"]\n[[cylinders]]',
+            "engine.toml line 12: goal has then, which decides between settings of the cranks, and these are given. "
+            "Leave then out, or limit what it names.",
+        ),
+        (
+            "[[cylinders]]",
+            '[measures.a]\nresponse = "force"\nat_most = "5 N"\n[[cylinders]]',
+            "engine.toml line 11: measures.a has a bound (at_most), but a measure has none. Move it to [limits.a].",
+        ),
     ],
 )
 def test_mistake_is_said_with_its_place_and_the_way_out(old: str, new: str, message: str) -> None:

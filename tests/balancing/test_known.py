@@ -508,6 +508,23 @@ def test_the_price_is_that_of_the_goal_named(minimise: str) -> None:
             {"planes__P": {**HOLES, "holes": ["0 deg", "30 deg", "30 deg"]}},
             "shaft.toml: planes.P.holes lists 30 deg twice. List each hole once.",
         ),
+        (
+            {"planes__P": {"most_weights": 2}},
+            "shaft.toml: planes.P.most_weights is for weights of a shelf, and there is none. Add shelf = [...], or "
+            "leave it out.",
+        ),
+        (
+            {"limits": {"a": {"response": "static_unbalance", "of": "A", "at_most": "5 g mm"}}},
+            "shaft.toml: limits.a has of, but static_unbalance is of the whole shaft. Leave of out.",
+        ),
+        (
+            {"limits": {"a": {"response": "bearing_reaction", "total": True, "at_most": "5 N"}}},
+            "shaft.toml: limits.a has total, but bearing_reaction is not of weights. Leave total out.",
+        ),
+        (
+            {"measures": {"a": {"response": "bearing_reaction", "of": "A", "at_most": "5 N"}}},
+            "shaft.toml: measures.a has a bound (at_most), but a measure has none. Move it to [limits.a].",
+        ),
     ],
 )
 def test_what_cannot_be_meant_is_refused(tables: dict[str, Any], message: str) -> None:

@@ -185,6 +185,16 @@ WRONG = {
         "line 11: excitations.fan has an amplitude that grows with the speed, but gives it at standstill, where it "
         'is zero. Write amplitude_at = "2000 rpm".',
     ),
+    "amplitude at a speed with which it does not grow": (
+        {'"3000 rpm"': '"3000 rpm"\nvaries = "constant"\namplitude_at = "1500 rpm"'},
+        "line 17: excitations.fan has amplitude_at, but its amplitude does not grow with a power of the speed. Write "
+        'varies = "speed^2", or leave amplitude_at out.',
+    ),
+    "steady, and begins suddenly": (
+        {'"3000 rpm"': '"3000 rpm"\nbegins = "suddenly"'},
+        "line 16: excitations.fan begins suddenly, but what is asked is steady, as if it had run for long. Ask for "
+        'what is greatest in time, response = "peak_displacement" for example, or leave begins out.',
+    ),
     "negative speed": (
         {'"3000 rpm"': '"-3000 rpm"'},
         'line 15: excitations.fan.speed = "-3000 rpm" is a negative speed. Write its size; the sense of rotation '

@@ -124,7 +124,7 @@ def _plane(name: str, given: object, of: type[PlaneTable], mistakes: Mistakes) -
     holes = _holes((*path, "holes"), table.holes, mistakes)
     shelf, stock, shelf_unit = _shelf((*path, "shelf"), table.shelf, mistakes)
     forbidden = _forbidden((*path, "forbidden"), table.forbidden, mistakes)
-    most = _most_weights((*path, "most_weights"), table.most_weights, mistakes)
+    most = _most_weights((*path, "most_weights"), table, mistakes)
     plane = Plane(
         name=name, kind=kind, radii=radii, unit=unit or shelf_unit, length_unit=length_unit, cap=cap,
         moment=len(radii) > 1 and table.unbalance is not None, holes=holes, shelf=shelf, stock=stock, most_weights=most,
@@ -195,7 +195,12 @@ def _range(given: object, dimension: str, example: str) -> tuple[float, str]:
     return high.value, high.unit
 
 
-def _most_weights(path: Path, given: object, mistakes: Mistakes) -> int:
+def _most_weights(path: Path, table: PlaneTable, mistakes: Mistakes) -> int:
+    given = table.most_weights
+    if "most_weights" in table.model_fields_set and table.shelf is None:
+        mistakes.add(
+            path, f"{dotted(path)} is for weights of a shelf, and there is none. Add shelf = [...], or leave it out."
+        )
     if isinstance(given, int) and not isinstance(given, bool) and given >= 1:
         return given
     mistakes.value(path, given, "is no number of weights. Write 1 or more.")

@@ -373,9 +373,12 @@ class Bounded(Table):
         return self.model_copy(update={"at_most": text})
 
 
-def not_soft(tables: Mapping[str, Bounded], mistakes: Mistakes) -> None:
-    """Measures that say how easily they may be loosened."""
+def without_bounds(tables: Mapping[str, Bounded], mistakes: Mistakes) -> None:
+    """Measures that have a bound, or say how easily it may be loosened."""
     for name, table in tables.items():
+        if table.at_most is not None:
+            way = f"but a measure has none. Move it to [limits.{name}]"
+            mistakes.add(("measures", name, "at_most"), f"measures.{name} has a bound (at_most), {way}.")
         if table.soft is not None:
             way = "soft weighs the loosening of a limit. Remove soft"
             mistakes.add(("measures", name, "soft"), f"measures.{name} has soft, but no bound to loosen: {way}.")

@@ -300,14 +300,17 @@ class Excitation(Table):
     @property
     def begins_at_rest(self) -> bool:
         """Whether an amplitude that grows with the speed is given at standstill, where it is zero."""
-        grows = isinstance(self.variation, str) and POWERS[self.variation] > 0
-        return grows and not self.needs_reference and self._reference() == 0.0
+        return self.grows and not self.needs_reference and self._reference() == 0.0
+
+    @property
+    def grows(self) -> bool:
+        """Whether the amplitude grows with a power of the speed, and so belongs to one."""
+        return isinstance(self.variation, str) and POWERS[self.variation] > 0
 
     @property
     def needs_reference(self) -> bool:
         """Whether the file must say to which speed the amplitude belongs."""
-        grows = isinstance(self.variation, str) and POWERS[self.variation] > 0
-        return grows and getattr(self, "amplitude_at", None) is None and not self.speed.is_one_speed
+        return self.grows and getattr(self, "amplitude_at", None) is None and not self.speed.is_one_speed
 
 
 class Once:

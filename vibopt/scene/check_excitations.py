@@ -40,17 +40,18 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
                 f"excitations.{name} varies with speed, but its speed is not one value: to which speed does the "
                 'amplitude belong? Add amplitude_at = "2000 rpm".',
             )
+        elif not excitation.grows and getattr(excitation, "amplitude_at", None) is not None:
+            mistakes.add(
+                (*path, "amplitude_at"),
+                f"excitations.{name} has amplitude_at, but its amplitude does not grow with a power of the speed. "
+                'Write varies = "speed^2", or leave amplitude_at out.',
+            )
         elif excitation.ramp is not None:
             from vibopt.scene.check_run_up import check_run_up
 
             check_run_up(scene, name, mistakes)
-        if getattr(excitation, "begins", None) is not None and not (
-            excitation.speed.is_one_speed and excitation.speed.highest > 0.0
-        ):
-            mistakes.add(
-                (*path, "begins"),
-                f'excitations.{name} begins suddenly, at which speed? Write one above zero: speed = "2000 rpm".',
-            )
+        if getattr(excitation, "begins", None) is not None:
+            _begins(scene, name, mistakes)
         if excitation.begins_at_rest:
             mistakes.add(
                 path,
@@ -63,6 +64,22 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
                 f'excitations.{name}.speed is a range to choose from, which only find_all = "{name}.speed" can '
                 'answer. Write one speed, or "a..b" for every speed in a range.',
             )
+
+
+def _begins(scene: Scene, name: str, mistakes: Mistakes) -> None:
+    """What begins suddenly has one speed, and something in time is asked, which alone shows it."""
+    path, speed = ("excitations", name, "begins"), scene.excitations[name].speed
+    asked = [*scene.limits.values(), *scene.measures.values(), *([scene.goal.response] if scene.goal else [])]
+    if not (speed.is_one_speed and speed.highest > 0.0):
+        mistakes.add(
+            path, f'excitations.{name} begins suddenly, at which speed? Write one above zero: speed = "2000 rpm".'
+        )
+    elif asked and not any(response.sort == "transient" for response in asked):
+        mistakes.add(
+            path,
+            f"excitations.{name} begins suddenly, but what is asked is steady, as if it had run for long. Ask for what "
+            'is greatest in time, response = "peak_displacement" for example, or leave begins out.',
+        )
 
 
 def _further(scene: Scene, name: str, mistakes: Mistakes) -> None:

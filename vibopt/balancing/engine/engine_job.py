@@ -21,11 +21,11 @@ from vibopt.balancing.rotor_tables import (
     headed,
     known_keys,
     listed_tables,
-    not_soft,
     optional_table,
     read_table,
     read_tables,
     unbounded,
+    without_bounds,
 )
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import counted
@@ -226,7 +226,7 @@ def read_engine(document: Mapping[str, Any], mistakes: Mistakes) -> EngineJob:
     }
     limits = read_tables(document, "limits", EngineLimitTable, mistakes)
     measures = read_tables(document, "measures", EngineLimitTable, mistakes)
-    not_soft(measures, mistakes)
+    without_bounds(measures, mistakes)
     goal = optional_table(EngineGoalTable, document, "goal", mistakes)
     mistakes.raise_any()
     assert engine is not None
@@ -351,6 +351,18 @@ def _check(
     wanted = len({cylinder.throw or k for k, cylinder in enumerate(cylinders) if cylinder.crank == "choose"})
     if wanted and wanted != len(engine.cranks):
         mistakes.add(("engine", "cranks"), _unequal(engine, wanted))
+    elif engine.cranks and not wanted:
+        mistakes.add(
+            ("engine", "cranks"),
+            'engine.cranks offers angles, but no throw chooses one. Write crank = "choose" in [[cylinders]], or leave '
+            "cranks out.",
+        )
+    if goal is not None and goal.then and not wanted:
+        mistakes.add(
+            ("goal", "then"),
+            "goal has then, which decides between settings of the cranks, and these are given. Leave then out, or "
+            "limit what it names.",
+        )
     unbounded(limits, mistakes)
     for path, one in _asked_of(asked).items():
         if one.of_order > _TEXTBOOK and (one.kinematics or engine.kinematics) == "truncated":

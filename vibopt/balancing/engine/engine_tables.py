@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import Any, Literal
 
 from pydantic import Field, field_validator, model_validator
@@ -9,7 +10,7 @@ from pydantic import Field, field_validator, model_validator
 from vibopt.balancing.conventions import read_angle
 from vibopt.balancing.rotor_tables import Bounded, MadeSmall, inner
 from vibopt.values import Choice, Fact, Table, number
-from vibopt.values.fields import word
+from vibopt.values.fields import complaint, word
 
 Response = Literal["primary_force", "primary_couple", "secondary_force", "secondary_couple", "force", "couple"]
 HIGHEST_ORDER = 20
@@ -26,6 +27,21 @@ def _known_order(order: int | None, key: str, response: str) -> None:
         raise word(f'has an order, but {response} says its own. Write {key} = "{plain}".')
     if order is not None and not 1 <= order <= HIGHEST_ORDER:
         raise word(f"has order = {order}. Write a number from 1 to {HIGHEST_ORDER}.")
+
+
+def _as_said(given: Fact | Choice | None) -> Fact | Choice | None:
+    """A number that is chosen from a range, or is what it says: what would be ignored is refused."""
+    if given is not None and given.tolerance:
+        raise complaint(
+            "has a tolerance, but what balances an engine is taken as it is said. Write it without; vibopt sweep FILE "
+            '--keep-design --vary PATH="-3 %..+3 %" shows what being off does.'
+        )
+    if isinstance(given, Choice) and given.options:
+        raise complaint(
+            "is a list, but what balances an engine is chosen from a range. Write { from = ..., to = ... }; vibopt "
+            'sweep FILE --vary PATH="ONE, OTHER" answers each value.'
+        )
+    return given
 
 
 class EngineTable(Table):
@@ -75,6 +91,13 @@ class EngineTable(Table):
     @classmethod
     def _angles(cls, given: list[Any]) -> list[float]:
         return [inner(one, "angle", read_angle) for one in given]
+
+    @field_validator("counterweight_share", "rotating_share")
+    @classmethod
+    def _shares(cls, given: Fact | Choice | None) -> Fact | Choice | None:
+        if isinstance(given, Choice) and given.high == inf:
+            raise complaint("has no upper end. Write { from = 0, to = 1 }.")
+        return _as_said(given)
 
     @model_validator(mode="after")
     def _fits(self) -> EngineTable:
@@ -141,6 +164,13 @@ class CounterweightTable(Table):
     at: Fact = number("length", choice=False, sign="any", required=True)
     unbalance: Fact | Choice = number("unbalance", required=True, sign="not negative")
     angle: Fact | None = number("angle", choice=False, sign="any")
+
+    @field_validator("unbalance")
+    @classmethod
+    def _size(cls, given: Fact | Choice) -> Fact | Choice | None:
+        if isinstance(given, Choice) and given.low > 0.0 and not given.options:
+            raise complaint("does not start at zero. No weight at all is always possible: write from zero.")
+        return _as_said(given)
 
     @model_validator(mode="after")
     def _given(self) -> CounterweightTable:

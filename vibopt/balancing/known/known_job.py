@@ -18,11 +18,11 @@ from vibopt.balancing.rotor_tables import (
     headed,
     inner,
     known_keys,
-    not_soft,
     optional_table,
     read_table,
     read_tables,
     unbounded,
+    without_bounds,
 )
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import counted
@@ -140,6 +140,10 @@ class KnownLimitTable(Bounded):
             inner(self.at_most, self.dimension)
         if self.response == "correction" and (self.of is None) != self.total:
             raise word('needs of = "PLANE" or total = true, one of the two.')
+        if self.total and self.response != "correction":
+            raise word(f"has total, but {self.response} is not of weights. Leave total out.")
+        if self.of is not None and self.response in ("static_unbalance", "couple_unbalance"):
+            raise word(f"has of, but {self.response} is of the whole shaft. Leave of out.")
         return self
 
     @property
@@ -325,7 +329,7 @@ def _check(
             'minimise = "static_unbalance".',
         )
     unbounded(limits, mistakes)
-    not_soft(measures, mistakes)
+    without_bounds(measures, mistakes)
     for family, tables in (("limits", limits), ("measures", measures)):
         for name, table in tables.items():
             _check_limit((family, name), table, shaft, planes, mistakes)
