@@ -415,6 +415,36 @@ def test_what_hardly_decays_is_known_by_both_routes(seed: int, shaken: str) -> N
     assert vo.solve(scene).status == "met"
 
 
+@pytest.mark.parametrize("damping", [0.5, 3.5, 300.0])
+def test_what_hardly_decays_keeps_its_digits_beside_a_joint_that_follows_at_once(damping: float) -> None:
+    """Rounding of the joint's rate went 3e-7 of the root mean square, and one number was sought in 3446 pieces."""
+    document: dict[str, Any] = {
+        "bodies": {"machine": {"mass": "50 kg"}, "rider": {"mass": "65 kg"}, "joint": {"mass": "0 kg"}},
+        "links": {
+            "mount": {"between": ["machine", "ground"], "stiffness": "1.6 MN/m", "damping": "0.03 N s/m"},
+            "seat": {"between": ["rider", "machine"], "stiffness": "17 MN/m", "damping": "1.6 N s/m"},
+            "spring": {"between": ["rider", "joint"], "stiffness": "8 MN/m"},
+            "damper": {"between": ["joint", "ground"], "stiffness": "1.2 MN/m", "damping": f"{damping} N s/m"},
+        },
+        "excitations": {"noise": {"kind": "white_noise", "on": "machine", "density": "2 N²/Hz"}},
+        "limits": {"force": {"response": "rms_force", "through": "spring", "at_most": "1 kN"}},
+    }
+    with mp.workdps(40):
+        a, b = mp.zeros(5), mp.matrix([0, 0, mp.mpf(1) / 50, 0, 0])
+        a[0, 2] = a[1, 3] = 1
+        a[2, :] = mp.matrix([[-18.6e6, 17e6, mp.mpf("-1.63"), mp.mpf("1.6"), 0]]) / 50
+        a[3, :] = mp.matrix([[17e6, -25e6, mp.mpf("1.6"), mp.mpf("-1.6"), 8e6]]) / 65
+        a[4, :] = mp.matrix([[0, 8e6, 0, 0, -9.2e6]]) / damping
+        rates, shapes = mp.eig(a)
+        read = mp.matrix([[0, 8e6, 0, 0, -8e6]]) * shapes
+        each = [(x * y, rate) for x, y, rate in zip(read, shapes**-1 * b, rates, strict=True)]
+        square = sum(x * mp.conj(y) / -(r + mp.conj(s)) for x, r in each for y, s in each)
+        wanted = float(mp.sqrt(mp.re(square)))
+    [limit] = pose(vo.from_dict(document)).limits
+    assert limit.form.value(limit.model, np.zeros(0)) == pytest.approx(wanted, rel=1e-11)
+    assert vo.solve(vo.from_dict(document)).limits["force"].value.value == pytest.approx(wanted, rel=1e-9)
+
+
 @settings(max_examples=30, deadline=None)
 @given(seed=st.integers(0, 10**6), hung=st.sampled_from(["by a damper", "by both", "at a joint"]))
 def test_a_base_accelerates_beside_the_ground(seed: int, hung: str) -> None:

@@ -20,12 +20,12 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.form import kept
 from vibopt.forms.noise_states import (
-    LIGHT,
     States,
     beside_base,
     decaying,
     held_first,
     on_carrier,
+    slow,
     under_displacement,
     under_force,
 )
@@ -273,7 +273,7 @@ def _reach(states: States, model: Model, p: FloatArray, *, seen: bool = False) -
     """X with a X + X a^H + b b^H = 0; or `seen`, what is read of them, with a^T X + X a* + c c^H = 0."""
     a, load = (states.a.T, states.c) if seen else (states.a, states.b)
     rates = np.linalg.eigvals(a)
-    if np.max(rates.real / np.maximum(np.abs(rates), 1e-300), initial=-1.0) <= -LIGHT:
+    if not slow(rates).any():
         found = _lyapunov(a, load)
         apart = np.abs(rates).max(initial=0.0) > _APART * np.abs(rates).min(initial=np.inf)
         return _refined(a, load, found) if apart and np.isfinite(found).all() else found

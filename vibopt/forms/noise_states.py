@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.joints import FirstOrder, first_order
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS, Model
@@ -38,8 +38,9 @@ Numbers = np.ndarray[Any, np.dtype[Any]]
 """Real, or complex with the imaginary part as a slope; after `decaying` complex."""
 _ROUNDING = 1e-11
 """Part of the sizes in a sum below which what is left of it is rounding."""
-LIGHT = 1e-6
-"""Damping ratio up to which eigenvalues lose the decay: it is told by what dampers take of a motion instead."""
+_LIGHT, _SWINGS, _DIGITS = 1e-6, 1e-2, 2e-4
+"""Damping ratio up to which eigenvalues lose the decay: it is told by what dampers take of a motion instead; up to
+which it is also where the decay is less than a part of the fastest rate, whose rounding it has."""
 _UNSEEN, _UNMOVED = 1e-9, 1e-9
 """Part of its size below which a share of what lasts, and of the drift of a base, is neither shaken nor read."""
 
@@ -50,12 +51,19 @@ class Eigen(NamedTuple):
     rates, shapes
         Eigenvalues (N,) [`rate` of the states] and vectors (N, N) of a.
     decays
-        The rates; up to a damping ratio of `LIGHT` their real part is that of energy, and exactly 0 without dampers.
+        The rates; of those that are `slow` the real part is that of energy, and exactly 0 without dampers.
     """
 
     rates: Numbers
     decays: Numbers
     shapes: Numbers
+
+
+def slow(rates: Numbers) -> BoolArray:
+    """Which rates (N,) have lost digits of their decay, for it is so little beside themselves or the fastest."""
+    sizes = np.abs(rates)
+    beside = np.minimum(_SWINGS * sizes, _DIGITS * sizes.max(initial=0.0))
+    return np.asarray(np.abs(rates.real) <= np.maximum(_LIGHT * sizes, beside))
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,7 +93,7 @@ class States:
         dissipated, kinetic = (p * (model.kinds == kind) @ strain**2 for kind in (DAMPING, INERTIA))
         with np.errstate(divide="ignore", invalid="ignore"):
             by_energy = 1j * rates.imag - 0.5 * dissipated / kinetic / self.rate
-        return Eigen(rates, np.where(np.abs(rates.real) <= LIGHT * np.abs(rates), by_energy, rates), shapes)
+        return Eigen(rates, np.where(slow(rates), by_energy, rates), shapes)
 
 
 def under_force(model: Model, output: Output, noise: Noise, p: Numbers) -> States | None:
