@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vibopt.excitations.segments import line
-from vibopt.mechanics import stretches
+from vibopt.mechanics import kernel_bounds, stretches
+from vibopt.mechanics.model import DAMPING, STIFFNESS
 from vibopt.mechanics.transient import Reading, Transient
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12)
@@ -60,3 +61,26 @@ def test_segments_of_any_length_are_followed_at_once_as_one_after_the_other(seed
             assert found[-1][2] == pytest.approx(peaks.value, rel=1e-9)
     for at_once, in_turn in zip(*found, strict=True):
         assert at_once == pytest.approx(in_turn, rel=1e-9, abs=1e-9 * np.abs(in_turn).max())
+
+
+@few
+@given(seed=st.integers(0, 100_000), count=st.integers(1, 3))
+def test_what_bounds_a_tangent_is_that_of_segments_one_after_the_other(seed: int, count: int) -> None:
+    rng = np.random.default_rng(seed)
+    lengths, values = 10.0 ** rng.uniform(-3.0, 0.5, 40), rng.normal(size=41)
+    load = tuple(line(*one) for one in zip(lengths.tolist(), values[:-1], values[1:], strict=True))
+    mount = np.eye(count + 1)[0] - np.eye(count + 1)[count]
+    reading = Reading(mount, np.zeros(count + 1), np.zeros(count + 1))
+    elements = [kernel_bounds.Element(kind, mount, 0.5) for kind in (STIFFNESS, DAMPING)]
+    within, part = np.array([3, 25, 40]), np.array([0.1, 0.9, 0.7]) * np.array([lengths[3], lengths[25], 1.0])
+    found = []
+    for many in (16, 10**9):
+        with pytest.MonkeyPatch.context() as patched:
+            patched.setattr(stretches, "_MANY", many)
+            row = Transient(*machines(np.random.default_rng(seed), count), count, np.eye(count + 1)[:, -1:], load)
+            assert len(row.stretches) == (1 if many == 16 else 40)
+            near = kernel_bounds.nearby(row, reading, elements, within, part)
+            assert near is not None
+            found.append([near.value, near.energies, near.now, near.kernels, near.rests(np.full((3, 1, 2), 1e-3))])
+    for at_once, in_turn in zip(*found, strict=True):
+        assert at_once == pytest.approx(in_turn, rel=1e-7)

@@ -18,6 +18,7 @@ from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 from vibopt.mechanics.panels import exponential, halvings_of, series
 from vibopt.mechanics.stacked import wide
+from vibopt.mechanics.stretches import Stretch
 from vibopt.mechanics.transient import Reading, Transient
 from vibopt.records import dataclass
 
@@ -26,8 +27,8 @@ _NODES, _WEIGHTS = np.append(0.5 + 0.5 * _PLACES, 1.0), 0.5 * _SHARES
 _ROUNDING, _LOST = 1.0 + 1e-9, 1e-14
 _APART = 1e6
 """Condition of modes up to which they are told apart well enough to bound by."""
-_SLIGHT = 1e-9
-"""Fall of a mode below which it stands still."""
+_SLIGHT, _AT_ONCE = 1e-9, 64
+"""Fall of a mode below which it stands still; segments of lengths of their own that are looked at together."""
 _POWERS = {STIFFNESS: 0, DAMPING: 1, INERTIA: 2}
 """How often the extension is differentiated that a coefficient multiplies."""
 
@@ -193,8 +194,8 @@ def extension(element: Element) -> Reading:
 
 
 def _rows(machine: Transient, readings: Sequence[Reading], a: FloatArray) -> FloatArray:
-    """Of each reading over the states, (n, n_readings, N)."""
-    return np.stack([machine.row(reading, a) for reading in readings], axis=1)
+    """Of each reading over the states, (n, n_readings, N), or on each of k segments (n, k, n_readings, N)."""
+    return np.stack([machine.row(reading, a) for reading in readings], axis=-2)
 
 
 def _at_once(machine: Transient, reading: Reading, pushes: FloatArray) -> FloatArray:
@@ -253,15 +254,14 @@ def _along(
     count = len(within)
     squares, now, begun = np.zeros((count, len(readings) - 1)), np.zeros((count, len(readings))), 0
     for stretch in machine.stretches:
-        rows, each = _rows(machine, readings, stretch.a / wide(machine.rate * stretch.length)), stretch.starts.shape[1]
-        kept = stretch.starts * (np.arange(each) <= (within - begun)[:, None])[..., None]
-        squares += stretch.length * _squares(stretch.a, rows[:, :-1], kept, np.ones(count))
-        inside = (within >= begun) & (within < begun + each)
+        kept = stretch.starts * (np.arange(stretch.count) <= (within - begun)[:, None])[..., None]
+        squares += _on_stretch(machine, readings[:-1], stretch, kept)
+        inside = (within >= begun) & (within < begun + stretch.count)
         if inside.any():
-            start = kept[np.arange(count), np.clip(within - begun, 0, each - 1)]
-            moved = rows @ exponential(stretch.a * wide(part / stretch.length)) @ start[..., None]
-            now = np.where(inside[:, None], moved[..., 0], now)
-        begun += each
+            a, length, start = stretch.of(np.clip(within - begun, 0, stretch.count - 1))
+            rows, step = _rows(machine, readings, a / wide(machine.rate * length)), exponential(a * wide(part / length))
+            now = np.where(inside[:, None], (rows @ step @ start[..., None])[..., 0], now)
+        begun += stretch.count
     behind = within >= begun
     if not behind.any():
         return squares, now
@@ -270,6 +270,22 @@ def _along(
     squares += _squares(a, rows[:, :-1], state[:, None], spans) / machine.rate[:, None]
     moved = (rows @ exponential(a * wide(spans)) @ state[..., None])[..., 0]
     return squares, np.where(behind[:, None], moved, now)
+
+
+def _on_stretch(machine: Transient, readings: Sequence[Reading], stretch: Stretch, starts: FloatArray) -> FloatArray:
+    """Integrals of the squares of readings over a stretch from other starts (n, k, N): (n, n_readings)."""
+    if not stretch.uneven:
+        rows = _rows(machine, readings, stretch.a / wide(machine.rate * stretch.length))
+        return np.asarray(stretch.length * _squares(stretch.a, rows, starts, np.ones(len(starts))))
+    found = np.zeros((len(starts), len(readings)))
+    for first in range(0, stretch.count, _AT_ONCE):
+        some = slice(first, first + _AT_ONCE)
+        a, length = stretch.a[:, some], stretch.length[some]
+        rows = _rows(machine, readings, a / wide(machine.rate[:, None] * length))
+        a, rows, each = (one.reshape(-1, *one.shape[2:]) for one in (a, rows, starts[:, some, None]))
+        squares = _squares(a, rows, each, np.ones(len(a))).reshape(len(starts), len(length), -1)
+        found += (length[:, None] * squares).sum(axis=1)
+    return found
 
 
 def _squares(a: FloatArray, rows: FloatArray, starts: FloatArray, spans: FloatArray) -> FloatArray:
