@@ -161,3 +161,35 @@ def test_what_has_no_window_is_refused_word_for_word(old: str, new: str, said: s
     text = fan(2.0)
     assert old in text
     assert refused(vo.window, vo.from_text(text.replace(old, new))).messages == (said,)
+
+
+@pytest.mark.parametrize(("kind", "side", "bound"), [("static", 1.0, 8.0), ("couple", -1.0, 9.0)])
+def test_weights_of_a_pair_have_one_window_and_are_off_each_by_itself(kind: str, side: float, bound: float) -> None:
+    """On a grid of the one number that both are; the left one, at a smaller radius, has the heavier weight."""
+    text = fan(bound).replace('radius = "150 mm"', 'radius = "100 mm"', 1)
+    window = vo.window(vo.from_text(f'{text}[pairs.both]\nplanes = ["left", "right"]\nkind = "{kind}"\n'))
+    assert [span.path for span in window.spans] == [
+        f"planes.{one}.{key}" for one in ("left", "right") for key in ("mass", "angle")
+    ]
+    y0, H = room(fan(bound))  # of a gram in each plane, at whichever radius its trial weight was
+    ratio = np.array([1.0, side * 100.0 / 150.0])
+    sizes, turns = np.linspace(0.0, 60.0, 1201), np.linspace(0.0, 2.0 * np.pi, 721)[:-1]
+    grid = sizes[:, None] * np.exp(1j * turns)
+    good = (np.abs(y0[:, None, None] + (H @ ratio)[:, None, None] * grid) <= 1.0).all(axis=0)
+    inside = np.flatnonzero(good.any(axis=1))
+    for name, part in zip(("left", "right"), np.abs(ratio), strict=True):
+        ((low, high),) = next(span for span in window.spans if span.path == f"planes.{name}.mass").intervals
+        ends = [1e3 * low.value, 1e3 * high.value]
+        assert ends == pytest.approx([part * sizes[inside[0]], part * sizes[inside[-1]]], abs=0.1)
+    mass, angle = (
+        [window.centre[f"planes.{one}.{key}"].value for one in ("left", "right")] for key in ("mass", "angle")
+    )
+    u = 1e3 * np.array(mass) * np.exp(-1j * np.array(angle))  # angles are counted against rotation
+    assert u[1] == pytest.approx(u[0] * ratio[1], rel=1e-9)
+    with np.errstate(divide="ignore"):
+        rows = (1.0 - np.abs(y0[:, None, None] + (H @ ratio)[:, None, None] * grid)) / (
+            (np.abs(H) @ np.abs(ratio))[:, None, None] * np.abs(grid)
+        )
+    assert borne(y0, H, 60.0, u) == pytest.approx(window.part, rel=1e-5)
+    best = np.minimum(np.minimum(rows.min(axis=0), 60.0 / np.maximum(np.abs(grid), 1e-9) - 1.0), 0.5).max()
+    assert best <= window.part * (1.0 + 1e-5)

@@ -19,6 +19,7 @@ from vibopt.balancing import KNOWN, ROTOR, is_rotor
 from vibopt.balancing.known.correct import AS_WRITTEN, correct, pose
 from vibopt.balancing.known.shaft_statics import rows_by_hand
 from vibopt.balancing.plane_options import decided_of
+from vibopt.balancing.question import tied
 from vibopt.balancing.rotor_question import row_limits
 from vibopt.balancing.solve_rotor import asked_of
 from vibopt.balancing.verification import shown_with
@@ -45,18 +46,30 @@ EACH = "Every value between them is permitted, with weights in the other planes 
 
 
 class _Plans:
-    """Permitted plans, over limits of one and weights of natural size."""
+    """Permitted plans, over limits of one and weights of natural size; of planes in pairs one number for both.
+
+    of_planes, spread
+        What each plane does to the limited rows, over their limits (n_rows, n_free), and its part of each number
+        (n_free, n).
+    off
+        What the planes of each number do if each is off by all of itself the worst way (n_rows, n).
+    """
 
     def __init__(self, question: Question, free: tuple[int, ...], decided: ComplexArray) -> None:
         rows, planes = np.isfinite(question.limits), list(free)
-        H = question.H[rows][:, planes] / question.limits[rows, None]
+        self.of_planes = question.H[rows][:, planes] / question.limits[rows, None]
+        spread = tied(question.n_planes, question.pairs)[planes]
+        self.spread = spread[:, np.any(spread != 0.0, axis=0)]
+        part, H = np.abs(self.spread), self.of_planes @ self.spread
         self.y0 = question.residual(decided)[rows] / question.limits[rows]
-        self.caps = question.caps[planes]
+        with np.errstate(divide="ignore"):
+            self.caps = (question.caps[planes, None] / part).min(axis=0)
         felt = np.abs(H).max(axis=0, initial=0.0)
         self.unit = np.where(np.isfinite(self.caps), self.caps, 1.0 / np.maximum(felt, 1e-300))
-        self.H, self.caps = H * self.unit, self.caps / self.unit
-        self.masses = question.densities[planes] * self.unit / (question.total_cap - question.masses(decided).sum())
-        self.n, known = len(planes), np.linalg.svd(H * self.unit, compute_uv=False)
+        self.H, self.off, self.caps = H * self.unit, np.abs(self.of_planes) @ part * self.unit, self.caps / self.unit
+        left = question.total_cap - question.masses(decided).sum()
+        self.masses = question.densities[planes] @ part * self.unit / left
+        self.n, known = len(self.unit), np.linalg.svd(H * self.unit, compute_uv=False)
         full = len(known) == self.n and known[-1] > 1e-9 * known[0]
         far = (2.0 * np.sqrt(len(self.y0)) + float(np.linalg.norm(self.y0))) / known[-1] if full else inf
         with np.errstate(divide="ignore"):
@@ -79,7 +92,7 @@ class _Plans:
         cones.moduli(self.H, self.y0, 0.0, (left,))
         capped = np.flatnonzero(np.isfinite(self.caps))
         caps = np.concatenate([np.eye(n)[capped] / self.caps[capped, None], self.masses[None]])
-        weights = np.concatenate([part * np.abs(self.H), (1.0 + part) * caps])
+        weights = np.concatenate([part * self.off, (1.0 + part) * caps])
         table = np.concatenate([weights, np.eye(len(weights), m), np.full((len(weights), 1), -1.0)], axis=1)
         if inside:  # the factor is one at most
             table = np.concatenate([table, np.eye(1, n + m + 1, n + m)])
@@ -98,7 +111,7 @@ class _Plans:
 
     def factor(self, x: ComplexArray, part: float) -> float:
         """By which all limits would have to be as wide for a plan of which each weight is off by a part of itself."""
-        left = np.abs(self.y0 + self.H @ x) + part * np.abs(self.H) @ np.abs(x)
+        left = np.abs(self.y0 + self.H @ x) + part * self.off @ np.abs(x)
         return float(max(left.max(initial=0.0), (1.0 + part) * self._capped(x)))
 
     def _capped(self, x: ComplexArray) -> float:
@@ -108,7 +121,7 @@ class _Plans:
     def half(self, x: ComplexArray) -> float:
         """By which part of itself each weight of a plan may be off."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            rows = (1.0 - np.abs(self.y0 + self.H @ x)) / (np.abs(self.H) @ np.abs(x))
+            rows = (1.0 - np.abs(self.y0 + self.H @ x)) / (self.off @ np.abs(x))
             caps = np.float64(1.0) / self._capped(x) - 1.0
         return float(np.clip(min(np.nanmin(rows, initial=inf), caps), 0.0, _MOST))
 
@@ -197,9 +210,10 @@ def weights_window(job: RotorJob | KnownJob) -> Window:
         raise no_design(job.name, known)
     asked = _of_rotor(job, plan) if is_rotor(job) else _of_shaft(job)
     plans = _Plans(asked.question, asked.free, asked.decided)
-    for k, reach in zip(asked.free, plans.reach, strict=True):
-        if not np.isfinite(reach):
-            name = job.planes[k].name
+    which = np.abs(plans.spread).argmax(axis=1)  # the number of each plane
+    for plane, k in zip(asked.free, which, strict=True):
+        if not np.isfinite(plans.reach[k]):
+            name = job.planes[plane].name
             raise InputError(
                 f"{job.name}: window is for weights that something bounds, and the {_LIMITED[job.kind]} do not tell "
                 f'what planes.{name} does from the others. Cap it: weight = {{ from = "0 g", to = "50 g" }}.'
@@ -208,11 +222,11 @@ def weights_window(job: RotorJob | KnownJob) -> Window:
     part *= 1.0 - _ROOM
     _put_back(job, asked, plans, x, part)
     spans, centre = [], {}
-    for k, plane in enumerate(asked.free):
-        for span, middle in _spans(job.planes[plane], asked.conventions, plans, k, complex(x[k])):
+    for plane, k, ratio in zip(asked.free, which, plans.spread[np.arange(len(which)), which], strict=True):
+        for span, middle in _spans(job.planes[plane], asked.conventions, plans, int(k), complex(ratio), complex(x[k])):
             spans.append(span)
             centre[span.path] = middle
-    own = asked.own[list(asked.free)] / plans.unit
+    own = np.linalg.pinv(plans.spread) @ asked.own[list(asked.free)] / plans.unit
     return Window(job, tuple(spans), centre, part, sure, asked.claim, plans.half(own), EACH)
 
 
@@ -222,7 +236,9 @@ _LIMITED = {ROTOR: "sensors", KNOWN: "limits"}
 def _of_rotor(job: RotorJob, plan: Answer[Any]) -> _Asked:
     of, _, idle, posed = asked_of(job)
     question, limits = posed.question, row_limits(of.job)
-    free = tuple(k for k, own in enumerate(job.planes) if own.is_open and k not in idle and question.caps[k] > 0.0)
+    open_ = {k for k, own in enumerate(job.planes) if own.is_open and k not in idle and question.caps[k] > 0.0}
+    alone = {k for pair in question.pairs for k in pair[:2] if not open_.issuperset(pair[:2])}
+    free = tuple(sorted(open_ - alone))
     removed = np.array([plane.remove for plane in job.planes])
     rows = np.flatnonzero(np.isfinite(limits))
 
@@ -256,9 +272,7 @@ def _check(job: RotorJob | KnownJob) -> None:
     listed = next((plane.name for plane in job.planes if plane.is_open and not plane.is_plain), "")
     what = f"planes.{listed} has holes, a list, sectors or a split" if listed else ""
     if is_rotor(job):
-        what = what or (
-            "planes are paired" if job.pairs else "a limit asks for a probability" if job.asks_shares else ""
-        )
+        what = what or ("a limit asks for a probability" if job.asks_shares else "")
         what = what if job.has_phase else "nothing is chosen by readings with their angles"
     what = what if job.choices else "nothing is chosen"
     if what:
@@ -268,14 +282,16 @@ def _check(job: RotorJob | KnownJob) -> None:
         )
 
 
-def _spans(own: Plane, conventions: Conventions, plans: _Plans, k: int, x: complex) -> list[tuple[Span, Entry]]:
-    """Of one weight its size and its angle, each with where the centre has it."""
-    unit = float(plans.unit[k])
+def _spans(
+    own: Plane, conventions: Conventions, plans: _Plans, k: int, ratio: complex, x: complex
+) -> list[tuple[Span, Entry]]:
+    """Of one weight, `ratio` times number k, its size and its angle, each with where the centre has it."""
+    unit, x = abs(ratio) * float(plans.unit[k]), x * ratio / abs(ratio)
     nearest, there = plans.least(0.0, near=k)
     sizes = [Entry(own.amount(size * unit), own.dimension, own.unit) for size in (max(nearest, 0.0), plans.farthest(k))]
     angle = conventions.weight_angle
-    turn = float(np.angle(there[k]))
-    middle = angle(-there[k] if own.remove else there[k])
+    turn, at = float(np.angle(there[k])), ratio * there[k]
+    middle = angle(-at if own.remove else at)
     ends = Entry(0.0, "angle", "deg"), Entry(tau, "angle", "deg")
     if nearest > _CLOSE * sizes[1].value / own.amount(unit):
         sides = [side * plans.turned(k, turn, side * conventions.weight_sense) for side in (-1.0, 1.0)]
@@ -290,10 +306,11 @@ def _spans(own: Plane, conventions: Conventions, plans: _Plans, k: int, x: compl
 
 def _put_back(job: RotorJob | KnownJob, asked: _Asked, plans: _Plans, x: ComplexArray, part: float) -> None:
     """Each row with every weight off the way that is worst for it, by another route."""
-    left, effect = plans.y0 + plans.H @ x, plans.H * x
+    weights = plans.spread @ (x * plans.unit)
+    left, effect = plans.y0 + plans.H @ x, plans.of_planes * weights
     turns = np.exp(1j * (np.angle(left)[:, None] - np.angle(effect)))
     u = np.tile(asked.decided, (len(left), 1))
-    u[:, list(asked.free)] = x * plans.unit * (1.0 + part * turns)
+    u[:, list(asked.free)] = weights * (1.0 + part * turns)
     shown = asked.shown(u).diagonal()
     said = (np.abs(left) + part * np.abs(effect).sum(axis=1))[: len(shown)]
     if not np.allclose(shown, said, rtol=1e-6, atol=1e-6):
