@@ -228,6 +228,13 @@ def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
             'there is no fact called engine.rodd. Did you mean "engine.rod"?',
         ),
         (
+            ("sweep", FILES["rotor"], "--vary", "conventions.detector=pp, rms"),
+            "there is no fact called conventions.detector. Known: scatter.amplitude, scatter.angle, "
+            "planes.left.radius, planes.left.weight.from, planes.left.weight.to, planes.right.radius, "
+            "planes.right.weight.from, planes.right.weight.to, runs.1.speed, runs.1.readings.a.amplitude, "
+            "runs.1.readings.a.angle and 25 more.",
+        ),
+        (
             ("sweep", FILES["engine"], "--vary", "engine.rod=1 kg..2 kg"),
             '--vary engine.rod="1 kg..2 kg" has the upper end "2 kg", which is a mass, but a length is needed here. '
             'Write a length, for example "20 mm".',

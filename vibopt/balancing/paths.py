@@ -61,7 +61,8 @@ def fact_in(document: Mapping[str, Any], path: str) -> FactAt:
             return fact_among(_leaf(steps[:count], here, above, _detector(document)) or facts_of(document), path)
         above, here = (here if isinstance(here, Mapping) else above), _below(here, step)
     is_leaf = here is not None and not isinstance(here, Mapping | list)
-    return fact_among(_walked(steps, here, above, _detector(document)) if is_leaf else facts_of(document), path)
+    found = tuple(_walked(steps, here, above, _detector(document))) if is_leaf else ()
+    return fact_among(found or facts_of(document), path)
 
 
 def _below(here: Any, step: str) -> Any:
