@@ -272,6 +272,11 @@ def test_a_fault_of_ours_is_one_sentence(run: Run, press: str, monkeypatch: pyte
     ("words", "text"),
     [
         (("slove", "x"), 'there is no verb "slove". Did you mean "solve"?'),
+        (("chart", "stabilty"), 'there is no chart "stabilty". Did you mean "stability"?'),
+        (
+            ("chart", "nothing"),
+            'there is no chart "nothing". Known: cost, fidelity, profiles, speed-accuracy, stability.',
+        ),
         (("solve", "x.toml", "--jsno"), "--json"),
         (("solve",), "Missing argument 'FILE'"),
         (("sweep", "x.toml"), "Missing option '--vary'"),

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from vibopt.cli.options import Once, as_json, force, limited, read_scene
+from vibopt.cli.options import Named, Once, as_json, force, limited, read_scene
 from vibopt.cli.output import note_kept, say, say_json, show
 from vibopt.errors import InputError, counted
 from vibopt.files.reading import shown_name
@@ -57,7 +57,7 @@ def _options(verb: Callable[..., int]) -> Callable[..., int]:
     return verb
 
 
-@click.group()
+@click.group(cls=Named)
 def chart() -> None:
     """Chart methods against each other: speed and accuracy, stability, profiles, cost, fidelity of the model."""
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from vibopt.cli.options import Named
 from vibopt.cli.output import (
     UnwritableError,
     check_open,
@@ -24,7 +25,7 @@ from vibopt.cli.output import (
     note_kept,
     say_json,
 )
-from vibopt.errors import InputError, VibOptError, way_out
+from vibopt.errors import InputError, VibOptError
 from vibopt.files.reading import forget
 
 if TYPE_CHECKING:
@@ -64,8 +65,10 @@ _BUILT_IN = ("help",)
 """Verbs whose functions would hide one of Python."""
 
 
-class Verbs(click.Group):
+class Verbs(Named):
     """Loads the file of a verb when the verb is called; the help needs none of them."""
+
+    noun = "verb"
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(VERBS)
@@ -76,13 +79,6 @@ class Verbs(click.Group):
         home = import_module(f"vibopt.cli.{VERBS[cmd_name][0]}_command")
         command: click.Command = getattr(home, f"{cmd_name}_" if cmd_name in _BUILT_IN else cmd_name)
         return command
-
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
-        if args[0] not in VERBS and not args[0].startswith("-") and not ctx.resilient_parsing:
-            ctx.fail(f'there is no verb "{args[0]}".{way_out(args[0], VERBS)}')
-        return super().resolve_command(ctx, args)
 
     def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
         """Verbs with their lines of help, without loading any; options behind a dash."""

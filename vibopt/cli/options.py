@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from vibopt.cli import completing
-from vibopt.errors import InputError
+from vibopt.errors import InputError, way_out
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -27,6 +27,20 @@ class Once(click.Command):
             if isinstance(one, click.Option) and not (one.multiple or one.is_flag) and order.count(one) > 1:
                 raise click.UsageError(f"{one.opts[-1]} is given twice. Give it once.", ctx)
         return super().parse_args(ctx, args)
+
+
+class Named(click.Group):
+    """Commands of a group, of which one that is not there is answered with near ones."""
+
+    noun = "chart"
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        known = self.list_commands(ctx)
+        if args[0] not in known and not args[0].startswith("-") and not ctx.resilient_parsing:
+            ctx.fail(f'there is no {self.noun} "{args[0]}".{way_out(args[0], known)}')
+        return super().resolve_command(ctx, args)
 
 
 file = click.argument("file", metavar="FILE", shell_complete=completing.problem_files)
@@ -148,7 +162,6 @@ def with_scenario(file: str, name: str | None, given: tuple[str, ...]) -> tuple[
     """The changes of a scenario of the file, then those of --set, which win; InputError where it has no such one."""
     if name is None:
         return given
-    from vibopt.errors import way_out
     from vibopt.jobs import scenarios_of
 
     job = read_job(file)
