@@ -230,6 +230,28 @@ def test_what_reads_one_machine_under_one_load_is_found_together_as_one_by_one(s
         assert np.abs(slope - whole_slope).max() < 1e-9 * np.abs(whole_slope).max()
 
 
+@pytest.mark.parametrize("series", [False, True], ids=["parallel", "series"])
+@pytest.mark.parametrize("read", ["point", "absorber", "stroke"])
+def test_slopes_are_found_of_what_is_picked_alone(series: bool, read: str) -> None:
+    at = _hosts()["damped"]
+    model = _carrying(at, series=series)
+    outputs = {"point": at_point(model, "b", 2), "absorber": at_point(model, "one", 1)}
+    outputs["stroke"] = across_link(model, "spring two")
+    line = Line(1.0, model.points["a"].astype(complex), FLAT)
+    speeds = np.linspace(0.1, 5.9, 20) * FIRST
+    goal, limit = (Attached.of(model, output, line, speeds) for output in (outputs["point"], outputs[read]))
+    x = _design(at)
+    high = float(np.median(np.abs(limit.response(x))))
+    whole, picked = slopes_of([goal, limit], x, [None, lambda value: np.abs(value) > high])
+    assert whole[1].shape == (20, len(x))
+    value, slope = line_slope(model, outputs[read], line, x, speeds)
+    assert np.abs(picked[0] - value).max() < 1e-9 * np.abs(value).max()
+    some = slope[np.abs(value) > high]
+    assert picked[1].shape == some.shape == (10, len(x))
+    assert np.abs(picked[1] - some).max() < 1e-9 * np.abs(slope).max()
+    assert slopes_of([limit], x, [lambda value: np.zeros(len(value), dtype=bool)])[0][1].shape == (0, len(x))
+
+
 def test_what_stands_under_another_load_is_found_apart() -> None:
     model = _carrying(_hosts()["damped"])
     lines = [Line(1.0, model.points[on].astype(complex), FLAT) for on in ("a", "b")]

@@ -13,7 +13,7 @@ from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.measured_pieces import Exact
 from vibopt.solve.ranges import closed, log_box
-from vibopt.solve.screen import promising
+from vibopt.solve.screen import promising, tuned
 from vibopt.solve.solve import solve
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget
@@ -86,6 +86,55 @@ def test_every_start_that_promises_leads_to_the_same_design(count: int) -> None:
         assert not exact.budget.over
         goals.append(end.goal)
     assert np.ptp(goals) <= 1e-9
+
+
+def test_steps_do_not_go_on_away_from_limits_that_cost_more_than_they_weigh() -> None:
+    """Strokes that hold back a goal far more than what limits weigh to begin with: that is noticed on the way."""
+    mass = {"from": "0.0777 kg", "to": "38.85 kg"}
+    strokes = (("b1", 2.59e-5), ("b0", 2.35e-4), ("b1", 6.33e-4))
+    document = {
+        "bodies": {"b0": {"mass": "119.661 kg"}, "b1": {"mass": "451.632 kg"}},
+        "links": {
+            "l0": {"between": ["b0", "ground"], "stiffness": "5.6857 MN/m", "damping": "1565 N s/m"},
+            "l1": {"between": ["b1", "b0"], "stiffness": "15.042 MN/m", "damping": "1648.4 N s/m"},
+        },
+        "absorbers": {
+            f"d{i}": {"on": on, "mass": mass, "stiffness": {"from": "3 kN/m", "to": "27 MN/m"},
+                      "damping": {"from": "0.35 N s/m", "to": "40 kN s/m"}}
+            for i, (on, _) in enumerate(strokes)
+        },
+        "excitations": {"f": {"kind": "force", "on": "b1", "amplitude": "230 N", "speed": "7.104..99.29 Hz"}},
+        "limits": {
+            **{f"s{i}": {"response": "relative_displacement", "across": f"d{i}", "at_most": f"{most} m"}
+               for i, (_, most) in enumerate(strokes)},
+            "total": {"response": "absorber_mass", "at_most": "38.85 kg"},
+        },
+        "goal": {"minimise": "displacement", "of": "b0"},
+    }  # fmt: skip
+    program = closed(pose(from_dict(document)))
+    low, high = log_box(program)
+    exact = Exact(program, low, high, Budget(200, "exact measurements"))
+    end = Sqp(exact).run(np.clip(tuned(program, 1)[0], low, high))
+    assert end.missed <= 1e-9
+    assert exact.budget.spent < 60
+
+
+@pytest.mark.parametrize("given_too", [(), (1e3, 1e6)], ids=["host", "and what stands beside it"])
+def test_a_limit_on_the_mass_of_the_whole_machine_is_that_on_what_is_chosen_of_it(given_too: tuple[float, ...]) -> None:
+    """However much of it is given: the same steps lead to the same design."""
+    chosen = scene([None, None], total=5.0)
+    found = [] if given_too else [solve(from_dict(chosen))]
+    for mass in given_too or (0.0,):
+        whole = {"response": "total_mass", "at_most": f"{105.0 + mass!r} kg"}
+        bodies = {**chosen["bodies"], **({"beside": {"mass": f"{mass} kg"}} if mass else {})}
+        found.append(solve(from_dict({**chosen, "bodies": bodies, "limits": {"total": whole}})))
+    one, other = found
+    assert one.goal is not None
+    assert other.goal is not None
+    assert one.status == other.status
+    assert one.goal[1].value == pytest.approx(other.goal[1].value, rel=1e-9)
+    assert one.details["starts"] == other.details["starts"]
+    assert one.details["exact measurements"] == pytest.approx(other.details["exact measurements"], rel=0.05)
 
 
 @few

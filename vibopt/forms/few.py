@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.combine import Extreme
 from vibopt.mechanics.harmonic import mount_count
 from vibopt.mechanics.model import DAMPING, STIFFNESS, Model
-from vibopt.mechanics.receptance import Attached, slopes_of
+from vibopt.mechanics.receptance import Attached, Wanted, slopes_of
 from vibopt.mechanics.small import MOST, Moebius, Peak, Ratio, ratio_of
 from vibopt.signals import Band, Drive
 
@@ -24,6 +24,8 @@ _MANY, _SOME, _FINE = 160, (60, 480), 0.0067
 """Speeds of a band at which designs are looked at; at which they are followed, at least and at most, and their distance
 in logs: between speeds too far from each other hide sharp peaks."""
 _LOWEST = 0.003
+Picked = Callable[[FloatArray], BoolArray]
+"""Which of some logs of values are looked at more closely, in their shape."""
 
 
 def few_peaks(model: Model, form: Modulus, drive: Drive, x: FloatArray, within: float) -> list[Peak] | None:
@@ -95,27 +97,39 @@ def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None
     return np.asarray(np.nan_to_num(found.reshape(len(x), -1).max(axis=1) / counts, nan=np.inf))
 
 
-def along(asked: Sequence[tuple[Model, Modulus]], x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+def along(asked: Sequence[tuple[Model, Modulus, Picked | None]], x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Of each form on its model logs of the values at speeds spread over the bands, and their slopes in log x.
 
-    At designs x (n, n_vars), (n, n_speeds) and (n, n_speeds, n_vars).  What reads one machine under one load is found
-    together.
+    At designs x (n, n_vars), (n, n_speeds) and (n_slopes, n_vars): the slopes of the values alone that are picked by
+    their logs, design by design, and of all where it is None.  What reads one machine under one load is found together.
     """
-    hosted = [_hosted(model, form, fine=True) for model, form in asked]
+    hosted = [_hosted(model, form, fine=True) for model, form, _ in asked]
     alike: dict[Any, list[int]] = {}
-    for place, ((model, _), one) in enumerate(zip(asked, hosted, strict=True)):
+    for place, ((model, *_), one) in enumerate(zip(asked, hosted, strict=True)):
         alike.setdefault((id(model), one.alike), []).append(place)
     found: dict[int, tuple[FloatArray, FloatArray]] = {}
     for places in alike.values():
-        batches = zip(*(hosted[place].at_once(x) for place in places), strict=True)
-        rows = [slopes_of([one for one, _ in batch], batch[0][1]) for batch in batches]
-        for place, batch in zip(places, zip(*rows, strict=True), strict=True):
-            both = zip(*batch, strict=True)
-            value, slope = (np.concatenate(each).reshape(len(x), -1, *each[0].shape[1:]) for each in both)
-            model, form = asked[place]
-            counts = np.array([mount_count(model, form.output, one) for one in x])
-            found[place] = np.log(np.abs(value) / counts[:, None]), np.asarray((slope / value[..., None]).real)
+        rows = []
+        for batch in zip(*(hosted[place].at_once(x) for place in places), strict=True):
+            some = batch[0][1]
+            rows.append(slopes_of([one for one, _ in batch], some, [_wanted(*asked[place], some) for place in places]))
+        for place, batches in zip(places, zip(*rows, strict=True), strict=True):
+            value, slope = (np.concatenate(each) for each in zip(*batches, strict=True))
+            logs = _logs(*asked[place][:2], x, value)
+            pick = asked[place][2]
+            value = value if pick is None else value[pick(logs).ravel()]
+            found[place] = logs, np.asarray((slope / value[:, None]).real)
     return [found[place] for place in range(len(asked))]
+
+
+def _wanted(model: Model, form: Modulus, pick: Picked | None, x: FloatArray) -> Wanted | None:
+    return None if pick is None else lambda value: pick(_logs(model, form, x, value)).ravel()
+
+
+def _logs(model: Model, form: Modulus, x: FloatArray, response: ComplexArray) -> FloatArray:
+    """Logs (n, n_speeds) of the values at designs x (n, n_vars), of the response of each at all speeds, one by one."""
+    counts = np.array([mount_count(model, form.output, one) for one in x])
+    return np.asarray(np.log(np.abs(response).reshape(len(x), -1) / counts[:, None]))
 
 
 def is_hosted(model: Model, form: Modulus) -> bool:

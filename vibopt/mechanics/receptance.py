@@ -8,12 +8,12 @@ again with the devices keeps everything finite where a frequency is an undamped 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import field, replace
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.mechanics.model import INERTIA, STIFFNESS, Model, factors
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Line, Output
@@ -22,6 +22,9 @@ _SAME = 1e-13
 _CHUNK = 16_000_000
 _AT_ONCE, _TOGETHER = 16, 100_000
 """Designs that are solved for at once, and receptances beyond which they are fewer."""
+Wanted = Callable[[ComplexArray], BoolArray]
+"""Of which of some responses (n,) slopes are wanted, (n,)."""
+Forces = tuple[ComplexArray, ComplexArray]
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,7 +151,7 @@ class Attached:
         """
         kappa = self._spread @ self._terms(x)
         moved = self._solve(kappa)
-        return self._read(kappa, moved[0], self._extension(moved)[0])
+        return self._read(self._forces(kappa, moved[0], self._extension(moved)[0]), moved[0])
 
     def slopes(self, x: FloatArray) -> tuple[ComplexArray, ComplexArray]:
         """Response (n,) and its slope in log x, shape (n, n_vars), at design x (n_vars,), or designs as above."""
@@ -259,31 +262,67 @@ class Attached:
             found[0] += self.offsets[:, None]
         return found
 
-    def _read(self, kappa: ComplexArray, moved: ComplexArray, extension: ComplexArray) -> ComplexArray:
+    def _at(self, some: IntArray) -> Attached:
+        """At some of its frequencies, (n_some,)."""
+        host = self.host
+        table, loaded, read = (one[..., some] for one in (host.receptance, host.loaded, host.read))
+        part = Host(table, loaded, read, host.direct[some], host.dash)
+        return replace(self, host=part, omega=self.omega[some], scale=self.scale[some])
+
+    def _own_slopes(self, terms: ComplexArray, kappa: ComplexArray) -> ComplexArray:
+        """Slopes in log x by terms (t, n) and the groups that they are in (g, n), shape (n, n_vars)."""
+        if not len(self.omega):
+            return np.zeros((0, self.exponents.shape[1]), dtype=complex)
+        return self._slopes(terms, *self._extension(self._solve(kappa, [self])))
+
+    def _slopes(self, terms: ComplexArray, extension: ComplexArray, back: ComplexArray) -> ComplexArray:
+        """The same by the extensions under the load and under the reading, each (g, n)."""
+        through = extension * (self.signs[:, None] - back) * self.scale
+        slope: ComplexArray = (terms * through[self.groups]).T @ self.exponents
+        return slope
+
+    def _forces(self, kappa: ComplexArray, moved: ComplexArray, extension: ComplexArray) -> Forces:
+        """Of groups (g, n), and what they and the dampers that are not there push the rows of the host with (p, n)."""
         p = self.n_rows
         force = kappa * extension
         pushed = self._vectors[:, :p].T @ force
         if self.host.dash:
             pushed -= self._lift * moved[:p]
+        return force, pushed
+
+    def _read(self, forces: Forces, moved: ComplexArray) -> ComplexArray:
+        force, pushed = forces
         value = self.host.direct - (self.host.read * pushed).sum(axis=0)
-        if not self._quiet:
-            value = value + self.signs @ force + self.inner_row @ moved[p:]
+        if self.signs.any():
+            value = value + self.signs @ force
+        if self.inner_row.any():
+            value = value + self.inner_row @ moved[self.n_rows :]
         result: ComplexArray = value * self.scale
         return result
 
 
-def slopes_of(alike: Sequence[Attached], x: FloatArray) -> list[tuple[ComplexArray, ComplexArray]]:
-    """`Attached.slopes` of several that read one machine under one load, which is solved for once."""
-    first = alike[0]
+def slopes_of(
+    alike: Sequence[Attached], x: FloatArray, wanted: Sequence[Wanted | None] = ()
+) -> list[tuple[ComplexArray, ComplexArray]]:
+    """`Attached.slopes` of several that read one machine under one load, which is solved for once.
+
+    Slopes are (n_wanted, n_vars): those of the responses alone that `wanted` picks of each, of all where it is None.
+    """
+    first, picked = alike[0], wanted or [None] * len(alike)
     terms = first._terms(x)
     kappa = first._spread @ terms
-    moved = first._solve(kappa, alike)
-    extension = first._extension(moved)
-    found = []
-    for one, back in zip(alike, extension[1:], strict=True):
-        through = extension[0] * (one.signs[:, None] - back) * one.scale
-        slope: ComplexArray = (terms * through[one.groups]).T @ one.exponents
-        found.append((one._read(kappa, moved[0], extension[0]), slope))
+    moved = first._solve(kappa, [one for one, pick in zip(alike, picked, strict=True) if pick is None])
+    extension, *back = first._extension(moved)
+    forces = first._forces(kappa, moved[0], extension)
+    found, backs = [], iter(back)
+    for one, pick in zip(alike, picked, strict=True):
+        value = one._read(forces, moved[0])
+        if pick is None:
+            slope = one._slopes(terms, extension, next(backs))
+        else:
+            some = np.flatnonzero(pick(value))
+            slope = one._at(some)._own_slopes(terms[:, some], kappa[:, some])
+        found.append((value, slope))
     return found
 
 

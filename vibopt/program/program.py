@@ -92,6 +92,22 @@ class Limit(Asked):
             return "outside"
         return {"at_most": "at_least", "at_least": "at_most"}[self.side] if self.complement else self.side
 
+    def of_what_varies(self) -> Limit:
+        """The same limit on a sum of powers without the part that no variable changes: both sides have that less.
+
+        A log of the whole, of which a heavy machine is nearly all, hardly moves with what is chosen.
+        """
+        powers = self.form.powers
+        if powers is None or self.side == "outside":
+            return self
+        varied = powers.exponents.any(axis=1)
+        bound = self.bound - float(powers.scale[~varied].sum())
+        if varied.all() or not varied.any() or not 0.0 < bound < np.inf:
+            return self
+        return replace(
+            self, form=replace(powers, scale=powers.scale[varied], exponents=powers.exponents[varied]), bound=bound
+        )
+
     def missed(self, value: float) -> float:
         """How far a value misses the bound, as a part of it; below zero where it is kept."""
         size = abs(self.bound) or 1.0
@@ -239,6 +255,10 @@ class Program:
             least, most = powers.extent(low[None], high[None])
         floor = least[0] if self.aim.sense > 0.0 else -most[0]
         return bool(np.isfinite(floor) and goal - floor <= _ROUNDING * abs(floor))
+
+    def of_what_varies(self) -> Program:
+        """The same question, each limit of it without what no variable changes."""
+        return replace(self, limits=tuple(limit.of_what_varies() for limit in self.limits))
 
     def aiming(self, aim: Aim | None) -> Program:
         return replace(self, aim=aim)

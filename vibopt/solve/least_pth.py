@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, FloatArray
-from vibopt.forms.few import along
+from vibopt.arrays import FloatArray
+from vibopt.forms.few import Picked, along
 from vibopt.program.program import Aim, Limit
 from vibopt.work import worked
 
@@ -24,8 +24,9 @@ _APART = 0.03
 """Distance of designs that are kept, in parts of the range of logs."""
 _WORK = 1e-4
 """Work of one slope of one value at one design [nominal ms]."""
-Rows = tuple[FloatArray, FloatArray, BoolArray]
-"""Of n designs the logs of all that is to be little (n, m), its slopes (n, m, n_vars), and what are limits (m,)."""
+Rows = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+"""Of n designs the logs of the goal (n, m) and their slopes (n, m, n_vars); the greatest log that a limit is missed by,
+the sum of the squares of all of them (n,), half its slope (n, n_vars) and nearly half its bend (n, n_vars, n_vars)."""
 
 
 def least_pth(
@@ -53,8 +54,7 @@ def _followed(
     y = y.copy()
     rows, damping = _rows(parts, y), np.full(len(y), _BEGUN)
     for _ in range(rounds):
-        residuals, slopes = _residuals(rows, power)
-        slope, bend = (slopes * residuals[:, :, None]).sum(axis=1), np.swapaxes(slopes, 1, 2) @ slopes
+        slope, bend = _steepness(rows, power)
         free = ~(((y <= low) & (slope > 0.0)) | ((y >= high) & (slope < 0.0)))
         bend *= free[:, :, None] & free[:, None]
         size = np.einsum("nii->ni", bend)
@@ -65,55 +65,81 @@ def _followed(
         found = _rows(parts, there)
         better = _norm(found, power) < _norm(rows, power)
         y[better] = there[better]
-        for old, new in zip(rows[:2], found[:2], strict=True):
+        for old, new in zip(rows, found, strict=True):
             old[better] = new[better]
         damping = np.clip(damping * np.where(better, 0.3, 4.0), 1e-5, 1e4)
-    value, _, limits = rows
-    return y, value[:, ~limits].max(axis=1) + _WEIGHT * np.maximum(value[:, limits], 0.0).max(axis=1, initial=0.0)
+    return y, rows[0].max(axis=1) + _WEIGHT * rows[2]
 
 
 def _norm(rows: Rows, power: float) -> FloatArray:
     """Log of the mean of powers, and squares of what limits are missed by, (n,)."""
-    goal, missed = rows[0][:, ~rows[2]], np.maximum(rows[0][:, rows[2]], 0.0)
+    goal, _, _, squares, _, _ = rows
     top = goal.max(axis=1)
     mean = np.log(np.exp(2.0 * power * (goal - top[:, None])).sum(axis=1)) / (2.0 * power)
-    return np.asarray(top + mean + 0.5 * _WEIGHT**2 * (missed**2).sum(axis=1))
+    return np.asarray(top + mean + 0.5 * _WEIGHT**2 * squares)
 
 
-def _residuals(rows: Rows, power: float) -> tuple[FloatArray, FloatArray]:
-    """Residuals (n, m) and slopes (n, m, n_vars), whose products are the slope of the norm and nearly its bend."""
-    value, slope, limits = rows
-    parts = np.exp(power * np.where(limits, -np.inf, value - value[:, ~limits].max(axis=1, keepdims=True)))
+def _steepness(rows: Rows, power: float) -> tuple[FloatArray, FloatArray]:
+    """Slope of the norm (n, n_vars), and nearly its bend (n, n_vars, n_vars)."""
+    goal, slopes, _, _, pull, bend = rows
+    parts = np.exp(power * (goal - goal.max(axis=1, keepdims=True)))
     parts *= np.sqrt(2.0 * power / (parts**2).sum(axis=1, keepdims=True))
-    missed = np.maximum(value, 0.0)
-    residuals = np.where(limits, _WEIGHT * missed, parts / (2.0 * power))
-    return residuals, np.where(limits, _WEIGHT * (missed > 0.0), parts)[:, :, None] * slope
+    lifted = parts[:, :, None] * slopes
+    slope = (np.swapaxes(lifted, 1, 2) @ parts[:, :, None])[..., 0] / (2.0 * power)
+    return slope + _WEIGHT**2 * pull, np.swapaxes(lifted, 1, 2) @ lifted + _WEIGHT**2 * bend
 
 
 def _rows(parts: list[Limit | Aim], y: FloatArray) -> Rows:
+    n, n_vars = y.shape
+    values, slopes = list[FloatArray](), list[FloatArray]()
+    missed = np.zeros(n), np.zeros(n), np.zeros((n, n_vars)), np.zeros((n, n_vars, n_vars))
     with np.errstate(all="ignore"):
-        values, slopes, limits = zip(*_asked(parts, y), strict=True)
-    worked(_WORK * sum(slope.size for slope in slopes))
-    return (
-        np.nan_to_num(np.concatenate(values, axis=1), nan=1e3, posinf=1e3, neginf=-1e3),
-        np.nan_to_num(np.concatenate(slopes, axis=1), posinf=0.0, neginf=0.0),
-        np.concatenate(limits),
-    )
+        for each, (value, slope) in zip(map(_Height, parts), _asked(parts, y), strict=True):
+            above, slope = each.of(value), np.nan_to_num(each.sense * slope, posinf=0.0, neginf=0.0)
+            worked(_WORK * above.size * n_vars)
+            if each.missed is None:
+                values.append(above)
+                slopes.append(slope.reshape(*above.shape, n_vars))
+            else:
+                _add_missed(missed, above, slope)
+    return np.concatenate(values, axis=1), np.concatenate(slopes, axis=1), *missed
 
 
-def _asked(parts: list[Limit | Aim], y: FloatArray) -> Iterator[Rows]:
-    swung = [(part.model, part.form.harmonic) for part in parts if part.form.powers is None]
-    over_speeds = iter(along([(model, form) for model, form in swung if form is not None], np.exp(y)))
+def _add_missed(sums: tuple[FloatArray, ...], above: FloatArray, slopes: FloatArray) -> None:
+    """Add what a limit is missed by: of logs (n, m) those above zero, with their slopes (n_missed, n_vars)."""
+    worst, squares, pull, bend = sums
+    np.maximum(worst, above.max(axis=1), out=worst)
+    missed = above > 0.0
+    ends, off = [0, *missed.sum(axis=1).cumsum().tolist()], above[missed]
+    for i in np.flatnonzero(missed.any(axis=1)).tolist():
+        own = slice(ends[i], ends[i + 1])
+        squares[i] += off[own] @ off[own]
+        pull[i] += off[own] @ slopes[own]
+        bend[i] += slopes[own].T @ slopes[own]
+
+
+def _asked(parts: list[Limit | Aim], y: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    """Logs (n, m) of the values of each, and slopes (n_slopes, n_vars): of a goal all, of a limit what is missed."""
+    swung = [(part.model, part.form.harmonic, _Height(part).missed) for part in parts if part.form.powers is None]
+    over_speeds = iter(along([(model, form, missed) for model, form, missed in swung if form is not None], np.exp(y)))
     for part in parts:
-        powers = part.form.powers
-        if powers is not None:
+        powers, missed = part.form.powers, _Height(part).missed
+        if powers is None:
+            yield next(over_speeds)
+        else:
             terms = powers.scale * np.exp(y @ powers.exponents.T)
             value = terms.sum(axis=1, keepdims=True)
-            value, slope = np.log(value), (terms @ powers.exponents / value)[:, None]
-        else:
-            value, slope = next(over_speeds)
-        if isinstance(part, Limit):
-            sense, value = 1.0 if part.side == "at_most" else -1.0, value - np.log(max(part.bound, 1e-300))
-        else:
-            sense = part.sense
-        yield sense * value, sense * slope, np.full(value.shape[1], isinstance(part, Limit))
+            logs, slope = np.log(value), terms @ powers.exponents / value
+            yield logs, slope if missed is None else slope[missed(logs)[:, 0]]
+
+
+class _Height:
+    """How far logs of values are above what they may be: of a goal above one."""
+
+    def __init__(self, part: Limit | Aim) -> None:
+        self.bound = np.log(max(part.bound, 1e-300)) if isinstance(part, Limit) else 0.0
+        self.sense = part.sense if isinstance(part, Aim) else 1.0 if part.side == "at_most" else -1.0
+        self.missed: Picked | None = (lambda logs: self.of(logs) > 0.0) if isinstance(part, Limit) else None
+
+    def of(self, logs: FloatArray) -> FloatArray:
+        return np.nan_to_num(self.sense * (logs - self.bound), nan=1e3, posinf=1e3, neginf=-1e3)

@@ -97,7 +97,7 @@ class Nlp:
 
     def solve(self, program: Program, progress: Progress | None = None) -> Found:
         """Best of the local optima reached from all starts."""
-        return _Run(program, self, progress).answer()
+        return _Run(program.of_what_varies(), self, progress).answer()
 
 
 def told(starts: int, agreed: int, outside: int, left: int) -> str:

@@ -32,6 +32,8 @@ _ALONG = 1e-3
 """Log distance up to which a step runs along a limit."""
 _LIGHT = 4.0
 """Weight of what limits are missed by to begin with: steps may leave limits a little on their way, and go further."""
+_ALL, _DEAR = 0.999, 8
+"""Part of the light weight at which limits cost all of it, and rounds of that after which they cost more."""
 _PRICED = 1e-6
 """Part of the greatest price below which a limit has none."""
 _LAGS, _AHEAD = 10, 4.0
@@ -104,6 +106,7 @@ class Sqp:
         bend = _convex(_first_bend(here))
         missed: list[float] = []
         merits: list[float] = []
+        dear = 0
         for _ in range(self.rounds):
             merits.append(_merit(here, weight))
             missed.append(here.missed if weight > _LIGHT else merits[-1])
@@ -117,7 +120,8 @@ class Sqp:
                 bend = _convex_along(self._bend(here, multipliers), here, multipliers, self.exact)
                 step, promised, _ = _quadratic(here, bend, radius, weight, self.exact)
             size = float(np.abs(step).max(initial=0.0))
-            if size < 1e-10 or promised <= 1e-13:
+            dear = dear + 1 if here.goals and multipliers[len(here.goals) :].sum() > _ALL * weight else 0
+            if size < 1e-10 or promised <= 1e-13 or (weight == _LIGHT and dear >= _DEAR):
                 break
             if moved and size < near and here.bends_known:
                 near = 0.5 * size

@@ -23,6 +23,8 @@ TARGET = 1e-10
 CHECKS = 11
 _GRID = 400
 _MOST, _WIDEST = 60, 240
+_FEW, _AT_ONCE, _APART = 16, 6, 8
+"""Frequencies after which modes are counted, those used at once among many modes, and points of the grid between."""
 _SAME, _LEFT = 1e-11, 1e-8
 """Parts: of a motion below which it is nothing new, and between two projections up to which many modes are carried."""
 _ABOVE = 1.2
@@ -167,15 +169,16 @@ def reduced_host(matrices: Matrices, points: dict[str, int], top: float, *, mode
     crowded = False
     while True:
         differ = _differ(value, before, grid, used)
-        omega, off = float(grid[int(differ.argmax())]), float(differ.max())
+        off = float(differ.max())
         if off <= 0.1 * TARGET:
             break
-        if len(used) >= _MOST:  # beside fewer modes than that rounding alone is left
-            crowded = crowded or negative_count(matrices.dynamic(top**2, 0.0)) > _MOST
-            if not crowded or basis.count >= _WIDEST:
-                break
-        used.append(omega)
-        basis.add(solve(matrices, loads, omega).motion)
+        if len(used) == _FEW:
+            crowded = negative_count(matrices.dynamic(top**2, 0.0)) > _MOST
+        if len(used) >= _MOST and (not crowded or basis.count >= _WIDEST):
+            break  # beside fewer modes than that rounding alone is left
+        for omega in _worst(differ, grid, _AT_ONCE if crowded else 1):
+            used.append(omega)
+            basis.add(solve(matrices, loads, omega).motion)
         now, before = basis.coordinates(names), value
         value = now.receptances(grid)
     found = _checked(matrices, basis, names, loads, top, used)
@@ -241,6 +244,18 @@ def _differ(now: ComplexArray, before: ComplexArray, grid: FloatArray, used: lis
     step = 0.6 * (grid[1] - grid[0])
     taken = (np.abs(grid[:, None] - np.array(used)) < step).any(axis=1)
     return np.where(taken, 0.0, differ)
+
+
+def _worst(differ: FloatArray, grid: FloatArray, count: int) -> list[float]:
+    """Frequencies at which two projections differ most, apart from each other."""
+    left, found = differ.copy(), list[float]()
+    for _ in range(count):
+        place = int(left.argmax())
+        if found and left[place] <= 0.1 * TARGET:
+            break
+        found.append(float(grid[place]))
+        left[max(place - _APART, 0) : place + _APART + 1] = 0.0
+    return found
 
 
 def _checked(
