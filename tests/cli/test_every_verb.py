@@ -220,6 +220,11 @@ def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
             "out, or leave --keep-design out.",
         ),
         (
+            ("whatif", FILES["rotor"], "--set", "planes.left.keep=true", "--keep-design"),
+            "planes.left.keep says from what a design is chosen, and with --keep-design none is. Leave this change "
+            "out, or leave --keep-design out.",
+        ),
+        (
             ("sweep", FILES["rotor"], "--vary", "runs.4.readings.a=1 mil..2 mil"),
             "runs.4.readings.a holds 2 numbers. Name one: runs.4.readings.a.amplitude or runs.4.readings.a.angle.",
         ),

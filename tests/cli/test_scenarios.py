@@ -127,10 +127,19 @@ def test_one_for_all_on_the_command_line(run: Run, press: Path) -> None:
     assert "optimal: stiffness is " in done.out
     assert " in the worst of all scenarios" in done.out
     assert "overload" in done.out
-    words = run("solve", str(press), "--all-scenarios", "--round", "3").err
-    assert words == (
-        "--all-scenarios goes with --set, --json and --require-proof alone. Leave the other options out.\n"
-    )
+    for option in ("--round=3", "--no-prices", "--force"):
+        assert run("solve", str(press), "--all-scenarios", option).err == (
+            "--all-scenarios goes with --set, --time-limit, --json and --require-proof alone. Leave the other options "
+            "out.\n"
+        )
+
+
+def test_a_time_limit_ends_the_search_for_one_design_and_is_told(run: Run, file: Callable[[str], str]) -> None:
+    text = (ROOT / "mounts" / "generator_set.toml").read_text(encoding="utf-8").partition("[[expected]]")[0]
+    name = file(f'{text}[scenarios.heavy]\n"bodies.genset.mass" = "1900 kg"\n')
+    ended = run("solve", name, "--all-scenarios", "--time-limit", "1e-9", "--json").data
+    assert (ended["status"], ended["proven"]) == ("feasible", False)
+    assert "the time limit of 1e-09 s ended the search after" in ended["claim"]
 
 
 @pytest.mark.parametrize("file", ["isolation/rao_9_34.toml", "balancing/engine_share_capped.toml"])

@@ -91,7 +91,9 @@ def solve(
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
     if all_scenarios:
-        others = (scenario, method, fidelity == "full", save, save_coefficients, fewest_planes, *rounding)
+        others = (
+            scenario, method, fidelity == "full", save, save_coefficients, fewest_planes, no_prices, force, *rounding,
+        )  # fmt: skip
         return _for_all(read_job(file, changes), any(others), as_json=as_json, require_proof=require_proof)
     from vibopt.jobs import is_scene
 
@@ -167,7 +169,7 @@ def _for_all(job: Job, others: bool, *, as_json: bool, require_proof: bool) -> i
     from vibopt.study.scenarios import one_for_all
 
     if others:
-        alone = "--all-scenarios goes with --set, --json and --require-proof alone."
+        alone = "--all-scenarios goes with --set, --time-limit, --json and --require-proof alone."
         raise InputError(f"{alone} Leave the other options out.")
     with Bar() as bar:
         found = one_for_all(job, progress=bar)

@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from vibopt.answer.answer import OPEN
 from vibopt.answer.clashes import Conflict
 from vibopt.answer.entry import Entry
 from vibopt.answer.tabular import Tabular
@@ -27,6 +28,7 @@ from vibopt.study.freeze import shown_values
 from vibopt.study.many import answers
 from vibopt.study.seen import goal_of, goal_word
 from vibopt.verify.checked import checked_limits, disagreement, goal_row
+from vibopt.work import answering
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -65,6 +67,14 @@ def one_for_all(job: Job, *, progress: Progress | None = None) -> OneForAll:
     InputError
         No scenarios, nothing to choose, or scenarios that change what may be chosen.
     """
+    with answering() as limit:
+        found = _one_for_all(job, progress)
+    if limit is None or found.status not in OPEN:  # a complete proof needs no more search
+        return found
+    return replace(found, claim=limit.added_to(found.claim))
+
+
+def _one_for_all(job: Job, progress: Progress | None) -> OneForAll:
     if is_rotor(job) or is_known(job):
         from vibopt.study.one_plan import one_plan
 

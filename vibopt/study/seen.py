@@ -97,7 +97,7 @@ def chosen_from(job: Job, path: str) -> bool:
     if is_scene(job) or len(steps) < 3 or steps[0] != "planes":
         return False
     open_here = any(choice.startswith(f"planes.{steps[1]}.") for choice in job.choices)
-    return open_here and steps[2] in ("weight", "unbalance", *_CHOOSING)
+    return open_here and steps[2] in ("weight", "unbalance", "keep", *_CHOOSING)
 
 
 def kept(job: Job, answer: Answer[Any]) -> Job:
