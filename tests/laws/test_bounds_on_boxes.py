@@ -137,3 +137,51 @@ def test_bounds_of_the_damping_ratio_of_one_mass_hold(seed: int) -> None:
                 "limits": {"ratio": {"response": "damping_ratio", "at_least": "5 %"}},
                 "goal": {"maximise": "stiffness", "of": "low"}}  # fmt: skip
     hold(pose(from_dict(document)), seed)
+
+
+def on_equal_mounts(**words: Any) -> dict[str, Any]:
+    """A machine in space on four equal mounts, or two pairs of them, the ground shaking."""
+    open_ended = {"stiffness": {"from": "20 kN/m", "to": "1 MN/m"}, "shear_ratio": 0.6}
+    foot = {"between": ["set", "floor"], "damping": {"from": "50 N s/m", "to": "9 kN s/m"}} | open_ended | words
+    ends = [[[f"{x} m", f"{y} m", "0 m"] for y in (0.5, -0.5)] for x in (0.8, -0.8)]
+    both = {"foot": foot | {"at": [*ends[0], *ends[1]]}}
+    if words:
+        both = {name: foot | {"at": end} for name, end in zip(("front", "rear"), ends, strict=True)}
+    return {
+        "bodies": {
+            "set": {
+                "mass": "300 kg",
+                "centre": ["0.1 m", "0.03 m", "0.4 m"],
+                "inertia": ["16 kg m2", "48 kg m2", "55 kg m2"],
+            }
+        },
+        "bases": {"floor": {}},
+        "mounts": both,
+        "excitations": {
+            "floor": {
+                "kind": "base_motion",
+                "on": "floor",
+                "direction": "x",
+                "displacement": "0.2 mm",
+                "speed": "1..30 Hz",
+                "varies": "constant",
+            }
+        },
+        "limits": {"force": {"response": "transmitted_force", "into": "floor", "direction": "z", "at_most": "1 kN"}},
+        "goal": {"minimise": "rotation", "of": "set", "axis": "y"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("words", "degrees"),
+    [({}, [(7, 7), (6, 6)]), ({"damping": "800 N s/m"}, [(5, 5), (5, 5)])],
+    ids=["four alike", "two pairs"],
+)
+def test_bounds_in_space_hold_and_are_no_longer_than_the_machine(
+    words: dict[str, Any], degrees: list[tuple[int, ...]]
+) -> None:
+    """A determinant of six rows, or seven with what is read, holds no more factors than rows: ten were counted."""
+    program = pose(from_dict(on_equal_mounts(**words)))
+    kept = [part.form.groups(part.model) for part in program.parts]
+    assert [one.degrees for one in kept if one is not None] == degrees
+    hold(program, 5)

@@ -77,8 +77,9 @@ def _share(model: Model, form: Modulus) -> float:
 
 
 def applies(model: Model, form: Modulus) -> bool:
-    """Whether `few_sampled` tells anything: one harmonic of one excitation on what is no shaft."""
-    return len(form.drives) == 1 and (_ratio(model, form, form.drives[0]) is not None or is_hosted(model, form))
+    """Whether `few_sampled` tells anything: harmonics that add up, on what is no shaft."""
+    lines = [one for lines in _apart(model, form) for one in lines]
+    return bool(lines) and all(_ratio(model, one, one.drives[0]) is not None or _has_host(model, one) for one in lines)
 
 
 def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None:
@@ -87,22 +88,83 @@ def few_sampled(model: Model, form: Modulus, x: FloatArray) -> FloatArray | None
     No greater than the worst, and near it but for sharp peaks; by the polynomials, or where there are none by the
     receptance of all that no variable touches.  None where neither applies.
     """
-    found = heights_of(model, form, x)
-    if found is not None:
-        return np.asarray(found.max(axis=1))
-    if not is_hosted(model, form):
+    if not applies(model, form):
         return None
-    counts = np.array([mount_count(model, form.output, one) for one in x])
-    found = np.concatenate([np.abs(hosted.response(some)) for hosted, some in _hosted(model, form).at_once(x)])
-    return np.asarray(np.nan_to_num(found.reshape(len(x), -1).max(axis=1) / counts, nan=np.inf))
+    power, total = _power(form), np.zeros(len(x))
+    for lines in _apart(model, form):
+        total += sum((_looked(model, one, x) ** power for one in lines), np.zeros(1)).max(axis=1)
+    return np.asarray(total ** (1.0 / power))
+
+
+def _looked(model: Model, form: Modulus, x: FloatArray) -> FloatArray:
+    """Sizes of one harmonic at many speeds, (n, n_speeds)."""
+    found = heights_of(model, form, x)
+    if found is None:
+        counts = np.array([mount_count(model, form.output, one) for one in x])
+        found = np.concatenate([np.abs(hosted.response(some)) for hosted, some in _hosted(model, form).at_once(x)])
+        found = found.reshape(len(x), -1) / counts[:, None]
+    return np.asarray(np.nan_to_num(found, nan=np.inf))
+
+
+def _power(form: Modulus) -> float:
+    """That of the sizes which is added up."""
+    return 2.0 if form.combine == "rss" else 1.0
+
+
+def _apart(model: Model, form: Modulus) -> tuple[tuple[Modulus, ...], ...]:
+    """`form.apart`, the same forms whenever asked."""
+    known: dict[int, tuple[Modulus, tuple[tuple[Modulus, ...], ...]]] = vars(model).setdefault("apart", {})
+    if id(form) not in known:
+        known[id(form)] = form, form.apart
+    return known[id(form)][1]
 
 
 def along(asked: Sequence[tuple[Model, Modulus, Picked | None]], x: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
     """Of each form on its model logs of the values at speeds spread over the bands, and their slopes in log x.
 
     At designs x (n, n_vars), (n, n_speeds) and (n_slopes, n_vars): the slopes of the values alone that are picked by
-    their logs, design by design, and of all where it is None.  What reads one machine under one load is found together.
+    their logs, design by design, and of all where it is None.  Of several excitations each goes through its speeds in
+    turn, the others at their worst.
     """
+    several = [_apart(model, form) for model, form, _ in asked]
+    lines = [
+        (model, one, pick if len(drives) == len(each) == 1 else None)
+        for (model, _, pick), drives in zip(asked, several, strict=True)
+        for each in drives
+        for one in each
+    ]
+    found = iter(_each_along(lines, x))
+    made = []
+    for (_, form, pick), drives in zip(asked, several, strict=True):
+        every = [[next(found) for _ in each] for each in drives]
+        made.append(every[0][0] if len(drives) == len(every[0]) == 1 else _added_up(every, _power(form), pick))
+    return made
+
+
+def _added_up(
+    drives: list[list[tuple[FloatArray, FloatArray]]], power: float, pick: Picked | None
+) -> tuple[FloatArray, FloatArray]:
+    """Logs and their slopes of sums of powers: of the harmonics of each excitation, then of all excitations."""
+    parts, steps = [], []
+    for lines in drives:
+        sizes = [np.exp(power * np.minimum(log, 300.0 / power)) for log, _ in lines]
+        parts.append(np.sum(sizes, axis=0))
+        slopes = [slope.reshape(*size.shape, -1) for size, (_, slope) in zip(sizes, lines, strict=True)]
+        slopes = [np.where(size[..., None] > 0.0, slope, 0.0) for size, slope in zip(sizes, slopes, strict=True)]
+        steps.append(np.sum([size[..., None] * slope for size, slope in zip(sizes, slopes, strict=True)], axis=0))
+    worst = [part.argmax(axis=1)[:, None] for part in parts]
+    top = [np.take_along_axis(part, at, axis=1) for part, at in zip(parts, worst, strict=True)]
+    way = [np.take_along_axis(step, at[..., None], axis=1) for step, at in zip(steps, worst, strict=True)]
+    value = np.concatenate([part - most for part, most in zip(parts, top, strict=True)], axis=1) + sum(top)
+    slope = np.concatenate([step - most for step, most in zip(steps, way, strict=True)], axis=1) + sum(way)
+    logs, slope = np.log(value) / power, slope / value[..., None]
+    return logs, slope[np.ones(logs.shape, dtype=bool) if pick is None else pick(logs)]
+
+
+def _each_along(
+    asked: Sequence[tuple[Model, Modulus, Picked | None]], x: FloatArray
+) -> list[tuple[FloatArray, FloatArray]]:
+    """The same of single harmonics.  What reads one machine under one load is found together."""
     hosted = [_hosted(model, form, fine=True) for model, form, _ in asked]
     alike: dict[Any, list[int]] = {}
     for place, ((model, *_), one) in enumerate(zip(asked, hosted, strict=True)):
@@ -133,7 +195,12 @@ def _logs(model: Model, form: Modulus, x: FloatArray, response: ComplexArray) ->
 
 
 def is_hosted(model: Model, form: Modulus) -> bool:
-    """Whether one line acts on more than one mass of what does not turn."""
+    """Whether harmonics that add up act on more than one mass of what does not turn."""
+    lines = [one for lines in _apart(model, form) for one in lines]
+    return bool(lines) and all(_has_host(model, one) for one in lines)
+
+
+def _has_host(model: Model, form: Modulus) -> bool:
     return form.line is not None and not model.spins and model.n_free > 1
 
 

@@ -74,6 +74,16 @@ class Modulus(AtWorst):
         """Whether several harmonics are taken at one instant."""
         return self.combine == "peak" and sum(len(drive.lines) for drive in self.drives) > 1
 
+    @property
+    def apart(self) -> tuple[tuple[Modulus, ...], ...]:
+        """By excitation each of its harmonics by itself; none where the value is no sum of their sizes or squares."""
+        if self.rigid_link or self._at_one_time:
+            return ()
+        if self.line is not None:
+            return ((self,),)
+        drives = [[replace(drive, lines=(line,)) for line in drive.lines] for drive in self.drives]
+        return tuple(tuple(replace(self, drives=(drive,)) for drive in lines) for lines in drives)
+
     def cost(self, model: Model) -> float:
         poles = self.once + 4e-3 * min(model.n_free, 40) ** 2  # of more coordinates none are sought
         over = sum(len(drive.lines) ** 2 for drive in self.drives if not all(band.is_point for band in drive.bands))

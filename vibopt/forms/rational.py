@@ -13,6 +13,7 @@ from dataclasses import replace
 from functools import lru_cache, reduce
 from itertools import pairwise, product
 from math import comb, prod
+from typing import Any
 
 import numpy as np
 
@@ -25,6 +26,8 @@ from vibopt.signals import Line, Output
 
 TELLING = 4
 """Speeds at which a response is greatest at the middle of a box, and as many at which it is least."""
+_FEW_NODES = 27
+"""Coefficients up to which a table of all products is the quicker way to a square."""
 _NEAR = 1 << 17
 """Numbers of a table that stay near the processor from one step to the next."""
 
@@ -35,10 +38,13 @@ class Groups:
 
     members
         Per group the indices of its terms.
+    rank
+        How many of them a determinant can hold as factors: its rows, and one more where they are in what is read.
     """
 
     model: Model
     members: tuple[tuple[int, ...], ...]
+    rank: int
 
     @classmethod
     def of(cls, model: Model, signs: FloatArray | None = None, *, static: bool = False) -> Groups:
@@ -56,7 +62,8 @@ class Groups:
             read = 0.0 if signs is None else float(signs[t])
             key = (float(static and model.kinds[t] == INERTIA), read, *(np.round(row * np.sign(first), 14) + 0.0))
             found.setdefault(key, []).append(int(t))
-        return cls(model, tuple(tuple(members) for members in found.values()))
+        rank = model.n_free + int(static or (signs is not None and bool(np.any(signs))))
+        return cls(model, tuple(tuple(members) for members in found.values()), rank)
 
     @cached_property
     def selector(self) -> FloatArray:
@@ -64,6 +71,32 @@ class Groups:
         table = np.zeros((len(self.model.terms), len(self.members)))
         for g, members in enumerate(self.members):
             table[list(members), g] = 1.0
+        return table
+
+    @cached_property
+    def alike(self) -> tuple[tuple[int, ...], ...]:
+        """Groups whose kappa are the same but for a factor, at any design and speed."""
+        found: dict[tuple[Any, ...], list[int]] = {}
+        for g, members in enumerate(self.members):
+            own, first = self.model, abs(self.model.scales[members[0]])
+            sizes = own.scales[list(members)] / first, own.static_scales[list(members)] / first
+            rows = zip(own.kinds[list(members)], *sizes, *own.exponents[list(members)].T, strict=True)
+            found.setdefault(tuple(sorted(tuple(float(f"{one:.13g}") for one in row) for row in rows)), []).append(g)
+        return tuple(tuple(own) for own in found.values())
+
+    @cached_property
+    def lengths(self) -> tuple[int, ...]:
+        """How many coefficients N and D have in what is alike."""
+        return tuple(min(len(own), self.rank) + 1 for own in self.alike)
+
+    @cached_property
+    def fold(self) -> FloatArray:
+        """What adds up the coefficients of as many factors alike, shape (2**n_groups, n_left)."""
+        on = np.array(list(product((0, 1), repeat=len(self.members))))
+        counts = np.array([on[:, list(own)].sum(axis=1) for own in self.alike])
+        kept = np.flatnonzero((counts < np.array(self.lengths)[:, None]).all(axis=0))
+        table = np.zeros((len(on), prod(self.lengths)))
+        table[kept, np.ravel_multi_index(tuple(counts[:, kept]), self.lengths)] = 1.0
         return table
 
     @cached_property
@@ -77,10 +110,9 @@ class Groups:
     @cached_property
     def degrees(self) -> tuple[int, ...]:
         """Degree of N and D in each y_i."""
-        total = np.zeros(self.model.n_vars)
-        for members in self.members:
-            total += (self.model.exponents[list(members)] * self.roots).max(axis=0)
-        return tuple(round(d) for d in total.tolist())
+        each = [(self.model.exponents[list(members)] * self.roots).max(axis=0) for members in self.members]
+        factors = np.sort(np.array(each).reshape(len(each), self.model.n_vars), axis=0)
+        return tuple(round(d) for d in factors[-self.rank :].sum(axis=0).tolist())
 
 
 @dataclass(frozen=True)
@@ -138,32 +170,41 @@ class Sampled:
         At `rows` (n, k) of its speeds alone, which differ from box to box, x is (n, m, n_vars) and they (n, m, k).
         """
         values = self.groups.model.values(x, static=self.static)
+        (top, bottom), first = self._folded, [own[0] for own in self.groups.alike]
+        scale, selector = self.scale[:, first], self.groups.selector[:, first]
         if rows is None:
-            top, bottom, scale = self.top, self.bottom, self.scale
-            each = self.factors.T[:, :, None] * self.groups.selector[:, None] / scale  # (n_terms, n_samples, G)
+            each = self.factors.T[:, :, None] * selector[:, None] / scale  # (n_terms, n_samples, G)
             kappa = values @ each.reshape(len(each), -1)
         else:
-            top, bottom, scale = self.top[rows][:, None], self.bottom[rows][:, None], self.scale[rows]
-            each = self.factors[rows].swapaxes(1, 2)[..., None] * self.groups.selector[:, None] / scale[:, None]
+            top, bottom, scale = top[rows][:, None], bottom[rows][:, None], scale[rows]
+            each = self.factors[rows].swapaxes(1, 2)[..., None] * selector[:, None] / scale[:, None]
             kappa = values @ each.reshape(*each.shape[:2], -1)  # of each box (n_terms, k, G)
-        kappa = kappa.reshape(*values.shape[:-1], *scale.shape[-2:])
-        return _multilinear(top, kappa), _multilinear(bottom, kappa)
+        kappa, lengths = kappa.reshape(*values.shape[:-1], *scale.shape[-2:]), self.groups.lengths
+        return _evaluated(top, kappa, lengths), _evaluated(bottom, kappa, lengths)
+
+    @cached_property
+    def _folded(self) -> tuple[ComplexArray, ComplexArray]:
+        """N and D in what is alike, each (n_samples, n_left)."""
+        if len(self.groups.alike) == len(self.groups.members):
+            return self.top, self.bottom
+        return self.top @ self.groups.fold, self.bottom @ self.groups.fold
 
 
-def _multilinear(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:
-    """sum_S coefficient_S prod_{g in S} kappa_g; coefficients (..., n, 2**G), kappa (..., n, G)."""
+def _evaluated(coefficients: ComplexArray, kappa: ComplexArray, lengths: tuple[int, ...]) -> ComplexArray:
+    """A polynomial with so many coefficients in each of kappa (..., n, G), in all (..., n, n_left)."""
     count = prod(kappa.shape[:-1]) * coefficients.shape[-1]
     if count > _NEAR and kappa.ndim > 2 and len(kappa) > 1:
         ends = np.linspace(0, len(kappa), min(len(kappa), -(-count // _NEAR)) + 1).astype(int)
         own = coefficients.ndim == kappa.ndim
         parts = [slice(*some) for some in pairwise(ends)]
-        return np.concatenate(
-            [_multilinear(coefficients[part] if own else coefficients, kappa[part]) for part in parts]
-        )
+        each = [(coefficients[part] if own else coefficients, kappa[part]) for part in parts]
+        return np.concatenate([_evaluated(*one, lengths) for one in each])
     value = np.broadcast_to(coefficients, (*kappa.shape[:-1], coefficients.shape[-1]))
-    for g in range(kappa.shape[-1]):
-        half = value.shape[-1] // 2
-        value = value[..., :half] + value[..., half:] * kappa[..., g, None]
+    for g, length in enumerate(lengths):
+        powers = value.reshape(*value.shape[:-1], length, value.shape[-1] // length)
+        value = powers[..., -1, :]
+        for power in range(length - 2, -1, -1):
+            value = powers[..., power, :] + value * kappa[..., g, None]
     return value[..., 0]
 
 
@@ -212,7 +253,8 @@ def expanded(
         stiff, border = bordered(model, z, output, vector)
         tops.append(determinants(border, size))
         bottoms.append(determinants(stiff, size))
-    return Sampled(groups, phi, _mobius(np.array(tops).T), _mobius(np.array(bottoms).T), scale)
+    top, bottom = (_mobius(np.concatenate(one).T) for one in (tops, bottoms))
+    return Sampled(groups, phi, top, bottom, scale)
 
 
 def sampled_static(model: Model, row: FloatArray, reference: FloatArray) -> Sampled:
@@ -225,7 +267,7 @@ def sampled_static(model: Model, row: FloatArray, reference: FloatArray) -> Samp
     scale = (model.values(reference, static=True) * phi.real) @ groups.selector
     scale = np.where(scale == 0.0, 1.0, scale)
     tops, bottoms = [], []
-    for z in _corners(groups, scale, fixed * phi):
+    for z in (one for some in _corners(groups, scale, fixed * phi) for one in some):
         p = z[0].real
         stiff = model.matrix(STIFFNESS, p)[:n, :n]
         border = np.zeros((n + 1, n + 1))
@@ -241,17 +283,13 @@ def sampled_static(model: Model, row: FloatArray, reference: FloatArray) -> Samp
 
 
 def _corners(groups: Groups, scale: FloatArray, fixed: ComplexArray) -> Iterator[ComplexArray]:
-    """Terms (n, n_terms) with every choice of groups at their sizes, the others nothing; the last turns first."""
-    for on in product((0.0, 1.0), repeat=len(groups.members)):
-        yield fixed + _spread(groups, np.array(on) * scale, fixed.shape[-1])
-
-
-def _spread(groups: Groups, kappa: FloatArray, n_terms: int) -> ComplexArray:
-    """kappa (n, G) put on the first term of each group, shape (n, n_terms)."""
-    z = np.zeros((len(kappa), n_terms), dtype=complex)
-    for g, members in enumerate(groups.members):
-        z[:, members[0]] = kappa[:, g]
-    return z
+    """Terms (some, n, n_terms) with every choice of groups at their sizes, the others nothing; the last turns first."""
+    on = np.array(list(product((0.0, 1.0), repeat=len(groups.members))))
+    first = [members[0] for members in groups.members]
+    for some in np.array_split(on, max(len(on) * fixed.size * groups.rank // _NEAR, 1)):
+        z = np.tile(fixed, (len(some), 1, 1))
+        z[..., first] += some[:, None] * scale
+        yield z
 
 
 def determinants(matrix: ComplexArray, size: FloatArray) -> ComplexArray:
@@ -296,10 +334,10 @@ def _product(degree: int) -> FloatArray:
 
 
 @lru_cache(maxsize=64)
-def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatArray | None]:
     """Nodes on the unit box (n_nodes, n_vars), values-to-coefficients, and the table of squares.
 
-    The table has shape (n_products, n_pairs), of pairs of coefficients as `np.triu_indices` has them.
+    The table has shape (n_products, n_pairs), of pairs of coefficients as `np.triu_indices` has them; None of many.
     """
     grids = np.meshgrid(*[np.linspace(0, 1, d + 1) if d else np.zeros(1) for d in degrees], indexing="ij")
     nodes = np.stack([grid.ravel() for grid in grids], axis=-1) if degrees else np.zeros((1, 0))
@@ -307,6 +345,9 @@ def transforms(degrees: tuple[int, ...]) -> tuple[FloatArray, FloatArray, FloatA
     product: FloatArray = np.ones((1, 1, 1))
     for degree in degrees:
         change = np.asarray(np.kron(change, to_bernstein(degree)), dtype=float)
+    if len(change) > _FEW_NODES:
+        return nodes, change, None
+    for degree in degrees:
         product = np.asarray(np.kron(product, _product(degree)), dtype=float)
     i, j = np.triu_indices(len(change))
     return nodes, change, np.where(i == j, product[:, i, j], product[:, i, j] + product[:, j, i])
@@ -323,20 +364,44 @@ def box_coefficients(
         At which of its speeds, for each box, shape (n_boxes, k) in place of all; then (n_boxes, k, n_products).
     """
     groups = line.groups
-    nodes, change, pairs = transforms(groups.degrees)
+    nodes, _, _ = transforms(groups.degrees)
     root = 1.0 / groups.roots
     y_low, y_high = low**root, high**root
     y = y_low[:, None, :] + (y_high - y_low)[:, None, :] * nodes
     top, bottom = line.at(y**groups.roots, rows)
-    return _square(top, change, pairs), _square(bottom, change, pairs)
+    return _square(top, groups.degrees), _square(bottom, groups.degrees)
 
 
-def _square(values: ComplexArray, change: FloatArray, pairs: FloatArray) -> FloatArray:
+def _square(values: ComplexArray, degrees: tuple[int, ...]) -> FloatArray:
     """|.|^2 from values at the nodes (n_boxes, n_nodes, n_samples), shape (n_boxes, n_samples, n_products)."""
+    _, change, pairs = transforms(degrees)
+    parts = change @ values.real, change @ values.imag
+    if pairs is None:
+        return _convolved(parts, degrees).swapaxes(1, 2)
     i, j = np.triu_indices(len(change))
-    real, imag = change @ values.real, change @ values.imag
-    found: FloatArray = pairs @ (real[:, i] * real[:, j] + imag[:, i] * imag[:, j])
+    found: FloatArray = pairs @ sum((one[:, i] * one[:, j] for one in parts), np.zeros(()))
     return found.swapaxes(1, 2)
+
+
+def _convolved(parts: Sequence[FloatArray], degrees: tuple[int, ...]) -> FloatArray:
+    """Bernstein coefficients of the sum of squares of polynomials that have these (n_boxes, n_nodes, n_samples)."""
+    lengths = [degree + 1 for degree in degrees]
+    longest = [2 * degree + 1 for degree in degrees]
+    begin, _, end = parts[0].shape
+    found = np.zeros((begin, *longest, end))
+    for part in parts:
+        each = (part * _binomials(degrees)[:, None]).reshape(begin, *lengths, end)
+        for place in np.ndindex(*lengths):
+            single = each[(slice(None), *(slice(k, k + 1) for k in place))]
+            found[(slice(None), *(slice(k, k + long) for k, long in zip(place, lengths, strict=True)))] += single * each
+    return found.reshape(begin, -1, end) / _binomials(tuple(2 * degree for degree in degrees))[:, None]
+
+
+@lru_cache(maxsize=64)
+def _binomials(degrees: tuple[int, ...]) -> FloatArray:
+    """Products of the binomial coefficients of all degrees, (n_nodes,)."""
+    rows = product(*[[comb(degree, k) for k in range(degree + 1)] for degree in degrees])
+    return np.array([float(prod(row)) for row in rows])
 
 
 def ratio_bounds(top: FloatArray, bottom: FloatArray) -> tuple[FloatArray, FloatArray]:
