@@ -26,7 +26,7 @@ vars(providers)["_get_local_constants"] = lambda: vars(providers)["_local_consta
 
 LONGEST = ("test_tool_finds_nothing[mypy]", "test_reproducible.py")
 """Each takes long: at the end the other worker would wait for it, or find anew what many tests of a file share."""
-PART, LEAST = 6, 2
+PART, LEAST = 8, 2
 """By default one example of so many is tried, and no fewer than the second."""
 _SETTINGS = "_hypothesis_internal_use_settings"
 """Where a test keeps its settings; without it every law tries all of its examples."""

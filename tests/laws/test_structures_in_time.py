@@ -106,7 +106,9 @@ def by_matrices(folder: Path, M: Array, C: Array, K: Array, points: list[int]) -
     return {"structures": {"frame": {"file": str(folder / "frame.npz"), "points": named}}}
 
 
-@pytest.mark.parametrize("shaker", SHAKERS)
+@pytest.mark.parametrize(
+    "shaker", [pytest.param(one, marks=[pytest.mark.slow] * (one == "any length")) for one in SHAKERS]
+)
 @FEW
 @given(st.lists(st.floats(50.0, 500.0), min_size=2, max_size=4), st.floats(15.0, 60.0), st.floats(1e-4, 2e-3))
 def test_modes_and_matrices_of_a_chain_are_the_chain(

@@ -87,6 +87,7 @@ def test_every_number_of_a_design_of_two_variables_has_a_price_with_both_ranges(
     assert not found.notes
 
 
+@pytest.mark.slow
 def test_the_ranges_of_what_holds_the_answer_back_are_told() -> None:
     """Where the work does not do for all, those of active limits come first."""
     found = prices(vo.read(PROBLEMS / "absorbers" / "rao_9_51_tuned_freely.toml"))

@@ -94,7 +94,7 @@ def promising(program: Program, count: int) -> list[FloatArray]:
 
 def on_one_body(program: Program) -> bool:
     """Whether nothing moves but devices and the one body that carries them: few ways to tune them are worth while."""
-    return program.model.n_free <= 1 + len(masses_on_springs(program))
+    return program.used_dof <= 1 + len(masses_on_springs(program))
 
 
 def _many(program: Program) -> int:
