@@ -25,6 +25,10 @@ def to_unit(value: float, unit: str, dimension: str) -> float:
     return scale.from_si(value / TO_PEAK[detector])
 
 
+_ALL, _ROUNDING = 99.9, 1e-6
+"""Percents from which on what is left of a hundred counts."""
+
+
 def show(value: float, unit: str, dimension: str, *, digits: int = 4, amplitude: bool = False) -> str:
     """An SI value as text: "6.957 MN/m", "20 mm pk".
 
@@ -43,7 +47,8 @@ def show(value: float, unit: str, dimension: str, *, digits: int = 4, amplitude:
 
     Notes
     -----
-    Decibels of a ratio that is not positive do not exist: it is shown in percent.
+    Decibels of a ratio that is not positive do not exist: it is shown in percent.  A part that is not all, but for
+    rounding, is not shown as "100 %".
     """
     if isinf(value):
         return "infinite" if value > 0 else "minus infinite"
@@ -55,6 +60,8 @@ def show(value: float, unit: str, dimension: str, *, digits: int = 4, amplitude:
     if bare == "dB" and dimension == "ratio" and value <= 0:
         bare = "%"
     number = to_unit(value, f"{bare} {word}".strip(), dimension)
+    if bare == "%" and _ALL < number < 100.0 - _ROUNDING:
+        digits = max(digits, 3 - floor(log10(100.0 - number)))
     return " ".join(filter(None, (plain(number, digits), bare, word or ("pk" if amplitude else ""))))
 
 
