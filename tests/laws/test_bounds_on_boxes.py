@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -12,12 +13,15 @@ from hypothesis import strategies as st
 from chain_machine import Chain, chains
 from lone_mass import LoneMass, lone_masses
 from test_chains import asked, read
+from vibopt.forms import rational
 from vibopt.forms.bounds import FormBounds
 from vibopt.forms.rational import sampled, sampled_lines
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
-from vibopt.solve.branch import first_speeds
+from vibopt.solve.branch import Judge, Proof, Search, first_speeds
+from vibopt.solve.global_search import BranchAndBound
+from vibopt.work import Budget
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=25, suppress_health_check=list(HealthCheck))
 many = settings(few, max_examples=150)
@@ -185,3 +189,76 @@ def test_bounds_in_space_hold_and_are_no_longer_than_the_machine(
     kept = [part.form.groups(part.model) for part in program.parts]
     assert [one.degrees for one in kept if one is not None] == degrees
     hold(program, 5)
+
+
+def numbers_of_a_box(document: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> tuple[float, int]:
+    """Numbers multiplied to bound a goal on a box, and the work that is counted for it."""
+    program, seen = pose(from_dict(document)), list[float]()
+    assert program.aim is not None
+    squares, values = rational._squares_added, rational._evaluated
+
+    def squared(columns: Any, degrees: tuple[int, ...]) -> Any:
+        seen.append(sum(len(column) * column.size for column in columns))
+        return squares(columns, degrees)
+
+    def valued(coefficients: Any, kappa: Any, lengths: tuple[int, ...]) -> Any:
+        seen.append(4.0 * coefficients.shape[-1] * kappa.size / kappa.shape[-1])
+        return values(coefficients, kappa, lengths)
+
+    monkeypatch.setattr(rational, "_squares_added", squared)
+    monkeypatch.setattr(rational, "_evaluated", valued)
+    bounds = FormBounds(program.aim.model, program.aim.form, np.sqrt(program.low * program.high))
+    bounds.add(first_speeds(program.aim.form))
+    bounds.on(program.low[None], program.high[None])
+    monkeypatch.undo()
+    return sum(seen), bounds.work
+
+
+def test_the_counted_work_of_a_box_grows_as_the_numbers_that_are_multiplied(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It grew as the coefficients alone, so that the work allowed lasted up to ten times as long in space."""
+    wide = {"from": "50 N s/m", "to": "9 kN s/m"}
+    machines = on_equal_mounts(), on_equal_mounts(damping="800 N s/m"), on_equal_mounts(damping=wide)
+    numbers, work = np.array([numbers_of_a_box(one, monkeypatch) for one in machines]).T
+    assert numbers[2] > 100.0 * numbers[1]
+    assert np.ptp(np.log(work / numbers)) < np.log(1.3)
+
+
+def test_a_search_of_boxes_ends_by_its_work_and_not_a_batch_later() -> None:
+    search = Search(Judge(pose(from_dict(on_equal_mounts()))), gap=1e-9, work=Budget(200_000, "coefficients"))
+    assert search.run().status == "open"
+    each = sum(bounds.work for bounds in [*search.forms, *search.aim_bounds])
+    assert 200_000 <= search.work.spent <= 200_000 + each
+
+
+def test_what_is_left_open_bounds_what_was_dropped_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Boxes within the gap of the best are dropped: no bound is above them, though that of each open box is."""
+
+    def step(search: Search, most: int) -> int:
+        _, low, high = search.open.take(most)
+        search.best, search.best_x = 1.0, low[0]
+        search.open.add(np.array([0.9]), low, high)
+        return 1
+
+    monkeypatch.setattr(Search, "_step", step)
+    search = Search(Judge(pose(from_dict(on_equal_mounts()))), gap=0.3, budget=Budget(1, "boxes"))
+    assert search.run().bound == pytest.approx(0.7)
+
+
+def test_a_design_at_the_bound_of_a_search_that_was_ended_is_proven(monkeypatch: pytest.MonkeyPatch) -> None:
+    program = pose(from_dict(on_equal_mounts(damping="800 N s/m")))
+    best = BranchAndBound().solve(program)
+    assert best.x is not None
+    value = Judge(program).goal(best.x).value
+
+    def ended(part: float) -> Callable[..., Proof]:
+        def run(search: Search, *_: object) -> Proof:
+            search.best = value
+            return Proof("open", best.x, value, part * value, 1)
+
+        return run
+
+    monkeypatch.setattr(Search, "run", ended(1.0))
+    found = BranchAndBound().solve(program)
+    assert (found.status, found.bound) == ("optimal", pytest.approx(value, rel=1e-6))
+    monkeypatch.setattr(Search, "run", ended(0.9))
+    assert "with a gap of 1.0e-01 of the goal" in BranchAndBound(alone=False).solve(program).claim

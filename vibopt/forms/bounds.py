@@ -65,7 +65,15 @@ class FormBounds:
     def size(self) -> int:
         """Coefficients that are looked at on each box: all of those at the speeds that tell, one at each other."""
         groups = self.form.groups(self.model)
-        each = 1 if groups is None else math.prod(2 * degree + 1 for degree in groups.degrees)
+        return self._told(1 if groups is None else math.prod(2 * degree + 1 for degree in groups.degrees))
+
+    @property
+    def work(self) -> int:
+        """What a box takes, in coefficients of small ones: values at nodes and their squares grow faster than these."""
+        groups = self.form.groups(self.model)
+        return self.size if groups is None or self.form.harmonic is None else self._told(groups.work)
+
+    def _told(self, each: int) -> int:
         count = sum(len(known) for known in self.speeds.values())
         return each * min(max(count, 1), 2 * TELLING * max(len(self.speeds), 1)) + count
 

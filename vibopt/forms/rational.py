@@ -32,6 +32,10 @@ _NEAR = 1 << 17
 """Numbers of a table that stay near the processor from one step to the next."""
 
 
+_VALUE, _PAIR = 0.2, 0.1
+"""Work of a term of a value, and of a product in a square, as parts of that of a coefficient."""
+
+
 @dataclass(frozen=True)
 class Groups:
     """Variable terms of a model, sorted by their vector.
@@ -90,14 +94,19 @@ class Groups:
         return tuple(min(len(own), self.rank) + 1 for own in self.alike)
 
     @cached_property
-    def fold(self) -> FloatArray:
-        """What adds up the coefficients of as many factors alike, shape (2**n_groups, n_left)."""
+    def fold(self) -> tuple[IntArray, IntArray]:
+        """Coefficients over subsets that a determinant can hold, and where each counts in what is alike, each (n,)."""
         on = np.array(list(product((0, 1), repeat=len(self.members))))
         counts = np.array([on[:, list(own)].sum(axis=1) for own in self.alike])
         kept = np.flatnonzero((counts < np.array(self.lengths)[:, None]).all(axis=0))
-        table = np.zeros((len(on), prod(self.lengths)))
-        table[kept, np.ravel_multi_index(tuple(counts[:, kept]), self.lengths)] = 1.0
-        return table
+        return kept, np.ravel_multi_index(tuple(counts[:, kept]), self.lengths)
+
+    def folded(self, table: ComplexArray) -> ComplexArray:
+        """Coefficients over subsets (n_samples, 2**n_groups), those of as many factors alike added up."""
+        kept, places = self.fold
+        found = np.zeros((prod(self.lengths), len(table)), dtype=complex)
+        np.add.at(found, places, table[:, kept].T)
+        return np.ascontiguousarray(found.T)
 
     @cached_property
     def roots(self) -> FloatArray:
@@ -113,6 +122,12 @@ class Groups:
         each = [(self.model.exponents[list(members)] * self.roots).max(axis=0) for members in self.members]
         factors = np.sort(np.array(each).reshape(len(each), self.model.n_vars), axis=0)
         return tuple(round(d) for d in factors[-self.rank :].sum(axis=0).tolist())
+
+    @property
+    def work(self) -> int:
+        """To bound one quotient on a box [coefficients of small ones]: values at nodes, their squares, quotients."""
+        nodes, kept = prod(degree + 1 for degree in self.degrees), prod(self.lengths)
+        return prod(2 * degree + 1 for degree in self.degrees) + int(nodes * (_VALUE * kept + _PAIR * nodes))
 
 
 @dataclass(frozen=True)
@@ -187,7 +202,7 @@ class Sampled:
         """N and D in what is alike, each (n_samples, n_left)."""
         if len(self.groups.alike) == len(self.groups.members):
             return self.top, self.bottom
-        return self.top @ self.groups.fold, self.bottom @ self.groups.fold
+        return self.groups.folded(self.top), self.groups.folded(self.bottom)
 
 
 def _evaluated(coefficients: ComplexArray, kappa: ComplexArray, lengths: tuple[int, ...]) -> ComplexArray:
@@ -385,16 +400,26 @@ def _square(values: ComplexArray, degrees: tuple[int, ...]) -> FloatArray:
 
 def _convolved(parts: Sequence[FloatArray], degrees: tuple[int, ...]) -> FloatArray:
     """Bernstein coefficients of the sum of squares of polynomials that have these (n_boxes, n_nodes, n_samples)."""
-    lengths = [degree + 1 for degree in degrees]
-    longest = [2 * degree + 1 for degree in degrees]
-    begin, _, end = parts[0].shape
-    found = np.zeros((begin, *longest, end))
-    for part in parts:
-        each = (part * _binomials(degrees)[:, None]).reshape(begin, *lengths, end)
-        for place in np.ndindex(*lengths):
-            single = each[(slice(None), *(slice(k, k + 1) for k in place))]
-            found[(slice(None), *(slice(k, k + long) for k, long in zip(place, lengths, strict=True)))] += single * each
-    return found.reshape(begin, -1, end) / _binomials(tuple(2 * degree for degree in degrees))[:, None]
+    begin, count, end = parts[0].shape
+    columns = [part.swapaxes(0, 1).reshape(count, -1) * _binomials(degrees)[:, None] for part in parts]
+    weights = _binomials(tuple(2 * degree for degree in degrees))[:, None]
+    ends = np.linspace(0, begin * end, min(begin * end, -(-begin * end * len(weights) // _NEAR)) + 1).astype(int)
+    found = [_squares_added([one[:, low:high] for one in columns], degrees) / weights for low, high in pairwise(ends)]
+    return np.concatenate(found, axis=1).reshape(-1, begin, end).swapaxes(0, 1)
+
+
+def _squares_added(columns: Sequence[FloatArray], degrees: tuple[int, ...]) -> FloatArray:
+    """Sum of squares of polynomials with coefficients (n_nodes, n) of powers, in so many variables, (n_products, n)."""
+    first, *others = [degree + 1 for degree in degrees]
+    found = np.zeros((*[2 * degree + 1 for degree in degrees], columns[0].shape[1]))
+    for column in columns:
+        each = column.reshape(first, *others, -1)
+        for lead in range(first):  # of two that differ in the first power, either may be the first
+            both = np.concatenate([each[lead : lead + 1], 2.0 * each[lead + 1 :]])
+            for place in np.ndindex(*others):
+                into = [slice(k, k + long) for k, long in zip(place, others, strict=True)]
+                found[(slice(2 * lead, lead + first), *into)] += each[(lead, *place)] * both
+    return found.reshape(-1, found.shape[-1])
 
 
 @lru_cache(maxsize=64)

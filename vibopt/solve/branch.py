@@ -143,11 +143,13 @@ class Search:
         while self.open:
             waiting = not np.isfinite(self.best) and looked > self.patience
             if waiting or self.open.over or self.work.over:
-                return Proof("open", self.best_x, self.best, self.open.bound, looked)
-            count = self._step()
+                dropped = self.best - self._room() if np.isfinite(self.best) else np.inf
+                return Proof("open", self.best_x, self.best, min(self.open.bound, dropped), looked)
+            each = sum(bounds.work for _, bounds in self._parts())
+            count = self._step(min(BATCH, max((self.work.most - self.work.spent) // max(each, 1), 1)))
             looked += count
             self.budget.spend(count)
-            self.work.spend(count * sum(bounds.size for _, bounds in self._parts()))
+            self.work.spend(count * each)
             if self.best == -np.inf:
                 return Proof("optimal", self.best_x, self.best, self.best, looked)
             if self.judge.program.aim is None and self.best_x is not None:
@@ -209,13 +211,13 @@ class Search:
     def _room(self) -> float:
         return self.gap * max(abs(self.best), 1e-300)
 
-    def _step(self) -> int:
-        """Look at the best open boxes and split what is left of them; how many there were.
+    def _step(self, most: int) -> int:
+        """Look at the best open boxes, at most so many, and split what is left of them; how many there were.
 
         A box that is a single design is measured, and settled by that; until then it waits as it is.
         """
         worked(_STEP)
-        _, low, high = self.open.take(BATCH)
+        _, low, high = self.open.take(most)
         count = len(low)
         low, high = self._contract(low, high)
         alive, goal = self._judge_boxes(low, high)

@@ -57,7 +57,7 @@ class BranchAndBound:
         beside = None if self.near is None else refined(program, self.near, near=True)
         known = beside is not None and judge.feasible(beside)
         proof = search.run(beside if known else None)
-        bound = proof.bound
+        bound, tried = proof.bound, proof.x is not None and search.work.spent >= search.work.most
         if proof.status == "open" and proof.x is None:
             x = rescued(program, search.open_middles(6), judge)
             search.patience = self.most if x is None else PATIENCE
@@ -79,14 +79,17 @@ class BranchAndBound:
             return self._found(program, "feasible", x, boxes, "the goal is infinite at every design that was looked at")
         if search.vanishes():
             return replace(self._found(program, "optimal", x, boxes, VANISHED, 0.0), zero=True)
-        for gap, most in ((MIDDLE, _SOON), (self.gap, _SOON), (self.gap, MOST_WORK)):
+        long = () if tried else ((self.gap, MOST_WORK),)  # what was too much for a wide gap is for a small one
+        for gap, most in ((MIDDLE, _SOON), (self.gap, _SOON), *long):
             search.gap, search.work = gap, Budget(most, "coefficients")
             proof = search.run(x)
             boxes, bound = budget.spent, max(bound, proof.bound)
             x = x if proof.x is None or np.array_equal(proof.x, x) else improved(program, proof.x, judge)
-            if proof.status == "optimal" and gap == self.gap:
+            value = judge.goal(x).value
+            proven = proof.status == "optimal" and gap == self.gap
+            if proven or value - bound <= self.gap * abs(value):
                 claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
-                return self._found(program, "optimal", x, boxes, claim, proof.bound)
+                return self._found(program, "optimal", x, boxes, claim, proof.bound if proven else min(bound, value))
             if gap == self.gap and most == _SOON:
                 sloped = with_least(program, self._found(program, "feasible", x, boxes, ""))
                 if sloped.status == "optimal":
