@@ -132,6 +132,18 @@ def test_a_limit_on_the_mass_of_the_whole_machine_is_that_on_what_is_chosen_of_i
     assert one.details["exact measurements"] == pytest.approx(other.details["exact measurements"], rel=0.05)
 
 
+@pytest.mark.parametrize(("beside", "apart"), [(1e6, True), (1e9, False)])
+def test_a_limit_of_which_next_to_nothing_is_left_to_choose_stays_as_it_is(beside: float, apart: bool) -> None:
+    """The rounding of the whole would be a part of what is left that counts."""
+    document = scene([None, None], total=5.0)
+    document["bodies"]["beside"] = {"mass": f"{beside!r} kg"}
+    document["limits"] = {"total": {"response": "total_mass", "at_most": f"{beside + 105.0!r} kg"}}
+    program = pose(from_dict(document))
+    (limit,) = program.of_what_varies().limits
+    assert (limit.bound == pytest.approx(5.0)) is apart
+    assert (limit is program.limits[0]) is not apart
+
+
 @few
 @given(st.floats(1.0, 20.0), st.booleans())
 def test_two_are_never_worse_than_one(total: float, series: bool) -> None:

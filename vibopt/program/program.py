@@ -15,8 +15,8 @@ from vibopt.records import dataclass
 
 Side = Literal["at_most", "at_least", "outside"]
 
-_ROUNDING = 1e-12
-"""Part of a goal that rounding may take."""
+_ROUNDING, _LEFT = 1e-12, 1e-6
+"""Part of a goal that rounding may take, and least part of a bound that is looked at by itself."""
 
 
 class Asked:
@@ -95,14 +95,15 @@ class Limit(Asked):
     def of_what_varies(self) -> Limit:
         """The same limit on a sum of powers without the part that no variable changes: both sides have that less.
 
-        A log of the whole, of which a heavy machine is nearly all, hardly moves with what is chosen.
+        A log of the whole, of which a heavy machine is nearly all, hardly moves with what is chosen.  Where next to
+        nothing is left the rounding of the whole would be felt in it, and the limit stays as it is.
         """
         powers = self.form.powers
         if powers is None or self.side == "outside":
             return self
         varied = powers.exponents.any(axis=1)
         bound = self.bound - float(powers.scale[~varied].sum())
-        if varied.all() or not varied.any() or not 0.0 < bound < np.inf:
+        if varied.all() or not varied.any() or not _LEFT * self.bound < bound < np.inf:
             return self
         return replace(
             self, form=replace(powers, scale=powers.scale[varied], exponents=powers.exponents[varied]), bound=bound

@@ -32,8 +32,10 @@ _ALONG = 1e-3
 """Log distance up to which a step runs along a limit."""
 _LIGHT = 4.0
 """Weight of what limits are missed by to begin with: steps may leave limits a little on their way, and go further."""
+_MET = 1e-7
+"""Log violation up to which a heavier weight of limits is not tried."""
 _ALL, _DEAR = 0.999, 8
-"""Part of the light weight at which limits cost all of it, and rounds of that after which they cost more."""
+"""Part of the light weight that missed limits cost where it is too little, and rounds after which that is believed."""
 _PRICED = 1e-6
 """Part of the greatest price below which a limit has none."""
 _LAGS, _AHEAD = 10, 4.0
@@ -78,7 +80,7 @@ class Sqp:
             here = self._descend(here, weight, -_WITHIN if only_feasible else -np.inf)
             if self.behind:
                 return here
-            if here.missed <= 1e-7 or (here.missed > self.hopeless and weight > _LIGHT):
+            if here.missed <= _MET or (here.missed > self.hopeless and weight > _LIGHT):
                 break
         return here if only_feasible else self._finish(here)
 
@@ -115,12 +117,13 @@ class Sqp:
             if self.behind or stuck or here.missed <= enough or self.exact.budget.over:
                 break
             step, promised, multipliers = _quadratic(here, bend, radius, weight, self.exact)
+            costs = float(multipliers[len(here.goals) :].sum())
+            dear = dear + 1 if here.goals and here.missed > _MET and costs > _ALL * weight else 0
             if moved:
                 multipliers = _at_least(here, multipliers)
                 bend = _convex_along(self._bend(here, multipliers), here, multipliers, self.exact)
                 step, promised, _ = _quadratic(here, bend, radius, weight, self.exact)
             size = float(np.abs(step).max(initial=0.0))
-            dear = dear + 1 if here.goals and multipliers[len(here.goals) :].sum() > _ALL * weight else 0
             if size < 1e-10 or promised <= 1e-13 or (weight == _LIGHT and dear >= _DEAR):
                 break
             if moved and size < near and here.bends_known:
