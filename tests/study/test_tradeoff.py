@@ -125,11 +125,28 @@ def test_both_ends_are_where_solve_says(press: Tradeoff) -> None:
     assert press.free
 
 
+@pytest.mark.parametrize(
+    ("file", "limit", "tightest"),
+    [("absorbers/rao_9_61", "stroke", 2e-3), ("isolation/pump_with_inerter", "smooth", None)],
+)
+def test_where_each_point_costs_an_answer_few_are_asked(file: str, limit: str, tightest: float | None) -> None:
+    job = vo.read(ROOT / f"{file}.toml")
+    found = vo.tradeoff(job, f"limits.{limit}", 12)
+    assert found.gap <= 2.0 / 11 * (1.0 + 1e-6)
+    assert len(found.points) <= 18
+    assert found.asked <= 32  # the tightest bound alone took twenty
+    least = found.reached[0].value
+    assert tightest is None or least == pytest.approx(tightest, rel=1e-6)
+    for part, verdict in ((1.0 - 2e-6, "infeasible"), (1.0 + 2e-6, "optimal")):
+        changed = vo.with_changes(job, dict(found.fact.changes(least * part)))
+        assert vo.solve(changed, explain=False).status == verdict
+
+
 def test_an_end_beyond_what_is_answered_together_is_found_one_by_one() -> None:
     """Soft mounts that hardly damp: near the tightest bound the closed form has no answer, and it ended 1.4 % short."""
     job = vo.with_changes(vo.read(PRESS), {"limits.floor_force.at_most": "0.07798 kN"})
     with pytest.MonkeyPatch.context() as patched:
-        patched.setattr("vibopt.study.tradeoff.CLOSE", 1e-3)
+        patched.setattr("vibopt.study.moved_bound.CLOSE", 1e-3)
         found = vo.tradeoff(job, "limits.start_up", 3)
     tightest = found.reached[0].value
     for part, status in ((1.0 - 2e-3, "infeasible"), (1.0 + 2e-3, "optimal")):

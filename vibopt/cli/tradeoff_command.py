@@ -152,7 +152,7 @@ def _say_open(count: int, console: Console, better: str) -> None:
 def _say_short(result: Tradeoff | Surface, console: Console) -> None:
     """What the work that is done unasked has left out."""
     from vibopt.answer.text import paragraph
-    from vibopt.study.tradeoff import ROUGHLY
+    from vibopt.study.moved_bound import ROUGHLY
 
     if result.short:
         done = f"{counted(result.asked, 'answers')} are about the work that is done unasked"

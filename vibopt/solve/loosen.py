@@ -80,14 +80,12 @@ def conflict_over_tolerances(
 
 def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row | None:
     """The limit as the goal: the best that it can be while all others hold, its worst machine counted."""
-    response, document = scene.limits[name], copy.deepcopy(dict(scene.document))
+    response = scene.limits[name]
     sides = [side for side in _BOUNDS if getattr(response, side, None) is not None]
     if len(sides) != 1 or sides[0] == "outside":
         return None
-    words = {key: one for key, one in document["limits"].pop(name).items() if key not in (*_BOUNDS, "response")}
-    document["goal"] = {"minimise" if sides[0] == "at_most" else "maximise": response.response, **words}
     try:
-        best = answer(from_dict(document, name=scene.name))
+        best = answer(as_goal(scene, name, sides[0]))
     except InputError:
         return None
     if best.goal is None or best.status not in ("optimal", "feasible"):
@@ -95,6 +93,20 @@ def _loosened(scene: Scene, name: str, answer: Callable[[Scene], Design]) -> Row
     given = getattr(response, sides[0])
     enough = confirmed_bound(scene, name, sides[0], best.goal[1].value, answer, known=best.status == "optimal")
     return None if enough is None else (name, shown_value(response, given.value, given.unit), enough)
+
+
+def as_goal(scene: Scene, name: str, side: str) -> Scene:
+    """The scene whose goal is what a limit bounds at one side, "at_most" or "at_least", without that limit.
+
+    Raises
+    ------
+    InputError
+        No goal can be made of it.
+    """
+    document = copy.deepcopy(dict(scene.document))
+    words = {key: one for key, one in document["limits"].pop(name).items() if key not in (*_BOUNDS, "response")}
+    document["goal"] = {"minimise" if side == "at_most" else "maximise": scene.limits[name].response, **words}
+    return from_dict(document, name=scene.name)
 
 
 def beside(scene: Scene, most: float) -> float:

@@ -15,9 +15,11 @@ from vibopt.jobs import fact_at, with_changes
 from vibopt.records import dataclass
 from vibopt.solve.method import Progress
 from vibopt.study.against import bounded
+from vibopt.study.moved_bound import CLOSE, FAR, MOST_WORK, MovedBound
+from vibopt.study.pareto import RATIO, Front
 from vibopt.study.points import Heads, Point, varied_at
 from vibopt.study.seen import goal_word
-from vibopt.study.tradeoff import CLOSE, FAR, MOST_WORK, RATIO, MovedBound, refuse_analysis
+from vibopt.study.tradeoff import refuse_analysis
 from vibopt.units import si_unit
 from vibopt.values.fact_at import FactAt
 
@@ -140,9 +142,10 @@ def tradeoff_surface(
     values, spent = _values(job, facts, points, most, progress)
     for value in values:
         moved = MovedBound(_with(job, facts[0], value), facts[1], progress, most)
-        curve = moved.front(points)
-        made += [replace(point, varied={**varied_at(facts[:1], np.array([value])), **point.varied}) for point in curve]
-        gaps.append(moved.gap(curve, points))
+        curve = Front(moved, points)
+        first_at = varied_at(facts[:1], np.array([value]))
+        made += [replace(point, varied={**first_at, **point.varied}) for point in curve.points]
+        gaps.append(curve.gap)
         asked += moved.asked
         short = short or moved.short
     sides = [MovedBound(job, fact) for fact in facts]
