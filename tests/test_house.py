@@ -7,7 +7,7 @@ import re
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -97,25 +97,34 @@ HOMES = {
 """Large libraries, and where alone they may be loaded."""
 
 
-def _imports(tree: ast.AST, *, types: bool = True) -> Iterator[tuple[int, str]]:
+@cache
+def _nodes(module: str) -> tuple[ast.AST, ...]:
+    """All that a module says; looked through once, for all rules."""
+    return tuple(ast.walk(_parsed(module)))
+
+
+def _imports(module: str, *, types: bool = True) -> Iterator[tuple[int, str]]:
     """Line and full name of every import, also inside functions; without `types` not those for annotations only."""
-    for node in ast.iter_child_nodes(tree):
-        if not types and isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+    hidden = [
+        range(node.lineno, (node.end_lineno or node.lineno) + 1)
+        for node in _nodes(module)
+        if not types and isinstance(node, ast.If) and getattr(node.test, "id", "") == "TYPE_CHECKING"
+    ]
+    for node in _nodes(module):
+        if not isinstance(node, ast.Import | ast.ImportFrom) or any(node.lineno in lines for lines in hidden):
             continue
         if isinstance(node, ast.Import):
             yield from ((node.lineno, alias.name) for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            assert not node.level, f"line {node.lineno}: write the full name instead of a relative import"
-            for alias in node.names:
-                inner = f"{node.module}.{alias.name}"
-                yield node.lineno, inner if inner in MODULES else str(node.module)
-        else:
-            yield from _imports(node, types=types)
+            continue
+        assert not node.level, f"line {node.lineno}: write the full name instead of a relative import"
+        for alias in node.names:
+            inner = f"{node.module}.{alias.name}"
+            yield node.lineno, inner if inner in MODULES else str(node.module)
 
 
-def _texts(node: ast.AST) -> Iterator[tuple[int, str]]:
+def _texts(nodes: Iterable[ast.AST]) -> Iterator[tuple[int, str]]:
     """Line and text of each constant, also in tables and f-strings."""
-    for one in ast.walk(node):
+    for one in nodes:
         if isinstance(one, ast.Constant) and isinstance(one.value, str):
             yield one.lineno, one.value
 
@@ -126,20 +135,20 @@ def _places(text: str) -> Iterator[str]:
     yield text.rpartition(".")[0]
 
 
-def _named(module: str, tree: ast.Module) -> Iterator[tuple[int, str]]:
+def _named(module: str) -> Iterator[tuple[int, str]]:
     """Line and full name of each module that a module opens by a text."""
-    packages = set()
-    for node in filter(_opens_kinds, ast.walk(tree)):
+    packages, every = set(), _nodes(module)
+    for node in filter(_opens_kinds, every):
         package, *rest = node.args
         packages.add(getattr(package, "value", ""))
         home = str(package.value) if isinstance(package, ast.Constant) else module
-        for line, text in (found for one in rest for found in _texts(_whole(one, tree))):
+        for line, text in (found for one in rest for found in _texts(_whole(one, every))):
             yield from ((line, name) for one in _places(text) if (name := f"{home}.{one}") in MODULES)
-    for line, text in _texts(tree):
+    for line, text in _texts(every):
         if text in MODULES and "." in text and text not in packages and (module, text) not in ELSEWHERE:
             yield line, text
     if how := BY_NAME.get(module):
-        yield from ((line, name) for line, text in _texts(tree) if (name := how.format(text)) in MODULES)
+        yield from ((line, name) for line, text in _texts(every) if (name := how.format(text)) in MODULES)
 
 
 def _opens_kinds(node: ast.AST) -> TypeGuard[ast.Call]:
@@ -150,9 +159,9 @@ def _opens_kinds(node: ast.AST) -> TypeGuard[ast.Call]:
     return getattr(func, "id", "") in KINDS and len(node.args) > 1
 
 
-def _whole(node: ast.AST, tree: ast.Module) -> ast.AST:
+def _whole(node: ast.AST, every: tuple[ast.AST, ...]) -> Iterable[ast.AST]:
     """What a text is made of: of a name in a loop all that the module has."""
-    return node if isinstance(node, ast.Constant | ast.Dict) else tree
+    return ast.walk(node) if isinstance(node, ast.Constant | ast.Dict) else every
 
 
 def _under(module: str, homes: tuple[str, ...]) -> bool:
@@ -179,16 +188,14 @@ def _parsed(module: str) -> ast.Module:
 @cache
 def _loads(module: str) -> tuple[tuple[int, str], ...]:
     """Line and module of what is imported when it is run, by its name in a text too, not for types alone."""
-    tree = _parsed(module)
-    return (*_imports(tree, types=False), *_named(module, tree))
+    return (*_imports(module, types=False), *_named(module))
 
 
 @pytest.mark.parametrize("module", MODULES)
 def test_imports_point_downward(module: str) -> None:
-    tree = _parsed(module)
     wrong = [
         f"line {line}: {imported}"
-        for line, imported in (*_imports(tree), *_named(module, tree))
+        for line, imported in sorted({*_imports(module), *_loads(module)})
         if _under(imported, ("vibopt",)) and _wrong(module, imported)
     ]
     assert not wrong, f"{module} imports what does not lie below it"
@@ -197,11 +204,11 @@ def test_imports_point_downward(module: str) -> None:
 def test_modules_are_opened_by_name_where_that_is_known() -> None:
     """What opens them is seen, and so are the texts: in tables, behind a package, and with all of a name."""
     opens = {
-        module for module in MODULES for node in ast.walk(_parsed(module))
+        module for module in MODULES for node in _nodes(module)
         if {getattr(node, "id", ""), getattr(node, "attr", "")} & {"import_module", "__import__"}
     }  # fmt: skip
     assert opens == set(BY_NAME)
-    assert all(text in dict(_texts(_parsed(module))).values() for module, text in ELSEWHERE)
+    assert all(text in dict(_texts(_nodes(module))).values() for module, text in ELSEWHERE)
     assert {"vibopt.report.machine_views", "vibopt.balancing.plan_views"} <= {name for _, name in _loads("vibopt")}
     assert "vibopt.solve.global_search" in {name for _, name in _loads("vibopt.solve.by_name")}
     assert "vibopt.devices.inertia" in {name for _, name in _loads("vibopt.devices.body")}
@@ -252,7 +259,7 @@ def test_records_are_our_own(module: str) -> None:
     """Those of the standard library make at each start what nobody may use."""
     wrong = [
         f"line {node.lineno}"
-        for node in ast.walk(_parsed(module))
+        for node in _nodes(module)
         if isinstance(node, ast.ImportFrom) and node.module == "dataclasses" and module != "vibopt.records"
         if any(one.name == "dataclass" for one in node.names)
     ]
@@ -286,15 +293,21 @@ FORMS_BY_NAME = {
 """How often a module may tell forms apart, and why; everything else asks the form (`vibopt/forms/form.py`)."""
 
 
+@cache
+def _forms() -> set[str]:
+    """Names of all kinds of forms, and of what they are made from."""
+    from vibopt.forms import FORMS, Form
+
+    return {one.__name__ for kind in (*FORMS.values(), Form) for one in kind.__mro__ if one is not object}
+
+
 @pytest.mark.parametrize("module", MODULES)
 def test_a_method_asks_the_form(module: str) -> None:
     """What it needs of one kind is said beside that kind."""
-    from vibopt.forms import FORMS, Form
-
-    names = {one.__name__ for kind in (*FORMS.values(), Form) for one in kind.__mro__ if one is not object}
+    names = _forms()
     told = [
         f"line {node.lineno}"
-        for node in ast.walk(_parsed(module))
+        for node in _nodes(module)
         if isinstance(node, ast.Call)
         and isinstance(node.func, ast.Name)
         and node.func.id in ("isinstance", "issubclass")
@@ -306,25 +319,21 @@ def test_a_method_asks_the_form(module: str) -> None:
 @pytest.mark.parametrize("module", MODULES)
 def test_no_clock_decides(module: str) -> None:
     """Clocks are read where time is shown, and for the user's own limit; solvers of others get no time limit."""
-    tree = _parsed(module)
     if _under(module, AROUND_CLOCKS):
         return
-    reads = [node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute) and node.attr in CLOCKS]
-    texts = [node.value for node in ast.walk(tree) if isinstance(node, ast.Constant) and isinstance(node.value, str)]
-    settings = [
-        node.attr
-        for node in ast.walk(tree)
-        if isinstance(node, ast.Attribute) and node.attr == "time_limit" and isinstance(node.ctx, ast.Store)
-    ]
+    every = _nodes(module)
+    attributes = [node for node in every if isinstance(node, ast.Attribute)]
+    reads = [node.attr for node in attributes if node.attr in CLOCKS]
+    settings = [node.attr for node in attributes if node.attr == "time_limit" and isinstance(node.ctx, ast.Store)]
     words = [
         node.arg
-        for node in ast.walk(tree)
+        for node in every
         if isinstance(node, ast.keyword)
         and node.arg in ("time_limit", "timeout")
         and module != "vibopt.report.sheet.printing"
         if not isinstance(node.value, ast.Name)
     ]
-    wall = [text for text in texts if text.endswith("max_wall_time")]
+    wall = [text for _, text in _texts(every) if text.endswith("max_wall_time")]
     assert not [*reads, *settings, *words, *wall], f"{module} lets a clock decide"
 
 
@@ -334,7 +343,8 @@ def test_no_test_reads_a_clock_and_no_example_has_a_deadline() -> None:
     reading = {
         file.name
         for file in files
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        if any(word in (text := file.read_text(encoding="utf-8")) for word in CLOCKS)
+        for node in ast.walk(ast.parse(text))
         if isinstance(node, ast.Attribute) and node.attr in CLOCKS
     }
     assert reading <= {"test_work.py", "test_reproducible.py"}

@@ -226,6 +226,9 @@ def test_poles_are_the_roots_of_the_determinant(seed: int) -> None:
     row = characteristic(model, p, float(np.abs(found).max()))
     assert len(row) == len(found) + 1
     assert row[-1] == 1.0
+    assert characteristic(model, np.array([[p], [p]]), float(np.abs(found).max())) == pytest.approx(
+        np.array([[row], [row]]), rel=1e-9, abs=1e-12 * np.abs(row).max()
+    )
 
 
 OPEN: dict[str, Any] = {

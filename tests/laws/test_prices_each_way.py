@@ -222,7 +222,7 @@ def test_a_range_whose_search_the_work_ended_is_told_as_far_as_it_was_seen_to_ho
         assert found == way
 
 
-@pytest.mark.sampled(2)
+@pytest.mark.sampled(4)
 @pytest.mark.parametrize("file", ["isolation/rao_9_28_at_resonance.toml", "absorbers/rao_9_51_tuned_freely.toml"])
 @pytest.mark.parametrize("work", [40.0, 90.0, 200.0, 600.0])
 def test_whatever_work_there_is_a_range_is_what_solving_again_shows(file: str, work: float) -> None:

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
+from scipy.linalg import expm_frechet
 
 import vibopt as vo
 from vibopt.arrays import FloatArray
 from vibopt.excitations.segments import line, sine
 from vibopt.mechanics import pulsed
+from vibopt.mechanics.panels import exponentials
 from vibopt.mechanics.peaks_in_time import Peak
 from vibopt.mechanics.pulsed import peaks_by_modes
 from vibopt.mechanics.transient import Reading, Transient
@@ -255,3 +257,18 @@ def test_what_rings_on_is_followed_as_far_as_by_exponentials(seed: int) -> None:
     assert found is not None
     assert (abs(found.value), found.open) == (pytest.approx(abs(other.value), rel=1e-9), other.open)
     assert found.time == pytest.approx(other.time, rel=1e-6)
+
+
+@pytest.mark.parametrize("size", [0.3, 20.0])
+@pytest.mark.parametrize("parts", [[1.0], [0.0, 0.3, 1.0]], ids=len)
+def test_exponentials_and_their_slopes_are_those_of_an_approximant(parts: list[float], size: float) -> None:
+    """Pade's, of matrices one by one: scipy takes no stack of slopes."""
+    rng = np.random.default_rng(3)
+    a, way = size * rng.normal(size=(2, 3, 5, 5)) / 5.0
+    found = exponentials(a + 1e-30j * way, np.array(parts))
+    alone = exponentials(a, np.array(parts))
+    for k, part in np.ndindex(len(a), len(parts)):
+        value, slope = expm_frechet(parts[part] * a[k], parts[part] * way[k])
+        for one in (found[k, part].real, alone[k, part]):
+            assert one == pytest.approx(value, rel=1e-12, abs=1e-13 * np.abs(value).max())
+        assert found[k, part].imag * 1e30 == pytest.approx(slope, rel=1e-11, abs=1e-12 * np.abs(slope).max())

@@ -94,7 +94,9 @@ def test_without_its_rest_a_tangent_would_be_too_high() -> None:
     assert 1e-3 < max(needed) <= 1.0
 
 
-@pytest.mark.parametrize("seed", [0, 1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 12))])
+@pytest.mark.parametrize(
+    "seed", [1, 4, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(12) if seed not in (1, 4))]
+)
 def test_no_sample_beats_what_tangents_prove(seed: int) -> None:
     """A steady goal beside a limit in the run-up, and a goal in the run-up itself."""
     rng = np.random.default_rng([14, seed])

@@ -194,7 +194,9 @@ def test_a_sharp_peak_is_kept_out_of_a_band_and_a_broad_one_may_be_in_it() -> No
         assert design.status == status, design.claim
 
 
-@pytest.mark.parametrize("beside", [{}, {"loose": {"response": "total_mass", "at_most": "1 t"}}])
+@pytest.mark.parametrize(
+    "beside", [pytest.param({}, marks=pytest.mark.slow), {"loose": {"response": "total_mass", "at_most": "1 t"}}]
+)
 def test_all_masses_whose_peak_lies_beside_a_band_are_told_from_just_inside_where_it_comes_in(beside: Any) -> None:
     """Its factor leaps there: the peak is where w^2 = 2 k^2 / (2 k m - c^2)."""
     stiffness, damping, band = 48.0 * BENDING, 300.0, (150.0, 200.0)

@@ -98,6 +98,7 @@ def test_the_answer_by_cvxpy_is_proven_by_our_own_bound_and_checked_like_any_oth
     assert "put back into a simulated rotor" in plan.claim
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     "name",
     ["assignment_4b_length", "rao_9_54", "rao_9_56_held_at_rest", "rao_9_62_undamped", "rao_9_63", "rao_9_64_spring"],

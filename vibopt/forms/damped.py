@@ -56,8 +56,8 @@ class OfPoles(Form):
         """The most that the number of a pole can be so near to rates s (m,) [1/s], (m,)."""
         raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
 
-    def place(self, level: float, height: float) -> complex:
-        """The rate of a pole with such a number, so far from the real axis or, where relative, from zero."""
+    def place(self, level: FloatArray, height: FloatArray) -> ComplexArray:
+        """Rates (...) of poles with such a number, so far from the real axis or, where relative, from zero."""
         raise NotImplementedError(f"{type(self).__name__} is no number of a pole")
 
     def moved(self, model: Model, x: FloatArray) -> float:
@@ -146,8 +146,8 @@ class DecayRate(OfPoles):
     def most_within(self, rates: ComplexArray, radii: FloatArray) -> FloatArray:
         return np.asarray(radii - rates.real)
 
-    def place(self, level: float, height: float) -> complex:
-        return complex(-level, height)
+    def place(self, level: FloatArray, height: FloatArray) -> ComplexArray:
+        return -level + 1j * height
 
     def _each(self, model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         rates, slopes = pole_slopes(model, x)
@@ -227,12 +227,12 @@ class ModeDamping(OfPoles):
         angle = np.abs(np.angle(-rates)) - np.arcsin(np.minimum(radii / np.abs(rates), 1.0))
         return np.where(angle > 0.0, np.cos(angle), np.inf)  # on the axis nothing swings, and there is no such number
 
-    def place(self, level: float, height: float) -> complex:
+    def place(self, level: FloatArray, height: FloatArray) -> ComplexArray:
         ratio = self.ratio_of(level)
-        return height * complex(-ratio, float(np.sqrt(max(1.0 - ratio * ratio, 0.0))))
+        return np.asarray(height * (-ratio + 1j * np.sqrt(np.maximum(1.0 - ratio * ratio, 0.0))))
 
-    def ratio_of(self, value: float) -> float:
-        """The damping ratio that such a value is."""
+    def ratio_of(self, value: Any) -> Any:
+        """The damping ratio that such a value is, or many."""
         return value
 
     def _each(self, model: Model, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -279,8 +279,8 @@ class LogDecrement(ModeDamping):
     def level(self, rates: ComplexArray) -> FloatArray:
         return decrement(self._least.level(rates))
 
-    def ratio_of(self, value: float) -> float:
-        return value / float(np.hypot(value, 2.0 * np.pi))
+    def ratio_of(self, value: Any) -> Any:
+        return value / np.hypot(value, 2.0 * np.pi)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         return self._least.slope(model, x) / (1.0 - min(self._least.value(model, x), _SWINGS) ** 2)

@@ -19,7 +19,6 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vibopt.forms.monomials import Monomials
 from vibopt.forms.rational import Sampled
 from vibopt.mechanics.model import INERTIA
 from vibopt.records import dataclass
@@ -82,13 +81,10 @@ class Rows:
         return cls(*(np.concatenate(some, axis=1) for some in kinds))
 
 
-def response_rows(line: Sampled, middle: FloatArray, half: FloatArray, down: BoolArray | None = None) -> Rows:
-    """Log of |N / D| at each of its speeds on boxes around `middle` (n_boxes, n_vars), logs within `half` of it.
-
-    Variables that may go `down` to zero, (n_boxes, n_vars), have that as their greatest; no inertia depends on one.
-    """
+def response_rows(line: Sampled, middle: FloatArray, half: FloatArray) -> Rows:
+    """Log of |N / D| at each of its speeds on boxes around `middle` (n_boxes, n_vars), logs within `half` of it."""
     turned = _Turned.of(line)
-    terms = _Terms.of(line, turned.pairs, middle, half, np.zeros(half.shape, dtype=bool) if down is None else down)
+    terms = _Terms.of(line, turned.pairs, middle, half)
     kappa, turn, beyond, size = turned.ways(terms)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # at an undamped resonance kappa has no end
         top, bottom = (_moved(one, kappa) for one in (turned.top, turned.bottom))
@@ -210,8 +206,6 @@ class _Terms:
 
     p, reach
         Each term at the middles, and how far its log may be away, shape (n_boxes, n_terms).
-    down
-        Which of them may be less, down to zero, and move by no law but that, (n_boxes, n_terms).
     each
         What each term adds to each group, shape (n_terms, n_samples, G).
     exponents
@@ -226,7 +220,6 @@ class _Terms:
 
     p: FloatArray
     reach: FloatArray
-    down: BoolArray
     each: ComplexArray
     exponents: FloatArray
     half: FloatArray
@@ -234,9 +227,7 @@ class _Terms:
     steps: tuple[FloatArray, ...]
 
     @classmethod
-    def of(
-        cls, line: Sampled, pairs: tuple[_Pair, ...], middle: FloatArray, half: FloatArray, down: BoolArray
-    ) -> _Terms:
+    def of(cls, line: Sampled, pairs: tuple[_Pair, ...], middle: FloatArray, half: FloatArray) -> _Terms:
         members, model = line.groups.members, line.groups.model
         values, exponents, factors = model.values(middle), model.exponents.copy(), line.factors / 1.0
         each = factors[:, :, None] * line.groups.selector / line.scale[:, None, :]
@@ -256,7 +247,6 @@ class _Terms:
         return cls(
             values[:, used],
             reach,
-            down @ (exponents[used].T != 0.0),
             each[:, used][:, :, left].swapaxes(0, 1),
             exponents[used],
             half,
@@ -266,13 +256,8 @@ class _Terms:
 
     def discs(self) -> tuple[ComplexArray, ComplexArray]:
         """Middles of all that each group may be, and half widths of its real and imaginary part."""
-        wide = np.where(self.down, np.abs(self._most), np.abs(self.p) * np.sinh(self.reach))
-        return _summed(np.where(self.down, self._most, self.p * np.cosh(self.reach)), self.each), self._across(wide)
-
-    @property
-    def _most(self) -> FloatArray:
-        """Half of what each term is at most."""
-        return np.asarray(0.5 * self.p * np.exp(self.reach))
+        wide = np.abs(self.p) * np.sinh(self.reach)
+        return _summed(self.p * np.cosh(self.reach), self.each), self._across(wide)
 
     def _across(self, sizes: FloatArray) -> ComplexArray:
         """Sums of real and of imaginary parts of terms of these sizes (n_boxes, n_terms)."""
@@ -280,13 +265,11 @@ class _Terms:
 
     def ways(self) -> _Moving:
         """Each group as it moves; shapes (n_boxes, n_samples, G), the slopes with n_vars behind."""
-        moved = np.where(self.down, 0.0, self.p)
-        turn = _summed(moved, self.each[..., None] * self.exponents[:, None, None])
-        left = np.where(self.down, np.abs(self._most), np.abs(self.p) * (np.expm1(self.reach) - self.reach))
-        beyond = np.abs(self._across(left))
+        turn = _summed(self.p, self.each[..., None] * self.exponents[:, None, None])
+        beyond = np.abs(self._across(np.abs(self.p) * (np.expm1(self.reach) - self.reach)))
         real, imag = ((np.abs(way) * self.half[:, None, None, :]).sum(axis=-1) for way in (turn.real, turn.imag))
         size = np.hypot(real, imag) + beyond
-        return _summed(np.where(self.down, self._most, self.p), self.each), turn, beyond, size
+        return _summed(self.p, self.each), turn, beyond, size
 
 
 def _summed(p: FloatArray, each: Any) -> Any:
@@ -367,20 +350,12 @@ def coefficients(line: Sampled) -> int:
     return int(_paired(line)[0].shape[1])
 
 
-def power_rows(powers: Monomials, middle: FloatArray, half: FloatArray, down: BoolArray, *, least: bool) -> Rows:
-    """Log of sum_j scale_j x**exponents_j, all positive, as one row: it is convex in the logs.
-
-    With `least` of one over a single such term.  Variables that may go `down` to zero, (n_boxes, n_vars), leave terms
-    out, and of one over a term they are at their greatest.
-    """
-    moves = (down @ (powers.exponents.T != 0.0)) & (not least)
-    middle = np.where(down, middle * np.exp(half), middle) if least else middle
-    parts = np.where(moves, 0.0, powers.scale * np.exp(np.log(middle) @ powers.exponents.T))
+def power_rows(scale: FloatArray, exponents: FloatArray, middle: FloatArray, half: FloatArray) -> Rows:
+    """Log of sum_j scale_j x**exponents_j, all positive, as one row: it is convex in the logs."""
+    parts = scale * np.exp(np.log(middle) @ exponents.T)
     total = parts.sum(axis=1, keepdims=True)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        slope = np.where(down | (total == 0.0), 0.0, (parts / total) @ powers.exponents)[:, None, :]
-        rows = Rows(np.log(total) - _ROUNDING, slope)
-    return rows.falling() if least else rows
+    slope = ((parts / total) @ exponents)[:, None, :]
+    return Rows(np.log(total) - _ROUNDING, slope)
 
 
 def _moved(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:

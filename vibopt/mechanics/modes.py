@@ -340,17 +340,22 @@ def pole_slopes(model: Model, x: FloatArray) -> tuple[ComplexArray, ComplexArray
 
 
 def characteristic(model: Model, p: FloatArray, scale: float) -> FloatArray:
-    """Coefficients of det(s^2 M + s C + K) in s / scale, ascending, the last of them 1: one more than poles."""
-    mass, damping, stiffness, _ = free_matrices(model, p)
+    """Coefficients of det(s^2 M + s C + K) in s / scale, ascending, the last of them 1: one more than poles.
+
+    p
+        Coefficients of machines, (..., n_terms); what is found is (..., n_poles + 1).
+    """
     n = model.n_free
+    mass, damping, stiffness = (model.sums(kind, p)[..., :n, :n] for kind in (INERTIA, DAMPING, STIFFNESS))
     if model.massless.any():
-        return np.asarray(np.poly(np.linalg.eigvals(_states(mass, damping, stiffness)[0]) / scale).real[::-1])
+        each = zip(*(one.reshape(-1, n, n) for one in (mass, damping, stiffness)), strict=True)
+        rows = [np.poly(np.linalg.eigvals(_states(*one)[0]) / scale).real[::-1] for one in each]
+        return np.array(rows).reshape(*p.shape[:-1], -1)
     root = np.linalg.inv(np.linalg.cholesky(mass))
-    k, c = root @ stiffness @ root.T / scale**2, root @ damping @ root.T / scale
+    k, c = (root @ one @ root.mT / scale**power for one, power in ((stiffness, 2), (damping, 1)))
     circle = np.exp(2j * np.pi * np.arange(2 * n + 1) / (2 * n + 1))[:, None, None]
-    values = np.linalg.det(circle**2 * np.eye(n) + circle * c + k)
-    found: FloatArray = (np.fft.fft(values) / (2 * n + 1)).real
-    return found
+    values = np.linalg.det(circle**2 * np.eye(n) + circle * c[..., None, :, :] + k[..., None, :, :])
+    return np.asarray((np.fft.fft(values) / (2 * n + 1)).real)
 
 
 def modes_at(model: Model, x: FloatArray) -> FloatArray:

@@ -7,8 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.mechanics.model import INERTIA
-from vibopt.program.program import Aim, Axis, Limit, Program
+from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.method import Found
 
 GROUPS, FREE = 6, 6
@@ -54,7 +53,7 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     free = [axis for axis in program.axes if axis.high > axis.low]
     listed = [axis for axis in free if axis.values is not None]
     endless = [axis.path for axis in program.axes if axis.open_high or not np.isfinite(axis.high)]
-    zero = [axis.path for i, axis in enumerate(program.axes) if not (_above(axis) or _fades(program, i))]
+    zero = [axis.path for axis in program.axes if axis.open_low or axis.low <= 0.0]
     if program.ties:
         return "parts of a catalogue are compared with each other, not with what lies between them"
     if free and len(listed) == len(free):
@@ -71,22 +70,6 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     moved = any(one.form.powers is None for one in asked)
     said = any(not no_rows(one) for one in (asked if moved else program.limits))
     return "" if free and said else "no limit has bounds on boxes of designs"
-
-
-def _above(axis: Axis) -> bool:
-    return axis.low > 0.0 and not axis.open_low
-
-
-def _fades(program: Program, index: int) -> bool:
-    """Whether a range begins at zero, and what its variable adds, which is no inertia, is nothing there."""
-    axis = program.axes[index]
-    if axis.low < 0.0 or axis.values is not None:
-        return False
-    steps = [part.form.powers.exponents[:, index] for part in program.parts if part.form.powers is not None]
-    for part in program.parts:
-        own = part.model.exponents[:, index]
-        steps += [own, -np.abs(own[part.model.kinds == INERTIA])]
-    return all((some >= 0.0).all() for some in steps)
 
 
 def unbounded(parts: Sequence[Limit | Aim]) -> Limit | Aim | None:

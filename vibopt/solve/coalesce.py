@@ -195,8 +195,8 @@ class _Meeting:
         return self._design(v)
 
     def _design(self, v: FloatArray) -> FloatArray:
-        found = self.y.copy()
-        found[self.free] = v[: int(self.free.sum())]
+        found = np.broadcast_to(self.y, (*v.shape[:-1], len(self.y))).copy()
+        found[..., self.free] = v[..., : int(self.free.sum())]
         return found
 
     def _wanted(self, v: FloatArray) -> FloatArray:
@@ -218,13 +218,11 @@ class _Meeting:
         wanted = self._wanted(v)
         held = np.asarray(np.linalg.lstsq(table.T, -wanted, rcond=None)[0]) if weights is None else weights
         n, m, wide = len(v), len(values), 10.0 * _STEP
-        bend = np.zeros((n, n))
-        for i in range(n):
-            up, down = v.copy(), v.copy()
-            up[i] += wide
-            down[i] -= wide
-            bend[i] = held @ (self._table(up) - self._table(down)) + self._wanted(up) - self._wanted(down)
-        bend /= 2.0 * wide
+        ahead, back = v + wide * np.eye(n), v - wide * np.eye(n)
+        bend = held @ (self._table(ahead) - self._table(back))
+        if self.asked.aim is not None:
+            bend = bend + [self._wanted(up) - self._wanted(down) for up, down in zip(ahead, back, strict=True)]
+        bend = bend / (2.0 * wide)
         matrix = np.zeros((n + m, n + m))
         matrix[:n, :n] = 0.5 * (bend + bend.T)
         matrix[:n, n:] = table.T
@@ -234,33 +232,29 @@ class _Meeting:
         return solved[:n], held + solved[n:]
 
     def _table(self, v: FloatArray) -> FloatArray:
-        """Slopes of the rows, by central differences."""
-        columns = []
-        for i in range(len(v)):
-            up, down = v.copy(), v.copy()
-            up[i] += _STEP
-            down[i] -= _STEP
-            columns.append((self._rows(up) - self._rows(down)) / (2.0 * _STEP))
-        return np.array(columns).T
+        """Slopes of the rows (..., n_rows, n), by central differences: all of many v (..., n) side by side."""
+        step = _STEP * np.eye(v.shape[-1])
+        rows = self._rows(v[..., None, :] + np.array([step, -step]).reshape(2, *[1] * (v.ndim - 1), *step.shape))
+        return np.asarray((rows[0] - rows[1]) / (2.0 * _STEP)).mT
 
     def _rows(self, v: FloatArray) -> FloatArray:
-        """The polynomial and its derivatives at the place of each cluster, over the size of its parts."""
+        """The polynomial and its derivatives at the place of each cluster, of each v (..., n): (..., n_rows)."""
         asked, count = self.asked, int(self.free.sum())
         y = self._design(v)
-        row = characteristic(asked.model, asked.model.values(np.exp(y)), self.scale)
+        numbers = np.moveaxis(characteristic(asked.model, asked.model.values(np.exp(y)), self.scale), -1, 0)
         if asked.aim is None:
-            level, rest = float(v[count]), v[count + 1 :]
+            level, rest = v[..., count], v[..., count + 1 :]
         else:
-            level, rest = asked.bound * (1.0 + self.margin), v[count:]
-            level /= 1.0 if asked.form.relative else self.scale
-        heights = iter(rest)
-        rows: list[float] = []
+            bound = asked.bound * (1.0 + self.margin) / (1.0 if asked.form.relative else self.scale)
+            level, rest = np.full(v.shape[:-1], bound), v[..., count:]
+        heights = iter(np.moveaxis(rest, -1, 0))
+        rows: list[FloatArray] = []
         for cluster in self.clusters:
-            height = float(next(heights)) if cluster.height > 0.0 else 0.0
+            height = next(heights) if cluster.height > 0.0 else np.zeros(v.shape[:-1])
             s = asked.form.place(level, height)
-            derivative = row.astype(complex)
+            derivative = numbers.astype(complex)
             for order in range(cluster.count):
-                value = complex(np.polynomial.polynomial.polyval(s, derivative))
+                value = np.polynomial.polynomial.polyval(s, derivative, tensor=False)
                 rows += [value.real, value.imag] if cluster.height > 0.0 else [value.real]
                 derivative = np.polynomial.polynomial.polyder(derivative) / (order + 1.0)
-        return np.array(rows)
+        return np.stack(rows, axis=-1)

@@ -211,7 +211,11 @@ class Device:
 
     def least(self, mass: float) -> float:
         """The greatest response is no less than this with any passive device of so much mass; 0 if nothing is known."""
-        return (1.0 - _SAFETY) * max((self._least(mass, *one) for one in self._begun(mass)), default=0.0)
+        return max((self._least(mass, *one) for one in self._begun(mass)), default=0.0)
+
+    def never_keeps(self, bound: float, mass: float) -> bool:
+        """Whether the response is known to be more than a bound with any passive device of so much mass."""
+        return any(self._least(mass, *one, bound) > bound for one in self._begun(mass))
 
     def _begun(self, mass: float) -> Iterator[tuple[Band, FloatArray]]:
         for band in self.host.bands:
@@ -223,7 +227,8 @@ class Device:
                     for part in _REALS[: None if self.host.damping.any() and not self.host.damper else 1]:
                         yield band, np.array([*(0.5 * np.log(z) + np.log(w)), np.log(part * w), 0.0, 0.0])
 
-    def _least(self, mass: float, band: Band, begun: FloatArray) -> float:
+    def _least(self, mass: float, band: Band, begun: FloatArray, enough: float = np.inf) -> float:
+        """The best bound near a window, or the first that is more than `enough`."""
         from scipy.optimize import minimize
 
         def falling(y: FloatArray, level: float) -> float:
@@ -234,7 +239,9 @@ class Device:
         for _ in range(_TURNS if self.host.damper else 1):
             found: Any = minimize(partial(falling, level=best), begun, method="Nelder-Mead", options=options)
             begun = found.x
-            best = max(best, self._proven(_Window.of(begun, band), mass))
+            best = max(best, (1.0 - _SAFETY) * self._proven(_Window.of(begun, band), mass))
+            if best > enough:
+                break
         return best
 
     def _linear(self, window: _Window | None, mass: float, level: float) -> float:
@@ -295,7 +302,7 @@ def _least_mass(program: Program, aim: Aim, value: float) -> float:
         low, high = value / share * _LIGHTEST, value / share
 
         def too_light(mass: float, host: Hung = host, bound: float = limit.bound) -> bool:
-            return Device(host).least(mass) > bound
+            return Device(host).never_keeps(bound, mass)
 
         if too_light(low):
             best = max(best, halved(too_light, low, high, _COARSE, by_ratios=True)[0] * share)

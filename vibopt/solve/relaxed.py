@@ -25,7 +25,6 @@ from vibopt.solve.branch import first_speeds
 from vibopt.solve.hanging import masses_on_springs
 from vibopt.solve.interchange import orders
 from vibopt.solve.method import Found, Told
-from vibopt.solve.ranges import FLOOR
 from vibopt.work import Budget
 
 NAME = "boxes"
@@ -141,8 +140,6 @@ class _Relaxed:
         self.lines = {id(one): _Speeds(program, one) for one in (*self.goals, *self.limits) if one.form.powers is None}
         asked = (*self.goals, *self.limits)
         self.orders = orders(program, asked, {key: line.sampled for key, line in self.lines.items()})
-        self.from_zero = np.array([axis.open_low or axis.low <= 0.0 for axis in program.axes])
-        self.low = np.log(np.where(self.from_zero, FLOOR * program.high, program.low))
         self.lists = [(i, np.log(np.sort(a.values))) for i, a in enumerate(program.axes) if a.values is not None]
         each = sum(line.count for line in self.lines.values()) or 1
         self.budget = Budget(min(most, max(_WORK // each, 1)), "boxes", _COST * each)
@@ -157,7 +154,7 @@ class _Relaxed:
 
     def search(self, bar: float, floor: Callable[[], float] = lambda: -np.inf) -> float:
         """No log of the goal is below this, at most `bar`; given up far below `floor`, early where it hardly moves."""
-        frontier, low, high = Frontier(self.budget), self.low[None], np.log(self.program.high)[None]
+        frontier, low, high = Frontier(self.budget), np.log(self.program.low)[None], np.log(self.program.high)[None]
         frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
         begun = np.inf
         hosts = [device.host for device in masses_on_springs(self.program) if device.host]
@@ -222,9 +219,8 @@ class _Relaxed:
         """
         self.budget.spend(len(low))
         x, half = np.exp(0.5 * (low + high)), 0.5 * (high - low)
-        fades = self.from_zero & (low <= self.low)
-        goals = Rows.joined([self._rows(goal, x, half, fades) for goal in self.goals]).highest(_ROWS)
-        limits = [self._rows(limit, x, half, fades) for limit in self.limits]
+        goals = Rows.joined([self._rows(goal, x, half) for goal in self.goals]).highest(_ROWS)
+        limits = [self._rows(limit, x, half) for limit in self.limits]
         every = Rows.joined([goals, Rows.joined(limits).highest(_ROWS)]) if limits else goals
         aims = np.arange(every.value.shape[1]) < goals.value.shape[1]
         bound = _weighed(every, aims, half, bar)
@@ -251,13 +247,13 @@ class _Relaxed:
             highs[:, i] = values[np.searchsorted(values, highs[:, i] + _SAME) - 1]
         return lows, highs
 
-    def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray, down: BoolArray) -> Rows:
+    def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray) -> Rows:
         log = 0.0 if isinstance(part, Aim) else float(np.log(part.bound))
         powers = part.form.powers
         if powers is None:
-            return response_rows(self.lines[id(part)].sampled, x, half, down).less(log)
-        least = part.least_wanted
-        return power_rows(powers, x, half, down, least=least).less(-log if least else log)
+            return response_rows(self.lines[id(part)].sampled, x, half).less(log)
+        made = power_rows(powers.scale, powers.exponents, x, half).less(log)
+        return made.falling() if part.least_wanted else made
 
 
 @dataclass(frozen=True, slots=True)
@@ -327,7 +323,7 @@ class _Speeds:
                 fresh.append(speed)
         form = self.part.form.harmonic
         if fresh and form is not None and form.line is not None:
-            middle = np.sqrt(np.maximum(self.program.low, FLOOR * self.program.high) * self.program.high)
+            middle = np.sqrt(self.program.low * self.program.high)
             made = sampled(self.part.model, form.output, form.line, np.array(fresh), middle)
             self.sampled: Sampled = self.sampled.joined(made) if self.known else made
             self.known += fresh

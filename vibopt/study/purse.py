@@ -150,7 +150,7 @@ def _looked(errand: _Errand, job: Job) -> _Seen:
         for way in errand.ways:
             road.most = min(errand.most, road.work + errand.share)
             if isinstance(way, Way):
-                found.append(along.ranged(way, -1 if way.value.value < errand.fact.value else 1))
+                found.append(along.ranged(way, 1 if errand.axis.at(way.value.value) > 0.0 else -1))
             else:
                 found.append(along.stepped(way))
         ways = tuple(found)

@@ -61,10 +61,8 @@ def undamped(mass: Any, stiffness: Any) -> tuple[FloatArray, Any]:
         turn = np.where(near, -0.5 * m, (k - m * squares[None, :]) / np.where(near, 1.0, gap))
         np.fill_diagonal(turn, 0.5 * (1.0 - np.diag(m)))
         shapes = shapes + shapes @ turn
-    k = shapes.T @ stiffness @ shapes
-    m = shapes.T @ mass @ shapes
-    squares = (np.diag(k) / np.diag(m)).astype(float)
-    return squares, shapes / np.sqrt(np.diag(m))
+    k, m = ((shapes * (matrix @ shapes)).sum(axis=0) for matrix in (stiffness, mass))
+    return (k / m).astype(float), shapes / np.sqrt(m)
 
 
 @dataclass(frozen=True, eq=False)
