@@ -111,3 +111,19 @@ def test_a_program_without_squares_takes_no_room_for_them() -> None:
     tracemalloc.stop()
     assert found.x == pytest.approx(np.ones(count), rel=1e-8)
     assert room < 16e6
+
+
+def test_loads_that_act_together_are_joined_once_for_all_that_is_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Cut at each other's joints anew for every measure they were most of an answer."""
+    from vibopt.excitations import segments
+
+    asked, joined = [], segments.together
+    monkeypatch.setattr(segments, "together", lambda signals: asked.append(len(signals)) or joined(signals))
+    document = chain(tmp_path, np.linspace(0.0, 0.02, 20), np.ones(20))
+    document["measures"] |= {f"felt{i}": {"response": "peak_acceleration", "of": f"b{i}"} for i in range(3)}
+    scene = vo.from_dict(document)
+    asked.clear()  # what was tried of the file
+    assert vo.solve(scene).status == "met"
+    assert asked in ([], [2])

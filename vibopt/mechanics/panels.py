@@ -33,7 +33,7 @@ _FACTORS = 1.0 / np.cumprod(np.maximum(np.arange(_TERMS), 1.0))
 _RESOLVED = 1e-13
 """Part of the greatest value that may be left over on a panel."""
 _OFTEN, _SELDOM = 10, 4
-"""Halvings of a matrix from which on what is slow in it is put right, and halvings of that."""
+"""Halvings of a matrix from which on fast states are told apart from slow ones, and halvings of these."""
 _STEPS, _FAR = 60, 1e12
 """Steps in which it is told apart, and how far a signal of one may hold what is fast."""
 _EPSILON = 2.0**-52
@@ -87,23 +87,22 @@ def exponential(a: Numbers, at: float = 1.0) -> Numbers:
 def exponentials(a: Numbers, at: FloatArray) -> Numbers:
     """exp(a t) for each t of `at` (n,), from 0 to 1, shape (..., n, N, N) for `a` (..., N, N)."""
     halvings = halvings_of(a)
-    power, own = series(a / 2.0 ** halvings[..., None, None], at), _slow(a, halvings)
+    grown = _grown(a / 2.0 ** halvings[..., None, None], at)
     for done in range(int(halvings.max(initial=0))):
         if (more := halvings > done).all():
-            power = power @ power
+            grown = _twice(grown)
         else:
-            power[more] = power[more] @ power[more]
-        if own:
-            ahead = 2.0 ** np.maximum(halvings - 1 - done, 0)[..., None, None]
-            power[..., own:, own:] = exponentials(a[..., own:, own:] / ahead, at)
-    return power
+            grown[more] = _twice(grown[more])
+    return grown + np.eye(a.shape[-1])
+
+
+def _twice(grown: Numbers) -> Numbers:
+    """exp(2 a) - 1 from exp(a) - 1: squares of exp(a) would double the rounding of what hardly changes every time."""
+    return np.asarray(2.0 * grown + grown @ grown)
 
 
 def _slow(a: Numbers, halvings: IntArray) -> int:
-    """From where on the last states are by themselves and slow, of matrices halved often; 0 where none are.
-
-    Each squaring doubles the rounding of what goes on and on, as a signal does: it is put right after each.
-    """
+    """From where on the last states are by themselves and slow, of matrices halved often; 0 where none are."""
     if halvings.max(initial=0) <= _OFTEN:
         return 0
     linked = (a != 0.0).reshape(-1, *a.shape[-2:]).any(axis=0)
@@ -282,7 +281,13 @@ def halvings_of(a: Numbers) -> IntArray:
 
 def series(a: Numbers, at: FloatArray) -> Numbers:
     """exp(a at) for each of `at` (n,), shape (..., n, N, N), for `a` (..., N, N); a of norm 1 or less."""
+    return _grown(a, at) + np.eye(a.shape[-1])
+
+
+def _grown(a: Numbers, at: FloatArray) -> Numbers:
+    """exp(a at) - 1, as `series`."""
     factors = _FACTORS * at[:, None] ** np.arange(_TERMS)
+    factors[:, 0] = 0.0
     if len(at) > 1 or not np.iscomplexobj(a):
         return np.moveaxis(_weighed(factors, _powers(a, _TERMS)), 0, -3)
     powers = _powers(a, _BLOCK + 1)
@@ -312,10 +317,8 @@ class Along:
 
     def __init__(self, a: FloatArray) -> None:
         self.halvings = halvings_of(a)
-        own = _slow(a, self.halvings)
-        self._signals = a[:, own:, own:] if own else a[:, :0, :0]
-        self._steps = [series(a / 2.0 ** self.halvings[:, None, None], _POINTS)]
-        """From the last level to the whole; of machines that are resolved before, as at their last."""
+        self._grown = [_grown(a / 2.0 ** self.halvings[:, None, None], _POINTS)]
+        """Less 1; from the last level to the whole; of machines that are resolved before, as at their last."""
 
     @property
     def depth(self) -> int:
@@ -324,14 +327,11 @@ class Along:
 
     def step(self, level: int) -> FloatArray:
         """At one level, (n, n_points, N, N)."""
-        while len(self._steps) <= self.depth:
-            last, more = self._steps[-1], self.halvings > self.depth - len(self._steps)
-            step = last @ last if more.all() else np.where(more[:, None, None, None], last @ last, last)
-            if (count := self._signals.shape[-1]) and more.any():
-                left = 2.0 ** np.minimum(self.depth - len(self._steps), self.halvings)[:, None, None]
-                step[..., -count:, -count:] = exponentials(self._signals / left, _POINTS)
-            self._steps.append(step)
-        return self._steps[self.depth - level]
+        while len(self._grown) <= self.depth:
+            last, more = self._grown[-1], self.halvings > self.depth - len(self._grown)
+            self._grown.append(_twice(last) if more.all() else np.where(more[:, None, None, None], _twice(last), last))
+        grown = self._grown[self.depth - level]
+        return grown + np.eye(grown.shape[-1])
 
     @property
     def whole(self) -> FloatArray:
@@ -342,15 +342,15 @@ class Along:
         """Of machines 2 a."""
         self.step(0)
         found = Along.__new__(Along)
-        found.halvings, found._steps, found._signals = self.halvings + 1, list(self._steps), 2.0 * self._signals
+        found.halvings, found._grown = self.halvings + 1, list(self._grown)
         return found
 
     def some(self, which: IntArray) -> Along:
         """Of some of the machines."""
         self.step(0)
         found = Along.__new__(Along)
-        found.halvings, found._signals = self.halvings[which], self._signals[which]
-        found._steps = [step[which] for step in self._steps[self.depth - found.depth :]]
+        found.halvings = self.halvings[which]
+        found._grown = [grown[which] for grown in self._grown[self.depth - found.depth :]]
         return found
 
 

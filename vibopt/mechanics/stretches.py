@@ -180,9 +180,26 @@ def back_at_rest(stretches: Sequence[Stretch], n_free: int, long: FloatArray) ->
     found = np.array(stretches[-1].left)
     half = found.shape[-1] // 2
     places, rates = found[..., n_free:half], found[..., half + n_free :]
-    fast = np.zeros(rates.shape)
-    for stretch in stretches:
-        fast = np.maximum(fast, np.abs(stretch.starts[..., half + n_free : 2 * half]).max(axis=-2))
+    fast = np.max([stretch.sizes[..., half + n_free : 2 * half] for stretch in stretches], axis=0)
     back = (np.abs(rates) <= _BACK * fast) & (np.abs(places) <= _BACK * fast * np.asarray(long)[..., None])
     places[back] = rates[back] = 0.0
     return found
+
+
+def come_back(runs: Sequence[Sequence[Segment]], led: IntArray) -> bool:
+    """Whether the bases that some signals lead, by their accelerations, are at rest behind runs of segments."""
+    speed, most = np.zeros(()), np.zeros(())
+    for alike in runs:
+        rates, read, count = alike[0].rates, alike[0].read, alike[0].rates.shape[-1]
+        grown = np.zeros((*rates.shape[:-2], *(count + read.shape[-2],) * 2))
+        grown[..., :count, :count], grown[..., count:, :count] = rates, read
+        gained = exponential(grown)[..., count:, :count]
+        for segment in alike:
+            length = wide(segment.length)[..., 0]
+            speed = speed + segment.blows + _times(gained, segment.start) * length
+            most = most + np.abs(segment.blows) + _times(np.abs(read), np.abs(segment.start)) * length
+    return bool((np.abs(speed) <= _BACK * most)[..., led].all())
+
+
+def _times(matrix: FloatArray, vector: FloatArray) -> FloatArray:
+    return np.asarray((matrix @ vector[..., None])[..., 0])

@@ -17,7 +17,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.arrays import FloatArray, IntArray
+from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.joints import Condensed, UnlikeError, condensed, eliminated, riding
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential
@@ -25,12 +25,23 @@ from vibopt.mechanics.peaks_in_time import Peak, Peaks
 from vibopt.mechanics.pulsed import peaks_by_modes
 from vibopt.mechanics.ringing import Behind
 from vibopt.mechanics.stacked import cholesky, moved, product, read_at, row_sum, stepped, trace, wide
-from vibopt.mechanics.stretches import Stretch, add_before, after, back_at_rest, own_lengths, runs_of, steps_of
+from vibopt.mechanics.stretches import (
+    Stretch,
+    add_before,
+    after,
+    back_at_rest,
+    come_back,
+    own_lengths,
+    runs_of,
+    steps_of,
+)
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 
 _JOINED, _CANCELLED = 1e-12, 1e-15
 """Part of a time within which it is a joint, and of what cancels in a reading that is its rounding."""
+_LONG = 1e3
+"""Radians of the fastest motion from which on a load is never brief."""
 _LOOKED_AT, _FEW, _MANY = 3.0, 8, 4096
 """Samples in a radian of the fastest motion, and in one segment, of a rough look."""
 _TOO_OFTEN = (
@@ -370,9 +381,27 @@ class Transient:
     def ride(self) -> Numbers:
         """How free coordinates follow the bases when these move slowly, (..., n, n_bases): places count from there.
 
-        A base that is pushed for a thousand periods is far away, and what is near it would be lost in rounding.
+        A base that is pushed for a thousand periods is far away, and what is near it would be lost in rounding.  One
+        that comes back before anything follows it is not: what hardly moves would be lost beside it.
         """
-        return riding(self.parts[2], self.parts[3])
+        found = riding(self.parts[2], self.parts[3])
+        brief = self._brief if found.any() else np.zeros(())
+        return np.where(wide(brief), 0.0, found) if brief.any() else found
+
+    @cached_property
+    def _brief(self) -> BoolArray:
+        """Whether bases are moved to and back so briefly that fast coordinates follow them less than slow ones do not,
+        (...).
+        """
+        long = sum(segment.length for segment in self.segments)
+        heavy, turned = self.parts[4], np.asarray(self.rate * long)
+        if self.segments[-1].endless or (turned >= _LONG).all():
+            return np.zeros(turned.shape, dtype=bool)
+        root = self.root[..., :heavy, :heavy].real
+        held = np.linalg.eigvalsh(root.mT @ self.parts[2][..., :heavy, :heavy].real @ root)[..., 0]
+        brief = (turned < _LONG) & (turned * np.sqrt(np.maximum(held, 0.0)) * long < 1.0)
+        led = np.flatnonzero(self.loads[self.n_free :].any(axis=0))
+        return np.asarray(brief & (brief.any() and come_back(self.runs, led)))
 
     @cached_property
     def _rides(self) -> FloatArray:

@@ -70,10 +70,16 @@ def signals_for(
 
         places = {variable.path: i for i, variable in enumerate(scene.variables)}
         return loads, course_of(every[0], places, names_for(scene, response)[0])
+    return loads, _signals(scene, *names_for(scene, response))
+
+
+@once
+def _signals(scene: Scene, *names: str) -> tuple[Segment, ...]:
+    """What some excitations do in time, together: one for all responses, whose motion is then one, too."""
     from vibopt.excitations.segments import together
 
-    once = [excitation.once for excitation in every if excitation.once is not None]
-    return loads, together([one.segments() for one in once])
+    every = (scene.excitations[name].once for name in names)
+    return together([one.segments() for one in every if one is not None])
 
 
 def at_rates(scene: Scene, x: FloatArray) -> Scene:

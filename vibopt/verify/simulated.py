@@ -42,10 +42,12 @@ _ALONE, _SAMPLE = 2.0, 0.004
 _EVEN = 1e-9
 """Part by which a later peak must be greater to be told."""
 _SLOW, _AWAY, _BY_STEPS = 1e-8, 1e-6, (1e-3, 1e-4)
-"""Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count, and of the
-fastest rate below which a motion swings no more; rates under a value that stays."""
+"""Rate at which a drift is looked for, per look; part of a reading by which it must grow in one to count; rates under a
+value that stays."""
 _FINE = 400
 """Samples of a turn of what is steady."""
+_ROUNDING = 3e-14
+"""Part of the fastest rate by which rounding may be off in one whose shapes are at right angles to all others."""
 _NOTHING, _SEEN = 1e-13, 1e-6
 """Part of what motions as great could show that is their rounding, and that is none at the first look."""
 _DEFECTIVE, _CHUNK, _FADED = 1e8, 20_000, 1e-3
@@ -263,8 +265,8 @@ class Simulated(MotionInTime):
         )
         run, many = self._run(number), TOGETHER // len(self._places)
         if isinstance(run, Steps) and len(run.times) > _CHUNK:  # a step is no longer than what lies between samples
-            at = np.clip(run.times, *self._inside(number))
-            return run.times, self._course(at, run.states.T)
+            times, states = np.append(run.times, high), np.hstack([run.states.T, run(self._inside(number)[1:])])
+            return times, self._course(np.clip(times, *self._inside(number)), states)
         bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
         times = np.union1d(np.linspace(low, high, count), np.append(bent, self._turned(number)))
         at = np.clip(times, *self._inside(number))
@@ -334,13 +336,9 @@ class Simulated(MotionInTime):
 
         What swings does so about what stays: what has drifted and where a value that stays holds the machine.
         """
-        from scipy.linalg import eig
-
         low, begin = self._spans[looks[0]][0], self._spans[looks[1]][1] - self._spans[looks[0]][0]
-        known: Any = eig(system, left=True, right=True)
-        swings = np.abs(known[0]) > _AWAY * np.abs(known[0]).max()
-        rates, left, shapes = known[0][swings], known[1][:, swings].conj().T, known[2][:, swings]
-        if not len(rates) or np.linalg.cond(shapes) > _DEFECTIVE:
+        rates, left, shapes = _told_from_rest(system)
+        if not len(rates) or np.linalg.cond(left @ shapes) > _DEFECTIVE:
             return best
         state: FloatArray = np.asarray(self._run(looks[0])(low), dtype=float)
         shares = np.linalg.solve(left @ shapes, left @ state + (left @ self._held) / rates)
@@ -358,13 +356,31 @@ class Simulated(MotionInTime):
             return np.asarray(np.abs(still + np.real(waves @ np.exp(rates[:, None] * times))))
 
         while begin < end and abs(still) + float(np.abs(waves) @ np.exp(rates.real * begin)) > best[0] * (1.0 + _EVEN):
-            times = np.asarray(begin + step * np.arange(min(_CHUNK, int((end - begin) / step) + 2)), dtype=float)
-            best = _risen(best, value, times, low)
+            times = begin + step * np.arange(-1.0, min(_CHUNK, int((end - begin) / step) + 2))  # a top may lie across
+            best = _risen(best, value, np.asarray(times[times >= 0.0]), low)
             begin = float(times[-1])
             faded = np.abs(np.exp(rates.real * begin)).max(where=np.abs(rates.imag) > 0.0, initial=0.0)
             if faded < _FADED * np.abs(np.exp(rates.real * seen)).max():
                 break
-        return best
+        creeps = -rates.real[(rates.imag == 0.0) & (rates.real < 0.0)]
+        long = -math.log(GONE) / float(creeps.min(initial=np.inf))
+        return best if long <= seen else _risen(best, value, np.geomspace(seen, long, _CHUNK // 20), low)
+
+
+def _told_from_rest(system: FloatArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Rates, left and right shapes of the modes of states (2 n, 2 n) whose rates rounding tells from none.
+
+    Two rates of nothing, as of what drifts, are off by the root of rounding, and their shapes are nearly one.
+    """
+    from scipy.linalg import eig, eigvals
+
+    fastest = float(np.abs(eigvals(system)).max(initial=0.0)) or 1.0
+    scale = np.repeat([1.0, fastest], len(system) // 2)  # velocities as places
+    known: Any = eig(system * scale / scale[:, None], left=True, right=True)
+    rates, left, shapes = known
+    apart = np.abs((left.conj() * shapes).sum(axis=0))
+    told = np.abs(rates) * apart > _ROUNDING * fastest
+    return rates[told], (left[:, told].conj() / scale[:, None]).T, shapes[:, told] * scale[:, None]
 
 
 Values = Callable[[FloatArray], FloatArray]
