@@ -464,6 +464,7 @@ def test_many_sensors_show_the_solver_few_rows() -> None:
     assert solved.value == pytest.approx(float(np.abs(question.residual(solved.u)).max()), rel=1e-14)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("goal", GOALS)
 def test_many_limits_are_all_kept(goal: Goal) -> None:
     """300 readings with a limit each: those the solver never saw are kept as well, and the bound holds."""

@@ -107,7 +107,7 @@ def by_matrices(folder: Path, M: Array, C: Array, K: Array, points: list[int]) -
 
 
 @pytest.mark.parametrize(
-    "shaker", [pytest.param(one, marks=[pytest.mark.slow] * (one == "any length")) for one in SHAKERS]
+    "shaker", [pytest.param(one, marks=[pytest.mark.slow] * (one in ("any length", "rectangle"))) for one in SHAKERS]
 )
 @FEW
 @given(st.lists(st.floats(50.0, 500.0), min_size=2, max_size=4), st.floats(15.0, 60.0), st.floats(1e-4, 2e-3))

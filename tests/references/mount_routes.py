@@ -173,7 +173,9 @@ def pump_flange() -> dict[str, float | str]:
             return whole
 
         def pipe(k: float, held: Callable[[float, float], Complex] = held) -> float:
-            return peak(lambda w: abs(flange @ body.motion(held(k, w), w, at.T @ (0.04 * w**2 * turning))), 1.0, omega)
+            return peak(
+                lambda w: abs(flange @ body.motion(held(k, w), w, at.T @ (0.04 * w**2 * turning))), 1.0, omega, 801
+            )
 
         def sag(k: float, held: Callable[[float, float], Complex] = held) -> float:
             return float(abs(flange @ np.linalg.solve(held(k, 0.0).real, body.mass * GRAVITY * np.eye(6)[2])))

@@ -166,7 +166,9 @@ def test_the_nearest_part_misses_least_by_the_weights_of_the_limits(
     assert missed(near["x"]) == pytest.approx(min(map(missed, every)), rel=1e-7)
 
 
-@pytest.mark.parametrize("printed", [False, True], ids=["one tolerance", "a column of them"])
+@pytest.mark.parametrize(
+    "printed", [pytest.param(False, marks=pytest.mark.slow), True], ids=["one tolerance", "a column of them"]
+)
 @settings(max_examples=6, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(seed=st.integers(0, 10_000), goal=st.sampled_from(["price", "force"]))
 def test_over_tolerances_the_best_is_the_best_of_all_that_hold_one_by_one(

@@ -132,7 +132,7 @@ def test_where_a_known_limit_takes_over_is_found() -> None:
 def test_a_point_on_a_boundary_is_told_as_one_place() -> None:
     """Two things that change within the width to which each is known change at one place, of one number."""
     job, path = read(ABSORBER), "limits.low.at_most"
-    for one in sweep(job, path, "-60 %..+150 %", points=6).boundaries:
+    for one in sweep(job, path, "-60 %..+150 %", points=6).boundaries[::2]:
         place = one.at * 30.0 / np.pi
         found = sweep(job, path, f"{0.9 * place!r}, {place!r}, {1.1 * place!r} rpm")
         assert found.boundaries
