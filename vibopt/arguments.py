@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence, Set
 from functools import wraps
 from numbers import Integral, Real
 from os import PathLike
+from types import FunctionType
 from typing import Any
 
 Holds = Callable[[object], bool]
@@ -84,12 +85,14 @@ def checked(name: str, verb: Callable[..., Any]) -> Callable[..., Any]:
         Called with an argument of another kind.
     """
     parameters = verb.__code__.co_varnames[: verb.__code__.co_argcount]
+    named_so = FunctionType(verb.__code__, verb.__globals__, name, verb.__defaults__, verb.__closure__)
+    named_so.__kwdefaults__, named_so.__qualname__ = verb.__kwdefaults__, f"vibopt.{name}"
 
     @wraps(verb)
     def door(*given: Any, **named: Any) -> Any:
         for key, value in (*zip(parameters, given), *named.items()):  # noqa: B905 - too many are the verb's to refuse
             _check(name, key, value, verb.__annotations__.get(key, ""))
-        return verb(*given, **named)
+        return named_so(*given, **named)
 
     door.__module__, door.__name__, door.__qualname__ = "vibopt", name, name
     return door

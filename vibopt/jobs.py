@@ -19,7 +19,7 @@ from vibopt.document.locate import located
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import COEFFICIENTS, FileText, changed, inside, parsed, placed, text_of
 from vibopt.errors import InputError
-from vibopt.files.reading import shown_name
+from vibopt.files.reading import FileFault, file_of, shown_name
 from vibopt.records import replace
 from vibopt.work import answering, each_answer_within, metered
 
@@ -370,14 +370,16 @@ def _coefficients(document: Mapping[str, Any], mistakes: Mistakes) -> Saved | No
         return None
     from vibopt.balancing.coefficients import Saved
 
-    file = (given.folder if isinstance(given, FileText) else FilePath()) / given
     try:
+        file = file_of(given)
         text, name = text_of(file, COEFFICIENTS), shown_name(file.name)
         return Saved(parsed(text, name, COEFFICIENTS), Mistakes(name, located(text)))
+    except FileFault as fault:
+        mistakes.value(("influence",), given, fault.text)
     except InputError as error:
         mistakes.add(("influence",), str(error))
-        mistakes.raise_any()  # without it runs would seem to be missing
-        raise
+    mistakes.raise_any()  # without it runs would seem to be missing
+    return None
 
 
 def _refuse_mixture(document: Mapping[str, Any], mistakes: Mistakes) -> None:

@@ -588,3 +588,57 @@ def test_a_couple_that_balances_to_nothing_is_zero_and_no_step_is_sold_for_its_r
         back = answer.values["balance_shafts.back.unbalance"]
         assert isinstance(back, Entry)
         assert back.value == 0.0
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_weight_that_helps_nothing_is_zero_and_every_other_one_is_said(seed: int) -> None:
+    """Three cranks at 120 degrees: only couples are left, and of single weights most shake more than they help."""
+    rng = np.random.default_rng(seed)
+    document = engine(["0 deg", "240 deg", "120 deg"], rotating="0.4 kg", counterweight_share={"from": 0, "to": 1})
+    free = [{"from": "0 g mm", "to": f"{most:.3g} kg mm"} for most in rng.uniform(1.0, 20.0, 3)]
+    document["counterweights"] = {
+        f"c{k}": {"at": f"{at:.4g} mm", "unbalance": one}
+        for k, (at, one) in enumerate(zip(rng.uniform(-60.0, 240.0, 2), free, strict=False))
+    }
+    document["balance_shafts"] = {
+        "b": {"order": 1, "turns": "against rotation", "at": "90 mm", "unbalance": free[2]},
+    }
+    document["goal"] = {"minimise": str(rng.choice(["couple", "primary_couple", "force"]))}
+    answer = solved(document)
+    lines = dict(line.split(": ", 1) for line in block(answer, "What to build").lines)
+    for path in ("counterweights.c0", "counterweights.c1", "balance_shafts.b"):
+        size = number_at(answer, f"{path}.unbalance")
+        assert size == 0.0 or size > 1e-8 * 3.0 * 0.9 * 0.045
+        assert (lines[path.partition(".")[2]] == "no weight.") == (size == 0.0)
+
+
+def test_a_weight_without_an_upper_end_is_said_as_it_is(recwarn: pytest.WarningsRecorder) -> None:
+    document = engine(["0 deg"], rotating="0.4 kg")
+    document["counterweights"] = {"front": {"at": "0 mm", "unbalance": {"from": "0 g mm"}}}
+    document["goal"] = {"minimise": "primary_force"}
+    said = block(solved(document), "What to build").lines
+    assert said == (
+        "front: 29250 g mm (mass times radius) at 0 mm, 180 deg from zero.",
+    )  # half of the mass that slides
+    assert not recwarn.list
+
+
+def test_forces_are_said_as_the_file_may_say_them() -> None:
+    """The greatest over a turn: "N pk" is refused in a file."""
+    document = engine(["0 deg"], counterweight_share={"from": 0, "to": 1})
+    document["limits"] = {"floor": {"response": "force", "at_most": "20 kN"}}
+    document["goal"] = {"minimise": "force"}
+    answer = solved(document)
+    assert answer.goal is not None
+    row = answer.limits["floor"]
+    assert row.limit is not None
+    said = (answer.goal[1].shown, row.value.shown, row.limit.shown, answer.values["all_orders.force"].shown)
+    assert not any("pk" in one for one in said)
+
+
+def test_limits_that_would_have_to_be_endlessly_wide_are_told() -> None:
+    document = engine(["0 deg"], counterweight_share=1e30)
+    document["counterweights"] = {"front": {"at": "0 mm", "unbalance": {"from": "0 g mm", "to": "1 kg mm"}}}
+    document["limits"] = {"floor": {"response": "force", "at_most": "400 N"}}
+    document["goal"] = {"minimise": "force"}
+    assert solved(document).status == "infeasible"

@@ -334,3 +334,17 @@ def test_a_trade_off_shows_its_goal_in_the_unit_of_the_file(run: Run, press: str
 @pytest.mark.slow
 def test_two_processes_say_what_one_says(run: Run, press: str) -> None:
     assert run("whatif", press, "--workers", "2", "--json").out == run("whatif", press, "--json").out
+
+
+def test_whatif_tells_apart_what_has_one_name(run: Run, file: Callable[[str], str]) -> None:
+    """The goal, a limit and a measure that are all called "couple"."""
+    path = file(
+        '[engine]\nstroke = "90 mm"\nrod = "150 mm"\nspeed = "6000 rpm"\nreciprocating = "0.5 kg"\nspacing = "90 mm"\n'
+        'counterweight_share = { from = 0, to = 1 }\n[[cylinders]]\ncrank = "0 deg"\n[[cylinders]]\ncrank = "90 deg"\n'
+        '[limits.couple]\nresponse = "secondary_couple"\nat_most = "1 kN m"\n'
+        '[measures.couple]\nresponse = "primary_couple"\n[goal]\nminimise = "couple"\n'
+    )
+    lines = run("whatif", path, "--set", "engine.speed=5000 rpm").out.splitlines()
+    rows = {line.split()[0]: line for line in lines if line.startswith("  ") and line.split()}
+    assert {"goal.couple", "limits.couple", "measures.couple", "counterweight_share"} <= rows.keys()
+    assert len(set(rows["goal.couple"].split("N m")[:2])) == 2

@@ -169,3 +169,21 @@ def test_one_answer_that_is_far_from_the_natural_size_is_scaled_anew() -> None:
     assert best is not None
     assert found is not None
     assert found[1].value == pytest.approx(best[1].value, rel=1e-6)
+
+
+@settings(law, max_examples=20)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(("rms", "worst", "sum", "huber")))
+def test_what_can_be_cancelled_is_cancelled_by_every_method_to_rounding(seed: int, goal: str) -> None:
+    """No tolerance of a solver is left over, of which a limit could seem to buy something."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 4))
+    y0, H = (rng.normal(size=(n, k)) + 1j * rng.normal(size=(n, k)) for k in (1, n))
+    u = np.linalg.solve(H, -y0[:, 0])
+    question = Question(
+        y0=y0[:, 0], H=H, importance=rng.uniform(0.2, 3.0, n), limits=np.full(n, np.inf), caps=2.0 * np.abs(u),
+        total_cap=np.inf, sectors=(), goal=goal, huber=0.5, mass_per_unbalance=np.ones(n), pairs=(),
+    )  # fmt: skip
+    named = Named.plain(question)
+    for found in (methods._cvxpy(named), *(() if goal in TIPS else (methods._ipopt(named),))):
+        assert found.u is not None
+        assert question.value(found.u) <= 1e-12 * named.size * max(np.linalg.cond(H), 10.0)

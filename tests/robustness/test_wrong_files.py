@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
 from refusals import refused
+from vibopt import jobs
 from vibopt.scene.read import from_text, read
 
 GOOD = """\
@@ -329,3 +331,23 @@ def test_a_file_that_is_not_there_or_a_folder(tmp_path: Path) -> None:
 def test_line_ends_that_toml_does_not_know_are_said() -> None:
     words = "scene.toml: its lines end with a bare carriage return, as TOML knows none. Save it with line feeds."
     assert str(refused(lambda: from_text(GOOD.replace("\n", "\r"), name="scene.toml"))) == words
+
+
+NAMING = {
+    "influence": 'influence = "{}"\nspeed = "9 Hz"\n[planes.p]\n[[runs]]\nreadings = {{ a = "1 mm" }}\n',
+    "readings": 'readings = "{}"\n[planes.p]\n',
+    "structures.s.mass": '[structures.s]\nmass = "{}"\nstiffness = "k.mtx"\n',
+    "links.l.part.catalogue": '[links.l]\nbetween = ["a", "ground"]\npart = {{ catalogue = "{}" }}\n',
+    "bearings.b.table": '[bodies.a]\nmass = "1 kg"\n[bearings.b]\nbetween = ["a", "ground"]\ntable = "{}"\n',
+    "excitations.e.file": '[bodies.a]\nmass = "1 kg"\n[excitations.e]\nkind = "record"\non = "a"\nfile = "{}"\n',
+    "data": '[bodies.a]\nmass = {{ value = "1 kg", tolerance = {{ data = "{}" }} }}\n',
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("key", NAMING)
+def test_a_blank_is_no_file_name_and_a_point_is_the_folder(key: str) -> None:
+    for blank in ("", "  "):
+        said = str(refused(jobs.from_text, NAMING[key].format(blank)))
+        assert "no file name. Write " in said
+        assert key.rpartition(".")[2] in said
+    assert re.search(r"\S is a folder\. Name a ", str(refused(jobs.from_text, NAMING[key].format("."))))

@@ -90,3 +90,15 @@ def test_what_is_as_good_as_the_kind_is_taken() -> None:
     assert vo.from_text(vo.to_toml(vo.read(PRESS))).document == vo.read(str(PRESS)).document
     assert pickle.loads(pickle.dumps(vo.solve)) is vo.solve
     assert (vo.solve.__name__, vo.solve.__module__, vo.solve.__doc__ is not None) == ("solve", "vibopt", True)
+
+
+@pytest.mark.parametrize("name", VERBS)
+def test_a_call_that_does_not_fit_is_told_by_the_name_that_was_called(name: str) -> None:
+    if needed(name) and name != "one_of":
+        with pytest.raises(TypeError, match=rf"^vibopt\.{name}\(\) missing"):
+            getattr(vo, name)()
+
+
+def test_an_argument_that_there_is_not_is_told_by_the_name_that_was_called() -> None:
+    with pytest.raises(TypeError, match=r"^vibopt\.solve\(\) got an unexpected keyword argument 'metod'"):
+        verbs.solve(vo.read(ROTOR), metod="cvxpy")

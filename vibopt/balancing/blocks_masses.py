@@ -34,8 +34,13 @@ def known_blocks(outcome: Answer[KnownJob]) -> list[Block]:
         _planes(outcome, planes), _left(outcome, job), *(rows_of(outcome) if outcome.nearest is None else ()),
         Block("Conventions", FOOT, job.notes),
         Block("Notes", FOOT, tuple(note for note in outcome.notes if note not in job.notes)),
-        Block("Method", FOOT, (outcome.method,) if job.planes else ()),
+        _method(outcome),
     ]  # fmt: skip
+
+
+def _method(outcome: Answer[Any]) -> Block:
+    """What answered; nothing where nothing is chosen."""
+    return Block("Method", FOOT, (outcome.method,) if outcome.method not in ("", "none") else ())
 
 
 def known_nearest(outcome: Answer[KnownJob]) -> list[Block]:
@@ -100,10 +105,9 @@ def engine_blocks(outcome: Answer[EngineJob]) -> list[Block]:
     job = outcome.job
     if outcome.status in NOTHING_FOUND:
         return [*engine_nearest(outcome), Block("Notes", FOOT, outcome.notes)]
-    method = (outcome.method,) if outcome.method not in ("", "none") else ()
     return [
         _build(outcome, job), _weights(outcome, job), _cranks(outcome, job), *_orders(outcome, job), *rows_of(outcome),
-        Block("Notes", FOOT, outcome.notes), Block("Method", FOOT, method),
+        Block("Notes", FOOT, outcome.notes), _method(outcome),
     ]  # fmt: skip
 
 
@@ -179,12 +183,12 @@ def _named(outcome: Answer[EngineJob], job: EngineJob, weight: Weight) -> _Hung:
     path = f"{weight.family}.{weight.name}"
     u = weight.fixed
     size = Entry(abs(u or 0.0), "unbalance", weight.unit) if u is not None else outcome.values[f"{path}.unbalance"]
-    angle = (direction_of(u) if u is not None else outcome.values[f"{path}.angle"]).shown
+    none = size_of(size) == 0.0
+    angle = "" if none else (direction_of(u) if u is not None else outcome.values[f"{path}.angle"]).shown
     ways = f"{weight.order} x, {'with' if weight.sense > 0 else 'against'}"
     turns = "crank" if weight.order == 1 and weight.sense > 0 else ways
     at = show(weight.at + job.reference, "mm", "length")
     shaft = "" if weight.family == "counterweights" else f" (shaft turns {ways} the crank)"
-    none = size_of(size) <= SMALL * max(size_of(size), weight.cap)
     said = "no weight" if none else f"{size.shown} (mass times radius) at {at}, {angle} from zero{shaft}"
     chosen = u is None or f"{path}.unbalance" in _rounded(outcome)
     return _Hung(weight.name, size.shown, angle, turns, weight.at + job.reference, chosen, said)

@@ -65,7 +65,7 @@ def gather(document: Mapping[str, Any], mistakes: Mistakes, folder: FilePath | N
     given = document.get("readings")
     if given is None:
         return _in_one_piece(_raws(listed_tables(document, "runs", mistakes), mistakes), document), mistakes
-    if not isinstance(given, str) or not given:
+    if not isinstance(given, str) or not given.strip():
         mistakes.value(("readings",), given, 'is no file name. Write readings = "job.csv".')
         return [], mistakes
     if "runs" in document:

@@ -53,6 +53,8 @@ def rates(question: Question, solved: Solved, known: Mapping[str, Bounding]) -> 
     least = NOISE * max(solved.value, 1e-3 * whole)
     for name, bounding in known.items() if prices is not None and solved.value > _NOTHING * whole else ():
         assert prices is not None
+        if not np.isfinite(bounding.bound):  # the open end of a range holds nothing back
+            continue
         if bounding.rows:
             rate = sum(
                 prices.readings[k] for k in bounding.rows if bounding.bound <= question.limits[k] * (1.0 + _SAME)

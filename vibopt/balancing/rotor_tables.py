@@ -12,6 +12,7 @@ from vibopt.balancing.planes import MASS
 from vibopt.document.mistakes import NO_TABLE, Mistakes, Path, dotted, named_tables, records_in, text_in, validated
 from vibopt.errors import QuantityError, way_out
 from vibopt.units import DIMENSIONS, read_quantity, si_unit
+from vibopt.units.parsing import LARGEST
 from vibopt.values import Fact, Table, number
 from vibopt.values.fields import complaint, word
 from vibopt.values.grade import grade_velocity
@@ -368,8 +369,8 @@ class Bounded(Table):
         return inf if self.at_most is None else inner(self.at_most, self.dimension)
 
     def at(self, bound: float) -> Self:
-        """The same with another bound [SI]; inf: without one."""
-        text = f"{bound!r} {si_unit(self.dimension)}" if bound < inf else None
+        """The same with another bound [SI]; without one where it is beyond what any machine has."""
+        text = f"{bound!r} {si_unit(self.dimension)}" if bound <= LARGEST else None
         return self.model_copy(update={"at_most": text})
 
 

@@ -198,11 +198,20 @@ def _beside(result: WhatIf) -> list[tuple[str, ...]]:
 
     changed = with_changes(result.job, result.changes)
     both = [_cells(job, answer, result) for job, answer in ((result.job, result.before), (changed, result.after))]
-    return [(name, *(one.get(name, "-") for one in both)) for name in dict.fromkeys((*both[0], *both[1]))]
+    paths = dict.fromkeys((*both[0], *both[1]))
+    names = [_name(path) for path in paths]
+    said = (name if names.count(name) == 1 else path for path, name in zip(paths, names, strict=True))
+    return [(name, *(one.get(path, "-") for one in both)) for path, name in zip(paths, said, strict=True)]
+
+
+def _name(path: str) -> str:
+    """What a row is called where no other has the name: goal, limits and measures by their own."""
+    family, _, name = path.partition(".")
+    return name if family in ("goal", "limits", "measures") else path
 
 
 def _cells(job: Job, answer: Answer[Any], result: WhatIf) -> dict[str, str]:
-    """What an answer is compared by; of a design that is kept not what was chosen."""
+    """What an answer is compared by, by paths; of a design that is kept not what was chosen."""
     from vibopt.jobs import is_scene
     from vibopt.study.seen import chosen, goal_of, results
     from vibopt.verify.measured_goal import MEASURED
@@ -213,13 +222,14 @@ def _cells(job: Job, answer: Answer[Any], result: WhatIf) -> dict[str, str]:
     goal = goal_of(job, answer)
     became = [name for name in MEASURED.values() if result.keep_design and name in result.after.measures]
     if goal is not None and answer.goal is not None and not (became or (result.keep_design and is_scene(job))):
-        cells[answer.goal[0]] = goal.shown
+        cells[f"goal.{answer.goal[0]}"] = goal.shown
     taken = {} if result.keep_design else chosen(job, answer)
     cells |= {path: one.shown for path, one in taken.items()}
     if goal is not None:  # what a kept design measures was the goal before
-        cells |= dict.fromkeys(became, goal.shown)
-    rows = {**answer.limits, **answer.measures}
-    cells |= {name: _cell(row, told=answer.found is None) for name, row in rows.items()}
+        cells |= {f"measures.{name}": goal.shown for name in became}
+    rows = {f"limits.{name}": row for name, row in answer.limits.items()}
+    rows |= {f"measures.{name}": row for name, row in answer.measures.items()}
+    cells |= {path: _cell(row, told=answer.found is None) for path, row in rows.items()}
     few = not (result.before.limits or result.before.measures)
     return cells | ({path: entry.shown for path, entry in results(job, answer).items()} if few and not taken else {})
 

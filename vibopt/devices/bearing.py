@@ -12,6 +12,7 @@ from vibopt.devices.device import Device, Ends
 from vibopt.devices.ends import TwoEnds
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import InputError, counted
+from vibopt.files.reading import FileFault, file_of
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.bearings import COEFFICIENTS
 from vibopt.mechanics.builder import ModelBuilder
@@ -62,7 +63,10 @@ class BearingRow(Table):
 
 def _table(given: object) -> object:
     if isinstance(given, str):
-        given = _of_file(FilePath(getattr(given, "folder", "")) / given)
+        try:
+            given = _of_file(file_of(given))
+        except FileFault as fault:
+            raise complaint(fault.text) from None
     if not isinstance(given, (list, tuple)) or not all(isinstance(one, (Mapping, BearingRow)) for one in given):
         raise complaint(f"is neither a list of rows nor the name of a CSV file. Write {_EXAMPLE}.")
     return given

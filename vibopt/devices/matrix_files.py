@@ -18,7 +18,7 @@ from vibopt.devices.matrix_contents import (
     from_sheet,
 )  # fmt: skip
 from vibopt.errors import QuantityError, counted
-from vibopt.files.reading import FileFault, Kind, Stamp, content_of, shown_name, stamp_of
+from vibopt.files.reading import FileFault, Kind, Stamp, content_of, file_of, shown_name, stamp_of
 from vibopt.units.parsing import LARGEST
 from vibopt.values.fields import complaint
 
@@ -42,11 +42,6 @@ class Kept:
         return isinstance(other, Kept) and self.matrix is other.matrix
 
 
-def seen(given: str) -> FilePath:
-    """The file that a name means, seen from the folder that comes with it."""
-    return FilePath(getattr(given, "folder", "")) / given
-
-
 def named(given: object, read: Callable[[FilePath], object]) -> FilePath:
     """The file that a key names, looked into.
 
@@ -59,9 +54,10 @@ def named(given: object, read: Callable[[FilePath], object]) -> FilePath:
         return given
     if not isinstance(given, str):
         raise complaint('is no file name. Write it in quotation marks: "m.mtx".')
-    file = seen(given)
     try:
-        read(file)
+        read(file := file_of(given))
+    except FileFault as fault:
+        raise complaint(fault.text) from None
     except QuantityError as error:
         raise complaint(str(error)) from None
     return file

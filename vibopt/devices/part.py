@@ -12,6 +12,7 @@ from pydantic_core import PydanticCustomError
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, counted, way_out
+from vibopt.files.reading import FileFault, file_of
 from vibopt.records import dataclass
 from vibopt.values import Choice, Fact, Table, Value, number, word
 from vibopt.values.fields import complaint
@@ -90,9 +91,10 @@ def _catalogue(given: object, info: ValidationInfo) -> FilePath:
         return given
     if not isinstance(given, str):
         raise complaint('is no file name. Write it in quotation marks: "mounts.csv".')
-    file = FilePath(getattr(given, "folder", "")) / given
     try:
-        catalogue_of(file, info.data.get("columns"))
+        catalogue_of(file := file_of(given), info.data.get("columns"))
+    except FileFault as fault:
+        raise complaint(fault.text) from None
     except InputError as error:
         raise sentences(error.messages) from None
     return file
@@ -152,8 +154,8 @@ class Part(Table):
         if not _are_headings(told or {}):
             return given
         try:
-            whole = catalogue_of(FilePath(getattr(file, "folder", "")) / file, told)
-        except InputError:
+            whole = catalogue_of(file_of(file) if isinstance(file, str) else file, told)
+        except (FileFault, InputError):
             return given
         parts = among(whole, given)
         return {**given, **{key: value for key in OWN if (value := value_of(parts, key)) is not None}}

@@ -19,11 +19,11 @@ from vibopt.devices.matrix_files import (
     mass_fault,
     matrix_of,
     named,
-    seen,
     sign_fault,
 )  # fmt: skip
 from vibopt.devices.symbols import Numbers, Symbols
 from vibopt.errors import InputError, QuantityError, counted
+from vibopt.files.reading import file_of
 from vibopt.mechanics.assembly import Assembly
 from vibopt.mechanics.builder import EVERY_MODE, MOST_WHOLE, ModelBuilder
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS
@@ -323,7 +323,7 @@ class StructureTable(Device):
         for key, matrix in (("file", "M"), ("mass", "")):
             if isinstance(given.get(key), str):
                 try:
-                    return int(matrix_of(seen(given[key]), matrix).shape[0])
+                    return int(matrix_of(file_of(given[key]), matrix).shape[0])
                 except QuantityError:
                     return 0
         return 0

@@ -15,7 +15,7 @@ from vibopt.errors import InputError, QuantityError, counted
 from vibopt.excitations.directed import Directed
 from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
-from vibopt.files.reading import FileFault, stamp_of
+from vibopt.files.reading import FileFault, file_of, stamp_of
 from vibopt.signals import Segment
 from vibopt.units import best_unit, read_quantity, show
 from vibopt.values import Fact, number, word
@@ -40,9 +40,8 @@ def _file(given: object, info: ValidationInfo) -> Path:
         return given
     if not isinstance(given, str):
         raise complaint('is no file name. Write it in quotation marks: "record.csv".')
-    file = Path(getattr(given, "folder", "")) / given
     try:
-        stamp_of(file, SHEET)
+        stamp_of(file := file_of(given), SHEET)
     except FileFault as fault:
         raise complaint(fault.text) from None
     return file

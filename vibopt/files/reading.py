@@ -48,6 +48,19 @@ class FileFault(VibOptError):  # noqa: N818 - the file is at fault
         super().__init__(text)
 
 
+def file_of(given: str) -> Path:
+    """The file that a text in a problem file names, as seen from the folder that comes with the text.
+
+    Raises
+    ------
+    FileFault
+        It is blank.
+    """
+    if not given.strip():
+        raise FileFault("is no file name. Write the name of a file.")
+    return Path(getattr(given, "folder", "")) / given
+
+
 @dataclass(frozen=True, slots=True)
 class Stamp:
     """What tells one content of a file from another, without looking into it."""
@@ -114,8 +127,11 @@ def forget() -> None:
 
 
 def shown_name(file: str | Path) -> str:
-    """A file name for messages and titles: signs that no terminal shows replaced, long ones cut in the middle."""
-    text = str(file).encode("utf-8", "replace").decode()
+    """A file name for messages and titles: signs that no terminal shows replaced, long ones cut in the middle.
+
+    That of a folder without a name, where the file lies, is a point.
+    """
+    text = str(file).encode("utf-8", "replace").decode() or "."
     shown = text if text.isprintable() else "".join(one if one.isprintable() else "?" for one in text)
     return shortened(shown, _LONGEST)
 

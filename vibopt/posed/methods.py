@@ -26,6 +26,8 @@ MARGINS = (0.0, 2e-9, 2e-8)
 KEPT = 1e-9
 _NOTHING = 1e-8
 """Part of what the readings would feel below which a weight is none."""
+_REMAINDER = 1e-3
+"""Part of what the solver leaves of a goal that is zero: more than that is left where it cannot be."""
 _IPOPT = 5.0
 """Nominal work of a run of IPOPT [ms]."""
 
@@ -63,6 +65,7 @@ def _cvxpy(named: Named) -> Solved:
             return _none(named, run.status)
         u = _weights(named, problem)
         u[np.abs(u) <= _NOTHING * felt(question.y0, question.H)] = 0.0  # no angle can be told of it
+        u = _without_remainder(named, u)
         if _kept(named, u):
             break
     else:
@@ -72,6 +75,23 @@ def _cvxpy(named: Named) -> Solved:
     status = "optimal" if gap <= PROVEN else "feasible"
     claim = f"the convex program in cvxpy, gap {gap:.1e} by our own dual bound"
     return Solved(u, status, claim, value, bound, gap)
+
+
+def _without_remainder(named: Named, u: ComplexArray) -> ComplexArray:
+    """The weights moved to where nothing is left, where they leave no more than the tolerance of the solver."""
+    q = named.question
+    value = q.value(u)
+    if q.goal == "correction" or not 0.0 < value <= PROVEN * named.size:
+        return u
+    fitted = np.flatnonzero(u).tolist()
+    turns = [k for k in fitted if named.ends[k] is None]
+    lines = np.hstack([q.H[:, fitted], 1j * q.H[:, turns]])
+    left = q.residual(u)
+    step = np.linalg.lstsq(np.vstack([lines.real, lines.imag]), -np.concatenate([left.real, left.imag]), rcond=1e-12)[0]
+    moved = u.copy()
+    moved[fitted] += step[: len(fitted)]
+    moved[turns] += 1j * step[len(fitted) :]
+    return moved if q.value(moved) < _REMAINDER * value and _kept(named, moved) else u
 
 
 def _kept(named: Named, u: ComplexArray) -> bool:
@@ -109,6 +129,7 @@ def _ipopt(named: Named) -> Solved:
     for margin in MARGINS:
         values, word = ran(program, margin)
         u = named.within(np.array([values.get(path, 0.0) for path in named.planes], dtype=complex))
+        u = _without_remainder(named, u)
         if _kept(named, u):
             return Solved(u, "feasible", _claim(word), question.value(u))
     return Solved(None, "unproven", f"IPOPT ends without a correction that keeps the limits: {word}")

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError, QuantityError, counted
+from vibopt.files.reading import FileFault, file_of
 from vibopt.units import read_quantity
 
 NORMAL, UNIFORM, DATA = "normal", "uniform", "data"
@@ -150,9 +150,10 @@ def _deviations(given: str) -> list[str]:
     """The cells of a CSV file of deviations: its only column, or the one called deviation, "deviation [%]"."""
     from vibopt.values.csv_tables import heading_of, sheet_of
 
-    file = Path(getattr(given, "folder", "")) / given
     try:
-        sheet = sheet_of(file)
+        sheet = sheet_of(file := file_of(given))
+    except FileFault as fault:
+        raise QuantityError(f"has a tolerance from data that {fault.text}") from None
     except InputError as error:
         raise QuantityError(f"has a tolerance from data that cannot be read: {error}") from None
     rows = [(number, tuple(map(sheet.number, row))) for number, row in sheet.rows]

@@ -25,8 +25,10 @@ from vibopt.errors import counted
 from vibopt.records import dataclass
 
 ALIKE = 1e-9
-_NOTHING = 1e-11
+NOTHING = 1e-11
 """Part of the size of a goal that is rounding: such a goal is zero, and stays it with lighter weights."""
+_TRACE = 1e-8
+"""Part of what the cranks carry up to which a weight is none."""
 _DEGREES = np.linspace(0.0, 2.0 * np.pi, 360, endpoint=False)
 _ROUNDS, _EXACT = 12, 1e-9
 """Times that crank angles are added, and the part by which all orders together may be greater between them."""
@@ -291,7 +293,10 @@ def _weigh_at(cases: Cases, turn: FloatArray, solver: Solver) -> Solved:
         return first
     if len(cases) == 1:
         first = replace(first, details={"rates": rates(question, first, bounds_of(job, question, own))})
-    return _shared_out(cases, _lightest(cases, question, own == 0, first, solver) if free_weights(job) else first)
+    if not free_weights(job):
+        return _shared_out(cases, first)
+    lightest = _lightest(cases, question, own == 0, first, solver)
+    return _shared_out(cases, _without_traces(cases, question, lightest))
 
 
 def _excess(question: Question, u: ComplexArray) -> FloatArray:
@@ -321,13 +326,29 @@ def _lightest(cases: Cases, question: Question, goal: BoolArray, first: Solved, 
     """Of all weights with the same goal, whose rows are given, the lightest: so that none is there for nothing."""
     assert first.u is not None
     size = _size(cases, goal_table(cases[0][0]).is_couple)
-    bound = first.value + 1e-8 * size if first.value > _NOTHING * size else 0.0
+    bound = first.value + 1e-8 * size if first.value > NOTHING * size else 0.0
     lighter = replace(question, goal="correction", limits=np.where(goal, bound, question.limits))
     second = solver(lighter)
     if second.u is None or lighter.value(second.u) > lighter.value(first.u) * (1.0 - 1e-6):
         return first
     over, before = (float(_excess(question, u)[question.limits > 0.0].max(initial=0.0)) for u in (second.u, first.u))
     return first if over > max(before, _EXACT) else replace(first, u=second.u, value=question.value(second.u))
+
+
+def _without_traces(cases: Cases, question: Question, answer: Solved) -> Solved:
+    """Without weights that are next to nothing of what the cranks carry: rounding of a solver, where nothing feels it.
+
+    A goal of zero stays zero.
+    """
+    assert answer.u is not None
+    job = cases[0][0]
+    least = _TRACE * size_of(job, couple=False) / job.speed**2
+    weights = np.arange(len(answer.u)) >= len(free_shares(job))
+    u = np.where(weights & (np.abs(answer.u) <= least), 0.0, answer.u)
+    over, before = (float(_excess(question, one).max(initial=0.0)) for one in (u, answer.u))
+    size = _size(cases, goal_table(job).is_couple)
+    most = answer.value + _EXACT * size if answer.value > NOTHING * size else NOTHING * size
+    return answer if over > max(before, _EXACT) or question.value(u) > most else replace(answer, u=u)
 
 
 def least_bound(job: EngineJob, name: str) -> float | None:

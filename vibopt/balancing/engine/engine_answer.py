@@ -11,7 +11,7 @@ import numpy as np
 from vibopt.answer.answer import Answer
 from vibopt.answer.entry import Checked, Entry, Value, Word, at_most, direction_of
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.engine.choose_weights import Balanced, balance, goal_table, least_bound
+from vibopt.balancing.engine.choose_weights import NOTHING, Balanced, balance, goal_table, least_bound
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.engine_tables import EngineLimitTable
 from vibopt.balancing.engine.firing import best_firing, is_even
@@ -67,9 +67,6 @@ def _second_derivative(path: FloatArray) -> FloatArray:
     return np.asarray(np.fft.irfft(-(orders**2) * spectrum, len(path)))
 
 
-_ZERO = 1e-12
-_NO_WEIGHT = 1e-9
-"""Part of the greatest weight up to which one is none."""
 _MORE = 20
 """Orders behind those of the answer that the turning engine may show."""
 _TINY = 1e-6
@@ -140,7 +137,7 @@ def _checked(job: EngineJob, found: Balanced, here: Arms, limits: dict[str, Chec
 
 def _clean(value: float, size: float) -> float:
     """Zero where a sum cancels to rounding."""
-    return 0.0 if value < _ZERO * size else float(value)
+    return 0.0 if value < NOTHING * size else float(value)
 
 
 def _measured(job: EngineJob, found: Balanced, table: EngineLimitTable) -> float:
@@ -158,7 +155,7 @@ def _held(job: EngineJob, found: Balanced, name: str, table: EngineLimitTable) -
     """A limit or measure."""
     order = f"of order {table.order}" if table.order else ""
     bound = None if table.at_most is None else Entry(table.bound, table.dimension, table.unit)
-    value = Entry(_measured(job, found, table), table.dimension, table.unit, amplitude=table.when is None)
+    value = Entry(_measured(job, found, table), table.dimension, table.unit)
     size = size_of(job, table.is_couple)
     return at_most(name, table.response, order, value, bound, None if bound is None or bound.value else size)
 
@@ -170,11 +167,8 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
         values[f"cylinders.{k + 1}.crank"] = direction_of(np.exp(1j * found.cranks[cylinder.throw]))
     for share, carried in zip(job.shares, carried_shares(job, found.x), strict=True):
         values[share.name] = Entry(carried, "ratio")
-    turning = turning_weights(job, found.x)
-    least = _NO_WEIGHT * max((abs(u) for u in turning), default=0.0)
-    for weight, u in zip(job.weights, turning, strict=True):
+    for weight, u in zip(job.weights, turning_weights(job, found.x), strict=True):
         if weight.fixed is None:
-            u = u if abs(u) > least else 0.0
             values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
             values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
     values.update(_orders(job, here.at(found.x)))
@@ -193,10 +187,8 @@ def _orders(job: EngineJob, now: ComplexArray) -> dict[str, Value]:
     for couple, word, dimension in ((False, "force", "force"), (True, "couple", "moment")):
         size = size_of(job, couple)
         for order in (1, *range(2, (2 if job.truncated else job.orders) + 1, 2)):
-            values[f"orders.{order}.{word}"] = Entry(
-                _clean(of_order(now, couple, order), size), dimension, amplitude=True
-            )
-        values[f"all_orders.{word}"] = Entry(_clean(peak(now, couple), size), dimension, amplitude=True)
+            values[f"orders.{order}.{word}"] = Entry(_clean(of_order(now, couple, order), size), dimension)
+        values[f"all_orders.{word}"] = Entry(_clean(peak(now, couple), size), dimension)
     return values
 
 

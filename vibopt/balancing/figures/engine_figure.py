@@ -29,16 +29,19 @@ SMALL = SIZE - 1.5
 
 
 def engine_figure(outcome: Answer[EngineJob], *, compact: bool) -> Figure | None:
-    """The crankshaft; force and couple over one turn and by order; a couple that is nil is left out."""
+    """The crankshaft; force and couple over one turn and by order; a couple that is nil is left out.
+
+    A compact one has the crankshaft alone: what still shakes stands in a table beside it.
+    """
     job = outcome.job
     if outcome.status in ("infeasible", "unbounded", "unproven"):
         return None
     after, before = shaken(outcome, job)
     kinds = [kind for kind in _KINDS if np.abs(after[int(kind[0])]).max() > _ROUNDING * size_of(job, kind[0])]
-    rows = [_Shaking(after, before, *kind, 1.8 if compact else 2.7) for kind in kinds or _KINDS[:1]]
+    rows = [_Shaking(after, before, *kind) for kind in kinds or _KINDS[:1]]
     key = [_BeforeAfter()] if before is not None else []
     crank = _crank(outcome, job, [row.word for row in rows], 0.6 if compact else MOST)
-    return page([crank, *rows, *key], *(("", COMPACT) if compact else (job.title,)))
+    return page([crank], "", COMPACT) if compact else page([crank, *rows, *key], job.title)
 
 
 def shaken(outcome: Answer[EngineJob], job: EngineJob) -> tuple[ComplexArray, ComplexArray | None]:
@@ -175,8 +178,10 @@ def _throw(axes: Any, x: float, up: float, carried: bool) -> None:
 
 
 def _weight(axes: Any, x: float, y: float, u: complex) -> None:
-    """An unbalance on a shaft, on the side where it stands."""
-    up = u.real / abs(u) if u else 1.0
+    """An unbalance on a shaft, on the side where it stands; none where there is no weight."""
+    if not u:
+        return
+    up = u.real / abs(u)
     axes.plot([x, x], [y, y + 0.2 * up], color=INK, lw=1.4, zorder=3)
     axes.plot([x], [y + 0.2 * up], marker="D", ms=7, mfc=FAINT, mec=INK, ls="", zorder=4)
 
@@ -212,7 +217,7 @@ def _turning(outcome: Answer[EngineJob], job: EngineJob, index: int) -> _Turning
     shown = ""
     if chosen:
         size, angle = (outcome.values[f"{path}.{key}"].shown for key in ("unbalance", "angle"))
-        shown = f"{size} at {angle}".replace(" deg", "°")
+        shown = f"{size} at {angle}".replace(" deg", "°") if u else "no weight"
     pace = "" if weight.order == 1 else f"{weight.order} times as fast"
     way = "against rotation" if weight.sense < 0 else ""
     return _Turning(drawn(weight.name, 14), weight.at, u, "\n".join(filter(None, (pace, way))), shown)
@@ -252,7 +257,7 @@ class _Shaking:
     couple: bool
     word: str
     dimension: str
-    height: float
+    height = 2.7
 
     def draw(self, canvas: Canvas) -> None:
         half = 0.5 * canvas.width
