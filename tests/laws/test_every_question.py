@@ -10,9 +10,11 @@ import pytest
 from every_question import answerable, machine, questions
 from refusals import refused
 from vibopt.errors import InputError
-from vibopt.responses import KINDS
+from vibopt.mechanics.built import Course
+from vibopt.responses import KINDS, HarmonicResponse
 from vibopt.scene.read import from_dict
 from vibopt.solve import solve
+from vibopt.verify.as_built import machine_of
 
 
 def dressed(question: dict[str, Any]) -> dict[str, Any]:
@@ -113,3 +115,31 @@ def test_a_decay_rate_beside_a_steady_goal_is_kept(response: str) -> None:
     k, c = (one.value.value for one in design.variables.values())
     poles = np.roots([20.0, c, k])
     assert -poles.real.max() >= 3.0 * (1.0 - 1e-8)
+
+
+def test_what_is_read_in_time_is_what_is_read_of_a_vibration() -> None:
+    """A course that goes to and fro at one frequency: `trace` and `measure` read the same off it."""
+    kinds = {name: one for name, one in KINDS.items() if one.harmonic}
+    asked = {f"q{i}": dressed(one) for i, one in enumerate(questions(kinds))}
+    made = machine("line", opened=False)
+    made["links"]["foot"] = {"between": ["pump", "floor"], "stiffness": "3.6 MN/m", "damping": "8 kN s/m"}
+    scene = answerable({**made, "mounts": {}, "measures": asked})
+    built, omega = machine_of(scene, {}), np.array([2.0 * np.pi * 15.0])
+    motion = built.shake(omega, {"pump": np.array([3.0 - 1.0j]), "disc": np.array([0.4 + 2.0j])}, {})
+    turned = np.array([1.0, 1.0j])  # now, and a quarter of a turn later
+    rates = np.stack([omega**0, 1j * omega, -(omega**2)])
+    course = Course(
+        {name: (rates * one * turned).real for name, one in motion.points.items()},
+        {name: (one * turned).real * np.ones(2) for name, one in motion.forces.items()},
+    )
+    followed = set()
+    for response in scene.measures.values():
+        assert isinstance(response, HarmonicResponse)
+        if response.transient_twin or not response.against_friction:
+            now, later = response.trace(built, course).tolist()
+            read = complex(response.measure(built, motion)[0])
+            assert complex(now, -later) == pytest.approx(read, rel=1e-9, abs=0.0), (
+                f"{response.response}: trace and measure"
+            )
+            followed.add(response.response)
+    assert {"displacement", "velocity", "transmitted_force", "relative_displacement"} <= followed

@@ -9,7 +9,8 @@ A new response:
 2. `form(model, ...)` (of a harmonic one `output(model)`), the first route: one of the forms of `vibopt.forms`.
    One over speeds that is none of these has `drives` and `against`, by which its curve is drawn.
 3. `measure_static(machine)` (of a harmonic one `measure(machine, motion)`), the second route: by other physics
-   where there is some.  A motion is of one harmonic, and knows its frequency but not its order.
+   where there is some.  A motion is of one harmonic, and knows its frequency but not its order.  What is asked
+   where something rubs, or of what comes once, has a `trace` beside it, the same read off a course in time.
 4. A line below, and where it has a new dimension one in `units/dimensions.py`, behind any other of the same units,
    and the units in `units/definitions.txt`; words for each key under "Keys" in its docstring, of which the manual is
    made.
