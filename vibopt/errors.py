@@ -168,7 +168,7 @@ class PoolError(VibOptError):
 
 
 class NotProven(VibOptError):  # noqa: N818 - public name; a finding rather than an error
-    """Raised by `Design.require_proof()`: the answer may be good, but nothing proves it."""
+    """Raised by `Answer.require_proof()`: the answer may be good, but nothing proves it."""
 
     exit_code = 5
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import sys
 from pathlib import Path
@@ -32,6 +33,8 @@ def studies() -> dict[str, Any]:
         "whatif": vo.whatif(job, {"limits.floor_force.at_most": "12 kN"}),
         "compare": vo.compare({"A": job, "B <": other}),
         "explain": vo.explain(job),
+        "prices": vo.prices(vo.read(ROOT / "balancing" / "rao_9_6_capped.toml")),
+        "spectrum": vo.shock_spectrum(vo.read(ROOT / "shock" / "rao_9_49.toml"), frequencies=(1.0, 2.0)),
     }
 
 
@@ -43,6 +46,10 @@ def check_rows(one: Any) -> None:
     assert len(set(re.findall(r"<t[hd]", page))) == 2
     assert page.count("<td") == page.count("<th ") * len(rows)
     assert "&lt;" in page or "B <" not in str(rows)
+    json.dumps(one.to_json(), allow_nan=False)  # plain data, nothing of ours inside
+    lines = str(one).splitlines()
+    assert lines[0] == next(filter(None, one.heading()), lines[0])
+    assert isinstance(one, vo.Answer) or len(lines) >= len(rows) + 1
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -19,7 +19,7 @@ from refusals import refused
 from texts import best, choice, floor, moves, one_mass
 from vibopt.answer.entry import Entry, Way
 from vibopt.errors import InputError, UnknownName
-from vibopt.jobs import answer, asks_shares, fact_at, facts, open_job, with_changes
+from vibopt.jobs import answer, asks_shares, fact_at, facts, from_text, open_job, with_changes
 from vibopt.study.axis import Axis, axis_of
 from vibopt.study.holding import Road, State, difference, measured_by, state_of
 from vibopt.study.one_way import Along
@@ -540,3 +540,12 @@ def test_a_limit_whose_steps_buy_nothing_but_that_holds_back_farther_on_is_named
     low, high = fact_at(found.job, "limits.start_up.at_most").ends(given)
     assert low.value < high.value
     assert replace(found, rows=facts_alone).first.startswith("No limit holds it back; of the facts ")
+
+
+def test_what_a_step_costs_from_a_goal_of_zero_is_no_part_of_it() -> None:
+    job = from_text(
+        '[masses.cam]\nunbalance = "50 g mm"\nangle = "0 deg"\n[planes.rim]\nradius = "10 mm"\n'
+        'weight = { from = "0 g", to = "5.1 g" }\n[goal]\nminimise = "static_unbalance"\n'
+    )
+    said = {row[1]: row[3] for row in rows_of(prices(job, only={"planes.rim.weight.to"}))}
+    assert said == {"5.1 g -> 5.6 g": "nothing", "5.1 g -> 4.6 g": "−4 g mm"}

@@ -8,7 +8,7 @@ from math import ceil, floor
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 from vibopt.answer.entry import Checked, Chosen, Entry, Price, Value, Word
-from vibopt.answer.jsonable import as_json
+from vibopt.answer.jsonable import said_of
 from vibopt.answer.plan import Plan
 from vibopt.answer.tabular import Tabular
 from vibopt.answer.text import claim, text_of, verdict
@@ -404,9 +404,12 @@ class Answer(Tabular, Generic[J_co]):
         """The answer as text, as the command line prints it."""
         return text_of(self)
 
-    def to_json(self) -> dict[str, Any]:
-        """The answer as plain data: values in SI (amplitudes peak), `shown` in the user's units and conventions."""
-        return as_json(self)
+    def __str__(self) -> str:
+        return self.report()
+
+    def as_said(self) -> dict[str, Any]:
+        """What all kinds of job have, then what its kind adds."""
+        return said_of(self)
 
 
 def _row(path: str, one: Value, checked: Checked | None) -> dict[str, Any]:

@@ -19,14 +19,10 @@ SCHEMA = "vibopt.answer/2"
 INFINITE, MINUS_INFINITE = "infinite", "minus infinite"
 
 
-def as_json(answer: Answer[Any]) -> dict[str, Any]:
-    """The answer as plain data: what all kinds of job have, then what its kind adds.
-
-    Infinite values are the texts "infinite" and "minus infinite", a value that does not exist is None:
-    strict JSON has no words for them.
-    """
+def said_of(answer: Answer[Any]) -> dict[str, Any]:
+    """What an answer says, of which `plain` makes JSON: what all kinds of job have, then what its kind adds."""
     views = views_of(answer)
-    data = {
+    return {
         "schema": SCHEMA, "kind": answer.job.kind, "name": answer.name, "title": answer.title,
         "status": answer.status, "claim": answer.claim, "reason": answer.reason, "proven": answer.proven,
         "goal": _goal(answer, views.sense_of(answer)),
@@ -35,7 +31,6 @@ def as_json(answer: Answer[Any]) -> dict[str, Any]:
         **nested(answer.values), **views.own_json(answer),
         "method": answer.method, "timings": answer.timings, "notes": views.notes_of(answer), "details": answer.details,
     }  # fmt: skip
-    return dict(plain(data))
 
 
 def _goal(answer: Answer[Any], sense: str) -> dict[str, Any] | None:
@@ -60,11 +55,17 @@ def json_text(data: object, *, ascii_only: bool = False) -> str:
 
 
 def plain(data: object) -> Any:
-    """Dataclasses, arrays, numbers and containers as JSON has them."""
+    """Dataclasses, arrays, numbers and containers as JSON has them.
+
+    Infinite values are the texts "infinite" and "minus infinite", a value that does not exist is None:
+    strict JSON has no words for them.
+    """
     if data is None or isinstance(data, (bool, int, str)):
         return data
     if isinstance(data, float):
         return number(data)
+    if hasattr(data, "as_said"):
+        return plain(data.as_said())
     if hasattr(data, "to_json"):
         return plain(data.to_json())
     if isinstance(data, (Sequence, Set)):

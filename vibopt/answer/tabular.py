@@ -12,6 +12,8 @@ _RAW = ("value", "unit", "limit", "before", "after")
 """Columns in SI that a notebook does not show: beside them stands the text in the user's unit."""
 _SHOWN = " shown"
 _DIGITS, _ROUNDING = 4, 1e-9
+_WIDTH, _WIDEST = 100, 1000
+"""Columns that the lines above the rows take as text, and at most the rows, of which none is broken."""
 _LEFT = ' style="text-align:left"'
 
 
@@ -39,6 +41,30 @@ class Tabular:
         """What stands above the rows in a notebook."""
         return ()
 
+    def as_said(self) -> dict[str, Any]:
+        """What `to_json` says in plain data."""
+        return {"heading": self.heading(), "rows": self.table()}
+
+    def to_json(self) -> dict[str, Any]:
+        """As plain data, with which `json.dumps` has no trouble: what a command prints under `--json`.
+
+        Values are in SI (amplitudes peak), `shown` in the user's units.
+        """
+        from vibopt.answer.jsonable import plain
+
+        return dict(plain(self.as_said()))
+
+    def __str__(self) -> str:
+        """The first lines, and the rows below them."""
+        from vibopt.answer.console import Console, Grid
+
+        above, below = Console(_WIDTH), Console(_WIDEST)
+        for line in filter(None, self.heading()):
+            above.print(line)
+        heads, rows = self._cells()
+        below.print(Grid(rows, heads))
+        return above.text + below.text
+
     def to_pandas(self) -> Any:
         """The rows as a `pandas.DataFrame`.
 
@@ -52,18 +78,23 @@ class Tabular:
 
     def _repr_html_(self) -> str:
         """For a notebook, by its own convention."""
+        from html import escape
+
+        heads, rows = self._cells()
+        head = "".join(f"<th{_LEFT}>{escape(one)}</th>" for one in heads)
+        cells = ((f"<td{_LEFT}>{escape(one)}</td>" for one in row) for row in rows)
+        body = "".join(f"<tr>{''.join(row)}</tr>" for row in cells)
+        lines = [f"<p>{escape(one)}</p>" for one in self.heading() if one]
+        return "\n".join([*lines, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"])
+
+    def _cells(self) -> tuple[list[str], list[list[str]]]:
+        """Heads and rows as shown, without the columns in SI beside which a text stands."""
         rows = self.table()
         every = list(rows[0]) if rows else []
         texts = [one for one in every if one.endswith("shown")]
         raw = {*_RAW, *(text.removesuffix(_SHOWN) for text in texts if text.endswith(_SHOWN))} if texts else set()
         keys = [one for one in every if one not in raw]
-        from html import escape
-
-        head = "".join(f"<th{_LEFT}>{escape(_head(key))}</th>" for key in keys)
-        cells = ((f"<td{_LEFT}>{escape(_shown(row[key], key))}</td>" for key in keys) for row in rows)
-        body = "".join(f"<tr>{''.join(row)}</tr>" for row in cells)
-        lines = [f"<p>{escape(one)}</p>" for one in self.heading() if one]
-        return "\n".join([*lines, f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"])
+        return [_head(key) for key in keys], [[_shown(row[key], key) for key in keys] for row in rows]
 
 
 def _head(key: str) -> str:

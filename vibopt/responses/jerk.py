@@ -16,6 +16,7 @@ class Jerk(Displacement):
     power: ClassVar[int] = 3
     twin: ClassVar[str] = "angular_jerk"
     noise_twin: ClassVar[str] = ""
+    transient_twin: ClassVar[str] = ""
 
 
 class AngularJerk(Rotation):

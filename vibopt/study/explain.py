@@ -97,7 +97,7 @@ class Explanation(Tabular):
         limits = [{"of": "limit", "name": limit.name, "chosen": None, "words": limit.words} for limit in self.limits]
         return [*model, *methods, *limits]
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """The reasons, what else is known, and the answer."""
         said = {name: getattr(self, name) for name in ("model", "methods", "limits", "absorbers", "prices")}
         return {**{name: one for name, one in said.items() if one is not None}, "design": self.answer}

@@ -54,7 +54,7 @@ class OneForAll(Tabular):
         """Title and verdict."""
         return self.job.title, f"{self.status}: one design for {', '.join(self.limits) or 'all scenarios'}"
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """In the shape of an answer: of each limit the row of the scenario with least room; all rows by scenario."""
         from vibopt.answer.jsonable import SCHEMA
         from vibopt.study.holding import measured_by

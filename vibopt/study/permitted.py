@@ -87,7 +87,7 @@ class Window(Tabular):
         """Title, and the box in words."""
         return self.job.title, f"±{percent(self.part)} on each at once is safe: {self.claim}"
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """Spans, centre and box."""
         keys = ("spans", "centre", "part", "proven", "claim", "around")
         return {**{key: getattr(self, key) for key in keys}, **({"spans_are": self.said} if self.said else {})}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from vibopt.answer.answer import Answer
@@ -80,13 +81,15 @@ def _none_beyond(way: Way) -> str:
     return f"no design at {counted(way.looked, 'values')} up to {way.far.shown}"
 
 
-def percent(change: float | None) -> str:
-    """By how much a goal is better, in words."""
-    if change is None:
-        return "no design"
-    if change == 0.0:
+def better(now: Entry | None, way: Way) -> str:
+    """By how much what is measured is better, in words: a part of what it is, and of zero the difference."""
+    if way.change is None or way.goal is None:
+        return NONE
+    if way.change == 0.0:
         return "nothing"
-    return f"{'+' if change > 0 else '−'}{plain(abs(100.0 * change), 2)} %"
+    of_zero = now is not None and now.value == 0.0 and now.dimension != "ratio"
+    size = replace(way.goal, value=abs(way.change)).shown if of_zero else f"{plain(abs(100.0 * way.change), 2)} %"
+    return f"{'+' if way.change > 0 else '−'}{size}"
 
 
 def first_words(prices: Prices) -> str:
@@ -130,7 +133,7 @@ def _step(prices: Prices, one: Ranked) -> str:
     best = one.best
     assert best is not None
     assert best.goal is not None
-    bought = f"buys {percent(best.change).lstrip('+')} ({prices.measure} {prices.shown} -> {best.goal.shown})"
+    bought = f"buys {better(prices.now, best).lstrip('+')} ({prices.measure} {prices.shown} -> {best.goal.shown})"
     return f"{one.name} first: {one.now.shown} -> {best.value.shown} {bought}"
 
 
@@ -142,8 +145,8 @@ def rows_of(prices: Prices) -> Iterator[tuple[str, ...]]:
         ways = sorted(row.ways, key=lambda way: -(way.change if way.change is not None else -9e9))
         for index, way in enumerate(ways):
             goal = way.goal.shown if way.goal is not None else WITHOUT.get(way.status, NONE)
-            better = percent(way.change) if way.goal is not None else ""
-            yield name if not index else "", f"{row.now.shown} -> {way.value.shown}", goal, better
+            gain = better(prices.now, way) if way.goal is not None else ""
+            yield name if not index else "", f"{row.now.shown} -> {way.value.shown}", goal, gain
 
 
 def range_rows(prices: Prices) -> Iterator[tuple[str, str]]:

@@ -87,13 +87,10 @@ class Prices(Tabular):
         """Title, and what to argue about first."""
         return self.job.title, self.first, *self.notes
 
-    def to_json(self) -> dict[str, Any]:
-        """As plain data."""
-        from vibopt.answer.jsonable import plain as as_plain
-
+    def as_said(self) -> dict[str, Any]:
+        """Every number with its ways, the one to argue about first on top."""
         keys = ("measure", "now", "first", "notes", "rows")
-        said: dict[str, Any] = as_plain({key: getattr(self, key) for key in keys})
-        return said
+        return {key: getattr(self, key) for key in keys}
 
 
 def _row(rank: int, one: Ranked, way: Way | None) -> dict[str, Any]:

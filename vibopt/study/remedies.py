@@ -156,9 +156,9 @@ class Remedies(Tabular):
         """Title, and the least change that helps."""
         return self.job.title, self.first, *self.notes
 
-    def to_json(self) -> dict[str, Any]:
-        """As plain data, with the answer."""
-        return {"first": self.first, "rows": self.table(), "notes": list(self.notes), "answer": self.found.to_json()}
+    def as_said(self) -> dict[str, Any]:
+        """What helps, and the answer."""
+        return {"first": self.first, "rows": self.table(), "notes": self.notes, "answer": self.found}
 
 
 def without_design(job: Job, answer: Answer[Any]) -> bool:

@@ -221,7 +221,7 @@ class Stepped(Tabular):
         """Title and what is moved."""
         return self.job.title, f"{self.goal} with one limit at a time moved by {', '.join(self.steps)}", *self.notes
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """The goal now, and the rows of the table."""
         now = {"status": self.now[0], "goal": self.now[1]}
         return {"goal": self.goal, "now": now, "rows": self.table(), "notes": list(self.notes)}

@@ -122,7 +122,7 @@ class Sweep(Tabular):
         coords = dict(zip(names, self.axes, strict=True))
         return xarray.Dataset({head: (names, column) for head, column in columns.items()}, coords=coords)
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """Path or paths, goal, and all points."""
         where = {"path": self.path} if len(self.varied) == 1 else {"paths": self.paths}
         return {**where, "goal": self.goal, "keep_design": self.keep_design, "points": self.points,

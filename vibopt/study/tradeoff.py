@@ -85,7 +85,7 @@ class Tradeoff(Tabular):
         """Title and what is weighed."""
         return self.job.title, f"{self.goal} against {self.fact.path}"
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """All points with what was reached, and the knee."""
         return {
             "path": self.fact.path, "goal": self.goal, "knee": self.knee, "knee_is": KNEE, "gap": self.gap,

@@ -84,7 +84,7 @@ class Surface(Tabular):
         """Title and what is weighed."""
         return self.job.title, f"{self.goal} against {self.facts[0].path} and {self.facts[1].path}"
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """All points with what was reached."""
         points = [{"reached": both, **point.to_json()} for both, point in zip(self.reached, self.points, strict=True)]
         paths = [fact.path for fact in self.facts]

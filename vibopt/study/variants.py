@@ -38,7 +38,7 @@ class Variants(Tabular):
         shown = {f"{name} shown": None if cell is None else cell.text for name, cell in cells.items()}
         return {"kind": row.kind, "name": row.name, "unit": row.unit, **values, **shown}
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """The answers by the names of the variants, and the lines of the table."""
         return {"variants": dict(zip(self.names, self.designs, strict=True)), "rows": self.rows}
 

@@ -54,7 +54,7 @@ class WhatIf(Tabular):
         both = [answer.entries() for answer in (self.before, self.after)]
         return [_beside(path, *(one.get(path) for one in both)) for path in dict.fromkeys((*both[0], *both[1]))]
 
-    def to_json(self) -> dict[str, Any]:
+    def as_said(self) -> dict[str, Any]:
         """Changes, both answers, what breaks and where."""
         keys = ("changes", "keep_design", "before", "after", "breaks", "thresholds")
         return {key: getattr(self, key) for key in keys}
