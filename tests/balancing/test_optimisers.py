@@ -602,3 +602,20 @@ def test_readings_that_are_added_up_know_no_lists() -> None:
         )
     said = "readings that are added up and lists of weights do not go together. Leave one out."
     assert str(refused.value) == said
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_the_least_correction_of_what_is_nearly_kept_as_found_is_proven(seed: int) -> None:
+    """One reading: the plane that does most for its mass gets all, (|y0| - limit) / |H|, however little that is."""
+    rng = np.random.default_rng(seed)
+    n = int(rng.integers(1, 5))
+    H = (rng.normal(size=n) + 1j * rng.normal(size=n)) * 10.0 ** rng.uniform(-2.0, 2.0, n)
+    y0, part, own = rng.normal() + 1j * rng.normal(), 1.0 - 10.0 ** rng.uniform(-4.0, -1.0), rng.uniform(0.5, 2.0, n)
+    found = solve_continuous(
+        Question(
+            y0=np.array([y0]), H=H[None, :], importance=np.ones(1), limits=np.array([part * abs(y0)]),
+            caps=np.full(n, np.inf), goal="correction", mass_per_unbalance=own,
+        )
+    )  # fmt: skip
+    assert found.status == "optimal"
+    assert found.value == pytest.approx(((1.0 - part) * abs(y0) * own / np.abs(H)).min(), rel=1e-9)

@@ -183,6 +183,8 @@ CLOSE = 1e-8
 SURE = 1e-10
 TANGENT = 1e-7  # part of a cap from which on a step along tangents is the last: its square is rounding
 PULLS, SLACK, ALIKE = 12, 1e-6, 1e-3
+TRACE, ROUNDING = 1e-3, 1e-13
+"""Part of a least correction that may be a trace, and part of a limit by which rounding may pass it."""
 STEPS = 15
 
 
@@ -323,7 +325,7 @@ def _rounds(scene: Scaled, tolerance: float) -> Convex:
         answer = answer or solve_cone(scene, goal_rows, limit_rows, tolerance)
         x = answer.x if np.isfinite(answer.x).all() else np.zeros(scene.n_planes, dtype=complex)
         x = pull_in(scene, x)
-        x = _onto_limits(scene, x) if len(scene.f) else x
+        x = _no_heavier(scene, _onto_limits(scene, x)) if len(scene.f) else x
         limits_left = scene.held(x)
         kept = limits_left.max(initial=0.0) <= 1.0 + KEPT and (scene.exact is None or _inside(scene, x))
         value = scene.value(x) if kept else np.inf
@@ -359,6 +361,29 @@ def _onto_limits(scene: Scaled, x: ComplexArray) -> ComplexArray:
         step = np.linalg.lstsq(parts, 1.0 - KEPT - left[rows[first]], rcond=ALIKE)[0]
         x = pull_in(scene, x + step[: scene.n_planes] + 1j * step[scene.n_planes :])
     return x
+
+
+def _no_heavier(scene: Scaled, x: ComplexArray) -> ComplexArray:
+    """A least correction without traces in planes that help nothing, and no longer along its ray than limits ask for.
+
+    A solver ends a little inside of its limits, and of what is nearly kept as found that is much of the correction.
+    """
+    if scene.goal != "correction" or len(scene.sums) or scene.exact is not None:
+        return x
+    own = scene.mass * np.abs(x)
+    bare: ComplexArray = np.where(own > TRACE * own.sum(), x, 0j)
+    tried = (pull_in(scene, one * _part(scene, one)) for one in (x, bare))
+    kept = [one for one in tried if scene.held(one).max(initial=0.0) <= 1.0 + ROUNDING]
+    return min([x, *kept], key=scene.value)
+
+
+def _part(scene: Scaled, x: ComplexArray) -> float:
+    """The least part of x that keeps the limits, where any part of it keeps those that are broken as found."""
+    step, rest = scene.F @ x, np.abs(scene.f) ** 2 - 1.0
+    slope = (step.conj() * scene.f).real
+    with np.errstate(all="ignore"):  # a row that is kept as found, or that x does not move, has no such part
+        parts = rest / (np.sqrt(np.maximum(slope**2 - np.abs(step) ** 2 * rest, 0.0)) - slope)
+    return float(parts[(rest > 0.0) & np.isfinite(parts)].max(initial=0.0))
 
 
 def _missing(scene: Scaled, rows: Places, x: ComplexArray) -> Places:

@@ -253,16 +253,25 @@ def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) 
         pull = pull + scene.F.conj().T @ v
     if scene.goal == "huber":
         constant -= 0.25 * float((np.abs(z) ** 2).sum())
-    gains = gain(scene, pull)
+    gains, ends, capped = gain(scene, pull), scene.reach < np.inf, scene.caps < np.inf
     if scene.goal == "correction":
-        gains = np.maximum(gains - scene.mass, 0.0)
-    ends = scene.reach < np.inf
+        fair = _fair(scene.mass, gains, ~(ends | capped))
+        constant, gains, z, v = fair * constant, np.maximum(fair * gains - scene.mass, 0.0), fair * z, fair * v
     # twice what the total leaves: the total binds, not the cap that follows from it
-    capped = scene.caps < np.inf
     caps = np.where(capped, scene.caps, np.where(ends, 2.0 * scene.reach, FAR * (1.0 + reach)))
     lost, slope = _won(scene, pull, gains, caps)
     prices = np.maximum(gains - slope * scene.mass, 0.0)
     return Dual(constant - lost, z, v, np.where(capped, prices, 0.0), slope)
+
+
+def _fair(mass: FloatArray, gains: FloatArray, endless: BoolArray) -> float:
+    """By which the multipliers of a least correction become those of the best bound along their ray.
+
+    So large that a weight just wins its mass in some plane; where it may be `endless`, it must not win more.
+    """
+    parts = np.divide(mass, gains, out=np.full(len(mass), np.inf), where=gains > 0.0)
+    least = float(parts.min(initial=np.inf))
+    return least if 1.0 < least < np.inf else float(parts[endless].min(initial=1.0))
 
 
 def gain(scene: Scaled, slope: ComplexArray) -> FloatArray:
