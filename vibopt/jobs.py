@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar, cast
 from vibopt.answer.answer import EMPTY, Answer
 from vibopt.balancing import ENGINE, KNOWN, ROTOR, is_engine, is_known, is_rotor
 from vibopt.document.locate import located
-from vibopt.document.mistakes import Mistakes
+from vibopt.document.mistakes import Mistakes, check_names
 from vibopt.document.toml_reading import COEFFICIENTS, FileText, changed, inside, parsed, placed, text_of
 from vibopt.errors import InputError
 from vibopt.files.reading import FileFault, file_of, shown_name
@@ -341,6 +341,9 @@ def noun_of(job: Job) -> str:
 
 def of_document(document: Mapping[str, Any], mistakes: Mistakes, like: Job | None = None) -> Job:
     """The job of a document; `like` is one whose document this is but for some values."""
+    if like is None:
+        check_names(document, mistakes)
+        mistakes.raise_any()
     kind = kind_of(document)
     if kind == SCENE:
         from vibopt.scene.read import from_dict

@@ -351,3 +351,28 @@ def test_a_blank_is_no_file_name_and_a_point_is_the_folder(key: str) -> None:
         assert "no file name. Write " in said
         assert key.rpartition(".")[2] in said
     assert re.search(r"\S is a folder\. Name a ", str(refused(jobs.from_text, NAMING[key].format("."))))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("bodies.fan", 'bodies."f.1"', 'bodies: "f.1" has a point, which parts the steps of a path as '
+         'bodies.press.mass. Write "f-1".'),
+        ("limits.floor", 'limits." "', 'limits: " " is a blank name. Write one with letters, "press".'),
+        ("links.mount", 'links."a\\tb"', 'links: "a?b" has a sign that cannot be shown. Write a name of letters and '
+         "digits."),
+    ],
+)  # fmt: skip
+def test_a_name_by_which_no_path_leads_is_refused(old: str, new: str, message: str) -> None:
+    assert message in str(refused(jobs.from_text, GOOD.replace(old, new)))
+
+
+def test_a_sensor_has_a_name_by_which_a_path_leads(tmp_path: Path) -> None:
+    head = 'speed = "9 Hz"\n[planes.p]\n[conventions]\nphase = "lag"\nreadings = "phase"\n'
+    head += 'angles = "with rotation"\ndetector = "pk"\nzero = "key"\n'
+    said = '"a.1" has a point, which parts the steps of a path as bodies.press.mass. Write "a-1".'
+    runs = f'{head}[[runs]]\nreadings = {{ "a.1" = "1 mm @ 3 deg" }}\n'
+    assert said in str(refused(jobs.from_text, runs))
+    (tmp_path / "runs.csv").write_text("p mass [g],p angle [deg],a.1 amplitude [mm],a.1 angle [deg]\n,,1,3\n2,0,2,9\n")
+    (tmp_path / "job.toml").write_text(f'readings = "runs.csv"\n{head}')
+    assert said in str(refused(jobs.open_job, tmp_path / "job.toml"))

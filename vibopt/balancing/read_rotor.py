@@ -33,7 +33,7 @@ from vibopt.balancing.rotor_tables import (
     optional_table,
     read_table,
 )
-from vibopt.document.mistakes import Mistakes, Path, named_tables
+from vibopt.document.mistakes import Mistakes, Path, name_fault, named_tables
 from vibopt.errors import InputError
 from vibopt.units import show
 from vibopt.values.grade import grade_velocity
@@ -143,6 +143,9 @@ def read_rotor(
             mistakes.add(("runs",), f"there is no initial run. {way}")
         sensors = read_sensors(document, conventions, mistakes)
         measured = read_runs(document, raws, conventions, planes, sensors, mistakes)
+        for sensor in measured.sensors if measured is not None and "readings" in document else ():
+            if wrong := name_fault(sensor.name):
+                mistakes.add(("readings",), f'readings: "{sensor.name}" {wrong}')
     merge(own, mistakes)
     if conventions is None or not planes or measured is None or not raws or not whole:
         if conventions is not None and planes:

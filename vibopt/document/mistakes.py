@@ -292,6 +292,33 @@ def records_in(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[Mapping
     return ()
 
 
+def name_fault(name: str) -> str:
+    """What is wrong with a name that somebody gave, and the way out; "" where nothing is."""
+    if not name.strip():
+        return 'is a blank name. Write one with letters, "press".'
+    if "." in name:
+        way = name.replace(".", "-")
+        return f'has a point, which parts the steps of a path as bodies.press.mass. Write "{way}".'
+    return "" if name.isprintable() else "has a sign that cannot be shown. Write a name of letters and digits."
+
+
+def check_names(document: Mapping[str, Any], mistakes: Mistakes) -> None:
+    """Mistakes of names by which no path could lead: of tables and of what runs read, the first of which has all."""
+
+    def look(table: object, path: Path) -> None:
+        if isinstance(table, Mapping):
+            for key, inner in table.items():
+                if path or key not in ("scenarios", "expected"):  # of which the keys are paths, or of no matter
+                    if wrong := name_fault(key):
+                        where = f"{dotted(path)}: " if path else ""
+                        mistakes.add((*path, key), f'{where}"{key}" {wrong}')
+                    look(inner, (*path, key))
+        elif isinstance(table, list) and table:
+            look(table[0], (*path, 0))
+
+    look(document, ())
+
+
 def named_tables(document: Mapping[str, Any], family: str, mistakes: Mistakes) -> Mapping[str, Any]:
     """The tables of a family by name; a mistake where the family is none."""
     tables = document.get(family, {})

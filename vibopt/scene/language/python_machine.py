@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Unpack
 
 from vibopt.devices import FAMILIES
+from vibopt.document.mistakes import name_fault
 from vibopt.errors import InputError, way_out
 from vibopt.scene.language.limit import Bound, Limit, Measure, Speeds, plain_table
 from vibopt.scene.language.python_words import (
@@ -286,5 +287,7 @@ def _free_name(one: Measure | Limit, taken: Mapping[str, object]) -> str:
 
 
 def _check_name(family: str, name: object) -> None:
-    if not isinstance(name, str) or not name:
+    if not isinstance(name, str):
         raise InputError(f'{family}: {name!r} is no name. Write a text, for example "press".')
+    if wrong := name_fault(name):
+        raise InputError(f'{family}: "{name}" {wrong}')
