@@ -19,7 +19,7 @@ from vibopt.balancing.engine.engine_tables import EngineGoalTable, EngineLimitTa
 from vibopt.balancing.engine.firing import classes, count, may_fire
 from vibopt.balancing.engine.shaking import Arms, arms, free_shares, free_weights, of_order, over_turn, peaks, size_of
 from vibopt.balancing.optimisers import Solver, solve_question
-from vibopt.balancing.question import Question, Solved, together
+from vibopt.balancing.question import Question, Solved, relative_gap, together
 from vibopt.balancing.rates import Bounding, rates
 from vibopt.errors import counted
 from vibopt.records import dataclass
@@ -295,8 +295,8 @@ def _weigh_at(cases: Cases, turn: FloatArray, solver: Solver) -> Solved:
         first = replace(first, details={"rates": rates(question, first, bounds_of(job, question, own))})
     if not free_weights(job):
         return _shared_out(cases, first)
-    lightest = _lightest(cases, question, own == 0, first, solver)
-    return _shared_out(cases, _without_traces(cases, question, lightest))
+    lightest = _without_traces(cases, question, _lightest(cases, question, own == 0, first, solver))
+    return _shared_out(cases, _as_proven(lightest, question, _size(cases, goal_table(job).is_couple)))
 
 
 def _excess(question: Question, u: ComplexArray) -> FloatArray:
@@ -349,6 +349,15 @@ def _without_traces(cases: Cases, question: Question, answer: Solved) -> Solved:
     size = _size(cases, goal_table(job).is_couple)
     most = answer.value + _EXACT * size if answer.value > NOTHING * size else NOTHING * size
     return answer if over > max(before, _EXACT) or question.value(u) > most else replace(answer, u=u)
+
+
+def _as_proven(answer: Solved, question: Question, size: float) -> Solved:
+    """The answer with the gap of the weights that were taken: the lightest may be a hair worse than the best."""
+    assert answer.u is not None
+    value = question.value(answer.u)
+    gap = relative_gap(value, answer.bound, size)
+    claim = answer.claim.replace(f"gap {answer.gap:.1e}", f"gap {gap:.1e}")
+    return replace(answer, value=value, gap=gap, claim=claim)
 
 
 def least_bound(job: EngineJob, name: str) -> float | None:
