@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import cmath
 import json
+import re
 from dataclasses import replace
 from math import degrees, radians
 
@@ -356,3 +357,17 @@ def test_the_json_is_strict_and_in_si() -> None:
     assert data["sensors"]["a"]["speeds"][0]["limit"]["shown"] == "1 mil pp"
     assert data["conventions"]["zero"] == "reflective tape"
     assert data["limits"]["a"]["met"] is True
+
+
+def test_ways_round_are_compared_by_parts_where_sensors_read_several_kinds() -> None:
+    """A displacement and a velocity have no root mean square in one unit: it was told in mil, whatever the velocity."""
+    text = re.sub(r'b = "([0-9.]+) mil', r'b = "\1 mm/s', ALIKE)
+    limits = '[limits.a]\nresponse = "residual"\nat = "a"\nat_most = "5 mil"\n'
+    plan = solve_text(f'{text}{limits}[goal]\nminimise = "correction"\n')
+    ways = {one.name: one for one in plan.plan.remedies}
+    assert "as asked" in ways
+    rows = plan.plan.fittings[0].rows
+    parts = [row.residual.value / row.found.value for row in rows]
+    assert ways["as asked"].rms.dimension == "ratio"
+    assert ways["as asked"].rms.value == pytest.approx(np.sqrt(np.mean(np.square(parts))), rel=1e-9)
+    assert ways["as asked"].worst == max(rows, key=lambda row: row.residual.value / row.found.value).residual

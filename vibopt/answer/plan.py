@@ -203,13 +203,21 @@ class RowAnswer:
 
 @dataclass(frozen=True, slots=True)
 class Remedy:
-    """One way round planes that act alike, with what it costs."""
+    """One way round planes that act alike, with what it costs.
+
+    worst, rms
+        What is left; where sensors measure several kinds of vibration the worst and the root mean square of parts of
+        the greatest reading of its kind.
+    part
+        By which ways are compared: the worst of what is left, of several kinds as such a part.
+    """
 
     name: str
     worst: Entry
     rms: Entry
     masses: tuple[str, ...]
     band: str = ""
+    part: float = 0.0
 
     def to_json(self) -> dict[str, Any]:
         return {

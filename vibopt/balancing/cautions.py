@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.answer.entry import Checked
+from vibopt.answer.entry import Checked, Entry
 from vibopt.answer.plan import Fitting, Remedy
 from vibopt.arrays import ComplexArray, FloatArray
-from vibopt.balancing.fitting import amplitude, weight_text
+from vibopt.balancing.fitting import amplitude, greatest_readings, weight_text
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plane_options import Posed
@@ -21,6 +21,8 @@ from vibopt.balancing.trust import ALIKE, Conditioning, Noise, bands
 from vibopt.units import plain, show
 
 LEFT_OUT = " left out"
+_LARGE = 1e4
+"""Condition number from which it is told by its power of ten."""
 
 
 def warning(job: RotorJob, conditioning: Conditioning) -> str:
@@ -35,12 +37,10 @@ def warning(job: RotorJob, conditioning: Conditioning) -> str:
             "come out "
             f"as weights that partly cancel. Compare with one of them left out."
         )
-    number = (
-        "infinite"
-        if np.isinf(conditioning.number)
-        else f"{conditioning.number:.1e}".replace("e+0", "e").replace("e+", "e")
-    )
-    return f"Planes {names} act almost alike: condition number {number}; one can be left out, or the mass penalised."
+    number = conditioning.number
+    large = f"{number:.1e}".replace("e+0", "e").replace("e+", "e")
+    said = "infinite" if np.isinf(number) else large if number > _LARGE else plain(number, 2)
+    return f"Planes {names} act almost alike: condition number {said}; one can be left out, or the mass penalised."
 
 
 def remedies(
@@ -71,12 +71,12 @@ def last_one(ways: Sequence[Remedy]) -> tuple[str, ...]:
     fewer = [way for way in ways if way.name.endswith(LEFT_OUT)]
     if not fewer:
         return ()
-    best = min(fewer, key=lambda remedy: float(remedy.worst.value))
+    best = min(fewer, key=lambda remedy: remedy.part)
     name = best.name.removesuffix(LEFT_OUT)
     now, then = (
         show(float(remedy.worst.value), remedy.worst.unit, remedy.worst.dimension) for remedy in (ways[0], best)
     )
-    if not float(best.worst.value) > float(ways[0].worst.value):
+    if not best.part > ways[0].part:
         return (f"Plane {name} buys nothing: without it the worst left is {then}.",)
     return (f"What plane {name} buys: {now} instead of {then} at the worst sensor ({', '.join(best.masses)}).",)
 
@@ -92,9 +92,11 @@ def penalised(question: Question, free: Sequence[int]) -> Question:
 
 
 def remedy_of(job: RotorJob, name: str, u: ComplexArray, identified: Identified, noise: Noise | None) -> Remedy:
-    """A plan beside the others: what it would leave by these runs."""
-    left = np.abs(identified.residual(u))
-    weight = np.ones(len(left)) if len({sensor.dimension for sensor in job.sensors}) == 1 else job.importance
+    """A plan beside the others: what it would leave by these runs; several kinds are weighed by their readings."""
+    left, greatest = np.abs(identified.residual(u)), greatest_readings(job)
+    of_kind = np.array([greatest[job.sensors[sensor].dimension] for _, sensor in job.readings])
+    mixed = len(greatest) > 1
+    weight = 1.0 / np.where(of_kind > 0.0, of_kind, 1.0) if mixed else np.ones(len(left))
     row = first_greatest(weight * left)
     masses = tuple(weight_text(job, plane, complex(one)) for plane, one in enumerate(u))
     band = ""
@@ -104,7 +106,9 @@ def remedy_of(job: RotorJob, name: str, u: ComplexArray, identified: Identified,
         low, high = (amplitude(job, worst, float(end)).shown for end in ends[worst])
         band = "" if np.isnan(ends[worst, 1]) else f"{low} to {high} at {job.row_name(worst)}"
     rms = float(np.sqrt(np.mean((weight * left) ** 2)))
-    return Remedy(name, amplitude(job, row, float(left[row])), amplitude(job, 0, rms), masses, band)
+    shown = Entry(rms, "ratio", "%") if mixed else amplitude(job, 0, rms)
+    part = float((weight * left).max())
+    return Remedy(name, amplitude(job, row, float(left[row])), shown, masses, band, part)
 
 
 READING = 0.01
