@@ -19,6 +19,7 @@ from vibopt.cli.tradeoff_command import _list
 from vibopt.document.mistakes import Mistakes
 from vibopt.jobs import fact_at, from_text, of_document
 from vibopt.report.figures import tradeoff_figure
+from vibopt.report.series import Front
 from vibopt.solve.closed_program import question
 from vibopt.study import together, tradeoff
 from vibopt.study.against import bounded
@@ -310,9 +311,16 @@ def test_a_limit_that_costs_nothing_down_to_zero_leaves_nothing_to_weigh() -> No
 
 def test_a_second_goal_in_words_is_called_by_its_response() -> None:
     """A name that a limit or a measure has already is left to it."""
-    job = from_text(THREE.replace("[limits.force]", "[limits.primary_force]"), "three.toml")
-    assert str(refused(vo.tradeoff, job, "primary_force", 3)).startswith(
-        "three.toml: limits.primary_force_2.at_most and the goal are best in one and the same design"
+    job = from_text(THREE.replace("[limits.force]", "[limits.secondary_couple]"), "three.toml")
+    assert str(refused(vo.tradeoff, job, "secondary_couple", 3)).startswith(
+        "three.toml: limits.secondary_couple_2.at_most and the goal are best in one and the same design"
+    )
+
+
+def test_a_second_goal_of_which_the_best_design_leaves_nothing_is_not_weighed() -> None:
+    assert str(refused(vo.tradeoff, from_text(THREE, "three.toml"), "primary_force", 3)) == (
+        "three.toml: --against primary_force and the goal are best in one and the same design, which leaves nothing of "
+        "it: there is nothing to weigh."
     )
 
 
@@ -359,3 +367,14 @@ def test_a_measured_rotor_is_weighed_against_its_limits(against: str) -> None:
         f"fan_for_99_of_100.toml: --against {against} is no limit, and a measured rotor is weighed against its limits. "
         f"Write --against limits.{first}."
     )
+
+
+def test_no_end_of_a_curve_stands_on_the_frame_of_its_figure() -> None:
+    """Over decades, too: the room beside the ends is a part of the span."""
+    x, y = np.geomspace(18.0, 5449.0, 7), np.geomspace(100.0, 1e6, 7)
+    front = Front(title="press", x_label="x", y_label="y", x=x, y=y, marks=((0, "tightest"), (6, "best")), jumps=(5,))
+    figure = tradeoff_figure(front)
+    axes = figure.axes[0]
+    inside = axes.transAxes.inverted().transform(axes.transData.transform(np.column_stack([x, y])))
+    assert inside.min() > 0.04
+    assert inside.max() < 0.96

@@ -47,6 +47,11 @@ def bounded(job: Job, against: str) -> tuple[Job, str]:
         raise InputError([message.replace(f"measures.{name}", words) for message in error.messages]) from None
     found = answer(measured, explain=False)
     row = found.measures.get(name)
+    if row is not None and row.value.value == 0.0 and side == "at_most":
+        raise InputError(
+            f"{job.name}: --against {against} and the goal are best in one and the same design, which leaves nothing "
+            "of it: there is nothing to weigh."
+        )
     if row is None or not 0.0 < row.value.value < np.inf:
         raise InputError(f"{job.name}: --against {against}: the best design has no such value to begin from.")
     bound = f"{row.value.value:.17g} {row.value.si}".strip()
