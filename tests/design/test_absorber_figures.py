@@ -9,7 +9,6 @@ import pytest
 
 from texts import DAMPING_RATIO, absorber, best, swayed, table
 from vibopt.answer.answer_page import html
-from vibopt.answer.jsonable import as_json
 from vibopt.report.absorber_parts import modes, parts_of, stroke_bars, strokes
 from vibopt.report.adjust import adjusting
 from vibopt.report.curves import panels
@@ -177,7 +176,7 @@ def test_what_to_build_says_every_part(fan: Design) -> None:
     )
     assert part.words.startswith("on fan: mass 5 kg, stiffness 45.3")
     assert "What to build\n  tmd  on fan: mass 5 kg" in fan.report()
-    assert as_json(fan)["build"]["tmd"]["numbers"]["mass"]["value"] == pytest.approx(5.0)
+    assert fan.to_json()["build"]["tmd"]["numbers"]["mass"]["value"] == pytest.approx(5.0)
 
 
 def test_the_adjusting_range_ends_where_the_goal_is_five_percent_worse(fan: Design) -> None:
@@ -270,7 +269,7 @@ def test_without_absorbers_nothing_is_said_of_them(solved: Callable[[str], Desig
     assert strokes(design) is None
     assert modes(design) is None
     assert below(design) == []
-    assert "build" not in as_json(design)
+    assert "build" not in design.to_json()
 
 
 def test_an_excitation_of_another_machine_has_no_bar() -> None:

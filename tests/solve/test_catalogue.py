@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 
 import vibopt as vo
 from vibopt.answer.answer_page import html
-from vibopt.answer.jsonable import as_json
 from vibopt.document.toml_reading import placed
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
@@ -292,7 +291,7 @@ def test_a_kept_design_holds_the_names_of_its_parts(compressor: Design) -> None:
 
 
 def test_choices_and_parts_stand_in_the_json(compressor: Design) -> None:
-    data = as_json(compressor)
+    data = compressor.to_json()
     assert data["variables"]["links.feet.part"]["value"] == "S60-60"
     assert [one["parts"]["links.feet.part"] for one in data["choices"]] == ["S60-60", "S60-55", "S50-55"]
     assert data["choices"][0]["price"]["shown"] == "107.8 EUR"

@@ -8,7 +8,6 @@ from math import inf
 import numpy as np
 import pytest
 
-from vibopt.answer.jsonable import as_json
 from vibopt.program.worst_case import around
 from vibopt.report.curves import panels
 from vibopt.report.sheet.judgement import proof_of, verdict_of
@@ -70,7 +69,7 @@ def test_a_measure_is_judged_as_the_limit_of_the_same_question(job: str) -> None
     if "sticks" in job:
         assert row.off == pytest.approx({"links.springs.damping": -0.4})
     assert measured.proven == limited.proven == (job in PROVEN)
-    assert as_json(measured)["proven"] is measured.proven
+    assert measured.to_json()["proven"] is measured.proven
     assert measured.tolerances is not None
     if measured.proven:
         assert measured.claim.endswith("for every machine within the tolerances, proven")

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from vibopt.answer.answer_page import html
-from vibopt.answer.jsonable import as_json
 from vibopt.scene.read import from_text, read, with_changes
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
@@ -50,7 +49,7 @@ Worst machine within the tolerances
 
 def test_json_and_page_carry_both_answers() -> None:
     design = press()
-    data = as_json(design)
+    data = design.to_json()
     assert data["tolerances"]["goal"]["shown"] == "6957 kN/m"
     assert data["tolerances"]["uncertain"]["links.mount.stiffness"] == 0.2
     assert data["limits"]["start_up"]["off"] == {
@@ -74,7 +73,7 @@ def test_a_scene_without_tolerances_says_nothing_of_them() -> None:
     )
     design = solve(scene)
     assert design.tolerances is None
-    assert "tolerances" not in as_json(design)
+    assert "tolerances" not in design.to_json()
     assert "olerance" not in design.report()
 
 

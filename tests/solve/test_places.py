@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vibopt.answer.jsonable import as_json
 from vibopt.scene.open_places import settled
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design
@@ -75,7 +74,7 @@ def test_the_best_place_is_that_of_a_dense_search() -> None:
 
 def test_the_place_is_among_the_variables_of_every_output() -> None:
     design = _solved()
-    said = as_json(design)["variables"]["absorbers.tmd.on"]
+    said = design.to_json()["variables"]["absorbers.tmd.on"]
     assert said == {"value": "high", "unit": "", "shown": "high", "at_bound": "", "one_of": ["low", "high"]}
     assert "absorbers.tmd.on         high      chosen from low, high" in design.report()
 

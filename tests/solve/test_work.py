@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import vibopt as vo
-from vibopt.answer.jsonable import as_json, json_text
+from vibopt.answer.jsonable import json_text
 from vibopt.scene.scene import Design
 from vibopt.work import Budget, answering, each_answer_within, late, metered, worked
 
@@ -32,7 +32,7 @@ def answered(file: str, seconds: float | None = None) -> Design:
 
 
 def plain(design: Design) -> str:
-    return json_text({key: one for key, one in as_json(design).items() if key != "timings"})
+    return json_text({key: one for key, one in design.to_json().items() if key != "timings"})
 
 
 @pytest.mark.parametrize("file", SEARCHES.values(), ids=SEARCHES)
