@@ -19,6 +19,7 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.forms.monomials import Monomials
 from vibopt.forms.rational import Sampled
 from vibopt.mechanics.model import INERTIA
 from vibopt.records import dataclass
@@ -44,6 +45,10 @@ class Rows:
     def less(self, log: float) -> Rows:
         """Of the quotient to a number, by its log."""
         return Rows(self.value - log, self.slope)
+
+    def over(self, single: Monomials, middle: FloatArray) -> Rows:
+        """Of the quotient to one product of powers, at `middle` (n_boxes, n_vars): that is linear in the logs."""
+        return Rows(self.value - np.log(single.at(middle))[:, None], self.slope - single.exponents[0])
 
     def falling(self) -> Rows:
         """Of one over what is bounded, where that is linear in the logs."""
@@ -81,10 +86,13 @@ class Rows:
         return cls(*(np.concatenate(some, axis=1) for some in kinds))
 
 
-def response_rows(line: Sampled, middle: FloatArray, half: FloatArray) -> Rows:
-    """Log of |N / D| at each of its speeds on boxes around `middle` (n_boxes, n_vars), logs within `half` of it."""
+def response_rows(line: Sampled, middle: FloatArray, half: FloatArray, down: BoolArray | None = None) -> Rows:
+    """Log of |N / D| at each of its speeds on boxes around `middle` (n_boxes, n_vars), logs within `half` of it.
+
+    Variables that may go `down` to zero, (n_boxes, n_vars), have that as their greatest; no inertia depends on one.
+    """
     turned = _Turned.of(line)
-    terms = _Terms.of(line, turned.pairs, middle, half)
+    terms = _Terms.of(line, turned.pairs, middle, half, np.zeros(half.shape, dtype=bool) if down is None else down)
     kappa, turn, beyond, size = turned.ways(terms)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # at an undamped resonance kappa has no end
         top, bottom = (_moved(one, kappa) for one in (turned.top, turned.bottom))
@@ -123,8 +131,8 @@ class _Turned:
     """N and D in other numbers than kappa, in which they are nearly linear.
 
     A mass M = -m w^2 that hangs on one link only stands for Z = M (1 - 1 / (1 + kappa / M)) at its host.
-    And 1 / (kappa + shift) is taken instead of kappa, with the shift at which N vanishes where there are no others: of
-    devices side by side N is then constant.
+    And 1 / (kappa + shift) is taken instead of kappa, with the shift at which N vanishes whatever the others are, or
+    where there are none: of devices side by side, and of what is handed on by mount on mount, N is then constant.
 
     top, bottom
         Coefficients, shape (n_samples, 2**G).
@@ -144,9 +152,9 @@ class _Turned:
     def of(cls, line: Sampled) -> _Turned:
         top, bottom, pairs = _paired(line)
         count = int(top.shape[1]).bit_length() - 1
-        single = top[:, [1 << (count - 1 - g) for g in range(count)]]
-        on = np.abs(single) > _NONE * np.abs(top[:, :1])
-        shift = np.where(on, top[:, :1] / np.where(on, single, 1.0), 0.0)
+        on, shift = np.empty((len(top), count), dtype=bool), np.empty((len(top), count), dtype=complex)
+        for g in range(count):
+            on[:, g], shift[:, g] = _vanishing(top.reshape(len(top), 1 << g, 2, -1))
         tables = []
         for table in (top, bottom):
             for g in range(count):
@@ -206,6 +214,8 @@ class _Terms:
 
     p, reach
         Each term at the middles, and how far its log may be away, shape (n_boxes, n_terms).
+    down
+        Which of them may be less, down to zero, and move by no law but that, (n_boxes, n_terms).
     each
         What each term adds to each group, shape (n_terms, n_samples, G).
     exponents
@@ -220,6 +230,7 @@ class _Terms:
 
     p: FloatArray
     reach: FloatArray
+    down: BoolArray
     each: ComplexArray
     exponents: FloatArray
     half: FloatArray
@@ -227,9 +238,15 @@ class _Terms:
     steps: tuple[FloatArray, ...]
 
     @classmethod
-    def of(cls, line: Sampled, pairs: tuple[_Pair, ...], middle: FloatArray, half: FloatArray) -> _Terms:
+    def of(
+        cls, line: Sampled, pairs: tuple[_Pair, ...], middle: FloatArray, half: FloatArray, down: BoolArray
+    ) -> _Terms:
         members, model = line.groups.members, line.groups.model
-        values, exponents, factors = model.values(middle), model.exponents.copy(), line.factors / 1.0
+        values, exponents, factors = (
+            model.values(middle, static=line.static),
+            model.exponents.copy(),
+            line.factors / 1.0,
+        )
         each = factors[:, :, None] * line.groups.selector / line.scale[:, None, :]
         left = [g for g in range(len(members)) if g not in {one.mass for one in pairs}]
         masses, steps = [], []
@@ -247,6 +264,7 @@ class _Terms:
         return cls(
             values[:, used],
             reach,
+            down @ (exponents[used].T != 0.0),
             each[:, used][:, :, left].swapaxes(0, 1),
             exponents[used],
             half,
@@ -256,8 +274,13 @@ class _Terms:
 
     def discs(self) -> tuple[ComplexArray, ComplexArray]:
         """Middles of all that each group may be, and half widths of its real and imaginary part."""
-        wide = np.abs(self.p) * np.sinh(self.reach)
-        return _summed(self.p * np.cosh(self.reach), self.each), self._across(wide)
+        wide = np.where(self.down, np.abs(self._most), np.abs(self.p) * np.sinh(self.reach))
+        return _summed(np.where(self.down, self._most, self.p * np.cosh(self.reach)), self.each), self._across(wide)
+
+    @property
+    def _most(self) -> FloatArray:
+        """Half of what each term is at most."""
+        return np.asarray(0.5 * self.p * np.exp(self.reach))
 
     def _across(self, sizes: FloatArray) -> ComplexArray:
         """Sums of real and of imaginary parts of terms of these sizes (n_boxes, n_terms)."""
@@ -265,11 +288,13 @@ class _Terms:
 
     def ways(self) -> _Moving:
         """Each group as it moves; shapes (n_boxes, n_samples, G), the slopes with n_vars behind."""
-        turn = _summed(self.p, self.each[..., None] * self.exponents[:, None, None])
-        beyond = np.abs(self._across(np.abs(self.p) * (np.expm1(self.reach) - self.reach)))
+        moved = np.where(self.down, 0.0, self.p)
+        turn = _summed(moved, self.each[..., None] * self.exponents[:, None, None])
+        left = np.where(self.down, np.abs(self._most), np.abs(self.p) * (np.expm1(self.reach) - self.reach))
+        beyond = np.abs(self._across(left))
         real, imag = ((np.abs(way) * self.half[:, None, None, :]).sum(axis=-1) for way in (turn.real, turn.imag))
         size = np.hypot(real, imag) + beyond
-        return _summed(self.p, self.each), turn, beyond, size
+        return _summed(np.where(self.down, self._most, self.p), self.each), turn, beyond, size
 
 
 def _summed(p: FloatArray, each: Any) -> Any:
@@ -308,6 +333,21 @@ def _hangs(cut: ComplexArray, ratio: FloatArray) -> bool:
     room = _NONE * np.abs(cut).max(axis=(1, 2, 3), keepdims=False)[:, None]
     none = np.abs(cut[:, 0, 0]) <= room
     return bool((none & (np.abs(cut[:, 0, 1] - cut[:, 1, 0] * ratio) <= room * (1.0 + ratio))).all())
+
+
+def _vanishing(cut: ComplexArray) -> tuple[BoolArray, ComplexArray]:
+    """Whether N depends on an impedance, and the negative of that at which it vanishes, each (n_samples,).
+
+    `cut` holds its coefficients (n_samples, n, 2, m), those without that impedance before those with it.
+    """
+    low, high = (cut[:, :, i].reshape(len(cut), -1) for i in (0, 1))
+    size = (np.abs(high) ** 2).sum(axis=1)
+    shift = (low * high.conj()).sum(axis=1) / np.where(size > 0.0, size, 1.0)
+    room = _NONE * np.abs(cut).max(axis=(1, 2, 3))
+    always = (size > 0.0) & (np.abs(low - shift[:, None] * high) <= room[:, None]).all(axis=1)
+    alone = np.abs(high[:, 0]) > _NONE * np.abs(low[:, 0])
+    on = always | alone
+    return on, np.where(always, shift, np.where(alone, low[:, 0] / np.where(alone, high[:, 0], 1.0), 0.0))
 
 
 def _inverse_disc(middle: ComplexArray, radius: FloatArray, sides: ComplexArray) -> tuple[ComplexArray, FloatArray]:
@@ -350,12 +390,20 @@ def coefficients(line: Sampled) -> int:
     return int(_paired(line)[0].shape[1])
 
 
-def power_rows(scale: FloatArray, exponents: FloatArray, middle: FloatArray, half: FloatArray) -> Rows:
-    """Log of sum_j scale_j x**exponents_j, all positive, as one row: it is convex in the logs."""
-    parts = scale * np.exp(np.log(middle) @ exponents.T)
+def power_rows(powers: Monomials, middle: FloatArray, half: FloatArray, down: BoolArray, *, least: bool) -> Rows:
+    """Log of sum_j scale_j x**exponents_j, all positive, as one row: it is convex in the logs.
+
+    With `least` of one over a single such term.  Variables that may go `down` to zero, (n_boxes, n_vars), leave terms
+    out, and of one over a term they are at their greatest.
+    """
+    moves = (down @ (powers.exponents.T != 0.0)) & (not least)
+    middle = np.where(down, middle * np.exp(half), middle) if least else middle
+    parts = np.where(moves, 0.0, powers.scale * np.exp(np.log(middle) @ powers.exponents.T))
     total = parts.sum(axis=1, keepdims=True)
-    slope = ((parts / total) @ exponents)[:, None, :]
-    return Rows(np.log(total) - _ROUNDING, slope)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slope = np.where(down | (total == 0.0), 0.0, (parts / total) @ powers.exponents)[:, None, :]
+        rows = Rows(np.log(total) - _ROUNDING, slope)
+    return rows.falling() if least else rows
 
 
 def _moved(coefficients: ComplexArray, kappa: ComplexArray) -> ComplexArray:

@@ -7,7 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.program.program import Aim, Limit, Program
+from vibopt.forms.monomials import mounts
+from vibopt.mechanics.model import INERTIA
+from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.solve.method import Found
 
 GROUPS, FREE = 6, 6
@@ -53,7 +55,7 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     free = [axis for axis in program.axes if axis.high > axis.low]
     listed = [axis for axis in free if axis.values is not None]
     endless = [axis.path for axis in program.axes if axis.open_high or not np.isfinite(axis.high)]
-    zero = [axis.path for axis in program.axes if axis.open_low or axis.low <= 0.0]
+    zero = [axis.path for i, axis in enumerate(program.axes) if not (_above(axis) or _fades(program, i))]
     if program.ties:
         return "parts of a catalogue are compared with each other, not with what lies between them"
     if free and len(listed) == len(free):
@@ -70,6 +72,24 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     moved = any(one.form.powers is None for one in asked)
     said = any(not no_rows(one) for one in (asked if moved else program.limits))
     return "" if free and said else "no limit has bounds on boxes of designs"
+
+
+def _above(axis: Axis) -> bool:
+    return axis.low > 0.0 and not axis.open_low
+
+
+def _fades(program: Program, index: int) -> bool:
+    """Whether a range begins at zero, and what its variable adds, which is no inertia, is nothing there."""
+    axis = program.axes[index]
+    if axis.low < 0.0 or axis.values is not None:
+        return False
+    steps = [part.form.powers.exponents[:, index] for part in program.parts if part.form.powers is not None]
+    for part in program.parts:
+        own = part.model.exponents[:, index]
+        steps += [own, -np.abs(own[part.model.kinds == INERTIA])]
+        if part.form.harmonic is not None:
+            steps.append(mounts(part.model, part.form.harmonic.output).exponents[:, index])
+    return all((some >= 0.0).all() for some in steps)
 
 
 def unbounded(parts: Sequence[Limit | Aim]) -> Limit | Aim | None:
@@ -92,15 +112,14 @@ def no_rows(part: Limit | Aim) -> str:
     if powers is not None:
         kept = bool((powers.scale > 0.0).all()) and (most or (len(powers.scale) == 1 and part.least_wanted))
         return "" if kept else "is a sum that is to be great, or a difference: of those no bounds are known"
-    if form is None:
+    if form is None and not (part.form.ratio and part.form.bounded(part.model)):
         return part.form.no_bounds
     if not most:
         return "is the least of a response, of which bounds are known of the greatest only"
-    if form.line is None:
+    if form is not None and form.line is None:
         return "counts several harmonics or excitations, and bounds are known of one"
-    if form.output.shared_by:
-        return "is what one of several mounts bears, of which no bounds are known"
-    if part.model.spins or form.endless:
+    if form is not None and (part.model.spins or form.endless):
         return "is a response of what spins or has no end at standstill, of which no bounds are known"
-    count = len(form.groups(part.model).members)
+    groups = part.form.groups(part.model)
+    count = 0 if groups is None else len(groups.members)
     return f"hangs on {count} links and masses, and bounds are known of up to {GROUPS}" if count > GROUPS else ""

@@ -26,7 +26,7 @@ _MODEST_ENOUGH = 0.01
 """Gap with which such a search on tangents tries no other starts."""
 _PLANE = 2
 """Variables in the plane of a link."""
-_SLICES, _EMPTY_SLICES = 1000, 200
+_SLICES, _EMPTY_SLICES = 300, 200
 """Slices of a third variable, and those of them without any design, that boxes of all three are left to follow."""
 _VALLEY = 50
 """Exact measurements of designs of which each takes long."""

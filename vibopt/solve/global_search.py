@@ -14,7 +14,7 @@ from vibopt.solve.boundable import unbounded
 from vibopt.solve.branch import MOST_BOXES, MOST_WORK, Judge, Search
 from vibopt.solve.least_missed import nearest_to
 from vibopt.solve.local import from_starts, improved, refined, rescued
-from vibopt.solve.method import OPEN, VANISHED, Found, Progress
+from vibopt.solve.method import OPEN, VANISHED, Found, Progress, Told
 from vibopt.solve.relaxed import with_least
 from vibopt.work import Budget
 
@@ -22,8 +22,8 @@ COARSE = 3e-2
 MIDDLE = 1e-3
 FINE = 1e-6
 PATIENCE = 3000
-_SOON = 20_000_000
-"""Work of boxes by coefficients after which boxes by slopes are tried, before it goes on."""
+_QUICK, _SOON = 2_500_000, 20_000_000
+"""Work of boxes by coefficients after which boxes by slopes are tried, and with which it goes on."""
 MOST_VARIABLES = 3
 MOST_VALUES = 5000
 
@@ -35,10 +35,16 @@ class BranchAndBound:
     summary = "interval branch and bound on Bernstein bounds, with exact peaks"
 
     def __init__(
-        self, gap: float = FINE, most: int = MOST_BOXES, near: FloatArray | None = None, *, alone: bool = True
+        self,
+        gap: float = FINE,
+        most: int = MOST_BOXES,
+        near: FloatArray | None = None,
+        *,
+        alone: bool = True,
+        told: Told | None = None,
     ) -> None:
-        """With `alone` what is left open is followed from several starts."""
-        self.gap, self.most, self.near, self.alone = gap, most, near, alone
+        """With `alone` what is left open is followed from several starts; `told` is what boxes by slopes have said."""
+        self.gap, self.most, self.near, self.alone, self.told = gap, most, near, alone, told
 
     def refuses(self, program: Program) -> str | None:
         free = sum(axis.values is None for axis in program.axes)
@@ -80,7 +86,7 @@ class BranchAndBound:
         if search.vanishes():
             return replace(self._found(program, "optimal", x, boxes, VANISHED, 0.0), zero=True)
         long = () if tried else ((self.gap, MOST_WORK),)  # what was too much for a wide gap is for a small one
-        for gap, most in ((MIDDLE, _SOON), (self.gap, _SOON), *long):
+        for gap, most in ((MIDDLE, _QUICK), (self.gap, _QUICK), (MIDDLE, _SOON), (self.gap, _SOON), *long):
             search.gap, search.work = gap, Budget(most, "coefficients")
             proof = search.run(x)
             boxes, bound = budget.spent, max(bound, proof.bound)
@@ -90,8 +96,8 @@ class BranchAndBound:
             if proven or value - bound <= self.gap * abs(value):
                 claim = f"proven by branch and bound: nothing is better by more than {self.gap:.0e} of the goal"
                 return self._found(program, "optimal", x, boxes, claim, proof.bound if proven else min(bound, value))
-            if gap == self.gap and most == _SOON:
-                sloped = with_least(program, self._found(program, "feasible", x, boxes, ""))
+            if gap == self.gap and most == _QUICK:
+                sloped = with_least(program, self._found(program, "feasible", x, boxes, ""), told=self.told)
                 if sloped.status == "optimal":
                     return sloped
         x = from_starts(program, x, judge) if self.alone else x
@@ -129,9 +135,13 @@ def beside_slices(program: Program, found: Found, progress: Progress | None) -> 
     """What slices of a third variable leave open, by boxes of all three, and where they do too by many more slices."""
     from vibopt.solve.plane.discs import DiscsOfOneLink
 
-    search = BranchAndBound(near=found.x)
+    told: Told = {}
+    search = BranchAndBound(near=found.x, told=told)
     if search.refuses(program) is not None or not provable(program) or len(program.axes) < MOST_VARIABLES:
         return found
+    sloped = with_least(program, found, told=told)
+    if sloped.status == "optimal":
+        return sloped
     boxes = search.solve(program, progress)
     if boxes.status not in OPEN:
         return boxes

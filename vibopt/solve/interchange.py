@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from vibopt.arrays import IntArray
+from vibopt.forms.monomials import mounts
 from vibopt.forms.rational import Groups, Sampled
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.hanging import SPRINGS
@@ -57,7 +58,16 @@ def _become(one: Limit | Aim, other: Limit | Aim, order: IntArray, lines: Mappin
     mine, its = one.form.powers, other.form.powers
     if mine is not None and its is not None:
         return _rows(mine.scale, mine.exponents[:, order]) == _rows(its.scale, its.exponents)
-    return id(one) in lines and id(other) in lines and _same(lines[id(one)], lines[id(other)], order)
+    if id(one) not in lines or id(other) not in lines or _shares(one, order) != _shares(other, np.arange(len(order))):
+        return False
+    return _same(lines[id(one)], lines[id(other)], order)
+
+
+def _shares(asked: Limit | Aim, order: IntArray) -> list[_Row]:
+    """By how many mounts a response is divided."""
+    form = asked.form.harmonic
+    shared = mounts(asked.model, form.output) if form is not None else None
+    return [] if shared is None else _rows(shared.scale, shared.exponents[:, order])
 
 
 def _bounds(one: Limit | Aim) -> tuple[str, float]:

@@ -15,16 +15,20 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import BoolArray, FloatArray, IntArray
-from vibopt.forms.rational import Sampled, sampled
+from vibopt.forms.bounds import FormBounds
+from vibopt.forms.monomials import Monomials, mounts
+from vibopt.forms.rational import Sampled
 from vibopt.forms.rows_on_boxes import Rows, coefficients, power_rows, response_rows
 from vibopt.frontier import Frontier
+from vibopt.mechanics.monomial import Monomial
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
 from vibopt.solve.boundable import FAR, no_rows, refusal
-from vibopt.solve.branch import first_speeds
+from vibopt.solve.branch import first_speeds, may_hold
 from vibopt.solve.hanging import masses_on_springs
 from vibopt.solve.interchange import orders
 from vibopt.solve.method import Found, Told
+from vibopt.solve.ranges import FLOOR
 from vibopt.work import Budget
 
 NAME = "boxes"
@@ -42,7 +46,8 @@ _WHOLE = 4
 devices can take turns."""
 _PLANE = 2
 """Variables up to which a search for a design is as quick as boxes that say there is none."""
-_BATCH, _SPEEDS = 128, 64
+_BATCH, _SPEEDS, _MOST_TURNS = 128, 64, 400
+"""Boxes that are cut together at most, speeds, and turns: where all that is left open is at one end boxes are few."""
 _ROWS, _STEPS = 16, 10
 """Rows of the goal and of the limits that are weighed, and steps of it."""
 _LOW, _TINY = 1e3, 1e-14
@@ -138,8 +143,13 @@ class _Relaxed:
         self.goals: Sequence[Limit | Aim] = list(aims) or kept
         self.limits: Sequence[Limit] = kept if aims else []
         self.lines = {id(one): _Speeds(program, one) for one in (*self.goals, *self.limits) if one.form.powers is None}
-        asked = (*self.goals, *self.limits)
+        middle = np.sqrt(np.maximum(program.low, FLOOR * program.high) * program.high)
+        others = [limit for limit in program.limits if no_rows(limit) and (limit.side == "outside" or _still(limit))]
+        self.others = [(limit, FormBounds(limit.model, limit.form, middle)) for limit in others]
+        asked = (*self.goals, *self.limits, *others)
         self.orders = orders(program, asked, {key: line.sampled for key, line in self.lines.items()})
+        self.from_zero = np.array([axis.open_low or axis.low <= 0.0 for axis in program.axes])
+        self.low = np.log(np.where(self.from_zero, FLOOR * program.high, program.low))
         self.lists = [(i, np.log(np.sort(a.values))) for i, a in enumerate(program.axes) if a.values is not None]
         each = sum(line.count for line in self.lines.values()) or 1
         self.budget = Budget(min(most, max(_WORK // each, 1)), "boxes", _COST * each)
@@ -154,12 +164,13 @@ class _Relaxed:
 
     def search(self, bar: float, floor: Callable[[], float] = lambda: -np.inf) -> float:
         """No log of the goal is below this, at most `bar`; given up far below `floor`, early where it hardly moves."""
-        frontier, low, high = Frontier(self.budget), np.log(self.program.low)[None], np.log(self.program.high)[None]
+        frontier, low, high = Frontier(self.budget), self.low[None], np.log(self.program.high)[None]
         frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
-        begun = np.inf
+        begun, turns = np.inf, Budget(_MOST_TURNS, "turns")
         hosts = [device.host for device in masses_on_springs(self.program) if device.host]
         whole = low.shape[1] <= _WHOLE and len(set(hosts)) < len(hosts)
-        while frontier and not frontier.over:
+        while frontier and not frontier.over and not turns.over:
+            turns.spend(1)
             begun = min(begun, frontier.bound) if np.isfinite(frontier.bound) else begun
             part = self.budget.spent / (_PATIENCE * self.budget.most)
             slow = part > _EARLY and frontier.bound < begun + _LITTLE * (bar - begun)
@@ -219,11 +230,13 @@ class _Relaxed:
         """
         self.budget.spend(len(low))
         x, half = np.exp(0.5 * (low + high)), 0.5 * (high - low)
-        goals = Rows.joined([self._rows(goal, x, half) for goal in self.goals]).highest(_ROWS)
-        limits = [self._rows(limit, x, half) for limit in self.limits]
+        fades = self.from_zero & (low <= self.low)
+        goals = Rows.joined([self._rows(goal, x, half, fades) for goal in self.goals]).highest(_ROWS)
+        limits = [self._rows(limit, x, half, fades) for limit in self.limits]
         every = Rows.joined([goals, Rows.joined(limits).highest(_ROWS)]) if limits else goals
         aims = np.arange(every.value.shape[1]) < goals.value.shape[1]
         bound = _weighed(every, aims, half, bar)
+        self._drop(bound, np.where(fades, 0.0, np.exp(low)), np.exp(high), bar)
         for i, j in self.orders:  # what boxes that touch share is in others, too
             gap, wide = low[:, i] - high[:, j], (high > low)[:, i] & (high > low)[:, j]
             bound[(gap > 0.0) | (wide & (gap == 0.0))] = np.inf
@@ -231,6 +244,13 @@ class _Relaxed:
         listed = [i for i, _ in self.lists]
         up[:, listed] = down[:, listed] = np.inf
         return bound, np.maximum(low, high - down), np.minimum(high, low + up)
+
+    def _drop(self, bound: FloatArray, low: FloatArray, high: FloatArray, bar: float) -> None:
+        """Boxes (n_boxes, n_vars) on which a limit without rows is broken, as one of a natural frequency, are out."""
+        for limit, bounds in self.others:
+            open_ = np.flatnonzero(bound < bar)
+            held = may_hold(limit, bounds, low[open_] * (1.0 - _SAME), high[open_] * (1.0 + _SAME))
+            bound[open_[~held]] = np.inf
 
     def _halves(self, low: FloatArray, high: FloatArray, side: IntArray) -> tuple[FloatArray, FloatArray]:
         """Boxes (n_boxes, n_vars) cut in two across a side of each; what is listed goes from one value to another.
@@ -247,13 +267,20 @@ class _Relaxed:
             highs[:, i] = values[np.searchsorted(values, highs[:, i] + _SAME) - 1]
         return lows, highs
 
-    def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray) -> Rows:
+    def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray, down: BoolArray) -> Rows:
         log = 0.0 if isinstance(part, Aim) else float(np.log(part.bound))
         powers = part.form.powers
         if powers is None:
-            return response_rows(self.lines[id(part)].sampled, x, half).less(log)
-        made = power_rows(powers.scale, powers.exponents, x, half).less(log)
-        return made.falling() if part.least_wanted else made
+            line = self.lines[id(part)]
+            return response_rows(line.sampled, x, half, down).over(line.mounts, x).less(log)
+        least = part.least_wanted
+        return power_rows(powers, x, half, down, least=least).less(-log if least else log)
+
+
+def _still(limit: Limit) -> bool:
+    """Whether boxes bound what a limit asks, and that at once: it knows no speeds, no noise and no damping."""
+    form = limit.form
+    return not (form.drives or form.random or form.poles) and form.harmonic is None and form.bounded(limit.model)
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,7 +316,22 @@ class _Speeds:
     known: list[float] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        self._add([speed for some in first_speeds(self.part.form).values() for speed in some])
+        self.sampled: Sampled
+        if self.part.form.drives:
+            self._add([speed for some in first_speeds(self.part.form).values() for speed in some])
+        else:
+            self.sampled = self._at([])
+
+    def _at(self, speeds: list[float]) -> Sampled:
+        high = self.program.high
+        middle = np.sqrt(np.maximum(self.program.low, FLOOR * high) * high)
+        return self.part.form.sampled(self.part.model, np.array(speeds), middle)
+
+    @cached_property
+    def mounts(self) -> Monomials:
+        """Number of mounts that bear what is asked of one."""
+        form = self.part.form.harmonic
+        return Monomials.of(self.part.model, Monomial(1.0)) if form is None else mounts(self.part.model, form.output)
 
     @property
     def count(self) -> int:
@@ -297,11 +339,11 @@ class _Speeds:
         return coefficients(self.sampled)
 
     def learn(self, x: FloatArray, open_: float) -> None:
-        if len(self.known) >= _SPEEDS:
+        if not self.part.form.drives or len(self.known) >= _SPEEDS:
             return
         found, known = self.part.extremes(x), np.array(self.known)
         with np.errstate(divide="ignore"):
-            said = 0.5 * np.log(self.sampled.square(x[None])[0])
+            said = 0.5 * np.log(self.sampled.square(x[None])[0]) - np.log(self.mounts.at(x[None]))
         top = (
             max((local.value for local in found), default=0.0)
             if isinstance(self.part, Aim)
@@ -321,11 +363,8 @@ class _Speeds:
         for speed in speeds:
             if speed > 0.0 and all(abs(speed - old) > 1e-4 * speed for old in [*self.known, *fresh]):
                 fresh.append(speed)
-        form = self.part.form.harmonic
-        if fresh and form is not None and form.line is not None:
-            middle = np.sqrt(self.program.low * self.program.high)
-            made = sampled(self.part.model, form.output, form.line, np.array(fresh), middle)
-            self.sampled: Sampled = self.sampled.joined(made) if self.known else made
+        if fresh:
+            self.sampled = self.sampled.joined(self._at(fresh)) if self.known else self._at(fresh)
             self.known += fresh
 
 
