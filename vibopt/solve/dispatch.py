@@ -14,10 +14,13 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.by_name import called
 from vibopt.solve.choose import choose, closed_form
 from vibopt.solve.method import OPEN, Found, Method, Progress, Told
-from vibopt.solve.ranges import closed
+from vibopt.solve.ranges import closed, log_box
 from vibopt.solve.spared import sure_of_none
 from vibopt.solve.without_search import as_goal, endless_limit, no_design, without_goal
 from vibopt.solve.without_search import words as endless_words
+
+_NEAR, _SAME = 1e3, 1e-9
+"""How near to the least that is looked at a value is next to nothing, and part of a goal that is rounding."""
 
 
 def best_of(
@@ -65,6 +68,7 @@ def best_of(
         from vibopt.solve.global_search import beside_slices
 
         found = beside_slices(finite, found, progress)
+    found = _on_zero(finite, found)
     said = _open_ends(finite, found, exact=exact)
     if method is None and said.status in OPEN:
         from vibopt.solve.one_range import OneRange
@@ -170,6 +174,29 @@ def _not_proven(program: Program, found: Found) -> Found:
     if found.status == "infeasible" and any(isinstance(one, Limit) and one.side == "at_least" for one in seen):
         return replace(found, status="unproven", claim=f"no design was found; {program.doubts}")
     return found
+
+
+def _on_zero(program: Program, found: Found) -> Found:
+    """The design with zero for what is next to nothing, where its range begins there and that is as good."""
+    if found.x is None or found.status not in ("optimal", "feasible"):
+        return found
+    ends = zip(program.axes, found.x, np.exp(log_box(program)[0]), strict=True)
+    fading = [
+        i for i, (one, x, low) in enumerate(ends) if one.low <= 0.0 and not one.open_low and 0.0 < x <= _NEAR * low
+    ]
+    if not len(fading):
+        return found
+    from vibopt.solve.branch import Judge
+
+    judge, best = Judge(program), found.x
+    with np.errstate(all="ignore"):
+        goal = judge.goal(best).value
+        for i in fading:
+            x = best.copy()
+            x[i] = 0.0
+            if judge.goal(x).value <= goal + _SAME * abs(goal) and judge.feasible(x):
+                best = x
+    return replace(found, x=best)
 
 
 def _open_ends(program: Program, found: Found, *, exact: bool) -> Found:
