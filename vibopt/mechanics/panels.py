@@ -125,7 +125,7 @@ def greatest(
         What is known of `a` already.
     """
     along = Along(a) if along is None else along
-    if along.depth > _OFTEN and (apart := _apart(a, row, starts)) is not None:
+    if along.depth > _OFTEN and (apart := _apart(a, row, starts, along.whole)) is not None:
         a, row, starts = apart
         along = Along(a)
     count, each, size = starts.shape
@@ -158,11 +158,15 @@ def greatest(
     return search.best
 
 
-def _apart(a: FloatArray, row: FloatArray, starts: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray] | None:
+def _apart(
+    a: FloatArray, row: FloatArray, starts: FloatArray, whole: FloatArray
+) -> tuple[FloatArray, FloatArray, FloatArray] | None:
     """The same with fast states counted from where slow ones hold them; None where they cannot be told apart.
 
     What a slow signal holds in balance would cancel to rounding in all that is small beside it.  M X - X S = -C, for
-    what is fast (M), slow (S) and between them (C), by steps that converge where S is slow.
+    what is fast (M), slow (S) and between them (C), by steps that converge where S is slow.  Where what is with the
+    fast ones creeps, signals would hold it far beyond where it gets to: machines of which more would cancel so, at
+    starts or behind `whole` = exp(a), are left as they are.
     """
     own, linked = _slow(a, halvings_of(a)), (a != 0.0).any(axis=0)
     if not own:
@@ -185,11 +189,24 @@ def _apart(a: FloatArray, row: FloatArray, starts: FloatArray) -> tuple[FloatArr
             break
     else:
         return None
-    a, row, starts = a.copy(), row.copy(), starts.copy()
-    a[:, fast[:, None], rows] = 0.0
-    row[:, rows] += (row[:, None, fast] @ held)[:, 0]
-    starts[..., fast] -= starts[..., rows] @ held.mT
-    return a, row, starts
+    every, held_row = np.concatenate([starts, starts @ whole.mT], axis=1), row.copy()
+    held_row[:, rows] += (row[:, None, fast] @ held)[:, 0]
+    counted = every.copy()
+    counted[..., fast] -= every[..., rows] @ held.mT
+    pays = _mixed(held_row, counted, fast, rows) < _mixed(row, every, fast, rows)
+    if not pays.any():
+        return None
+    a = a.copy()
+    a[np.ix_(pays, fast, rows)] = 0.0
+    row = np.where(pays[:, None], held_row, row)
+    return a, row, np.where(pays[:, None, None], counted[:, : starts.shape[1]], starts)
+
+
+def _mixed(row: FloatArray, z: FloatArray, fast: IntArray, slow: IntArray) -> FloatArray:
+    """What rounding counts from in row . z of each machine (n, N) at its states (n, k, N), (n,): fast ones mix."""
+    most = np.abs(z).max(axis=1)
+    beside = (np.abs(row) * most)[:, slow].sum(axis=1)
+    return np.asarray(np.abs(row[:, fast]).sum(axis=1) * most[:, fast].max(axis=1) + beside)
 
 
 def _each(z: FloatArray, matrices: FloatArray, of: IntArray) -> FloatArray:

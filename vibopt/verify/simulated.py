@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from vibopt.excitations.excitation import Excitation, Once
 from vibopt.mechanics.built import Course, joined
 from vibopt.mechanics.combine import whole_orders
@@ -39,6 +39,8 @@ _SOON = 1e-12
 """Part of the time in which anything changes, by which signals are read inside a stretch."""
 _ALONE, _SAMPLE = 2.0, 0.004
 """Work of looking for a peak, and of each time that is looked at [nominal ms]."""
+_SHORT, _FEWEST = 0.1, 1000
+"""Part of a stretch in which all fades that is fast, and the fewest samples behind that."""
 _EVEN = 1e-9
 """Part by which a later peak must be greater to be told."""
 _SLOW, _AWAY, _BY_STEPS = 1e-8, 1e-6, (1e-3, 1e-4)
@@ -265,7 +267,9 @@ class Simulated(MotionInTime):
         )
         run, many = self._run(number), TOGETHER // len(self._places)
         if isinstance(run, Steps) and len(run.times) > _CHUNK:  # a step is no longer than what lies between samples
-            times, states = np.append(run.times, high), np.hstack([run.states.T, run(self._inside(number)[1:])])
+            told = self._telling(number, run.times)
+            times = np.append(run.times[told], high)
+            states = np.hstack([run.states[told].T, run(self._inside(number)[1:])])
             return times, self._course(np.clip(times, *self._inside(number)), states)
         bent = self._bent[np.searchsorted(self._bent, low, "right") : np.searchsorted(self._bent, high)]
         times = np.union1d(np.linspace(low, high, count), np.append(bent, self._turned(number)))
@@ -274,6 +278,19 @@ class Simulated(MotionInTime):
         if len(times) <= _CHUNK:
             self._courses[number] = found
         return found
+
+    def _telling(self, number: int, times: FloatArray) -> BoolArray:
+        """Which of many even steps are looked at: behind the load few of them once what is fastest has faded."""
+        low, high = self._spans[number]
+        poles = self.machine.poles()
+        fades = -math.log(GONE) / np.maximum(poles.imag, 1e-300)  # [s]
+        brief = fades < _SHORT * (high - low)
+        if not self._quiet_from(low) or not brief.any():
+            return np.ones(len(times), dtype=bool)
+        rate = max([float(np.abs(poles[~brief]).max(initial=0.0)), *(one.fastest for one in self._lasting)])
+        apart = max(int(2.0 * np.pi * (len(times) - 1) / (_SAMPLES * rate * (high - low) + 1e-300)), 1)
+        apart = min(apart, len(times) // _FEWEST)
+        return np.asarray((np.arange(len(times)) % apart == 0) | (times - low < fades[brief].max()))
 
     def _turned(self, number: int) -> FloatArray:
         """Times on a stretch just before the motion turns into another one: none where nothing rubs."""
