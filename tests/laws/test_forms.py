@@ -427,3 +427,11 @@ def test_a_form_that_lacks_something_is_caught_by_name(monkeypatch: pytest.Monke
     test_every_form_says_what_methods_ask(Unfinished)
     with pytest.raises(AssertionError):
         test_values_and_slopes_are_those_of_another_road(Unfinished)
+
+
+def test_a_power_that_is_zero_has_the_slope_of_its_exponents() -> None:
+    """A damper that is best left out is none: in logs what it adds fades as it does, and a nan warned the user."""
+    power, x = Monomials(np.array([2.0]), np.array([[1.0, 0.5]])), np.array([0.0, 3.0])
+    model = _model()
+    assert power.slope(model, x).tolist() == [1.0, 0.5]
+    assert power.bend(model, x).tolist() == [[0.0, 0.0], [0.0, 0.0]]

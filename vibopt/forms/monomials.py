@@ -55,15 +55,20 @@ class Monomials(Form):
         return sum((product(scale, at, powers) for scale, powers in rows), 0.0)
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
-        parts = self._parts(x)
-        slope: FloatArray = parts @ self.exponents / parts.sum()
+        slope: FloatArray = self._shares(x) @ self.exponents
         return slope
 
     def bend(self, model: Model, x: FloatArray) -> FloatArray:
-        parts = self._parts(x)
-        slope = parts @ self.exponents / parts.sum()
-        bend: FloatArray = (self.exponents.T * parts) @ self.exponents / parts.sum() - np.outer(slope, slope)
+        shares = self._shares(x)
+        slope = shares @ self.exponents
+        bend: FloatArray = (self.exponents.T * shares) @ self.exponents - np.outer(slope, slope)
         return bend
+
+    def _shares(self, x: FloatArray) -> FloatArray:
+        """Part of each power in the sum, (n_powers,); all alike where every one is zero."""
+        parts = self._parts(x)
+        total = parts.sum()
+        return parts / total if total else np.full(len(parts), 1.0 / len(parts))
 
     @property
     def tangents_of(self) -> tuple[float, ...]:
