@@ -136,7 +136,7 @@ class PeakInRunUp(Form):
         return self.peak(model, x).time
 
     def _tangents(self, model: Model, x: FloatArray, reach: FloatArray, times: Sequence[float]) -> list[Tangent]:
-        from vibopt.forms.tangent import Opened
+        from vibopt.forms.tangent import Opened, flat
         from vibopt.mechanics.harmonic import mount_count
         from vibopt.mechanics.kernel_bounds import extension, swept
         from vibopt.mechanics.transient import Transient
@@ -144,6 +144,8 @@ class PeakInRunUp(Form):
         peak, opened = self.peak(model, x), Opened(model, self.output)
         if not 0.0 < peak.value < np.inf or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
             return []
+        if not opened.elements:  # what is chosen moves other bodies alone
+            return [flat(self.value(model, x), len(x))]
         machine, read = self.run_up(model, x, model.values(x))
         own, sweep = machine.modal(read), machine.sweep
         with np.errstate(divide="ignore"):

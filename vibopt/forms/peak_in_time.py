@@ -107,6 +107,11 @@ class PeakInTime(Form):
         known = [i for i, peak in enumerate(peaks) if np.isfinite([peak.value, peak.time]).all()]
         if not known or (self.output.shared_by and model.counts[self.output.shared_by].exponents):
             return found
+        if not model.exponents.any():  # what is chosen moves other bodies alone
+            from vibopt.forms.tangent import flat
+
+            values = self.values(model, x).tolist()
+            return [[flat(values[i], x.shape[1])] if i in known else [] for i in range(len(x))]
         machine, reading = self.transient(model, model.values(x[known]))
         tops = np.array([peaks[i].time for i in known])
         sizes = np.array([abs(peaks[i].value) for i in known])

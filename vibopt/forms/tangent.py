@@ -40,6 +40,11 @@ class Tangent:
         return Tangent((self.value - offset) / size, self.slope / size, self.rest / size, self.sides / size)
 
 
+def flat(value: float, count: int) -> Tangent:
+    """Of what none of so many variables moves."""
+    return Tangent(value, np.zeros(count), 0.0, np.zeros(count))
+
+
 def bent(exponents: FloatArray, reach: FloatArray) -> FloatArray:
     """How far prod_j (1 + s_j)**e_ij can be from 1 + sum_j e_ij s_j on |s| <= reach <= 1, (..., n_vars) to (..., n)."""
     reach = reach[..., None, :]
