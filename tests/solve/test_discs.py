@@ -13,7 +13,7 @@ import vibopt as vo
 from texts import skid
 from vibopt.arrays import FloatArray
 from vibopt.program.pose import pose
-from vibopt.scene.read import from_dict
+from vibopt.scene.read import from_dict, from_text
 from vibopt.solve.branch import Judge
 from vibopt.solve.global_search import BranchAndBound
 from vibopt.solve.local import improved, on_values
@@ -435,3 +435,43 @@ def test_no_random_design_beats_a_proven_one_with_free_mass(seed: int) -> None:
 @given(seed=st.integers(0, 10**6), free_mass=st.booleans())
 def test_thousands_of_random_designs_beat_no_proven_one(seed: int, free_mass: bool) -> None:
     never_beaten(seed, 400, free_mass=free_mass)
+
+
+HEAVY = """
+[bodies.machine]
+mass = "155.6 kg"
+[links.mount]
+between = ["machine", "ground"]
+stiffness = { from = "0 N/m", to = "9 MN/m" }
+damping = { from = "0 N s/m", to = "42 kN s/m" }
+[excitations.push]
+kind = "force"
+on = "machine"
+amplitude = "100 N"
+varies = "constant"
+speed = "0..180 rad/s"
+[limits.stiff]
+response = "natural_frequency"
+mode = 1
+at_least = "165 rad/s"
+[goal]
+minimise = "transmitted_force"
+through = "mount"
+"""
+
+
+def test_a_goal_is_not_zero_because_other_designs_resonate_without_end() -> None:
+    """It was told as zero, and its two routes were not compared: next to no damping lay within reach."""
+    found = vo.solve(from_text(HEAVY))
+    assert found.status == "optimal"
+    assert found.goal is not None
+    (k, c), w = np.array(found.x), np.linspace(0.0, 180.0, 5000)
+    force = 100.0 * np.abs((k + 1j * w * c) / (k + 1j * w * c - 155.6 * w**2))
+    assert found.goal[1].value == pytest.approx(force.max(), rel=1e-6)
+
+
+def test_what_is_told_as_zero_and_is_not_fails_the_check(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(Judge, "vanishes", lambda judge, x: True)
+    found = vo.solve(from_text(HEAVY))
+    assert found.status == "check_failed"
+    assert found.claim == "the goal is told as zero, but on the built machine it is 121.5 N pk"

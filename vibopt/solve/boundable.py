@@ -81,7 +81,7 @@ def _above(axis: Axis) -> bool:
 def _fades(program: Program, index: int) -> bool:
     """Whether a range begins at zero, and what its variable adds, which is no inertia, is nothing there."""
     axis = program.axes[index]
-    if axis.low < 0.0 or axis.values is not None:
+    if axis.low < 0.0 or axis.high <= 0.0 or axis.values is not None:
         return False
     steps = [part.form.powers.exponents[:, index] for part in program.parts if part.form.powers is not None]
     for part in program.parts:

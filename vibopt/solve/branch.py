@@ -85,6 +85,17 @@ class Judge:
         first = max(found, key=lambda worst: aim.sense * worst.value)
         return Worst(aim.sense * first.value, first.speeds)
 
+    def vanishes(self, x: FloatArray) -> bool:
+        """Whether an amplitude that is to be small is zero at x (n_vars,), but for rounding."""
+        from vibopt.verify.routes import is_rounding
+
+        aim = self.program.aim
+        for piece in aim.pieces if aim is not None else ():
+            form = piece.form.harmonic
+            if form is not None and not is_rounding(piece.model, form, x, piece.worst(x)):
+                return False
+        return True
+
     def feasible(self, x: FloatArray) -> bool:
         return all(self.limit(limit, x)[0] <= self.tolerance for limit in self.program.limits)
 
@@ -163,7 +174,9 @@ class Search:
     def vanishes(self) -> bool:
         """Whether the goal is an amplitude to be made least, and is zero up to rounding: it cannot be less."""
         aim = self.judge.program.aim
-        return aim is not None and aim.sense > 0 and bool(aim.form.drives) and self.best <= ZERO * self.greatest
+        if aim is None or aim.sense < 0 or not aim.form.drives or self.best > ZERO * self.greatest:
+            return False
+        return self.best_x is not None and self.judge.vanishes(self.best_x)
 
     def open_middles(self, count: int) -> FloatArray:
         """Middles of boxes that were left open, spread over them, shape (at most count, n_vars)."""

@@ -34,6 +34,7 @@ from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import at_own_bound
 from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row, unsteady
 from vibopt.verify.rated import parts_of
+from vibopt.verify.routes import is_rounding
 from vibopt.work import answering, done, metered, worked
 
 _PATIENCE = 10_000.0
@@ -380,6 +381,8 @@ def _answered(
         limits = {key: replace(row, tight=goal.value.value) for key, row in limits.items()}
     broken = [name for name, limit in limits.items() if not limit.met]
     doubt = disagreement(limits, measures, {} if goal is None or found.zero else {goal.name: goal})
+    if not doubt and goal is not None and found.zero and _is_more(scene, program, found.x, goal.value.value):
+        doubt = f"the goal is told as zero, but on the built machine it is {goal.value.shown}"
     clock.stage("certify")
     status, claim = found.status, found.claim
     if broken or doubt:
@@ -402,6 +405,17 @@ def _answered(
         places=parts_of(scene, chosen),
         work=done(),
     )
+
+
+def _is_more(scene: Scene, program: Program, x: FloatArray, measured: float) -> bool:
+    """Whether what was measured of a goal [SI] is more than what rounding leaves of greater motions that cancel."""
+    aim = program.aim
+    left = 1.0 - measured if scene.goal is not None and scene.goal.response.complement else measured
+    for piece in aim.pieces if aim is not None else ():
+        form = piece.form.harmonic
+        if form is not None and not is_rounding(piece.model, form, x, replace(piece.worst(x), value=left)):
+            return True
+    return False
 
 
 def _as_zero(scene: Scene, shown: Entry) -> Entry:

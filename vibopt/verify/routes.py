@@ -189,33 +189,45 @@ class Modelled:
         return total, sum(rooms)
 
     def _shaken_room(self, model: Model, form: Modulus, drive: Drive, speed: float) -> float:
-        """How far rounding of the coefficients moves the response to one excitation at a speed."""
-        room, size = self._lines_room(model, form.output, drive, speed)
-        room /= mount_count(model, form.output, self.x)
-        if not form.rigid_link:
-            return room
-        rigid, output = rigid_form(model, form)
-        lines = tuple(replace(line, vector=line.vector @ rigid.basis) for line in drive.lines)
-        bolted, whole = self._lines_room(rigid, output, replace(drive, lines=lines), speed)
-        return bolted / size + whole * room / size**2 if size else np.inf
-
-    def _lines_room(self, model: Model, output: Output, drive: Drive, speed: float) -> tuple[float, float]:
-        p, room, size = model.values(self.x), 0.0, 0.0
-        for line in drive.lines:
-            omega = np.array(line.order * speed)
-            u = motion(model, p, line.vector, omega)
-            z = impedances(model, p, omega)
-            row = output.row + (output.signs * z) @ model.vectors
-            n = model.n_free
-            stiff = dynamic_stiffness(model, z)[:, :n]
-            amplitude = abs(float(line.amplitude.at(np.array([speed]))[0])) * float(omega) ** output.power
-            moved = carried(model, z, stiff, row, u)
-            if output.signs.any():  # a balance of all forces may be what is left of great ones
-                moved += float(np.abs(z) @ stretches(model, u) + np.abs(line.vector[:n]).sum())
-            room += self._rounding * amplitude * moved
-            size += amplitude * float(abs(row @ u))
-        return (room if np.isfinite(room) else np.inf), size
+        return shaken_room(model, form, drive, speed, self.x) * self._rounding
 
     @property
     def _rounding(self) -> float:
         return _ROUNDINGS * max(_EPS, self.full.precision)
+
+
+def is_rounding(model: Model, form: Modulus, x: FloatArray, worst: Worst) -> bool:
+    """Whether a response at a design (n_vars,) is what rounding leaves of greater ones that cancel."""
+    with np.errstate(all="ignore"):
+        rooms = [shaken_room(model, form, drive, worst.speeds[drive.name], x) for drive in form.drives]
+    return worst.value <= _ROUNDINGS * max(_EPS, model.precision) * sum(rooms)
+
+
+def shaken_room(model: Model, form: Modulus, drive: Drive, speed: float, x: FloatArray) -> float:
+    """How far the response to one excitation at a speed moves, per part by which all coefficients are off."""
+    room, size = _lines_room(model, form.output, drive, speed, x)
+    room /= mount_count(model, form.output, x)
+    if not form.rigid_link:
+        return room
+    rigid, output = rigid_form(model, form)
+    lines = tuple(replace(line, vector=line.vector @ rigid.basis) for line in drive.lines)
+    bolted, whole = _lines_room(rigid, output, replace(drive, lines=lines), speed, x)
+    return bolted / size + whole * room / size**2 if size else np.inf
+
+
+def _lines_room(model: Model, output: Output, drive: Drive, speed: float, x: FloatArray) -> tuple[float, float]:
+    p, room, size = model.values(x), 0.0, 0.0
+    for line in drive.lines:
+        omega = np.array(line.order * speed)
+        u = motion(model, p, line.vector, omega)
+        z = impedances(model, p, omega)
+        row = output.row + (output.signs * z) @ model.vectors
+        n = model.n_free
+        stiff = dynamic_stiffness(model, z)[:, :n]
+        amplitude = abs(float(line.amplitude.at(np.array([speed]))[0])) * float(omega) ** output.power
+        moved = carried(model, z, stiff, row, u)
+        if output.signs.any():  # a balance of all forces may be what is left of great ones
+            moved += float(np.abs(z) @ stretches(model, u) + np.abs(line.vector[:n]).sum())
+        room += amplitude * moved
+        size += amplitude * float(abs(row @ u))
+    return (room if np.isfinite(room) else np.inf), size

@@ -149,7 +149,9 @@ class _Run:
     def _nothing_left(self) -> bool:
         """Whether an amplitude to be made least is zero."""
         aim = self.program.aim
-        return aim is not None and bool(aim.form.drives) and aim.sense > 0 and self.value <= self._zero
+        if aim is None or self.best is None or not aim.form.drives or aim.sense < 0 or self.value > self._zero:
+            return False
+        return self.judge.vanishes(self.best)
 
     def _whole(self) -> list[Interval]:
         if self.plane.other < 0:
