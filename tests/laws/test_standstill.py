@@ -237,3 +237,29 @@ def test_an_acceleration_by_a_table_is_read_at_rest_without_a_warning() -> None:
         warnings.simplefilter("error")
         found = amplitude.at(np.array([0.0, 5.0, 20.0]))
     assert found.tolist() == [np.inf, pytest.approx(0.1), pytest.approx(0.0075)]
+
+
+@pytest.mark.parametrize("soft", [6e-5, 6.0, 6e3])
+def test_what_hardly_follows_its_base_keeps_its_digits(soft: float) -> None:
+    """On a mount of next to nothing it moves by what rounding takes of the base's motion: 3e-5 of it were lost."""
+    w, (m, n), (k, c) = 109.0, (249.0, 19.9), (31.2e3, 242.0)
+    scene = from_dict({
+        "title": "t",
+        "bases": {"floor": {}},
+        "bodies": {"raft": {"mass": f"{m} kg"}, "part": {"mass": f"{n} kg"}},
+        "links": {
+            "lower": {"between": ["raft", "floor"], "stiffness": f"{k} N/m", "damping": f"{c} N s/m"},
+            "upper": {"between": ["part", "raft"], "stiffness": f"{soft} N/m"},
+        },
+        "excitations": {
+            "e": {"kind": "base_motion", "on": "floor", "displacement": "1 mm", "speed": f"{w} rad/s"}
+        },
+        "measures": {
+            "moves": {"response": "displacement", "of": "part"},
+            "gap": {"response": "relative_displacement", "across": "upper"},
+        },
+    })  # fmt: skip
+    raft = (k + 1j * w * c) * 1e-3 / (k + 1j * w * c + soft * n * w**2 / (soft - n * w**2) * -1.0 - m * w**2)
+    part = raft * soft / (soft - n * w**2)
+    found = {name: measure(scene, {}, asked).value for name, asked in scene.measures.items()}
+    assert found == pytest.approx({"moves": abs(part), "gap": abs(part - raft)}, rel=1e-12)

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from vibopt.mechanics.rigid import SpaceMachine
 
 _MANY = 8
+_LITTLE = 1e-3
+"""Part of the motion of bases below which that of a mass is not told by how it moves beside them."""
 
 
 @dataclass(frozen=True)
@@ -108,8 +110,23 @@ class Machine:
         Solved in real arithmetic for the cosine and the sine part of every displacement; a complex `omega` continues
         it off the axis.
         """
-        if np.iscomplexobj(omega) or self.loose or (bases and len(self.masses) < WORTH):
+        if np.iscomplexobj(omega) or self.loose:
             return self._shake_stretched(omega, forces, bases)
+        moved = self._shake_outright(omega, forces, bases)
+        if not bases or len(self.masses) >= WORTH:
+            return moved
+        stretched = self._shake_stretched(omega, forces, bases)
+        common = _LITTLE * sum(np.abs(one) for one in bases.values())
+        points = {
+            name: np.where(np.abs(moved.points[name]) < common, moved.points[name], one)
+            for name, one in stretched.points.items()
+        }
+        return replace(stretched, points=points)
+
+    def _shake_outright(
+        self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
+    ) -> Motion:
+        """As `shake`, in the motions of all masses: what hardly follows a base keeps its digits."""
         names = list(self.masses)
         load = np.zeros((*omega.shape, len(names)), dtype=complex)
         for i, name in enumerate(names):
