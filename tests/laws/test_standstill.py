@@ -240,9 +240,10 @@ def test_an_acceleration_by_a_table_is_read_at_rest_without_a_warning() -> None:
 
 
 @pytest.mark.parametrize("soft", [6e-5, 6.0, 6e3])
-def test_what_hardly_follows_its_base_keeps_its_digits(soft: float) -> None:
+@pytest.mark.parametrize("held", [1.0, 1e-9])
+def test_what_hardly_follows_its_base_keeps_its_digits(soft: float, held: float) -> None:
     """On a mount of next to nothing it moves by what rounding takes of the base's motion: 3e-5 of it were lost."""
-    w, (m, n), (k, c) = 109.0, (249.0, 19.9), (31.2e3, 242.0)
+    w, (m, n), (k, c) = 109.0, (249.0, 19.9), (31.2e3 * held, 242.0 * held)
     scene = from_dict({
         "title": "t",
         "bases": {"floor": {}},
@@ -262,4 +263,4 @@ def test_what_hardly_follows_its_base_keeps_its_digits(soft: float) -> None:
     raft = (k + 1j * w * c) * 1e-3 / (k + 1j * w * c + soft * n * w**2 / (soft - n * w**2) * -1.0 - m * w**2)
     part = raft * soft / (soft - n * w**2)
     found = {name: measure(scene, {}, asked).value for name, asked in scene.measures.items()}
-    assert found == pytest.approx({"moves": abs(part), "gap": abs(part - raft)}, rel=1e-12)
+    assert found == pytest.approx({"moves": abs(part), "gap": abs(part - raft)}, rel=1e-11)

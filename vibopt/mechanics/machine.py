@@ -115,13 +115,16 @@ class Machine:
         moved = self._shake_outright(omega, forces, bases)
         if not bases or len(self.masses) >= WORTH:
             return moved
-        stretched = self._shake_stretched(omega, forces, bases)
-        common = _LITTLE * sum(np.abs(one) for one in bases.values())
-        points = {
-            name: np.where(np.abs(moved.points[name]) < common, moved.points[name], one)
-            for name, one in stretched.points.items()
-        }
-        return replace(stretched, points=points)
+        stretched, common = self._shake_stretched(omega, forces, bases), sum(np.abs(one) for one in bases.values())
+        little = {name: np.abs(one) < _LITTLE * common for name, one in moved.points.items()}
+        points = {name: np.where(little[name], moved.points[name], one) for name, one in stretched.points.items()}
+        apart = {}
+        for joint in self.joints:
+            first, second = joint.ends
+            both = little.get(first, False) & little.get(second, False)
+            outright = self.position(second, moved) - self.position(first, moved)
+            apart[joint.name] = np.where(both, outright, stretched.stretches[joint.name])
+        return replace(stretched, points=points, stretches=apart)
 
     def _shake_outright(
         self, omega: FloatArray, forces: dict[str, ComplexArray], bases: dict[str, ComplexArray]
