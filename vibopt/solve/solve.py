@@ -43,6 +43,9 @@ _PATIENCE = 10_000.0
 _ROAD = 5.0
 """Work of any answer beside its search [nominal ms]."""
 
+_OF_SQUARES = 1e-8
+"""Part of the motions that cancel in a goal of zero that a design may leave: squares keep half of the digits."""
+
 
 def solve(
     scene: Scene,
@@ -413,7 +416,8 @@ def _is_more(scene: Scene, program: Program, x: FloatArray, measured: float) -> 
     left = 1.0 - measured if scene.goal is not None and scene.goal.response.complement else measured
     for piece in aim.pieces if aim is not None else ():
         form = piece.form.harmonic
-        if form is not None and not is_rounding(piece.model, form, x, replace(piece.worst(x), value=left)):
+        told = replace(piece.worst(x), value=left)
+        if form is not None and not is_rounding(piece.model, form, x, told, _OF_SQUARES):
             return True
     return False
 

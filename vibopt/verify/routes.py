@@ -196,11 +196,14 @@ class Modelled:
         return _ROUNDINGS * max(_EPS, self.full.precision)
 
 
-def is_rounding(model: Model, form: Modulus, x: FloatArray, worst: Worst) -> bool:
-    """Whether a response at a design (n_vars,) is what rounding leaves of greater ones that cancel."""
+def is_rounding(model: Model, form: Modulus, x: FloatArray, worst: Worst, part: float = 0.0) -> bool:
+    """Whether a response at a design (n_vars,) is what rounding leaves of greater ones that cancel.
+
+    Or that `part` of them, as of a design that was looked for by squares: these keep half of the digits.
+    """
     with np.errstate(all="ignore"):
         rooms = [shaken_room(model, form, drive, worst.speeds[drive.name], x) for drive in form.drives]
-    return worst.value <= _ROUNDINGS * max(_EPS, model.precision) * sum(rooms)
+    return worst.value <= max(part, _ROUNDINGS * max(_EPS, model.precision)) * sum(rooms)
 
 
 def shaken_room(model: Model, form: Modulus, drive: Drive, speed: float, x: FloatArray) -> float:
