@@ -119,10 +119,11 @@ def test_the_truth_of_friction_without_stops_is_den_hartogs(one: Slip) -> None:
     assert friction_cases.truth(one) == pytest.approx(expected, rel=1e-4 if one.r < 1.0 else 1e-3)
 
 
-def test_what_a_steady_speed_and_a_damper_miss_is_told_beside_the_models_that_need_less() -> None:
+@pytest.mark.parametrize("rates", [pytest.param(slice(0, 1), marks=pytest.mark.slow), slice(1, None)])
+def test_what_a_steady_speed_and_a_damper_miss_is_told_beside_the_models_that_need_less(rates: slice) -> None:
     """The rows of the chart of fidelity, against the truths and the closed form of the steady peak."""
     steady = 0.5 / 0.05 / np.sqrt(1.0 - 0.05**2)
-    for name, make in run_up_cases.fidelity(quick=True)[1:]:  # the first is the slowest
+    for name, make in run_up_cases.fidelity(quick=True)[rates]:  # the first is the slowest
         (row,) = make()
         swept, _ = run_up_cases.truth(Passage(1, 0.05, 0.3, 2.5, float(name.split()[2])))
         assert (row.kinds, row.case) == (("passage", "steady"), name)
