@@ -242,11 +242,8 @@ class _Terms:
         cls, line: Sampled, pairs: tuple[_Pair, ...], middle: FloatArray, half: FloatArray, down: BoolArray
     ) -> _Terms:
         members, model = line.groups.members, line.groups.model
-        values, exponents, factors = (
-            model.values(middle, static=line.static),
-            model.exponents.copy(),
-            line.factors / 1.0,
-        )
+        values, exponents = model.values(middle, static=line.static), model.exponents.copy()
+        factors = line.factors / 1.0
         each = factors[:, :, None] * line.groups.selector / line.scale[:, None, :]
         left = [g for g in range(len(members)) if g not in {one.mass for one in pairs}]
         masses, steps = [], []

@@ -86,13 +86,13 @@ class Judge:
         return Worst(aim.sense * first.value, first.speeds)
 
     def vanishes(self, x: FloatArray) -> bool:
-        """Whether an amplitude that is to be small is zero at x (n_vars,), but for rounding."""
-        from vibopt.verify.routes import is_rounding
+        """Whether an amplitude to be made small is at x (n_vars,) what is left of greater ones that cancel."""
+        from vibopt.verify.routes import cancels
 
         aim = self.program.aim
         for piece in aim.pieces if aim is not None else ():
             form = piece.form.harmonic
-            if form is not None and not is_rounding(piece.model, form, x, piece.worst(x)):
+            if form is not None and not cancels(piece.model, form, x, piece.worst(x)):
                 return False
         return True
 

@@ -184,7 +184,7 @@ def _on_zero(program: Program, found: Found) -> Found:
     fading = [
         i for i, (one, x, low) in enumerate(ends) if one.low <= 0.0 and not one.open_low and 0.0 < x <= _NEAR * low
     ]
-    if not len(fading):
+    if not fading:
         return found
     from vibopt.solve.branch import Judge
 

@@ -34,7 +34,7 @@ from vibopt.solve.without_search import NAME as STANDSTILL
 from vibopt.solve.without_search import at_own_bound
 from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row, unsteady
 from vibopt.verify.rated import parts_of
-from vibopt.verify.routes import is_rounding
+from vibopt.verify.routes import cancels
 from vibopt.work import answering, done, metered, worked
 
 _PATIENCE = 10_000.0
@@ -42,9 +42,6 @@ _PATIENCE = 10_000.0
 
 _ROAD = 5.0
 """Work of any answer beside its search [nominal ms]."""
-
-_OF_SQUARES = 1e-8
-"""Part of the motions that cancel in a goal of zero that a design may leave: squares keep half of the digits."""
 
 
 def solve(
@@ -411,13 +408,12 @@ def _answered(
 
 
 def _is_more(scene: Scene, program: Program, x: FloatArray, measured: float) -> bool:
-    """Whether what was measured of a goal [SI] is more than what rounding leaves of greater motions that cancel."""
+    """Whether what was measured of a goal [SI] is more than what is left of greater motions that cancel."""
     aim = program.aim
     left = 1.0 - measured if scene.goal is not None and scene.goal.response.complement else measured
     for piece in aim.pieces if aim is not None else ():
         form = piece.form.harmonic
-        told = replace(piece.worst(x), value=left)
-        if form is not None and not is_rounding(piece.model, form, x, told, _OF_SQUARES):
+        if form is not None and not cancels(piece.model, form, x, replace(piece.worst(x), value=left)):
             return True
     return False
 

@@ -32,6 +32,8 @@ _SAME = 1e-9
 """Part of a value by which the routes may always differ."""
 _EPS, _ROUNDINGS = float(np.finfo(float).eps), 1e4
 """Roundings of every coefficient that either route may add up."""
+_LEFT = 1e-8
+"""Part that is left of what cancels at a design that was looked for by squares: these keep half of the digits."""
 LOADS = 1e-7
 """Part of its rating by which the static load of a mount may differ."""
 
@@ -196,14 +198,11 @@ class Modelled:
         return _ROUNDINGS * max(_EPS, self.full.precision)
 
 
-def is_rounding(model: Model, form: Modulus, x: FloatArray, worst: Worst, part: float = 0.0) -> bool:
-    """Whether a response at a design (n_vars,) is what rounding leaves of greater ones that cancel.
-
-    Or that `part` of them, as of a design that was looked for by squares: these keep half of the digits.
-    """
+def cancels(model: Model, form: Modulus, x: FloatArray, worst: Worst) -> bool:
+    """Whether a response at a design (n_vars,) is what is left of greater ones that cancel."""
     with np.errstate(all="ignore"):
         rooms = [shaken_room(model, form, drive, worst.speeds[drive.name], x) for drive in form.drives]
-    return worst.value <= max(part, _ROUNDINGS * max(_EPS, model.precision)) * sum(rooms)
+    return worst.value <= _LEFT * sum(rooms)
 
 
 def shaken_room(model: Model, form: Modulus, drive: Drive, speed: float, x: FloatArray) -> float:
