@@ -1,4 +1,4 @@
-"""What is made least in time on one machine, while springs and dampers of another beside it are chosen."""
+"""What is asked of one machine while another beside it is chosen, and of a motion that no load reaches."""
 
 from __future__ import annotations
 
@@ -42,3 +42,49 @@ def test_what_nothing_chosen_moves_is_as_it_is(load: dict[str, Any]) -> None:
     alone = vo.solve(vo.from_dict(document | {"measures": {"felt": felt}}))
     assert least.goal is not None
     assert least.goal[1].value == pytest.approx(alone.measures["felt"].value.value, rel=1e-7)
+
+
+BLOCK: dict[str, Any] = {
+    "title": "block on unlike mounts, turned about the axis along which it is alike",
+    "bodies": {"block": {"mass": "560 kg", "centre": ["0 m", "0 m", "0.21 m"],
+                         "inertia": ["95 kg m2", "160 kg m2", "130 kg m2"]}},
+    "mounts": {
+        end: {
+            "between": ["block", "ground"],
+            "at": [[f"{x} m", "0.66 m", "0 m"], [f"{x} m", "-0.66 m", "0 m"]],
+            "stiffness": {"from": "20 kN/m", "to": "2 MN/m"},
+            "shear_ratio": shear,
+            "damping": {"from": "0 N s/m", "to": "8 kN s/m"},
+        }
+        for end, x, shear in (("front", 0.74, 1.6), ("rear", -0.74, 0.36))
+    },
+    "excitations": {"couple": {"kind": "moment", "on": "block", "axis": "x", "amplitude": "200 N m",
+                               "speed": "1000 rpm", "varies": "constant"}},
+}  # fmt: skip
+UP = {"response": "displacement", "of": "block", "direction": "z", "over": "0..3000 rpm"}
+
+
+@pytest.mark.parametrize("way", ["minimise", "maximise"])
+def test_what_no_load_reaches_is_nothing_whatever_is_chosen(way: str) -> None:
+    """Known without a search, where boxes of four variables see nothing else than rounding."""
+    design = vo.solve(vo.from_dict(BLOCK | {"goal": {way: "displacement", "of": "block", "direction": "z"}}))
+    assert design.status == "optimal", design.claim
+    assert design.goal is not None
+    assert design.goal[1].value == 0.0
+
+
+def test_a_limit_on_what_no_load_reaches_holds_or_cannot_be_kept() -> None:
+    """Both routes leave rounding there at standstill, and neither is wrong."""
+    across = {"minimise": "displacement", "of": "block", "direction": "y"}
+    mounts = {end: {**one, "damping": "1 kN s/m"} for end, one in BLOCK["mounts"].items()}
+    asked = BLOCK | {"mounts": mounts, "goal": across}
+    kept = vo.solve(vo.from_dict(asked | {"limits": {"up": {**UP, "at_most": "1 mm"}}}))
+    assert kept.status == "optimal", kept.claim
+    assert kept.x == pytest.approx(vo.solve(vo.from_dict(asked)).x, rel=1e-6)
+    never = vo.solve(vo.from_dict(asked | {"limits": {"up": {**UP, "at_least": "1 mm"}}}))
+    assert never.status == "infeasible"
+    assert never.claim == 'proven by what the loads move: "up" counts nothing of it, whatever the design'
+    assert never.reason == (
+        "up asks for at least some of a motion that no load moves on this machine. Ask it of another place or "
+        "direction, or add the load that moves it."
+    )

@@ -57,18 +57,35 @@ def rows_of(model: Model, output: Output) -> list[FloatArray]:
 
 def reduced(model: Model, form: Form) -> Model:
     """The smallest exact model for one form; the same model where nothing can be left out."""
-    n = model.n_free
-    reach = form.reach(model) if n > 1 and not model.massless.any() and not model.spins else None
-    if reach is None or (n == 2 and both_needed(model, reach)):
+    found = _needed(model, form)
+    if found is None:
         return model
-    within = _reached(model, reach)
-    seen = within.basis.T @ (within.root.T @ _table(model, reach.read))
-    kept = _closed(seen, within.singles, lambda: within.operators)
-    if kept.shape[1] in (0, n):
+    within, kept = found
+    if kept.shape[1] in (0, model.n_free):
         return model
     if kept.shape[1] == within.basis.shape[1]:
         return within.model
     return model.on_basis(within.root @ within.basis @ kept, drop=True)
+
+
+def unmoved(model: Model, form: Form) -> bool:
+    """Whether no load moves what a form reads, whatever the values of the variables; weights are no load."""
+    found, reach = _needed(model, form), form.reach(model)
+    if found is None or reach is None or reach.static or found[1].shape[1]:
+        return False
+    n = model.n_free
+    return not any(row[n:].any() for row in reach.read) or not any(load[n:].any() for load in reach.loads)
+
+
+def _needed(model: Model, form: Form) -> tuple[_Reached, FloatArray] | None:
+    """What loads move, and in its basis (n_reached, n_needed) what a form reads of it; None where plainly all of it."""
+    n = model.n_free
+    reach = form.reach(model) if n > 1 and not model.massless.any() and not model.spins else None
+    if reach is None or (n == 2 and both_needed(model, reach)):
+        return None
+    within = _reached(model, reach)
+    seen = within.basis.T @ (within.root.T @ _table(model, reach.read))
+    return within, _closed(seen, within.singles, lambda: within.operators)
 
 
 def both_needed(model: Model, reach: Reach) -> bool:

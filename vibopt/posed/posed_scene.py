@@ -22,7 +22,7 @@ from vibopt.scene.uncertain import uncertain
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.ranges import closed
 from vibopt.solve.solve import solve
-from vibopt.solve.without_search import endless_limit, without_goal
+from vibopt.solve.without_search import lost_limit, moot_goal, why_lost
 from vibopt.units import si_unit
 
 
@@ -88,10 +88,10 @@ def not_one(program: Program) -> str:
     for axis in program.axes:
         if axis.values is not None and len(axis.values) > 1:
             return f"{axis.path} is chosen from {len(axis.values)} values, which is a list and no range"
-    limit = endless_limit(program)
+    limit = lost_limit(program)
     if limit is not None:
-        return f"{limit.name} has no end at standstill, whatever the design"
-    return "the goal has no end at standstill, whatever the design" if without_goal(program) is not None else ""
+        return why_lost(limit)
+    return moot_goal(program)
 
 
 class Ipopt:

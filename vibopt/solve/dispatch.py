@@ -16,8 +16,8 @@ from vibopt.solve.choose import choose, closed_form
 from vibopt.solve.method import OPEN, Found, Method, Progress, Told
 from vibopt.solve.ranges import closed, log_box
 from vibopt.solve.spared import sure_of_none
-from vibopt.solve.without_search import as_goal, endless_limit, no_design, without_goal
-from vibopt.solve.without_search import words as endless_words
+from vibopt.solve.without_search import as_goal, lost_limit, moot_goal, no_design
+from vibopt.solve.without_search import words as lost_words
 
 _NEAR, _SAME = 1e3, 1e-9
 """How near to the least that is looked at a value is next to nothing, and part of a goal that is rounding."""
@@ -31,13 +31,13 @@ def best_of(
     near: Sequence[float] | None = None,
 ) -> tuple[Found, Callable[[], str]]:
     """What a method says, and what finds the physical reason where there is one."""
-    limit = endless_limit(program)
+    limit = lost_limit(program)
     if limit is not None:
-        return no_design(limit), partial(endless_words, scene, limit)
-    plain = without_goal(program)
-    if plain is not None and program.aim is not None:
-        found, why = best_of(plain, scene, method, progress, near)
-        return as_goal(found, program.aim.sense), why
+        return no_design(limit), partial(lost_words, scene, limit)
+    moot = moot_goal(program)
+    if moot and program.aim is not None:
+        found, why = best_of(replace(program, aim=None), scene, method, progress, near)
+        return as_goal(found, moot, program.aim.sense), why
     finite = closed(program)
     outright = closed_form(finite) if method is None and not program.ties else None
     sure = outright.solve(finite, progress) if outright is not None else None  # sooner than to ask what cannot be

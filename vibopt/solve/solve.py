@@ -30,8 +30,7 @@ from vibopt.solve.dispatch import best_of
 from vibopt.solve.method import Found, Method, Progress
 from vibopt.solve.most_room import spread_out, with_most_room
 from vibopt.solve.ranges import closed
-from vibopt.solve.without_search import NAME as STANDSTILL
-from vibopt.solve.without_search import at_own_bound
+from vibopt.solve.without_search import OUTRIGHT, at_own_bound
 from vibopt.verify.checked import Built, chosen_of, disagreement, goal_row, unsteady
 from vibopt.verify.rated import parts_of
 from vibopt.verify.routes import cancels
@@ -144,7 +143,7 @@ def _solved(scene: Scene, wish: _Wish) -> Design:
         return _over_tolerances(scene, program, found, reason_text, clock, wish)
     if found.x is None or found.status == "unbounded":
         design = _nothing(scene, program, found, reason_text, clock, wish)
-        if program.ties and wish.explain and found.status == "infeasible" and found.method != STANDSTILL:
+        if program.ties and wish.explain and found.status == "infeasible" and found.method not in OUTRIGHT:
             design = _loosened(scene, design, found, closed(program), wish.patience)
         return design
     return _something(scene, program, found, clock)
@@ -435,7 +434,7 @@ def _nothing(scene: Scene, program: Program, found: Found, reason_text: str, clo
         return solve(one, explain=False, near=near)
 
     conflict = None
-    if found.status == "infeasible" and wish.explain and not program.ties and found.method != STANDSTILL:
+    if found.status == "infeasible" and wish.explain and not program.ties and found.method not in OUTRIGHT:
         many = bool(uncertain(scene))  # then its loosenings are looked for over the tolerances
         conflict = conflict_of(scene, program, found, again, most=wish.patience, names_only=many)
         bound = impossible(closed(program))

@@ -1,10 +1,11 @@
-"""What needs no search: a goal that ranges or a limit to the same response let be no better, and what has no end."""
+"""What needs no search: goals that ranges, limits or the machine let be no better, and what has no end."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from vibopt.forms import Form
+from vibopt.forms.reduce import unmoved
 from vibopt.program.program import Limit, Program
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import names_for
@@ -44,32 +45,55 @@ def _without_bounds(response: Response) -> tuple[object, ...]:
     return tuple(one for one in numbers_of(response) if one[0] not in _BOUNDS)
 
 
-NAME = "limit at standstill"
+OUTRIGHT = ("limit at standstill", "limit on what nothing moves")
+"""Methods of such answers, beside which no limit could be loosened."""
+_UNMOVED = "no load moves what the goal counts, whatever the design"
 
 
-def endless_limit(program: Program) -> Limit | None:
-    """The first limit that no design can keep, for it asks that something without end at standstill be small."""
-    broken = (limit for limit in program.limits if limit.side == "at_most" and _endless(limit.form))
-    return next(broken, None)
+def lost_limit(program: Program) -> Limit | None:
+    """The first limit that no design can keep: little is asked of what has no end at standstill, or much of nothing."""
+    for limit in program.limits:
+        whole = limit.model.n_free >= program.model.n_free
+        if limit.side == "at_most" and _endless(limit.form):
+            return limit
+        if limit.side == "at_least" and limit.bound > 0.0 and whole and unmoved(limit.model, limit.form):
+            return limit
+    return None
+
+
+def why_lost(limit: Limit) -> str:
+    """Why no design keeps such a limit, as half a sentence."""
+    if _endless(limit.form):
+        return f"{limit.name} has no end at standstill, whatever the design"
+    return f"{limit.name} wants some of what no load moves, whatever the design"
 
 
 def no_design(limit: Limit) -> Found:
-    """The answer where `endless_limit` names a limit."""
-    claim = f'proven by the orders of the speed: at standstill "{limit.name}" has no end, whatever the design'
-    return Found("infeasible", None, claim, NAME)
+    """The answer where `lost_limit` names a limit."""
+    if _endless(limit.form):
+        claim = f'proven by the orders of the speed: at standstill "{limit.name}" has no end, whatever the design'
+    else:
+        claim = f'proven by what the loads move: "{limit.name}" counts nothing of it, whatever the design'
+    return Found("infeasible", None, claim, OUTRIGHT[not _endless(limit.form)])
 
 
-def without_goal(program: Program) -> Program | None:
-    """The program without its goal where that has no end at standstill; None where it is as good as any."""
-    aims = (program.aim, *program.aim.others) if program.aim is not None else ()
-    return replace(program, aim=None) if any(_endless(aim.form) for aim in aims) else None
+def moot_goal(program: Program) -> str:
+    """What makes one design as good as another by the goal, in words; nothing where one may be better."""
+    aims = program.aim.pieces if program.aim is not None else ()
+    if any(_endless(aim.form) for aim in aims):
+        return "the goal has no end at standstill, whatever the design"
+    whole = [aim for aim in aims if aim.model.n_free >= program.model.n_free]
+    if aims and len(whole) == len(aims) and all(unmoved(aim.model, aim.form) for aim in whole):
+        return _UNMOVED
+    return ""
 
 
-def as_goal(found: Found, sense: float) -> Found:
-    """The answer to such a program, in words of its goal; `sense` is positive where little is wanted."""
-    told = "the goal has no end at standstill, whatever the design"
+def as_goal(found: Found, told: str, sense: float) -> Found:
+    """The answer to a program without such a goal, in words of it; `sense` is positive where little is wanted."""
     if found.status not in ("optimal", "feasible"):
         return found
+    if told == _UNMOVED:
+        return replace(found, status="optimal", claim=f"proven: {told}, and every limit holds", bound=0.0, zero=True)
     if sense < 0.0:
         return replace(found, status="unbounded", claim=f"every limit holds, and {told}")
     return replace(found, status="feasible", claim=f"every limit holds; {told}")
@@ -77,6 +101,11 @@ def as_goal(found: Found, sense: float) -> Found:
 
 def words(scene: Scene, limit: Limit) -> str:
     """Why, and the way out."""
+    if not _endless(limit.form):
+        return (
+            f"{limit.name} asks for at least some of a motion that no load moves on this machine. Ask it of another "
+            "place or direction, or add the load that moves it."
+        )
     response = scene.limits[limit.name]
     assert isinstance(response, HarmonicResponse)
     assert limit.form.harmonic is not None

@@ -23,7 +23,7 @@ from vibopt.solve.proof import searched
 from vibopt.solve.ranges import closed
 from vibopt.solve.robust import judged
 from vibopt.solve.several import Several, keys_of
-from vibopt.solve.without_search import without_goal
+from vibopt.solve.without_search import moot_goal
 from vibopt.values.soft import softness
 from vibopt.verify.checked import checked_limits, chosen_of, disagreement
 from vibopt.verify.rated import parts_of
@@ -102,7 +102,7 @@ def _least(scene: Scene, program: Program, row: Checked) -> Least | None:
     sense = 1.0 if own[0].side == "at_most" else -1.0
     aims = [Aim(limit.name, limit.model, limit.form, sense, limit.complement) for limit in own]
     alone = replace(program, limits=(), aim=replace(aims[0], others=tuple(aims[1:])))
-    if without_goal(alone) is not None:  # it has no end at standstill, whatever the design
+    if moot_goal(alone):  # it is as it is, whatever the design
         return Least(row.value, True, row.met)
     best = modest(alone).solve(alone)
     if best.x is None or best.status not in ("optimal", "feasible"):

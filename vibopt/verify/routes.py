@@ -109,9 +109,10 @@ class Modelled:
 
     def _rooms(self, model: Model, form: Modulus, speeds: Mapping[str, float]) -> float:
         """How far rounding of the coefficients moves the responses to all excitations, each at a speed."""
+        rests = graded(model, form) is model  # held by springs, it has its room at standstill, too
         at = [(drive, speeds[drive.name] or drive.bands[0].low) for drive in form.drives]
         with np.errstate(all="ignore"):
-            return sum(self._shaken_room(model, form, drive, speed) for drive, speed in at if speed)
+            return sum(self._shaken_room(model, form, drive, speed) for drive, speed in at if speed or rests)
 
     def _at_ends(self, model: Model, form: Modulus) -> float:
         """The greatest of the responses at ends of their bands: a least beside it may be nothing."""
