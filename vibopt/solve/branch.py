@@ -90,7 +90,9 @@ class Judge:
         from vibopt.verify.routes import cancels
 
         aim = self.program.aim
-        for piece in aim.pieces if aim is not None else ():
+        if aim is None or aim.sense < 0 or not aim.form.drives:
+            return False
+        for piece in aim.pieces:
             form = piece.form.harmonic
             if form is not None and not cancels(piece.model, form, x, piece.worst(x)):
                 return False
@@ -173,10 +175,8 @@ class Search:
 
     def vanishes(self) -> bool:
         """Whether the goal is an amplitude to be made least, and is zero up to rounding: it cannot be less."""
-        aim = self.judge.program.aim
-        if aim is None or aim.sense < 0 or not aim.form.drives or self.best > ZERO * self.greatest:
-            return False
-        return self.best_x is not None and self.judge.vanishes(self.best_x)
+        small = self.best_x is not None and self.best <= ZERO * self.greatest
+        return small and self.best_x is not None and self.judge.vanishes(self.best_x)
 
     def open_middles(self, count: int) -> FloatArray:
         """Middles of boxes that were left open, spread over them, shape (at most count, n_vars)."""

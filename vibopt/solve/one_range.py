@@ -23,8 +23,8 @@ from vibopt.mechanics.modes import modes_at, natural_frequencies
 from vibopt.program.meetings import watched
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
-from vibopt.solve.branch import Judge
-from vibopt.solve.method import Found, Progress
+from vibopt.solve.branch import ZERO, Judge
+from vibopt.solve.method import VANISHED, Found, Progress
 from vibopt.work import Budget, late
 
 _DEGREE = 8
@@ -170,6 +170,8 @@ class _Run:
     rows: dict[float, FloatArray] = field(default_factory=dict)
     best: tuple[float, float] | None = None
     """Goal as it is compared, and the place of the best design."""
+    looked: tuple[float, float] | None = None
+    """The last of them that might have left nothing of the goal."""
 
     def __post_init__(self) -> None:
         self.judge = Judge(self.program)
@@ -208,6 +210,9 @@ class _Run:
         heapq.heapify(heap)
         count = len(heap)
         while heap:
+            if self.best is not None and self._vanishes(self.best):
+                details = {"pieces": self.budget.spent, "goal": 0.0}
+                return Found("optimal", self.x(self.best[1]), VANISHED, OneRange.name, 0.0, details, zero=True)
             goal, _, piece = heapq.heappop(heap)
             if self._done(goal):
                 heap = []
@@ -223,6 +228,15 @@ class _Run:
                         heapq.heappush(heap, (half.least[-1], count, half))
                         count += 1
         return self._found(counted(count, "pieces"), proven=True)
+
+    def _vanishes(self, best: tuple[float, float]) -> bool:
+        """Whether a design leaves nothing of an amplitude that is to be least; looked at where it may."""
+        goals = [row[-1] for row in self.rows.values() if np.isfinite(row[-1])]
+        first = self.looked is None
+        if best == self.looked or not (first or best[0] <= ZERO * max(goals)):
+            return False
+        self.looked = best
+        return self.judge.vanishes(self.x(best[1]))
 
     def permitted(self) -> Permitted:
         """The pieces on which every limit holds, put together."""

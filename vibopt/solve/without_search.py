@@ -6,7 +6,8 @@ from dataclasses import replace
 
 from vibopt.forms import Form
 from vibopt.forms.reduce import unmoved
-from vibopt.program.program import Limit, Program
+from vibopt.program.pose import are_whole
+from vibopt.program.program import Asked, Limit, Program
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import names_for
 from vibopt.scene.open_places import numbers_of
@@ -53,10 +54,9 @@ _UNMOVED = "no load moves what the goal counts, whatever the design"
 def lost_limit(program: Program) -> Limit | None:
     """The first limit that no design can keep: little is asked of what has no end at standstill, or much of nothing."""
     for limit in program.limits:
-        whole = limit.model.n_free >= program.model.n_free
         if limit.side == "at_most" and _endless(limit.form):
             return limit
-        if limit.side == "at_least" and limit.bound > 0.0 and whole and unmoved(limit.model, limit.form):
+        if limit.side == "at_least" and limit.bound > 0.0 and _unmoved(program, limit):
             return limit
     return None
 
@@ -82,10 +82,7 @@ def moot_goal(program: Program) -> str:
     aims = program.aim.pieces if program.aim is not None else ()
     if any(_endless(aim.form) for aim in aims):
         return "the goal has no end at standstill, whatever the design"
-    whole = [aim for aim in aims if aim.model.n_free >= program.model.n_free]
-    if aims and len(whole) == len(aims) and all(unmoved(aim.model, aim.form) for aim in whole):
-        return _UNMOVED
-    return ""
+    return _UNMOVED if aims and all(_unmoved(program, aim) for aim in aims) else ""
 
 
 def as_goal(found: Found, told: str, sense: float) -> Found:
@@ -122,6 +119,12 @@ def why(scene: Scene, excitation: str) -> str:
     if one.family == "bases":
         return f"the motion of {one.on} that {excitation} says by its rate has no end"
     return f"no spring holds what {excitation} pushes, and it drifts away"
+
+
+def _unmoved(program: Program, asked: Asked) -> bool:
+    """Whether nothing moves what is asked; of whole models, whose freedoms are all to be looked at, it is not known."""
+    left = asked.model.n_free >= program.model.n_free  # what needs some of the freedoms is moved
+    return left and not are_whole() and unmoved(asked.model, asked.form)
 
 
 def _endless(form: Form) -> bool:

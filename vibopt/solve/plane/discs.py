@@ -148,10 +148,7 @@ class _Run:
 
     def _nothing_left(self) -> bool:
         """Whether an amplitude to be made least is zero."""
-        aim = self.program.aim
-        if aim is None or self.best is None or not aim.form.drives or aim.sense < 0 or self.value > self._zero:
-            return False
-        return self.judge.vanishes(self.best)
+        return self.best is not None and self.value <= self._zero and self.judge.vanishes(self.best)
 
     def _whole(self) -> list[Interval]:
         if self.plane.other < 0:
