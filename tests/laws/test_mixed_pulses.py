@@ -10,6 +10,7 @@ import pytest
 
 import vibopt as vo
 from refusals import refused
+from vibopt.verify import simulated
 
 LINES, WAVES = ("triangle", "falling sawtooth"), ("half sine", "versed sine")
 
@@ -108,3 +109,13 @@ def test_isolation_on_a_mount_that_rubs_is_what_does_not_come_through() -> None:
     )  # fmt: skip
     assert found["kept"] == pytest.approx(1.0 - found["through"], rel=1e-9)
     assert 0.0 < found["kept"] < 1.0
+
+
+def test_what_stays_below_the_greatest_is_left_out_of_closer_looks_without_loss(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    documents = [shaken("half sine", "triangle"), shaken("rectangle", "half sine", duration="300 ms")]
+    briefly = [measured(one) for one in documents]
+    monkeypatch.setattr(simulated, "_LOWER", 1.0)
+    whole = [measured(one) for one in documents]
+    assert briefly == [pytest.approx(one, rel=1e-14) for one in whole]

@@ -86,13 +86,14 @@ def check_turns(scene: Scene, mistakes: Mistakes) -> None:
     )
     heavy, slow = ~model.massless, model.massless & (np.diag(held) > 0.0)
     fades, turns = (_fastest(mass, one, heavy) for one in (damping, stiffness))
-    fades = max(fades, _fastest(held, stiffness, slow))
-    fading = _fading(model, least, most)
+    fades, turns = max(fades, _fastest(held, stiffness, slow)), float(np.sqrt(turns)) / (2.0 * np.pi)
     for name, excitation in scene.excitations.items():
         if not isinstance(excitation, Transient):
             continue
-        followed = min(excitation.length, fading) if excitation.step == math.inf else excitation.length
-        turned, faded = float(np.sqrt(turns)) * followed / (2.0 * np.pi), fades * followed
+        followed = excitation.length
+        if excitation.step == math.inf and max(turns, fades) * followed > MOST_SEARCHED:
+            followed = min(followed, _fading(model, least, most))
+        turned, faded = turns * followed, fades * followed
         vibrates = f"the machine may vibrate {_about(turned)} times in it"
         brake = f"dampers may brake the machine {_about(faded)} times over in it"
         if excitation.durations is not None and max(turned, faded) > MOST_SEARCHED:
@@ -126,8 +127,8 @@ def _about(many: float) -> str:
 
 def _fading(model: Model, least: FloatArray, most: FloatArray) -> float:
     """How long it takes until nothing of free vibration is left, at the ends of all ranges [s]."""
-    slowest = math.inf
-    for ends in product((least, most), repeat=3):
+    slowest, sides = math.inf, (most,) if np.array_equal(least, most) else (least, most)
+    for ends in product(sides, repeat=3):
         ends_of = zip((INERTIA, DAMPING, STIFFNESS), ends, strict=True)
         found = poles(
             model, sum((np.where(model.kinds == kind, end, 0.0) for kind, end in ends_of), np.zeros(len(least)))

@@ -36,6 +36,7 @@ base that is gone so far that little is left of their digits."""
 _TURN, _TAYLOR, _DEFECTIVE = 0.25, 14, 1e9
 """How far what is fastest turns in a step, terms of a series, and condition of modes that are one."""
 PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
+_SHARES = np.array([1.0 / math.factorial(k) for k in range(_TAYLOR)])[:, None, None]
 _MOMENTS = np.array([WEIGHTS * (0.5 - PLACES) ** k / math.factorial(k) for k in range(_TAYLOR)])
 _KEPT, TOGETHER, _EVEN = 30_000_000, 1_000_000, 1e-12
 """Numbers of all states in all steps at most, and at once; part of a step by which even ones may differ."""
@@ -273,6 +274,7 @@ class MotionInTime:
         which, edge, places = np.repeat(np.arange(len(parts)), parts), INSIDE * (high - low), (0.5 + PLACES)[:, None]
         length = (np.diff(ends) / parts)[which]
         times = ends[which] + (np.arange(len(which)) - (np.cumsum(parts) - parts)[which]) * length
+        acted = not self._quiet_from(low) or any(one.endless for one in self.excitations)
 
         def signals(begin: FloatArray, length: Any) -> FloatArray:
             """At the places of Gauss's rule in steps from times on, (n_signals, n_places, n_times)."""
@@ -281,10 +283,14 @@ class MotionInTime:
 
         def onward(states: FloatArray, begin: FloatArray, length: FloatArray) -> FloatArray:
             """States (N, n) so much later than times, (n,) each: one series of what they and the signals come to."""
-            pushed = length * (_MOMENTS @ signals(begin, length)).swapaxes(0, 1)
-            found = np.zeros((len(states), len(begin)))
-            for k in range(_TAYLOR - 1, -1, -1):
-                found = states / math.factorial(k) + loads @ pushed[k] + length * (system @ found)
+            terms = _SHARES * states
+            if acted:
+                terms = terms + loads @ (length * (_MOMENTS @ signals(begin, length)).swapaxes(0, 1))
+            found: FloatArray = terms[-1]
+            for term in terms[-2::-1]:
+                found = system @ found
+                found *= length
+                found += term
             return found
 
         many = TOGETHER // (len(start) * len(places))

@@ -29,10 +29,12 @@ from vibopt.work import worked
 _SAMPLES, _BEST, _NEAR = 24, 6, 0.9
 """Samples in the shortest period; greatest ones that are looked at more closely; part of the greatest from which an end
 of a stretch, or what rings on, is looked at, too."""
-_LEVEL, _LEVELS = 2e-4, 200
-"""Part of the greatest top by which others may be lower and still be it, and how many of them are looked at closely."""
+_LEVEL, _LEVELS, _LOWER = 2e-4, 200, 1e-2
+"""Part of the greatest top by which others may be lower and still be it, how many are looked at closely, and part by
+which no top rises from its samples."""
 _ZOOMS, _ACROSS, _MANY = 5, 33, (50_000, 500_000)
 """Closer looks at each of them, and points of one; most samples of a stretch, without and beside what lasts."""
+_BETWEEN = np.linspace(0.0, 1.0, _ACROSS)
 _HORIZON, _LONGEST = 1000.0, 4e5
 """Periods of the slowest mode that are followed in all, and turns of the fastest over which modes told apart are."""
 _SOON = 1e-12
@@ -64,14 +66,14 @@ class Simulated(MotionInTime):
 
     def peak(self, response: TransientResponse) -> tuple[float, float]:
         """Greatest size of a response, and when [s]."""
-        best, loaded = (0.0, 0.0), self._behind
-        if self.closely and self._is_nothing(response):
+        best, loaded, seen = (0.0, 0.0), self._behind, self._at_first(response) if self.closely else 0.0
+        if seen is None:
             return 0.0, float("inf")
         ended = replace(self, excitations=self._over) if self._lasting else self
         if self._driven_at_resonance or ended._runs_away(response):
             return float("inf"), float("inf")
         for number in range(len(self._spans)):
-            found, before = self._greatest(number, response), best
+            found, before = self._greatest(number, response, max(best[0], seen)), best
             best = found if found[0] > best[0] * (1.0 + _EVEN) else best
             if (
                 not self._lasting
@@ -242,11 +244,11 @@ class Simulated(MotionInTime):
         """What was greatest on stretches so far, by their numbers and that of the response, which stays."""
         return {}
 
-    def _greatest(self, number: int, response: TransientResponse) -> tuple[float, float]:
-        """Greatest size on a stretch, and when."""
+    def _greatest(self, number: int, response: TransientResponse, before: float = 0.0) -> tuple[float, float]:
+        """Greatest size on a stretch, and when; of one that stays below what was `before` that of its samples."""
         key = number, id(response)
         if key not in self._seen:
-            self._seen[key] = response, self._measured(number, response)
+            self._seen[key] = response, self._measured(number, response, before)
         return self._seen[key][1]
 
     def _inside(self, number: int) -> tuple[float, float]:
@@ -301,8 +303,8 @@ class Simulated(MotionInTime):
         """Motion at the samples of stretches, by their numbers."""
         return {}
 
-    def _is_nothing(self, response: TransientResponse) -> bool:
-        """Whether all that a reading shows is the rounding of motions that it does not see, as where all is symmetric.
+    def _at_first(self, response: TransientResponse) -> float | None:
+        """A size that is reached; None where all is the rounding of motions that are not seen, as in what is symmetric.
 
         A reading is no greater than the norm of its row times that of the motion, both over roots of masses.
         """
@@ -312,7 +314,7 @@ class Simulated(MotionInTime):
         rows = np.abs(self._read(response, np.eye(2 * count, dtype=complex))[1].real)
         free, both = np.r_[:bodies, count : count + bodies], np.tile(weights, 2)
         row, most, best = float(np.linalg.norm(rows[free] / both)), np.zeros(2 * count), 0.0
-        few = [np.linspace(*self._inside(number), _CHUNK // 20) for number in range(self._behind + 1)]
+        few = [np.linspace(*self._inside(number), _CHUNK // 100) for number in range(self._behind + 1)]
         for closely in (False, True):
             for number, at in enumerate(few):
                 states = self._run(number)(at)
@@ -320,12 +322,12 @@ class Simulated(MotionInTime):
                 best = max(best, float(np.abs(response.trace(self.machine, course)).max()))
                 most = np.maximum(most, np.abs(states).max(axis=1))
             if best > (_NOTHING if closely else _SEEN) * row * float(np.linalg.norm(most[free] * both)):
-                return False
+                return best
             few = [one[:: 1 + len(one) // _CHUNK] for one in (self._sampled(k)[0] for k in range(len(few)))]
             few = [np.clip(one, *self._inside(number)) for number, one in enumerate(few)]
-        return True
+        return None
 
-    def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
+    def _measured(self, number: int, response: TransientResponse, before: float) -> tuple[float, float]:
         run, (times, course) = self._run(number), self._sampled(number)
         low, high = self._inside(number)
 
@@ -335,9 +337,10 @@ class Simulated(MotionInTime):
 
         worked(_ALONE + _SAMPLE * len(times))
         values, count = np.abs(response.trace(self.machine, course)) * np.ones(len(times)), len(times)
-        if not self.closely:
-            there, heights = _heights(values)
-            return _first(np.append(heights, values), np.append(times[there], times))
+        there, heights = _heights(values)
+        rough = _first(np.append(heights, values), np.append(times[there], times))
+        if not self.closely or (rough[0] < before * (1.0 - _LOWER) and count <= _CHUNK):
+            return rough
         tops = np.flatnonzero((values[1:-1] >= values[:-2]) & (values[1:-1] >= values[2:])) + 1
         ends = [0, *np.searchsorted(times, self._turned(number)), count - 1]  # a top may hide beside each of them
         edges = [i for i in ends if values[i] > _NEAR * values.max()]
@@ -405,15 +408,17 @@ Values = Callable[[FloatArray], FloatArray]
 
 
 def _closer(value: Values, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Greatest sizes between times (n,), and when: all at once, each closer look between the neighbours of its best."""
-    sizes, times, rows = np.zeros(len(left)), left, np.arange(len(left))
+    """Greatest sizes between times (n,), and when: closer looks between the neighbours of the best that may rise."""
+    sizes, times, rows = np.zeros(len(left)), left.copy(), np.arange(len(left))
     for _ in range(_ZOOMS if len(left) else 0):
-        across = np.linspace(left, right, _ACROSS, axis=1)
+        across = left[:, None] + (right - left)[:, None] * _BETWEEN
         seen = value(across.ravel()).reshape(across.shape)
-        at = seen.argmax(axis=1)
-        better = seen[rows, at] > sizes
-        sizes, times = np.where(better, seen[rows, at], sizes), np.where(better, across[rows, at], times)
-        left, right = across[rows, np.maximum(at - 1, 0)], across[rows, np.minimum(at + 1, _ACROSS - 1)]
+        own, at = np.arange(len(rows)), seen.argmax(axis=1)
+        high, better = seen[own, at], seen[own, at] > sizes[rows]
+        sizes[rows[better]], times[rows[better]] = high[better], across[own, at][better]
+        left, right = across[own, np.maximum(at - 1, 0)], across[own, np.minimum(at + 1, _ACROSS - 1)]
+        hopeful = high >= (1.0 - _LOWER) * high.max()
+        rows, left, right = rows[hopeful], left[hopeful], right[hopeful]
     return sizes, times
 
 

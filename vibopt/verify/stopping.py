@@ -175,9 +175,9 @@ class Stopping(Simulated):
     def _own_rate(self) -> float:
         return max(super()._own_rate, float(np.abs(np.linalg.eigvals(self._states.holding[0])).max()))
 
-    def _measured(self, number: int, response: TransientResponse) -> tuple[float, float]:
+    def _measured(self, number: int, response: TransientResponse, before: float) -> tuple[float, float]:
         """Forces and accelerations jump where the slip turns or ends: just before is looked at, too."""
-        found, run, at = super()._measured(number, response), self._run(number), self._turned(number)
+        found, run, at = super()._measured(number, response, before), self._run(number), self._turned(number)
         values = np.abs(response.trace(self.machine, self._course(at, run(at)))) * np.ones(len(at))
         every = [found, *zip(values.tolist(), at.tolist(), strict=True)]
         most = max(every)[0]
