@@ -96,12 +96,24 @@ class Floors:
         p = self.model.values(np.maximum(low, _LOW * middle) if self.weights[2:].any() else middle)
         good = np.flatnonzero(p @ self.weights[0] > 0.0)
         if len(good):
-            found, lost[good] = self._about(p[good], corners[good])
+            found, lost[good] = self._about(p[good], corners[good], self._moved(low[good], high[good]))
             least[good] = np.maximum(least[good], found)
         return least * (1.0 - _ROUNDING) / self.shared, lost
 
-    def _about(self, p: FloatArray, corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """By machines of coefficients p (n, n_terms), from others (n, n_corners, 4)."""
+    def _moved(self, low: FloatArray, high: FloatArray) -> dict[int, FloatArray]:
+        """How far variables move stiffness and damping on boxes, in parts of the most that one does, (n, n_vars)."""
+        model, found = self.model, {}
+        spread = np.abs(model.values(high) - model.values(low)) * np.abs(self.weights[:2]).sum(axis=0)
+        for kind in (STIFFNESS, DAMPING):
+            own = model.kinds == kind
+            each = spread[:, own] @ (model.exponents[own] != 0.0)
+            found[kind] = each / np.maximum(each.max(axis=1, keepdims=True, initial=0.0), 1e-300)
+        return found
+
+    def _about(
+        self, p: FloatArray, corners: FloatArray, shares: dict[int, FloatArray]
+    ) -> tuple[FloatArray, FloatArray]:
+        """By machines of coefficients p (n, n_terms), from others (n, n_corners, 4); what is lost goes by `shares`."""
         here, rows = p @ self.weights.T, np.arange(len(p))
         machine, reading = self.form.transient(self.model, p)
         behind = np.pi * np.sqrt(self.mass / here[:, 0])
@@ -118,7 +130,7 @@ class Floors:
                 pair = (one, 0.0 * one) if kind == STIFFNESS else (0.0 * one, one)
                 part = self._variation(here, *pair, times[best][:, None])[:, 0, 0]
                 part += np.abs(more).max(axis=1) * np.abs(move[best] / y[best])
-                lost += part[:, None] * np.abs(self.model.exponents[self.model.kinds == kind]).max(axis=0, initial=0.0)
+                lost += part[:, None] * shares[kind]
         return np.maximum(found[best], 0.0), np.nan_to_num(lost)
 
     def _variation(self, here: FloatArray, dk: FloatArray, dc: FloatArray, times: FloatArray) -> FloatArray:

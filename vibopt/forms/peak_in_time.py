@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.forms.form import WITHOUT_END, Form, by_differences, kept
+from vibopt.forms.form import WITHOUT_END, Form, Local, by_differences, kept, log_of
 from vibopt.records import dataclass
 from vibopt.signals import Output, Segment
 
@@ -35,6 +35,9 @@ _ALONE, _JOINT, _RADIAN, _FOLLOWED = 0.06, 1e-3, 0.0125, 5.0
 ever [nominal ms]."""
 _APART = 0.1
 """Part of its time by which another time must differ from that of a peak to say more."""
+_NOTHING, _BEHIND, _HIGH = 1e-9, 8.0, 0.7
+"""Part of the fastest rate that is none; radians of the slowest motion behind a load in which tops are looked for, and
+part of the greatest that they are at least."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,10 +74,30 @@ class PeakInTime(Form):
         peak, p = self.peak(model, x), model.values(x)
         if not 0.0 < abs(peak.value) < np.inf or not np.isfinite(peak.time):
             return by_differences(lambda at: self.value(model, at), x)
-        slope: FloatArray = self._changes(model, p[None], model.exponents.T, peak.within, peak.part)[0] / peak.value
+        return self._slope_of(model, p, peak)
+
+    def _slope_of(self, model: Model, p: FloatArray, top: Peak) -> FloatArray:
+        """Of the log of a top in time, at coefficients p (n_terms,)."""
+        slope: FloatArray = self._changes(model, p[None], model.exponents.T, top.within, top.part)[0] / top.value
         if self.output.shared_by:
             slope = slope - model.counts[self.output.shared_by].row(model.n_vars)
         return slope
+
+    def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+        """The greatest and, where it is to be small, other tops in time: what is made less moves on to another."""
+        peak = self.peak(model, x)
+        if least_wanted or not 0.0 < abs(peak.value) < np.inf or not np.isfinite(peak.time):
+            return Form.extremes(self, model, x, least_wanted=least_wanted)
+        from vibopt.mechanics.harmonic import mount_count
+        from vibopt.mechanics.modes import poles
+        from vibopt.mechanics.tops import other_tops
+
+        p, count, size = model.values(x), mount_count(model, self.output, x), np.abs(poles(model, model.values(x)))
+        slow = float(size[size > _NOTHING * size.max(initial=0.0)].min(initial=np.inf))
+        others = other_tops(*self.transient(model, p), peak, _BEHIND / slow, max(within, _HIGH))
+        return [
+            Local(log_of(abs(top.value) / count), self._slope_of(model, p, top), (top.time,)) for top in [peak, *others]
+        ]
 
     def _changes(
         self, model: Model, p: FloatArray, ways: FloatArray, within: int | IntArray, part: float | FloatArray

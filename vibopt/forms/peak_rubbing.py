@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.forms.form import by_differences, kept
+from vibopt.forms.form import Form, Local, by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime, matrices, reading
 from vibopt.forms.rubbing import Rubbing, acting_with_friction, friction_of, grip_of
 from vibopt.mechanics.harmonic import mount_count
@@ -55,6 +55,9 @@ class PeakRubbing(PeakInTime):
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         return by_differences(lambda at: self.value(model, at), x)
+
+    def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+        return Form.extremes(self, model, x, least_wanted=least_wanted, within=within)
 
     def acting(self, model: Model) -> FloatArray:
         return acting_with_friction(model)

@@ -154,7 +154,7 @@ class Transient:
 
     def glimpses(self, reading: Reading, behind: FloatArray) -> FloatArray:
         """Greatest size of a reading at many times of the load and so long behind it [s], (...), its peak or less."""
-        sizes = [np.abs(values[0]).max(axis=(-2, -1)) for _, values in self._samples([reading], behind)]
+        sizes = [np.abs(values[0]).max(axis=(-2, -1)) for _, values in self.samples([reading], behind)]
         return np.asarray(np.max(sizes, axis=0))
 
     def few_samples(self, readings: Sequence[Reading], behind: FloatArray, few: int) -> tuple[FloatArray, FloatArray]:
@@ -163,7 +163,7 @@ class Transient:
         Some early, with growing distances, and those at which the first reading is greatest.
         """
         every: list[tuple[FloatArray, FloatArray]] = []
-        for times, values in self._samples(readings, behind):
+        for times, values in self.samples(readings, behind):
             flat = values.reshape(*values.shape[:2], -1)
             early = np.unique(np.geomspace(1.0, flat.shape[-1], few).astype(int)) - 1
             top = np.abs(flat[0]).argmax(axis=-1)[:, None]
@@ -176,12 +176,12 @@ class Transient:
         """About the first times [s] at which a reading is as great in size, (...); `times` where none is earlier."""
         first = np.array(times)
         load = sum((segment.length for segment in self.finite), np.zeros(()))
-        for at, (values,) in self._samples([reading], np.maximum(times - load, 0.0)):
+        for at, (values,) in self.samples([reading], np.maximum(times - load, 0.0)):
             above = np.where(np.abs(values) >= levels[..., None, None], at, np.inf)
             first = np.minimum(first, above.min(axis=(-2, -1)))
         return first
 
-    def _samples(self, readings: Sequence[Reading], behind: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
+    def samples(self, readings: Sequence[Reading], behind: FloatArray) -> Iterator[tuple[FloatArray, FloatArray]]:
         """Times [s], (..., n, many), and each reading at them: of all segments of a stretch, and of what follows so
         long.
         """
