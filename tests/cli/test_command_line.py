@@ -58,7 +58,7 @@ STARTS = {
     ("check",): ("vibopt.solve", "vibopt.study", "vibopt.verify", *ABSORBERS, *AREAS, *SLOW),
     ("solve",): (
         "vibopt.solve.plane", "vibopt.solve.catalogue", "vibopt.responses.damping",
-        *SEARCHES, *ABSORBERS, *ROTORS, *AREAS, *SLOW,
+        *SEARCHES, *ABSORBERS, *ROTORS, *AREAS, *SLOW, "json",
     ),
     ("--version",): ("numpy", "pydantic", "tomli", "vibopt.answer.answer", "vibopt.answer.entry", *AREAS, *SLOW),
     ("help",): ("vibopt.study", "vibopt.cli.solve_command", "vibopt.solve.plane", *SLOW),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import fields, is_dataclass
 from math import isinf, isnan
@@ -51,6 +50,8 @@ def nested(values: Mapping[str, Value]) -> dict[str, Any]:
 
 def json_text(data: object, *, ascii_only: bool = False) -> str:
     """Any answer as strict JSON text, two blanks a level; what JSON cannot say is said in words."""
+    import json
+
     return json.dumps(plain(data), indent=2, ensure_ascii=ascii_only, allow_nan=False)
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -58,7 +59,7 @@ def check_runs(
             trials[run.speed].append(place)
     W: ComplexArray = np.array([run.weights for run in measured.runs])
     told: set[tuple[bytes, frozenset[int]]] = set()
-    asked = _asked(planes, conventions, pairs)
+    asked = partial(_asked, planes, conventions, pairs)
     for speed, own in enumerate(trials):
         _check_speed(speed, measured, own, W[own], planes, influence, asked, pairs, told, mistakes)
 
@@ -112,7 +113,7 @@ def _check_verification(measured: Measured, mistakes: Mistakes) -> None:
 
 def _check_speed(
     speed: int, measured: Measured, places: Sequence[int], W: ComplexArray, planes: Sequence[Plane],
-    influence: Influence, asked: ComplexArray, pairs: Pairs, told: set[tuple[bytes, frozenset[int]]],
+    influence: Influence, asked: Callable[[], ComplexArray], pairs: Pairs, told: set[tuple[bytes, frozenset[int]]],
     mistakes: Mistakes,
 ) -> None:  # fmt: skip
     """Whether the runs with weights W (n_trials, n_planes) at a speed tell every plane; `told` are sets that do."""
@@ -128,7 +129,7 @@ def _check_speed(
     if not unknown or (len(W) >= len(unknown) and not idle and tells_apart(W[:, unknown])):
         told.add(key)
         return
-    if len(W) and (Ways.of(W[:, unknown]).missed(asked[:, unknown]) <= _WITHIN).all():
+    if len(W) and (Ways.of(W[:, unknown]).missed(asked()[:, unknown]) <= _WITHIN).all():
         told.add(key)  # as those of a pair, with one run of both its weights
         return
     trials = [measured.runs[place] for place in places]

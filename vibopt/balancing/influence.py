@@ -156,7 +156,8 @@ class Identified:
         """H with zeros where the runs tell of planes together, not of each."""
         alone, n = self.H.copy(), len(self.H) // max(len(self.learnt), 1)
         for speed, learnt in enumerate(self.learnt):
-            alone[speed * n : (speed + 1) * n, [k for k in learnt.planes if k not in learnt.alone]] = 0.0
+            if learnt.ways is not None:
+                alone[speed * n : (speed + 1) * n, [k for k in learnt.planes if k not in learnt.alone]] = 0.0
         return alone
 
     def residual(self, u: ComplexArray) -> ComplexArray:

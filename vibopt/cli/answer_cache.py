@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -57,7 +56,7 @@ class Asked:
         except FileFault:
             return ""
         told = [stage, self.job.name, self.method, list(self.changes), held, self.whole]
-        return sha256(json.dumps(told).encode()).hexdigest()
+        return sha256(repr(told).encode()).hexdigest()
 
     def stamps(self) -> list[Stamp]:
         """What tells whether its files are still the same; empty where one is gone."""
@@ -121,6 +120,8 @@ def kept(asked: Asked, stage: str) -> Answer[Any] | None:
         digest, _, text = file.read_text(encoding="utf-8").partition("\n")
         if digest != _digest(text):
             return None
+        import json
+
         from vibopt.answer.stored import unpacked
 
         answer: Answer[Any] = unpacked(json.loads(text), lambda told: _job(asked.job, told))
@@ -145,6 +146,8 @@ def keep(asked: Asked, stage: str, answer: Answer[Any], before: Sequence[Stamp],
     home = folder()
     if home is None or not before or _is_sooner_found(answer, work / (_PRICED if stage == "prices" else 1.0)):
         return
+    import json
+
     from vibopt.answer.stored import NotStoredError, alike, packed, unpacked
     from vibopt.files.writing import replace_file
 
@@ -169,7 +172,7 @@ def _digest(text: str) -> str:
     """SHA-256 [hex] of what is kept, and of the program that keeps it."""
     from hashlib import sha256
 
-    return sha256(f"{json.dumps(program())}\n{text}".encode()).hexdigest()
+    return sha256(f"{program()}\n{text}".encode()).hexdigest()
 
 
 def _is_sooner_found(answer: Answer[Any], work: float) -> bool:

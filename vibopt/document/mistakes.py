@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import field
@@ -63,6 +62,8 @@ def toml_text(given: object) -> str:
     elif isinstance(given, bool):
         text = str(given).lower()
     elif isinstance(given, str):
+        import json
+
         text = json.dumps(given, ensure_ascii=False)
     else:
         text = str(given)
@@ -309,10 +310,11 @@ def check_names(document: Mapping[str, Any], mistakes: Mistakes) -> None:
         if isinstance(table, Mapping):
             for key, inner in table.items():
                 if path or key not in ("scenarios", "expected"):  # of which the keys are paths, or of no matter
-                    if wrong := name_fault(key):
+                    if not key.isidentifier() and (wrong := name_fault(key)):
                         where = f"{dotted(path)}: " if path else ""
                         mistakes.add((*path, key), f'{where}"{key}" {wrong}')
-                    look(inner, (*path, key))
+                    if not isinstance(inner, (str, float, int)):
+                        look(inner, (*path, key))
         elif isinstance(table, list) and table:
             look(table[0], (*path, 0))
 

@@ -33,11 +33,11 @@ _IMPLICIT, _ABSOLUTE, _ROUGH = 1e-9, 1e-13, 1e-4
 _STIFF, _FAR = 2e5, 1e3
 """Fastest rate times the time to go beyond which an implicit method is used, and beyond which places are counted from a
 base that is gone so far that little is left of their digits."""
-_TURN, _TAYLOR, _DEFECTIVE = 0.25, 14, 1e9
+TURN, TAYLOR, _DEFECTIVE = 0.25, 14, 1e9
 """How far what is fastest turns in a step, terms of a series, and condition of modes that are one."""
 PLACES, WEIGHTS = (0.5 * one for one in np.polynomial.legendre.leggauss(8))
-_SHARES = np.array([1.0 / math.factorial(k) for k in range(_TAYLOR)])[:, None, None]
-_MOMENTS = np.array([WEIGHTS * (0.5 - PLACES) ** k / math.factorial(k) for k in range(_TAYLOR)])
+_SHARES = np.array([1.0 / math.factorial(k) for k in range(TAYLOR)])[:, None, None]
+_MOMENTS = np.array([WEIGHTS * (0.5 - PLACES) ** k / math.factorial(k) for k in range(TAYLOR)])
 _KEPT, TOGETHER, _EVEN = 30_000_000, 1_000_000, 1e-12
 """Numbers of all states in all steps at most, and at once; part of a step by which even ones may differ."""
 _PARTS = np.array([0.2, 0.43, 0.71])
@@ -235,7 +235,7 @@ class MotionInTime:
                     self._runs.append(settled)
                     continue
             fastest, ends = self._fastest(current, unbent=True), self._unbent(low, high)
-            turned, parts = fastest * (high - low), (fastest * np.diff(ends) / _TURN).astype(int) + 1
+            turned, parts = fastest * (high - low), (fastest * np.diff(ends) / TURN).astype(int) + 1
             quiet, few = self._quiet_from(low), parts.sum() * len(start) <= _KEPT
             many = turned > _STIFF or not few
             stays = self._stays(low, start) if quiet and many else None
@@ -405,7 +405,7 @@ def carried(system: FloatArray, states: FloatArray, time: Any) -> FloatArray:
     """States (N, n) after short times (n,) of free motion, by Taylor's series."""
     found: FloatArray = states + 0.0
     term = states
-    for k in range(1, _TAYLOR):
+    for k in range(1, TAYLOR):
         term = system @ term
         term *= time / k
         found += term
@@ -439,10 +439,10 @@ def even_steps(free: FloatArray, start: FloatArray, added: FloatArray) -> FloatA
 def _uneven_steps(system: FloatArray, length: FloatArray, start: FloatArray, added: FloatArray) -> FloatArray:
     """States (n_steps, N) at the beginning of steps of any length (n_steps,) [s], by Taylor's series in each."""
     n, terms = len(start), [np.eye(len(start))]
-    for k in range(1, _TAYLOR):
+    for k in range(1, TAYLOR):
         terms.append(system @ terms[-1] / k)
     series, states = np.vstack(terms), np.empty(added.shape)
-    for j, powers in enumerate(length[:, None] ** np.arange(_TAYLOR)):
+    for j, powers in enumerate(length[:, None] ** np.arange(TAYLOR)):
         states[j] = start
-        start = powers @ (series @ start).reshape(_TAYLOR, n) + added[j]
+        start = powers @ (series @ start).reshape(TAYLOR, n) + added[j]
     return states

@@ -155,10 +155,14 @@ class RubbingStates(States):
         """States (2 n, n_times), below them friction in the sense of the slip, and signals."""
         return np.vstack([states, sides * self.joint.friction * np.ones(states.shape[1]), signals])
 
+    @cached_property
+    def slips(self) -> FloatArray:
+        """Row that tells how fast the joint that rubs slips, over states, friction, signals (2 n + 1 + n_signals,)."""
+        return np.asarray(self.apart @ self._slips.places @ self._slips.whole)
+
     def slip(self, state: FloatArray, signals: FloatArray, side: float) -> float:
         """Rate at which the joint that rubs slips at a state (2 n,), in a sense."""
-        every, way = self._with(state[:, None], np.reshape(signals, (-1, 1)), np.array([side])), self._slips
-        return float(self.apart @ (way.places @ (way.whole @ every))[:, 0])
+        return float(self.slips @ self._with(state[:, None], np.reshape(signals, (-1, 1)), np.array([side]))[:, 0])
 
     def begins(self, state: FloatArray, least: float) -> float:
         """Sense of a slip that goes on at a state (2 n,), faster than so much; 0 where what pushes decides."""

@@ -345,7 +345,7 @@ class Simulated(MotionInTime):
         ends = [0, *np.searchsorted(times, self._turned(number)), count - 1]  # a top may hide beside each of them
         edges = [i for i in ends if values[i] > _NEAR * values.max()]
         near = np.unique([*tops[np.argsort(-values[tops])[:_BEST]], *_even_tops(values), *edges]).astype(int)
-        sizes, at = _closer(value, times[np.maximum(near - 1, 0)], times[np.minimum(near + 1, count - 1)])
+        sizes, at = closer(value, times[np.maximum(near - 1, 0)], times[np.minimum(near + 1, count - 1)])
         seen = [0, int(values.argmax()), count - 1]
         return _first(np.append(sizes, values[seen]), np.append(at, times[seen]))
 
@@ -407,7 +407,7 @@ Values = Callable[[FloatArray], FloatArray]
 """Sizes at times [s], each (n,)."""
 
 
-def _closer(value: Values, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
+def closer(value: Values, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Greatest sizes between times (n,), and when: closer looks between the neighbours of the best that may rise."""
     sizes, times, rows = np.zeros(len(left)), left.copy(), np.arange(len(left))
     for _ in range(_ZOOMS if len(left) else 0):
@@ -435,7 +435,7 @@ def _risen(best: tuple[float, float], value: Values, times: FloatArray, low: flo
     at = at[hopeful][np.argsort(-high[hopeful])[:_LEVELS]]
     if not len(at):
         return best
-    size, time = _first(*_closer(value, times[at - 1], times[at + 1]))
+    size, time = _first(*closer(value, times[at - 1], times[at + 1]))
     return (size, low + time) if size > best[0] * (1.0 + _EVEN) else best
 
 

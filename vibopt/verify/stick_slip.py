@@ -1,4 +1,4 @@
-"""Steady motion with dry friction of the machine as built, by a Runge-Kutta method from one event to the next.
+"""Steady motion with dry friction of the machine as built, by Taylor's series in even steps from one event to the next.
 
 The other road to it: places of bodies and bases in time, friction as a force that turns with the slip, and half
 cycles from rest until one ends where the next begins.  No closed form is asked, and speeds are searched afresh.
@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from math import cos
 from typing import Any
 
 import numpy as np
@@ -20,8 +19,10 @@ from vibopt.mechanics.machine import Machine
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse
 from vibopt.signals import Band
+from vibopt.verify.going import Going, Run
 from vibopt.verify.over_bands import Reached
 from vibopt.verify.rubbing_states import RubbingStates
+from vibopt.verify.simulated import closer
 from vibopt.work import worked
 
 _FIRST, _AGAIN, _MOST, _SLACK = 6, 50, 600, 1e-3
@@ -35,9 +36,8 @@ _FADED, _SLOW, _ROUNDING = 37.0, 30.0, 1e-3
 balance; part of its speed, of the same size, that rounding hides."""
 _STILL, _HELD = 1e-13, 400
 """Part of the greatest below which nothing moves; instants at least among which the end of a hold is looked for."""
-_SAMPLES, _DENSE, _NEAR, _BETWEEN, _CLOSER = 120, 6.0, 0.98, 33, 3
-"""Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count;
-samples between those beside a top, and how often."""
+_SAMPLES, _DENSE, _NEAR = 120, 6.0, 0.98
+"""Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count."""
 _COARSE, _LOOKED, _KEPT, _SPEEDS, _FREED = 9, 2, 256, 400, (1.01, 1.1, 1.18, 1.25, 1.33, 1.45)
 """Speeds of a rough look at a range; best ones that are looked at more closely; motions that are kept; speeds among
 which those are looked for at which what holds first slips, and parts of these."""
@@ -179,16 +179,9 @@ class Rubbed:
 
     def _slips(self, time: float, end: float, now: FloatArray, side: float) -> _Stretch:
         """Up to where the slip stops, or the end."""
-
-        def left(at: float, state: FloatArray) -> float:
-            return side * self.states.slip(state, self._signals(at), side)
-
-        watch: Any = left
-        watch.terminal, watch.direction = True, -1.0
-        given = side * self.joint.friction * self.states.given
-        run, moved, settled = self._moved(side, given, (time, end), now, watch)
-        if settled >= end or (run is not None and run.status == 1):
-            return _Stretch(time, float(run.t[-1]), run.sol, side)
+        run, moved, settled = self._moved(side, (time, end), now)
+        if settled >= end or (run is not None and run.stopped):
+            return _Stretch(time, end if run is None else run.end, moved, side)
         apart = self.states.apart @ self._wave(self.states.matrices)[: len(self.states.places)]
         turn = np.angle(1j * side * apart) + self.omega * settled
         stop = settled + (0.5 * np.pi - turn) % (2.0 * np.pi) / self.omega  # where its cosine falls through zero
@@ -198,7 +191,7 @@ class Rubbed:
         """Up to where friction can carry no more, or the end."""
         from scipy.optimize import brentq
 
-        _, moved, settled = self._moved(0.0, 0.0 * now, (time, end), now, None)
+        _, moved, settled = self._moved(0.0, (time, end), now)
         whole = _Stretch(time, end, moved, 0.0, settled)
 
         def beyond(at: Any) -> Any:
@@ -213,19 +206,18 @@ class Rubbed:
         low, high = at[rising[0]], at[rising[0] + 1]
         return replace(whole, end=float(brentq(lambda one: beyond(one)[0], low, high, xtol=1e-15 * end)))
 
-    def _settles(self, side: float) -> float:
-        """Seconds in which what swings by itself has faded, in a slip or a hold; endless where it never has."""
+    @cached_property
+    def _settles(self) -> tuple[float, float]:
+        """Seconds in which what swings by itself has faded, in a hold and in a slip; endless where it never has."""
         from scipy.linalg import null_space
 
-        law, bodies = self._laws[abs(int(side))], len(self.machine.masses)
         if self.machine.jointed.any():
-            return float("inf")
-        own = law[0][np.ix_(self._own, self._own)]
-        if not side:  # beside the slip, which is held
-            free = np.kron(np.eye(2), null_space(self.states.apart[None, :bodies]))
-            own = free.T @ own @ free
-        slowest = np.linalg.eigvals(own).real.max(initial=-np.inf)
-        return float(_FADED / -slowest) if slowest < 0.0 else float("inf")
+            return float("inf"), float("inf")
+        held, slips = (law[0][np.ix_(self._own, self._own)] for law in self._laws)
+        free = np.kron(np.eye(2), null_space(self.states.apart[None, : len(self.machine.masses)]))
+        rates = (np.linalg.eigvals(own).real.max(initial=-np.inf) for own in (free.T @ held @ free, slips))
+        held_for, slips_for = (float(_FADED / -rate) if rate < 0.0 else float("inf") for rate in rates)
+        return held_for, slips_for
 
     def _wave(self, law: _Law) -> ComplexArray:
         """States (2 n,) that follow the load for ever, against e^(i omega t)."""
@@ -233,42 +225,42 @@ class Rubbed:
         return np.asarray(np.linalg.solve(1j * self.omega * np.eye(len(system)) - system, loads[:, 0] * self._signal))
 
     def _moved(
-        self, side: float, rubbed: FloatArray, span: tuple[float, float], now: FloatArray, watch: Any
-    ) -> tuple[Any, Callable[[FloatArray], FloatArray], float]:
+        self, side: float, span: tuple[float, float], now: FloatArray
+    ) -> tuple[Run | None, Callable[[FloatArray], FloatArray], float]:
         """A run while anything swings by itself; states against time, behind it by the wave; when that is [s]."""
-        law, settled = self._laws[abs(int(side))], span[0] + self._settles(side)
-        run = None if settled == span[0] else self._run(law, rubbed, (span[0], min(settled, span[1])), now, watch)
-        if run is not None and (settled >= span[1] or run.status == 1):
-            return run, run.sol, settled
+        law, settled = self._laws[abs(int(side))], span[0] + self._settles[abs(int(side))]
+        run = None if settled == span[0] else self._going(side).run((span[0], min(settled, span[1])), now)
+        if run is not None and (settled >= span[1] or run.stopped):
+            return run, run.moved, settled
         wave = self._wave(law)[:, None]
 
         def waves(at: FloatArray) -> FloatArray:
             return np.asarray((wave * np.exp(1j * self.omega * at)).real)
 
-        stays = (now if run is None else run.y[:, -1])[:, None] - waves(np.array([settled]))
+        stays = (now[:, None] if run is None else run.moved(np.array([run.end]))) - waves(np.array([settled]))
         stays[len(stays) // 2 :] = 0.0
 
         def moved(at: FloatArray) -> FloatArray:
             behind = stays + waves(at)
-            return behind if run is None else np.where(at < settled, run.sol(np.minimum(at, settled)), behind)
+            return behind if run is None else np.where(at < settled, run.moved(np.minimum(at, settled)), behind)
 
         return run, moved, settled
 
-    def _run(self, law: _Law, rubbed: FloatArray, span: tuple[float, float], now: FloatArray, watch: Any) -> Any:
-        """States against time by a Runge-Kutta method, up to an event."""
-        from scipy.integrate import solve_ivp
+    def _going(self, side: float) -> Going:
+        """Motion in a slip in a sense, until it stops, or in a hold."""
+        if side not in self._ways:
+            (system, loads), friction, falls = self._laws[abs(int(side))], side * self.joint.friction, None
+            if side:
+                row, size = side * self.states.slips, len(system)
+                falls = np.array([*row[:size], row[-1] * self._signal, 0.0, row[size] * friction])
+            pushed = loads[:, 0] * self._signal
+            self._ways[side] = Going(system, pushed, -friction * self.states.given, self.omega, falls)
+        return self._ways[side]
 
-        (system, loads), omega = law, self.omega
-        pushed = loads[:, 0] * self._signal
-
-        def rates(time: float, state: FloatArray) -> FloatArray:
-            return system @ state + pushed * cos(omega * time) - rubbed
-
-        return solve_ivp(
-            rates, span, now, method="DOP853", rtol=max(self.part, 3e-14), dense_output=True, events=watch,
-            atol=0.01 * self.part * np.repeat(self._sizes, len(self.states.places)),
-            max_step=0.5 / self._fastest,
-        )  # fmt: skip
+    @cached_property
+    def _ways(self) -> dict[float, Going]:
+        """Motions so far, by the sense of their slip."""
+        return {}
 
     def _sense(self, time: float, state: FloatArray, *, released: bool = False) -> float:
         """Of the slip that begins at rest, 0 where friction holds, unless it is `released`."""
@@ -291,7 +283,7 @@ class Rubbed:
         """A half cycle whose end is the negative of its beginning; None where none was found."""
         if self.push <= self.joint.friction:  # with what it rubs on, to the last digit
             return self.held()
-        lasts = min(max(self._settles(1.0), self._settles(0.0)), np.pi / self.omega)
+        lasts = min(max(self._settles), np.pi / self.omega)
         if self.naturals[-1] * lasts > _LONGEST or self.omega < _LEAST * self.naturals[0]:
             return None
         state = np.resize(self.begin, len(self._scale))
@@ -407,17 +399,10 @@ class Rubbed:
 
         times = stretch.instants(_SAMPLES, _DENSE * float(self.naturals[-1]))
         values = value(times)
-        best = float(values.max())
-        beside = np.concatenate([[-np.inf], values, [-np.inf]])
-        tops = np.flatnonzero((values >= beside[:-2]) & (values >= beside[2:]) & (values >= _NEAR * best))
-        for i in tops.tolist():
-            low, high = times[max(i - 1, 0)], times[min(i + 1, len(times) - 1)]
-            for _ in range(_CLOSER):
-                some = np.linspace(low, high, _BETWEEN)
-                sizes = value(some)
-                k = int(sizes.argmax())
-                best, low, high = max(best, float(sizes[k])), some[max(k - 1, 0)], some[min(k + 1, _BETWEEN - 1)]
-        return best
+        before, after = np.append(-np.inf, values[:-1]), np.append(values[1:], -np.inf)
+        tops = np.flatnonzero((values > before) & (values >= after) & (values >= _NEAR * values.max()))
+        ends = times[np.maximum(tops - 1, 0)], times[np.minimum(tops + 1, len(times) - 1)]
+        return max(float(values.max()), float(closer(value, *ends)[0].max()))
 
     def course(self, stretch: _Stretch, at: FloatArray) -> Course:
         """Bodies and bases in time, the force from outside, and what friction carries."""
