@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from test_tangents import ASKED, machine, posed
 from vibopt.arrays import FloatArray
+from vibopt.forms import PeakOverDurations
 from vibopt.forms.peak_in_time import PeakInTime
 from vibopt.mechanics.model import Model
 from vibopt.mechanics.transient import Transient
@@ -18,8 +19,10 @@ from vibopt.program.pose import pose
 from vibopt.scene.read import from_text
 from vibopt.solve.branch import Judge
 from vibopt.solve.local import refined
+from vibopt.solve.measured_pieces import Exact
 from vibopt.solve.ranges import closed
 from vibopt.solve.tangents import Tangents
+from vibopt.work import Budget
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
 STEP = 1e-6
@@ -101,6 +104,43 @@ def test_a_descent_ends_where_two_tops_are_as_high() -> None:
     judge = Judge(program)
     assert judge.feasible(there)
     assert judge.goal(there).value <= 558.678456263 * (1.0 + 1e-9)
+
+
+def test_tops_over_durations_are_peaks_at_theirs_and_change_as_these_do() -> None:
+    """Beside a half sine that is given; bends ask for the pieces of some parts alone, which are those of all."""
+    text = said(SAWTEETH, MASS="10 kg", K='"2 kN/m", to = "100 kN/m"', C='"20 N s/m", to = "100 N s/m"',
+                A0="400 N", T0="10 ms", A1="300 N", T1="60 ms")  # fmt: skip
+    text = text.replace("rising sawtooth", "half sine").replace('duration = "60 ms', 'duration_up_to = "400 ms')
+    text += """
+        [limits]
+        felt = { response = "peak_acceleration", of = "b0", at_most = "100 m/s2" }
+        [goal]
+        minimise = "peak_relative_displacement"
+        across = "l0"
+    """
+    program = closed(pose(from_text(text)))
+    x = np.array([9e3, 30.0])
+    several = 0
+    for one in program.parts:
+        form = one.form
+        assert isinstance(form, PeakOverDurations)
+        found = one.form.extremes(one.model, x, least_wanted=False)
+        assert np.exp(found[0].value) == pytest.approx(form.value(one.model, x), rel=1e-9)
+        durations = {top.speeds[0] for top in found}
+        several += len(durations) > 1
+        for duration in durations:
+            top = next(top for top in found if top.speeds[0] == duration)
+            alone = form.lasting(duration)
+            assert np.exp(top.value) == pytest.approx(alone.value(one.model, x), rel=1e-12)
+            assert top.slope == pytest.approx(alone.slope(one.model, x), rel=1e-12)
+    assert several
+    exact = Exact(program, np.log(program.low), np.log(program.high), Budget(100, "exact measurements", 1.0))
+    y = np.log([x, 1.01 * x])
+    for number, kind in ((0, "limits"), (-1, "goals")):
+        for alone, all_ in zip(exact.some(y, {number}), [exact._at(one) for one in y], strict=True):
+            assert not (alone.goals if number == 0 else alone.limits)
+            for piece, other in zip(getattr(alone, kind), getattr(all_, kind), strict=True):
+                assert (piece.value, piece.mark) == (other.value, other.mark)
 
 
 def test_of_dampers_side_by_side_the_one_that_is_still_open_is_halved(tmp_path: Path) -> None:

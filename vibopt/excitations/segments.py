@@ -74,8 +74,6 @@ def together(signals: Sequence[tuple[Segment, ...]]) -> tuple[Segment, ...]:
 
 def _cut(signals: Sequence[tuple[Segment, ...]], begins: list[FloatArray], low: float, high: float) -> Segment:
     """All signals between two times without a joint between them."""
-    from scipy.linalg import block_diag
-
     starts, rates, reads, blows = [np.zeros(0)], [np.zeros((0, 0))], [], np.zeros(len(signals))
     room = 1e-12 * high
     for row, (signal, begin) in enumerate(zip(signals, begins, strict=True)):
@@ -84,18 +82,39 @@ def _cut(signals: Sequence[tuple[Segment, ...]], begins: list[FloatArray], low: 
             reads.append(np.zeros((1, 0)))
             continue
         own, part = signal[which], max(low - begin[which], 0.0) / signal[which].length
-        starts.append(exponential(own.rates * part) @ own.start)
+        starts.append(_later(own, part))
         rates.append(own.rates * ((high - low) / own.length))
         reads.append(own.read)
         blows[row] = own.blows[0] if part * own.length <= room else 0.0
     return Segment(
         high - low,
         np.concatenate(starts),
-        block_diag(*rates[1:]) if len(rates) > 1 else rates[0],
-        block_diag(*reads),
+        _blocks(rates),
+        _blocks(reads),
         blows,
         released=_released(signals) if low == 0.0 else None,
     )
+
+
+def _later(segment: Segment, part: float) -> FloatArray:
+    """States of a signal behind a part of a segment."""
+    rates, start = segment.rates, segment.start
+    if part == 0.0:
+        return start
+    if len(start) == 2 and rates[0, 0] == rates[1, 1] and rates[0, 1] == -rates[1, 0]:  # they turn in a plane
+        turned = complex(start[1], start[0]) * np.exp(part * complex(rates[0, 0], rates[0, 1]))
+        return np.array([turned.imag, turned.real])
+    return np.asarray(exponential(rates * part) @ start)
+
+
+def _blocks(matrices: Sequence[FloatArray]) -> FloatArray:
+    """Matrices along the diagonal of one."""
+    found = np.zeros(np.sum([one.shape for one in matrices], axis=0))
+    row = column = 0
+    for one in matrices:
+        found[row : row + one.shape[0], column : column + one.shape[1]] = one
+        row, column = row + one.shape[0], column + one.shape[1]
+    return found
 
 
 def _released(signals: Sequence[tuple[Segment, ...]]) -> FloatArray | None:

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.forms.form import WITHOUT_END, Form, by_differences, kept
+from vibopt.forms.form import WITHOUT_END, Form, Local, by_differences, kept
 from vibopt.forms.peak_in_time import PeakInTime
 from vibopt.records import dataclass
 from vibopt.signals import Output, Segment, side_by_side, stretched
@@ -36,6 +37,8 @@ _ACROSS, _AT_ONCE, _NARROWER = 7, 128, 0.2
 """Places across a top at which it is looked at; durations side by side; part of a step around the top of a parabola."""
 _PART, _EVEN = 0.37, 1e-14
 """Part of the longest duration at which a pulse is seen to be the same but shorter, and rounding of lengths."""
+_HIGH, _APART = 0.7, 0.1
+"""Part of the greatest that another top is at least, and of its duration by which another one differs."""
 LEAST = 1e-8
 """Part of the longest duration that stands for none at all."""
 _CLOSE, _LEVEL, _NEAR = 1e-7, 1e-11, 0.95
@@ -74,7 +77,7 @@ class PeakOverDurations(Form):
         return self.worst_of(model, x)[0]
 
     def values(self, model: Model, x: FloatArray, *, least_wanted: bool = False) -> FloatArray:
-        return np.array([value for value, _ in self._worst(model, x)])
+        return np.array([tops[0][0] for tops in self._worst(model, x)])
 
     def ahead(self, model: Model, x: FloatArray) -> None:
         with suppress(np.linalg.LinAlgError):  # told where it is asked for alone
@@ -110,23 +113,36 @@ class PeakOverDurations(Form):
         """At one duration [s]."""
         return PeakInTime(self.output, self.loads, self.signals(duration))
 
+    def extremes(self, model: Model, x: FloatArray, *, least_wanted: bool, within: float = 0.5) -> list[Local]:
+        """Tops in time at the duration at which it is greatest and, where it is to be small, at others beside it."""
+        (value, _), *_ = tops = self._worst(model, x[None])[0]
+        if least_wanted or not 0.0 < value < np.inf:
+            return Form.extremes(self, model, x, least_wanted=least_wanted)
+        found = [
+            replace(local, speeds=(duration, *local.speeds))
+            for size, duration in tops
+            if size >= _HIGH * value
+            for local in self.lasting(duration).extremes(model, x, least_wanted=False)
+        ]
+        return sorted(found, key=lambda local: -local.value)
+
     def worst_of(self, model: Model, x: FloatArray) -> tuple[float, float]:
         """The greatest response, and the duration [s] at which it is."""
-        return self._worst(model, x[None])[0]
+        return self._worst(model, x[None])[0][0]
 
-    def _worst(self, model: Model, x: FloatArray) -> list[tuple[float, float]]:
-        """The same at designs x (n, n_vars)."""
+    def _worst(self, model: Model, x: FloatArray) -> list[list[tuple[float, float]]]:
+        """The same at designs x (n, n_vars), and behind it other durations at which it is greater than beside them."""
         return kept(model, self, x, lambda some: self._search(model, some))
 
-    def _search(self, model: Model, x: FloatArray) -> list[tuple[float, float]]:
+    def _search(self, model: Model, x: FloatArray) -> list[list[tuple[float, float]]]:
         """At designs (n, n_vars): a rough look at many durations, and all tops that may be the greatest, closer."""
         from vibopt.mechanics.harmonic import mount_count
         from vibopt.mechanics.modes import poles
 
-        every = [np.abs(poles(model, model.values(one))) for one in x]
-        slow = np.array([one[one > _NOTHING * one.max(initial=0.0)].min(initial=np.inf) for one in every])
+        rates = [np.abs(poles(model, model.values(one))) for one in x]
+        slow = np.array([one[one > _NOTHING * one.max(initial=0.0)].min(initial=np.inf) for one in rates])
         beside = min(self.beside, _MOST_BESIDE * 2.0 * np.pi / self.high)
-        times = [durations(self.low, self.high, float(one.max(initial=beside))) for one in every]
+        times = [durations(self.low, self.high, float(one.max(initial=beside))) for one in rates]
         of = np.repeat(np.arange(len(x)), [len(time) for time in times])
 
         def look(machine: Transient, read: Reading, of: IntArray) -> FloatArray:
@@ -137,10 +153,11 @@ class PeakOverDurations(Form):
         for i, (here, values) in enumerate(zip(times, np.split(seen, np.flatnonzero(np.diff(of)) + 1), strict=True)):
             tops += [(i, end, end, end, end) for end in {self.high, max(self.low, float(here[0]))}]
             tops += [(i, *between) for between in _tops(here, values)]
-        best = [(-np.inf, self.high)] * len(x)
+        every: list[list[tuple[float, float]]] = [[] for _ in x]
         for i, found in self._climbed(model, x, tops):
-            best[i] = max(best[i], found)
-        return [(value / mount_count(model, self.output, one), at) for (value, at), one in zip(best, x, strict=True)]
+            every[i].append(found)
+        counts = [mount_count(model, self.output, one) for one in x]
+        return [_apart([(value / count, at) for value, at in one]) for one, count in zip(every, counts, strict=True)]
 
     def _climbed(
         self, model: Model, x: FloatArray, tops: list[tuple[int, float, float, float, float]]
@@ -233,6 +250,15 @@ def _tops(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float,
         low, high, *wider = times[np.clip([i - 1, i + 1, i - 2, i + 2], 0, len(times) - 1)].tolist()
         if np.isfinite(values[i]) and values[i] >= _NEAR * values.max() and low < high:
             yield low, high, wider[0], wider[1]
+
+
+def _apart(found: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Of values and the durations [s] at which they are, the greatest first, those that are no neighbours."""
+    kept_ones = list[tuple[float, float]]()
+    for value, at in sorted(found, reverse=True):
+        if len(kept_ones) < _TOPS and all(abs(at - other) > _APART * other for _, other in kept_ones):
+            kept_ones.append((value, at))
+    return kept_ones
 
 
 def _around(values: FloatArray, times: FloatArray) -> FloatArray:

@@ -31,8 +31,9 @@ class Missing(Exact):
 
     kept: Mapping[int, float] = field(default_factory=dict)
 
-    def _at(self, y: FloatArray) -> Point:
-        every = tuple(self._counted(limit) for limit in super()._at(y).limits)
+    def _at(self, y: FloatArray, parts: set[int] | None = None) -> Point:
+        limits = None if parts is None else {part if part >= 0 else -1 - part for part in parts}
+        every = tuple(self._counted(limit) for limit in super()._at(y, limits).limits)
         kept = tuple(
             replace(piece, value=piece.value - self.kept[piece.part]) for piece in every if piece.part in self.kept
         )

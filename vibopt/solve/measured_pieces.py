@@ -93,20 +93,30 @@ class Exact:
             self.known[key] = self._at(y)
         return self.known[key]
 
-    def ahead(self, y: FloatArray) -> None:
-        """Measure at once at designs y (n, n_vars) what takes less for many together."""
+    def some(self, y: FloatArray, parts: set[int]) -> list[Point]:
+        """The pieces of some parts alone, numbered as in `Piece`, at designs y (n, n_vars) that are told once."""
         missing = [np.exp(one) for one in y if one.tobytes() not in self.known]
-        with np.errstate(all="ignore"):
-            for part in self.program.parts if len(missing) > 1 else ():
-                part.form.ahead(part.model, np.array(missing))
+        with np.errstate(all="ignore"):  # at once what takes less for many together
+            for number, part in self._numbered if len(missing) > 1 else ():
+                if number in parts:
+                    part.form.ahead(part.model, np.array(missing))
+        return [self.known.get(one.tobytes()) or self._at(one, parts) for one in y]
 
-    def _at(self, y: FloatArray) -> Point:
+    @property
+    def _numbered(self) -> list[tuple[int, Limit | Aim]]:
+        aims = self.program.aim.pieces if self.program.aim is not None else ()
+        return [*enumerate(self.program.limits), *((-1 - i, each) for i, each in enumerate(aims))]
+
+    def _at(self, y: FloatArray, parts: set[int] | None = None) -> Point:
         self.budget.spend()
-        x = np.exp(y)
-        limits = tuple(p for i, limit in enumerate(self.program.limits) for p in self._limit(i, limit, x))
-        aim = self.program.aim
-        goals = tuple(self._goal(aim, x)) if aim is not None else limits
-        return Point(np.array(y), limits, goals)
+        x, limits, goals = np.exp(y), list[Piece](), list[Piece]()
+        for number, part in self._numbered:
+            if parts is None or number in parts:
+                if isinstance(part, Limit):
+                    limits += self._limit(number, part, x)
+                else:
+                    goals += (_piece(number, extreme, part.sense, 0.0) for extreme in part.extremes(x))
+        return Point(np.array(y), tuple(limits), tuple(goals if self.program.aim is not None else limits))
 
     def _limit(self, index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:
         if limit.side == "outside":
@@ -116,11 +126,6 @@ class Exact:
         bound = np.log(limit.bound) if limit.bound > 0.0 else -1e30
         for extreme in limit.extremes(x):
             yield _piece(index, extreme, sense, bound)
-
-    def _goal(self, aim: Aim, x: FloatArray) -> Iterator[Piece]:
-        for index, each in enumerate(aim.pieces):
-            for extreme in each.extremes(x):
-                yield _piece(-1 - index, extreme, aim.sense, 0.0)
 
 
 def _piece(index: int, local: Local, sense: float, bound: float) -> Piece:

@@ -178,9 +178,8 @@ class Sqp:
         free = np.flatnonzero(self.exact.free)
         steps = np.where(here.y + _STEP <= self.exact.high, _STEP, -_STEP)[free]
         places = here.y + np.eye(n)[free] * steps[:, None]
-        self.exact.ahead(places)
-        for i, step, y in zip(free, steps, places, strict=True):
-            there = self.exact.at(y)
+        every = self.exact.some(places, {piece.part for piece, _ in active})
+        for i, step, there in zip(free, steps, every, strict=True):
             for piece, m in active:
                 other = _same(piece, there)
                 if other is not None:
