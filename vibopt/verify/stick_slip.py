@@ -28,9 +28,9 @@ from vibopt.work import worked
 _FIRST, _AGAIN, _MOST, _SLACK = 6, 50, 600, 1e-3
 """Half cycles from rest before roots are looked for, and again, and at most; part by which one may change more than
 that before."""
-_LONGEST, _LEAST = 3e4, 1e-8
-"""Radians of the fastest vibration that are followed between two events, ten steps each; part of the slowest one that
-the force is at least."""
+_LONGEST, _MANY, _LEAST = 3e4, 2e6, 1e-8
+"""Radians of the fastest vibration, and steps of all that also fades, that are followed between two events; part of the
+slowest vibration that the force is at least."""
 _FADED, _SLOW, _ROUNDING = 37.0, 30.0, 1e-3
 """Exponent behind which a vibration is gone; times as fast as the force from which on it begins where springs are in
 balance; part of its speed, of the same size, that rounding hides."""
@@ -284,7 +284,8 @@ class Rubbed:
         if self.push <= self.joint.friction:  # with what it rubs on, to the last digit
             return self.held()
         lasts = min(max(self._settles), np.pi / self.omega)
-        if self.naturals[-1] * lasts > _LONGEST or self.omega < _LEAST * self.naturals[0]:
+        many = lasts / min(self._going(side).step for side in (0.0, 1.0))
+        if self.naturals[-1] * lasts > _LONGEST or many > _MANY or self.omega < _LEAST * self.naturals[0]:
             return None
         state = np.resize(self.begin, len(self._scale))
         if not any(self.begin) and self.naturals[0] > _SLOW * self.omega and not self.machine.jointed.any():
