@@ -78,6 +78,16 @@ def test_a_command_loads_only_what_it_needs(words: tuple[str, ...], press: str) 
     assert done.returncode == 0, done.stderr
 
 
+def test_dry_friction_under_a_steady_force_is_answered_without_scipy() -> None:
+    program = (
+        "import sys\nfrom vibopt.cli.main import main\ncode = main(['solve', 'problems/friction/rao_9_41.toml'])\n"
+        "assert (code, 'scipy' in sys.modules) == (0, False)\n"
+    )
+    environment = {**os.environ, "VIBOPT_CACHE": "off"}
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, env=environment)
+    assert done.returncode == 0, done.stderr
+
+
 def test_a_process_of_its_own_ends_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     at_the_end: list[Any] = []
     monkeypatch.setattr("atexit.register", at_the_end.append)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray, IntArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray, crossing
 from vibopt.excitations import Excitation
 from vibopt.mechanics.built import Course, Joint
 from vibopt.mechanics.machine import Machine
@@ -34,6 +34,8 @@ slowest vibration that the force is at least."""
 _FADED, _SLOW, _ROUNDING = 37.0, 30.0, 1e-3
 """Exponent behind which a vibration is gone; times as fast as the force from which on it begins where springs are in
 balance; part of its speed, of the same size, that rounding hides."""
+_APART, _TRIED, _LESS = 1e-7, 20, 0.5
+"""Of a search for a root: part by which places are moved for slopes, most steps, and what each leaves at most."""
 _STILL, _HELD = 1e-13, 400
 """Part of the greatest below which nothing moves; instants at least among which the end of a hold is looked for."""
 _SAMPLES, _DENSE, _NEAR = 120, 6.0, 0.98
@@ -189,32 +191,28 @@ class Rubbed:
 
     def _holds(self, time: float, end: float, now: FloatArray) -> _Stretch:
         """Up to where friction can carry no more, or the end."""
-        from scipy.optimize import brentq
-
         _, moved, settled = self._moved(0.0, (time, end), now)
         whole = _Stretch(time, end, moved, 0.0, settled)
 
-        def beyond(at: Any) -> Any:
-            some = np.atleast_1d(at)
-            return np.abs(self.states.carries(moved(some), self._signals(some))) - self.joint.friction
+        def beyond(at: FloatArray) -> FloatArray:
+            return np.asarray(np.abs(self.states.carries(moved(at), self._signals(at))) - self.joint.friction)
 
         at = whole.instants(_HELD, _DENSE * float(self.naturals[-1]))
         over = beyond(at) > 0.0
         rising = np.flatnonzero(over[1:] & ~over[:-1])
         if not len(rising):
             return whole
-        low, high = at[rising[0]], at[rising[0] + 1]
-        return replace(whole, end=float(brentq(lambda one: beyond(one)[0], low, high, xtol=1e-15 * end)))
+        low, high = at[rising[0] : rising[0] + 2].tolist()
+        return replace(whole, end=crossing(lambda one: float(beyond(np.array([one]))[0]), low, high))
 
     @cached_property
     def _settles(self) -> tuple[float, float]:
         """Seconds in which what swings by itself has faded, in a hold and in a slip; endless where it never has."""
-        from scipy.linalg import null_space
-
         if self.machine.jointed.any():
             return float("inf"), float("inf")
         held, slips = (law[0][np.ix_(self._own, self._own)] for law in self._laws)
-        free = np.kron(np.eye(2), null_space(self.states.apart[None, : len(self.machine.masses)]))
+        _, size, ways = np.linalg.svd(self.states.apart[None, : len(self.machine.masses)])
+        free = np.kron(np.eye(2), ways[np.count_nonzero(size) :].T)  # beside the slip, which is held
         rates = (np.linalg.eigvals(own).real.max(initial=-np.inf) for own in (free.T @ held @ free, slips))
         held_for, slips_for = (float(_FADED / -rate) if rate < 0.0 else float("inf") for rate in rates)
         return held_for, slips_for
@@ -300,8 +298,6 @@ class Rubbed:
         Half cycle after half cycle, and by roots; ever more are left out while each changes as much as that before
         (what joints without mass do follows from the rest: of them none is).
         """
-        from scipy.optimize import root
-
         scale, leap, last, least, begun = self._scale, 1.0, state, np.inf, _FIRST - 4 * any(self.begin)
         free = not self.machine.jointed.any()
 
@@ -313,9 +309,14 @@ class Rubbed:
             return one - after(one * scale) / scale
 
         def rooted(one: FloatArray, missed: float) -> FloatArray:
-            found: Any = root(missing, one / scale, tol=10.0 * self.part)
-            good = np.isfinite(found.x).all() and np.abs(found.fun).max() < missed
-            return found.x * scale if good else one
+            found = _root(missing, one / scale, self.part)
+            if found is not None:
+                return found * scale
+            from scipy.optimize import root
+
+            sought: Any = root(missing, one / scale, tol=10.0 * self.part)
+            good = np.isfinite(sought.x).all() and np.abs(sought.fun).max() < missed
+            return sought.x * scale if good else one
 
         for count in range(_MOST):
             following = after(state)
@@ -411,6 +412,23 @@ class Rubbed:
         read, rubs = self.states.read(now, signals, np.full(len(at), stretch.side))
         points = dict(zip(self.states.places, read.transpose(1, 0, 2), strict=True))
         return Course(points, self._forces(signals[0]), {self.joint.name: rubs})
+
+
+def _root(missing: Callable[[FloatArray], FloatArray], place: FloatArray, close: float) -> FloatArray | None:
+    """Where nothing is missing, by Broyden's method; None where that does not get there by ever greater steps."""
+    value, small = missing(place), _APART * np.maximum(np.abs(place), _APART)
+    slopes = np.array([(missing(place + own) - value) / own.sum() for own in np.diag(small)]).T
+    for _ in range(_TRIED):
+        if not np.isfinite(slopes).all() or np.linalg.cond(slopes) > 1.0 / _APART:
+            return None
+        step = np.linalg.solve(slopes, -value)
+        place, before, value = place + step, value, missing(place + step)
+        if np.abs(value).max() <= close:
+            return place
+        if not np.abs(value).max() <= _LESS * np.abs(before).max():
+            return None
+        slopes += np.outer(value, step) / (step @ step)
+    return None
 
 
 def rubbing(
