@@ -683,6 +683,17 @@ def test_the_motion_of_a_body_is_not_given() -> None:
     )
 
 
+def test_a_base_takes_no_force_and_is_not_let_go() -> None:
+    for blow in (
+        {"kind": "pulse", "shape": "half sine", "amplitude": "10 N", "duration": "11 ms"},
+        {"kind": "release", "velocity": "1 m/s"},
+    ):
+        assert refused(vo.from_dict, {**BOX, "excitations": {"fall": {**blow, "on": "box"}}}).messages == (
+            'scene: excitations.fall.on = "box" is a base, but what is given acts on a body. Write on = "instrument", '
+            'or how the base moves: kind = "base_motion", or the acceleration of a pulse or a record.',
+        )
+
+
 @pytest.mark.parametrize("name", BAD)
 def test_a_record_that_cannot_be_used_is_refused(name: str, tmp_path: Path) -> None:
     text, message = BAD[name]

@@ -22,6 +22,12 @@ def check_excitations(scene: Scene, mistakes: Mistakes) -> None:
         if what == "base" and excitation.on in moving:
             word = 'is a body, but the motion of a base is given. Write [bases.floor], links to it, and on = "floor".'
             mistakes.value((*path, "on"), excitation.on, word)
+        elif what == "body" and excitation.on in scene.bases and moving:
+            word = (
+                f'is a base, but what is given acts on a body. Write on = "{moving[0]}", or how the base moves: '
+                'kind = "base_motion", or the acceleration of a pulse or a record.'
+            )
+            mistakes.value((*path, "on"), excitation.on, word)
         elif excitation.on not in known:
             mistakes.unknown_name((*path, "on"), excitation.on, what, known)
         else:
