@@ -96,10 +96,24 @@ _MEANT = {
     "efficiency": ("isolation",),
     "options": ("one_of",),
     "choices": ("one_of",),
+    "youngs_modulus": ("modulus",),
+    "young_modulus": ("modulus",),
+    "e_modulus": ("modulus",),
+    "outer_diameter": ("diameter",),
+    "polar_inertia": ("polar",),
+    "diametral_inertia": ("diametral",),
+    "transverse_inertia": ("diametral",),
+    "relative_damping": ("loss_factor",),
+    "margin": ("outside",),
+    "separation_margin": ("critical_speed", "outside"),
+    "threshold_speed": ("stability_threshold",),
+    "onset_speed": ("stability_threshold",),
     "file": ("catalogue", "readings"),
     "headings": ("columns",),
 }
 """What users call a thing that has another name here; the first of them that is known is proposed."""
+_SHORT = 2
+"""Letters of a name that is like too many."""
 _LISTED = 240
 """Most letters of a list of known names."""
 
@@ -198,7 +212,7 @@ def way_out(given: object, known: Iterable[str]) -> str:
     meant = _MEANT.get(re.sub(r"[\s-]+", "_", name.strip().lower()), ())
     near = [one for one in meant if one in names and (one != "at" or "over" not in names)][:1]  # there a speed
     near = near or [one for one in names if name in one.split(".")][:1]  # a step of a path alone
-    if not near:
+    if not near and len(name) > _SHORT:
         from difflib import get_close_matches
 
         near = get_close_matches(name[:LONGEST], names, n=1)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from refusals import refused
+from vibopt.forms.whirling import WhirlThreshold
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Design
 from vibopt.solve import solve
@@ -87,6 +88,90 @@ def test_a_limit_that_just_holds_at_one_value_leaves_that_value() -> None:
     found = solve(from_dict(document(0.02, limits))).found or ()
     assert any(low.value <= 0.06 * (1.0 + 1e-6) and high.value >= 0.06 * (1.0 - 1e-9) for low, high in found)
     assert sum(high.value - low.value for low, high in found) < 1e-6
+
+
+def test_a_resonance_is_found_of_what_a_damper_alone_holds() -> None:
+    """Two masses that a damper d locks together are as one: k - m w^2 + i w (c + (m_b w)^2 / d) is force over bound."""
+    document = {
+        "title": "locked",
+        "bodies": {"a": {"mass": {"from": "50 kg", "to": "150 kg"}}, "b": {"mass": "10 kg"}},
+        "links": {
+            "base": {"between": ["a", "ground"], "stiffness": "1 MN/m", "damping": "0.01 N s/m"},
+            "lock": {"between": ["a", "b"], "stiffness": "100 N/m", "damping": "100 MN s/m"},
+        },
+        "excitations": {"f": {"kind": "force", "on": "a", "amplitude": "10 N", "speed": "96.1 rad/s"}},
+        "limits": {"x": {"response": "displacement", "of": "a", "at_most": "300 mm"}},
+        "goal": {"find_all": "bodies.a.mass"},
+    }
+    (first, second) = solve(from_dict(document)).found or ()
+    beside = np.sqrt((10.0 / 0.3) ** 2 - (96.1 * (0.01 + 961.0**2 / 1e8)) ** 2)
+    for end, way in ((first[1], -1.0), (second[0], 1.0)):
+        assert end.value == pytest.approx((1e6 + way * beside) / 96.1**2 - 10.0, rel=1e-9)
+
+
+SHAFT = 7850.0 * np.pi / 4.0 * 0.3**2 * 0.4
+
+
+def stiff_rotor(damping: float, masses: tuple[float, float], limit: dict[str, Any]) -> dict[str, Any]:
+    """One disc on a shaft that hardly bends, in two bearings of 10 MN/m across and 11 MN/m along."""
+    film = {"k_yy": "10 MN/m", "k_zz": "11 MN/m", "c_yy": f"{damping!r} N s/m", "c_zz": f"{damping!r} N s/m"}
+    mass = {"from": f"{masses[0]!r} kg", "to": f"{masses[1]!r} kg"}
+    return {
+        "title": "stiff",
+        "rotors": {
+            "shaft": {
+                "modulus": "207 GPa",
+                "density": "7850 kg/m3",
+                "sections": [{"length": "400 mm", "diameter": "300 mm"}],
+                "stations": {"left": "0 mm", "right": "400 mm"},
+                "discs": [{"name": "disc", "at": "200 mm", "mass": mass}],
+            }
+        },
+        "bearings": {f"{end}_film": {"between": [end, "ground"], **film} for end in ("left", "right")},
+        "excitations": {"u": {"kind": "unbalance", "on": "disc", "unbalance": "1 kg mm", "speed": "1500 rpm"}},
+        "limits": {"limit": limit},
+        "goal": {"find_all": "rotors.shaft.discs.1.mass"},
+    }
+
+
+def test_both_resonances_of_a_disc_in_bearings_that_differ_are_found() -> None:
+    """Each is wide by 2 sqrt((U w^2 / bound)^2 - (2 c w)^2) / w^2 of mass, about 2 k / w^2 less half a percent."""
+    limit = {"response": "displacement", "of": "disc", "at_most": "20 mm"}
+    found = solve(from_dict(stiff_rotor(2.0, (300.0, 1500.0), limit))).found or ()
+    w = 50.0 * np.pi
+    wide = 2.0 * np.sqrt((1e-3 * w**2 / 0.02) ** 2 - (4.0 * w) ** 2) / w**2
+    ends = [end.value for pair in found for end in pair]
+    assert (ends[0], ends[-1], len(ends)) == (300.0, 1500.0, 6)
+    for k, (below, above) in zip((1e7, 1.1e7), (ends[1:3], ends[3:5]), strict=True):
+        assert above - below == pytest.approx(wide, rel=1e-2)
+        assert 0.5 * (below + above) + SHAFT == pytest.approx(2.0 * k / w**2, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_a_sharp_peak_in_a_narrow_band_is_found() -> None:
+    """A peak lies in it for a part of the masses as wide as 6 / 1500; its factor is about 27 there."""
+    limit = {"response": "amplification_factor", "of": "disc", "over": "1497..1500 rpm", "at_most": 10}
+    found = solve(from_dict(stiff_rotor(2000.0, (560.0, 640.0), limit))).found or ()
+    masses = [1e7 * 2.0 / w**2 + 4000.0**2 / 4e7 for w in (np.pi * 50.0, np.pi * 1497.0 / 30.0)]
+    assert len(found) == 2
+    gap = found[0][1].value, found[1][0].value
+    assert gap[1] - gap[0] == pytest.approx(masses[1] - masses[0], rel=1e-2)
+    assert gap[0] + SHAFT == pytest.approx(masses[0], rel=2e-3)
+
+
+def test_a_threshold_of_whirl_is_not_asked_where_the_mass_rules_all_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    rotor = stiff_rotor(2000.0, (300.0, 1500.0), {"response": "total_mass", "at_most": "400 kg"})
+    rotor["bearings"]["left_film"] |= {"k_yz": "1 MN/m", "k_zy": "-1 MN/m"}
+    rotor["limits"]["stable"] = {"response": "stability_threshold", "at_least": "1500 rpm"}
+    asked, value = [], WhirlThreshold.value
+
+    def counted(form: WhirlThreshold, model: Any, x: Any) -> float:
+        asked.append(x)
+        return value(form, model, x)
+
+    monkeypatch.setattr(WhirlThreshold, "value", counted)
+    assert solve(from_dict(rotor)).status == "infeasible"
+    assert len(asked) < 20  # of 144 looks and more
 
 
 def test_values_of_a_structure_in_time_are_found() -> None:

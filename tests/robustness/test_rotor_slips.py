@@ -48,6 +48,11 @@ at_most = "0.2 mm"
             "t line 5: rotors.sh has right at 0.9 m, beyond the end of its shaft at 0.8 m. Write a place on the shaft, "
             "or longer sections.",
         ),
+        (
+            "modulus =",
+            "youngs_modulus =",
+            't line 2: unknown key "youngs_modulus" in rotors.sh. Did you mean "modulus"?',
+        ),
         ('"50 mm"', '"nan mm"', 't line 4: rotors.sh.sections[1].diameter = "nan mm" is not a finite number.'),
         ("1500..2600 rpm", "inf rpm", 't line 19: excitations.u.speed = "inf rpm" is not a finite number.'),
         (

@@ -17,6 +17,8 @@ from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
 
 _TURN = 1e-4
+_ABOUT, _APART, _ACROSS = 0.05, 4.0, 12
+"""Log of how far beside a band whirls are watched; over its width, how far apart; in how many steps at most."""
 _BESIDE, _HALF, _FAR, _SHARP = 1e-6, 0.5, {-1.0: 0.999, 1.0: 1.0}, 1e6
 """Part of a speed beside which a peak is less; part of it that a side is wide at most; parts of it that are looked at
 on either side; factor from which on a peak is one that nothing damps."""
@@ -35,12 +37,26 @@ class Amplification(AtWorst):
 
     output: Output
     shaken: tuple[Drive, ...]
+    dear = True
     no_bounds = "is an amplification factor, which has no bounds on boxes of designs"
     not_convex = "is an amplification factor, which is not convex in stiffness and damping"
     rough = "is an amplification factor, which begins where a peak does"
 
     def acting(self, model: Model) -> FloatArray:
         return of_whirls(model)
+
+    def watched(self, ends: tuple[float, ...]) -> list[float]:
+        """The ends of each band, and speeds across and beside it, a few times as far apart as it is wide.
+
+        A peak enters the band as its whirl is about as fast as an end, the farther off the more it is damped.
+        """
+        found: list[float] = []
+        for band in [band for drive in self.shaken for band in drive.bands]:
+            low, high = max(band.low, _BESIDE), band.high
+            wide = np.log(high / low) + 2.0 * _ABOUT
+            count = int(min(np.ceil(wide / (_APART * np.log(high / low) + _BESIDE)), _ACROSS))
+            found += [low, high, *np.geomspace(low * np.exp(-_ABOUT), high * np.exp(_ABOUT), count + 1).tolist()]
+        return found
 
     def slope(self, model: Model, x: FloatArray) -> FloatArray:
         """By wider differences than elsewhere: a level top says where it is to fewer digits."""

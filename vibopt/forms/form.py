@@ -113,6 +113,8 @@ class Form:
     """Why it has no statement in cvxpy, none in CasADi, or no bounds on boxes of designs, behind its name."""
     tangents_up_to: ClassVar[int] = 3
     """Variables up to which boxes with tangents come to an end."""
+    dear: ClassVar[bool] = False
+    """Whether it is measured behind all others, which may rule a design out for less."""
     once: ClassVar[float] = 0.25
     """Work of measuring it at one design, or at one speed of one, of few coordinates [nominal ms]."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 from functools import partial
 from math import hypot
@@ -60,8 +61,7 @@ class Orbit(AtWorst):
 
     def _local(self, model: Model, x: FloatArray, top: Extreme) -> Local:
         drive = self.shaken[0]
-        ends = [end for band in drive.bands for end in (band.low, band.high)]
-        moves = min(abs(top.speed - end) for end in ends) > _BESIDE * top.speed
+        moves = min(abs(top.speed - end) for end in edges(drive.bands)) > _BESIDE * top.speed
 
         def at(y: FloatArray, speed: float) -> float:
             return float(self.sizes(model, y, drive, np.array([speed]))[0])
@@ -79,6 +79,9 @@ class Orbit(AtWorst):
 
     def acting(self, model: Model) -> FloatArray:
         return model.acting
+
+    def watched(self, ends: tuple[float, ...]) -> list[float]:
+        return [line.order * end for drive in self.shaken for line in drive.lines for end in edges(drive.bands)]
 
     def cost(self, model: Model) -> float:
         return sum(2.0 if band.is_point else 60.0 for drive in self.shaken for band in drive.bands)
@@ -124,6 +127,11 @@ class Orbit(AtWorst):
         beside = np.where(inside, response(around), -np.inf).max(axis=1)
         tops = [one for one, other in zip(distinct, beside, strict=True) if one.value * (1.0 + _EVEN) >= other]
         return tops or distinct[:1]
+
+
+def edges(bands: Iterable[Band]) -> list[float]:
+    """Both ends of each band [rad/s]."""
+    return [end for band in bands for end in (band.low, band.high)]
 
 
 def frozen(band: Band, knots: FloatArray) -> FloatArray:

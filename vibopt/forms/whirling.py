@@ -37,6 +37,7 @@ class WhirlThreshold(Form):
     """
 
     top: float = 0.0
+    dear = True
     no_bounds = "is a threshold of whirl: the poles of what spins have no bounds on boxes of designs"
     not_convex = "is a threshold of whirl, which is not convex in stiffness and damping"
     rough = "is the least threshold of several whirls, which has a kink where two of them are equal"
@@ -103,6 +104,7 @@ class WhirlDamping(Form):
     top: float
     sense: float
     number: int
+    dear = True
     no_bounds = "is a damping of whirls: the poles of what spins have no bounds on boxes of designs"
     not_convex = "is a damping of whirls, which is not convex in stiffness and damping"
     rough = "is the least damping of several whirls, which has a kink where two of them are equal"
@@ -200,6 +202,7 @@ class DampedCriticalSpeed(Form):
     mode: int
     bands: tuple[tuple[float, float], ...]
     top: float
+    dear = True
     no_bounds = "is a damped critical speed: the poles of what spins have no bounds on boxes of designs"
     not_convex = "is a damped critical speed, which is not convex in stiffness and damping"
     rough = "is a damped critical speed, which is there from some damping on, and gone beyond"

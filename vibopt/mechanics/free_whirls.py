@@ -103,6 +103,11 @@ def _solved(
     return rate, way / size
 
 
+def solved(rotor: Spun, spin: float, rate: complex, way: ComplexArray) -> tuple[complex, ComplexArray]:
+    """The free whirl near one at a spin [rad/s], and its motion, in all coordinates."""
+    return _solved(rotor.dynamic(0.0, spin), *rotor.powers(spin), rate, way)
+
+
 def _double(rates: ComplexArray, ways: list[ComplexArray]) -> bool:
     """Whether two of them are one and the same motion."""
     for i, one in enumerate(rates):
@@ -326,7 +331,7 @@ def _as_fast(rotor: Spun, spin: float, near: complex, way: ComplexArray) -> Sync
     """The whirl near one at a spin that is as fast as that, in all coordinates; nan if none is met."""
 
     def off(spin: float, like: complex, way: ComplexArray) -> tuple[float, complex, ComplexArray]:
-        rate, way = _solved(rotor.dynamic(0.0, spin), *rotor.powers(spin), like, way)
+        rate, way = solved(rotor, spin, like, way)
         return rate.real - spin, rate, way
 
     worked(_MEETING)

@@ -30,7 +30,7 @@ FARTHEST, _SCANNED, _STILL = 50.0, 80, 1e-9
 """Spin over the lowest frequency at rest up to which growth is looked for where nothing says how far; spins at which it
 is, evenly and near that frequency; part of the slowest frequency below which a rate is rounding."""
 _SKEW = 1e-12
-"""Part of a matrix below which one that should be symmetric is."""
+"""Part of the greatest damping below which one is rounding."""
 _EVEN = 4
 """Spins of the whole range of tables, beside their rows, at which singular speeds are looked for."""
 
@@ -297,10 +297,13 @@ class OrbitingMachine(RotatingMachine):
 
     def _fed(self, spin: float) -> bool:
         """Whether forces may feed a free motion that goes round: a stiffness that is skew or pushes, or dampers."""
+        skew = any(joint.rotating for joint in self.joints) or any(shaft.lags for shaft in self.shafts.values())
+        films = [bearing.at(np.array([spin]))[0][0] for bearing in self.bearings.values()]
+        if skew or any(film[0, 1] != film[1, 0] for film in films):
+            return True
         _, damping, stiffness = self.free(spin)
-        skew = np.abs(stiffness - stiffness.T).max() > _SKEW * np.abs(stiffness).max()
         least = [float(np.linalg.eigvalsh(0.5 * (one + one.T))[0]) for one in (stiffness, damping)]
-        return bool(skew) or least[0] <= 0.0 or least[1] < -_SKEW * float(np.abs(damping).max())
+        return least[0] <= 0.0 or least[1] < -_SKEW * float(np.abs(damping).max())
 
     def _neutral(self, whirl: float, spin: float) -> float:
         """The spin near one at which a whirl of about such a frequency [rad/s] neither grows nor fades."""

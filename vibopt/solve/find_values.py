@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from vibopt.answer.entry import Checked, Entry
 from vibopt.program.program import Program
@@ -18,9 +19,9 @@ _SHAPES = " for beams in their static shape, the model in the note below"
 _NUMBER = re.compile(r"\d[\d.e+-]*")
 _NEAR = 1e-6
 """Part of a bound within which the limit that ends an interval must be met as measured."""
-_BESIDE, _LEAPS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5), 1e-3
-"""Parts of a value by which one goes inward where a limit leaps, whose place two routes know to less than its last
-digits; part of its bound by which it leaps at least."""
+_BESIDE, _STEEP, _LEAPS = (1e-9, 1e-8, 1e-7, 1e-6, 1e-5), 1e-8, 1e-3
+"""Parts of a value by which one goes inward where a limit is steep, whose place two routes know to less than its last
+digits; the most of them where it does not leap; part of its bound by which it leaps at least."""
 
 Rows = Mapping[str, Checked]
 
@@ -29,8 +30,9 @@ Rows = Mapping[str, Checked]
 class End:
     """One end of an interval: the value, the limit that ends it ("" for the range), and what is measured there.
 
-    leaps
-        Whether that limit leaps there; the value is then one just inside.
+    leaps, between
+        Whether that limit leaps there, and whether it holds on this side of the end and not on the other; the value is
+        then one just inside.
     spared
         Part of its bound that the limit is kept with to spare.
     """
@@ -39,13 +41,14 @@ class End:
     ended_by: str
     rows: Rows
     leaps: bool = False
+    between: bool = False
     spared: float = 0.0
 
     @property
     def as_found(self) -> bool:
         """Whether every limit holds as measured, and one side of the limit that ends it just so."""
         held, near = _margins(self.rows, self.ended_by), max(_NEAR, 2.0 * self.spared)
-        return _good(self.rows) and (self.leaps or not held or min(map(abs, held)) <= near)
+        return _good(self.rows) and (self.between or not held or min(map(abs, held)) <= near)
 
 
 def permitted_values(scene: Scene, program: Program) -> Design:
@@ -64,10 +67,11 @@ def permitted_values(scene: Scene, program: Program) -> Design:
         at = End(Entry(value, variable.dimension, variable.unit), name, measured(value), spared=known_to(program))
         for part in _BESIDE if name and found.complete and not at.as_found else ():
             inside = value * (1.0 + inward * part)
-            rows, beyond = measured(inside), _margins(measured(value * (1.0 - inward * part)), name)
-            leap = min(_margins(rows, name)) - min(beyond)
-            if _good(rows) and not disagreement(rows) and min(beyond) < 0.0 and leap > _LEAPS:
-                return End(Entry(inside, variable.dimension, variable.unit), name, rows, leaps=True)
+            rows, beyond = measured(inside), min(_margins(measured(value * (1.0 - inward * part)), name))
+            leaps = min(_margins(rows, name)) - beyond > _LEAPS
+            if _good(rows) and not disagreement(rows) and beyond < 0.0 and (leaps or part <= _STEEP):
+                there = Entry(inside, variable.dimension, variable.unit)
+                return replace(at, value=there, rows=rows, leaps=leaps, between=True)
         return at
 
     intervals = tuple(

@@ -19,8 +19,7 @@ import numpy as np
 from vibopt.arrays import FloatArray, crossing, joined
 from vibopt.errors import counted
 from vibopt.mechanics.model import Model
-from vibopt.mechanics.modes import modes_at, natural_frequencies
-from vibopt.program.meetings import watched
+from vibopt.program.meetings import meetings, watched
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import ZERO, Judge
@@ -32,8 +31,6 @@ _NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
 """Places of the nodes on a piece, from 0 to 1."""
 _FIRST = 16
 """Pieces to begin with, at least, a quarter of them where values are dear and known to less; two for each factor e."""
-_MODES = 96
-"""Places at which natural frequencies are followed."""
 _MET = 5e-10
 """Violation [share of value and bound] that counts as none: half of what the judge lets pass."""
 _CLEAR = 1e-10
@@ -185,7 +182,8 @@ class _Run:
         self.missed: dict[tuple[float, int], tuple[float, float]] = {}
         parts = [*([limit] for limit in self.program.limits), self.program.aim.pieces if self.program.aim else ()]
         self.clear = np.array([max([_CLEAR, *(part.form.known_to for part in row)]) for row in parts])
-        self.still = [k for k, limit in enumerate(self.program.limits) if not getattr(limit.form, "bands", ())]
+        ranks = [(limit.form.dear, bool(getattr(limit.form, "bands", ()))) for limit in self.program.limits]
+        self.groups = [[k for k, rank in enumerate(ranks) if rank == one] for one in sorted(set(ranks))]
 
     def x(self, place: float) -> FloatArray:
         """Design at a place of the range, 0 to 1; even in logarithms."""
@@ -269,15 +267,18 @@ class _Run:
         return [*parts, *((cut, cut) for cut in cuts if self._holds(cut))]
 
     def _holds(self, place: float) -> bool:
-        return bool(self.row(place)[:-1].max(initial=-1.0) <= 2.0 * _MET)
+        return all(self._missed(place, k)[1] <= 2.0 * _MET for some in self.groups for k in some)
 
     def _holder(self, place: float, outward: float) -> str:
         """The limit that ends an interval at a place; "" where the range itself does."""
         row = self.row(place)[:-1]
         if place in (0.0, 1.0) or not len(row):
             return ""
-        broken = [one for one in self.rows if outward * (one - place) > 0.0 and not self._holds(one)]
-        if row.max() < -_LEAPT and broken:
+        if row.max() >= -_LEAPT:
+            return self.program.limits[int(row.argmax())].name
+        places = {one for one, _ in self.missed if outward * (one - place) > 0.0}
+        broken = [one for one in places if not self._holds(one)]
+        if broken:
             row = self.row(min(broken, key=lambda one: abs(one - place)))[:-1]
         return self.program.limits[int(row.argmax())].name
 
@@ -300,12 +301,14 @@ class _Run:
         """Two places next to each other between which a limit leaps; none where it only changes quickly."""
         places = _nodes(piece.low, piece.high).tolist()
         for row in piece.matters:
-            steps = np.abs(np.diff([self.row(place)[row] for place in places]))
+            values = {place: self._missed(place, row)[1] for place in places}
+            steps = np.abs(np.diff(list(values.values())))
             k = int(steps.argmax())
             (low, high), most = places[k : k + 2], _LEAP * float(steps.sum())
-            while not late() and high - low > _NARROW and abs(self.row(high)[row] - self.row(low)[row]) > most:
+            while not late() and high - low > _NARROW and abs(values[high] - values[low]) > most:
                 middle = 0.5 * (low + high)
-                before, behind = (abs(self.row(middle)[row] - self.row(end)[row]) for end in (low, high))
+                values[middle] = self._missed(middle, row)[1]
+                before, behind = (abs(values[middle] - values[end]) for end in (low, high))
                 low, high = (low, middle) if before > behind else (middle, high)
             if high - low <= _NARROW:
                 return low, high
@@ -322,9 +325,9 @@ class _Run:
         if self.best is not None and late(str(self.budget)):  # nothing is known of what is not measured any more
             return _Piece(low, high, np.zeros((rows, 1)), np.full(rows, np.inf), self.clear)
         places = _nodes(low, high).tolist()
-        if self.still:  # what no excitation has a part in takes next to no work, and may rule the piece out
-            values = np.array([[self._missed(place, k)[1] for k in self.still] + [0.0] for place in places])
-            piece = _fitted(low, high, values, self.clear[[*self.still, -1]])
+        for some in self.groups:  # what takes less work comes first, and may rule the piece out
+            values = np.array([[self._missed(place, k)[1] for k in some] + [0.0] for place in places])
+            piece = _fitted(low, high, values, self.clear[[*some, -1]])
             if self._broken(piece):
                 return piece
         self.budget.spend()
@@ -377,24 +380,9 @@ class _Run:
         return sorted({*np.linspace(0.0, 1.0, count + 1).tolist(), *self._meetings()})
 
     def _meetings(self) -> list[float]:
-        """Places at which a natural frequency of a machine meets one that is looked at there."""
-        found: list[float] = []
-        for model, asked in self._watched():
-            places = np.linspace(0.0, 1.0, max(_MODES, int(np.ceil(4.0 * self.span))) + 1)
-
-            def above(place: float, model: Model = model, asked: FloatArray = asked) -> FloatArray:
-                modes = natural_frequencies(model, model.values(self.x(place)))
-                return np.asarray((modes[:, None] - asked).ravel())
-
-            modes = modes_at(model, np.array([self.x(float(one)) for one in places]))
-            signs = (modes[:, :, None] - asked).reshape(len(places), -1)
-            for index, column in np.argwhere(signs[:-1] * signs[1:] < 0.0).tolist():
-
-                def gap(place: float, column: int = column) -> float:
-                    return float(above(place)[column])
-
-                found.append(crossing(gap, float(places[index]), float(places[index + 1])))
-        return found
+        """Places at which a free motion of a machine meets a frequency that is looked at there."""
+        least = int(np.ceil(4.0 * self.span))
+        return [place for model, asked in self._watched() for place in meetings(model, asked, self.x, least)]
 
     def _watched(self) -> list[tuple[Model, FloatArray]]:
         """Models, each with the frequencies that matter on it."""
@@ -418,8 +406,8 @@ class _Run:
         part = 1e-4 if self.clear[row] <= _CLEAR else 1.0
         reach = max(part * (piece.high - piece.low), 4.0 * np.finfo(float).eps)
         low, high = max(place - reach, piece.low), min(place + reach, piece.high)
-        if self.row(low)[row] * self.row(high)[row] < 0.0:
-            place = crossing(lambda value: float(self.row(value)[row]), low, high)
+        if self._missed(low, row)[1] * self._missed(high, row)[1] < 0.0:
+            place = crossing(lambda value: self._missed(value, row)[1], low, high)
         self.row(place)
         return place
 

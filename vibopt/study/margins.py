@@ -8,8 +8,7 @@ import numpy as np
 
 from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
-from vibopt.mechanics.modes import natural_frequencies
-from vibopt.program.meetings import watched
+from vibopt.program.meetings import above, watched
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.program.worst_case import around, hit, missed
@@ -101,7 +100,7 @@ class Margins:
         return missed(limit, one.value)
 
     def above(self, value: float) -> FloatArray | None:
-        """How far each natural frequency is above each frequency that a limit looks at, shape (n,) [rad/s]."""
+        """How far each free motion is above each frequency that a limit looks at, shape (n,) [rad/s]."""
         program = self.program(value)
         if program is None:
             return None
@@ -109,8 +108,7 @@ class Margins:
         model, axes = program.model, len(program.axes)
         if not len(asked) or not model.n_free:
             return np.zeros(0)
-        modes = natural_frequencies(model, model.values(np.ones(axes)))
-        return np.asarray(modes[:, None] - asked[None, :]).ravel()
+        return above(model, np.ones(axes), asked)
 
 
 def most_missed(scene: Scene) -> tuple[float, str]:
