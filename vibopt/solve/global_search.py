@@ -91,6 +91,8 @@ class BranchAndBound:
             proof = search.run(x)
             boxes, bound = budget.spent, max(bound, proof.bound)
             x = x if proof.x is None or np.array_equal(proof.x, x) else improved(program, proof.x, judge)
+            if search.vanishes():
+                return replace(self._found(program, "optimal", x, boxes, VANISHED, 0.0), zero=True)
             value = judge.goal(x).value
             proven = proof.status == "optimal" and gap == self.gap
             if proven or value - bound <= self.gap * abs(value):
