@@ -16,12 +16,12 @@ from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict, from_text
 from vibopt.solve.branch import Judge
 from vibopt.solve.global_search import BranchAndBound
-from vibopt.solve.local import improved, on_values
+from vibopt.solve.local import improved
 from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
 from vibopt.solve.plane.discs import DiscsOfOneLink
 from vibopt.solve.plane.link_plane import LinkPlane
-from vibopt.solve.ranges import closed
+from vibopt.solve.ranges import closed, on_values
 
 
 def scene(**changes: Any) -> dict[str, Any]:

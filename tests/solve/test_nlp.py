@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from itertools import permutations
 from typing import Any
 
 import numpy as np
 import pytest
 
-from refusals import refused
 from vibopt.charts.isolation_cases import many, undamped_passage
 from vibopt.charts.machines import block, chain, fan, press
 from vibopt.forms import Modulus
@@ -18,7 +16,6 @@ from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict, from_text
 from vibopt.solve.branch import Judge
-from vibopt.solve.choose import choose
 from vibopt.solve.local import improved
 from vibopt.solve.measured_pieces import Exact
 from vibopt.solve.nlp import Nlp, told
@@ -307,21 +304,6 @@ def test_discrete_variables_are_refused_in_a_sentence() -> None:
     )
     refusal = Nlp().refuses(pose(from_text(text)))
     assert refusal == "nlp takes continuous variables only, but links.mount.damping is chosen from 2 values."
-
-
-@pytest.mark.parametrize(
-    ("others", "more"),
-    [("", ""), ('mass = { one_of = ["30 kg", "40 kg"] }', ", 12000 combinations with the other lists")],
-)
-def test_more_listed_values_than_are_looked_at_are_refused_with_what_to_write(others: str, more: str) -> None:
-    values = ", ".join(f'"{100 + one} N s/m"' for one in range(6000))
-    text = press().replace('damping = { from = "10 N s/m", to = "1 MN s/m" }', f"damping = {{ one_of = [{values}] }}")
-    if others:
-        text = re.sub(r"(?m)^mass = .*$", others, text, count=1)
-    assert str(refused(choose, pose(from_text(text)), None)) == (
-        f"links.mount.damping is chosen from 6000 values{more}: more than the 5000 that vibopt looks at. List fewer, "
-        "or write a range, damping = { from, to }, and round what is found (--round)."
-    )
 
 
 def test_nothing_reaches_standard_output(capfd: pytest.CaptureFixture[str]) -> None:

@@ -93,8 +93,8 @@ def response_rows(line: Sampled, middle: FloatArray, half: FloatArray, down: Boo
     """
     turned = _Turned.of(line)
     terms = _Terms.of(line, turned.pairs, middle, half, np.zeros(half.shape, dtype=bool) if down is None else down)
-    kappa, turn, beyond, size = turned.ways(terms)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):  # at an undamped resonance kappa has no end
+        kappa, turn, beyond, size = turned.ways(terms)
         top, bottom = (_moved(one, kappa) for one in (turned.top, turned.bottom))
         at = np.log(np.abs(top[..., 0])) - np.log(np.abs(bottom[..., 0]))
         n_slope, n_rest = _parts(top, turn, beyond, size)

@@ -18,7 +18,8 @@ from vibopt.forms import Form, Monomials
 from vibopt.forms.form import Worst
 from vibopt.mechanics.modes import natural_frequencies
 from vibopt.program.program import Aim, Limit, Program
-from vibopt.records import dataclass
+from vibopt.records import cached_property, dataclass
+from vibopt.solve.ranges import on_values
 from vibopt.work import Budget, worked
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ BATCH, _STEP = 256, 1.5
 MOST_BOXES, MOST_WORK = 100_000, 200_000_000
 ZERO = 1e-12
 """Part of the greatest amplitude met below which an amplitude is zero."""
+_LISTS_FIRST = 1e3
+"""How much wider than a range a list counts: boxes of several values are loose, and there are few of them."""
 SAFETY = 1e-10
 """Part of a bound that rounding may take; a box must fail by more than this to be dropped."""
 
@@ -139,17 +142,25 @@ class Search:
     forms: list[FormBounds] = field(default_factory=list)
     aim_bounds: list[FormBounds] = field(default_factory=list)
 
+    @property
+    def each(self) -> int:
+        """Coefficients of one box at the speeds known."""
+        if not self.forms and not self.aim_bounds:
+            self._prepare()
+        return sum(bounds.work for _, bounds in self._parts())
+
     def run(self, start: FloatArray | None = None) -> Proof:
         """Search the whole box; `start` (n_vars,) is a feasible design to beat."""
         from vibopt.frontier import Frontier
 
-        if not self.forms:
+        if not self.forms and not self.aim_bounds:
             self._prepare()
         self.best_x: FloatArray | None = None
         self.best = np.inf
         if start is not None:
             self._offer(start)
-        low, high = self._first_boxes()
+        program = self.judge.program
+        low, high = np.array([program.low, program.high], dtype=float)[:, None, :]
         self.open = Frontier(self.budget, self.progress, "branch and bound")
         self.open.add(np.full(len(low), -np.inf), low, high)
         looked = 0
@@ -158,7 +169,7 @@ class Search:
             if waiting or self.open.over or self.work.over:
                 dropped = self.best - self._room() if np.isfinite(self.best) else np.inf
                 return Proof("open", self.best_x, self.best, min(self.open.bound, dropped), looked)
-            each = sum(bounds.work for _, bounds in self._parts())
+            each = self.each
             count = self._step(min(BATCH, max((self.work.most - self.work.spent) // max(each, 1), 1)))
             looked += count
             self.budget.spend(count)
@@ -209,18 +220,6 @@ class Search:
         least: BoolArray = goal <= (0.0 if aim.sense > 0 else -np.inf)
         return least
 
-    def _first_boxes(self) -> tuple[FloatArray, FloatArray]:
-        """The whole box, once per combination of discrete values."""
-        axes = self.judge.program.axes
-        low, high = np.zeros((1, 0)), np.zeros((1, 0))
-        for axis in axes:
-            values = axis.values or (None,)
-            lows = [axis.low if v is None else v for v in values]
-            highs = [axis.high if v is None else v for v in values]
-            low = np.concatenate([np.column_stack([low, np.full(len(low), v)]) for v in lows])
-            high = np.concatenate([np.column_stack([high, np.full(len(high), v)]) for v in highs])
-        return low, high
-
     def _room(self) -> float:
         return self.gap * max(abs(self.best), 1e-300)
 
@@ -232,7 +231,7 @@ class Search:
         worked(_STEP)
         _, low, high = self.open.take(most)
         count = len(low)
-        low, high = self._contract(low, high)
+        low, high = self._listed(*self._contract(low, high))
         alive, goal = self._judge_boxes(low, high)
         low, high, goal = low[alive], high[alive], goal[alive]
         if len(low):
@@ -240,15 +239,14 @@ class Search:
             tried = single & self._untold(goal)
             tried[np.argsort(goal, kind="stable")[:3]] = True
             for index in tried.nonzero()[0]:
-                self._offer(_middle(low[index], high[index]))
+                self._offer(on_values(self.judge.program, _middle(low[index], high[index])))
             kept = goal < self.best - self._room() if np.isfinite(self.best) else np.ones(len(goal), dtype=bool)
             left = kept & single & ~tried
             self.open.add(goal[left], low[left], high[left])
             kept &= ~single
             low, high, goal = low[kept], high[kept], goal[kept]
             for _ in range(3 if len(low) <= 24 else 1):
-                low, high = self._split(low, high)
-                goal = np.repeat(goal, 2)
+                low, high, goal = self._split(low, high, goal)
         self.open.add(goal, low, high)
         return count
 
@@ -262,6 +260,21 @@ class Search:
             return low, high
         cut = aim.sense * (self.best - self._room())
         return _cut_sum(form, low, high, cut, below=aim.sense > 0)
+
+    def _listed(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Boxes from the first to the last listed value within them; without those that hold none."""
+        for i, values in self._lists:
+            first, last = np.searchsorted(values, low[:, i]), np.searchsorted(values, high[:, i], side="right") - 1
+            some = first <= last
+            low, high, first, last = low[some].copy(), high[some].copy(), first[some], last[some]
+            low[:, i], high[:, i] = values[first], values[last]
+        return low, high
+
+    @cached_property
+    def _lists(self) -> list[tuple[int, FloatArray]]:
+        """Variables that are chosen from a list, and its values in order."""
+        axes = enumerate(self.judge.program.axes)
+        return [(i, np.unique(axis.values)) for i, axis in axes if axis.values is not None]
 
     def _judge_boxes(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Which boxes may still hold a better design, and the bound of the goal on each."""
@@ -294,23 +307,29 @@ class Search:
         if good and (goal.value < self.best or self.best_x is None):
             self.best, self.best_x = goal.value, x
 
-    def _split(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Halve every box along its relatively widest side."""
+    def _split(self, low: FloatArray, high: FloatArray, goal: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Halve every box along its relatively widest side, lists first; single designs stay as they are."""
         program = self.judge.program
         least = np.maximum(program.high * 1e-12, 1e-300)
         whole = np.log(np.maximum(program.high, 1e-300)) - np.log(np.maximum(program.low, least))
         width = np.log(np.maximum(high, 1e-300)) - np.log(np.maximum(low, least))
-        width = width / np.where(whole > 0, whole, 1.0)
+        width = np.where(low < high, width / np.where(whole > 0, whole, 1.0), -1.0)
+        width[:, [i for i, _ in self._lists]] *= _LISTS_FIRST
         side = width.argmax(axis=1)
         rows = np.arange(len(low))
-        cut = _middle(low[rows, side], high[rows, side])
         first_high, second_low = high.copy(), low.copy()
-        first_high[rows, side] = cut
-        second_low[rows, side] = cut
-        return (
-            np.stack([low, second_low], axis=1).reshape(-1, low.shape[1]),
-            np.stack([first_high, high], axis=1).reshape(-1, low.shape[1]),
+        first_high[rows, side] = second_low[rows, side] = _middle(low[rows, side], high[rows, side])
+        for i, values in self._lists:  # between two of them
+            at = np.flatnonzero((side == i) & (low[:, i] < high[:, i]))
+            behind = np.searchsorted(values, second_low[at, i], side="right")
+            behind = np.minimum(behind, np.searchsorted(values, high[at, i]))
+            first_high[at, i], second_low[at, i] = values[behind - 1], values[behind]
+        two = np.repeat(width.max(axis=1) >= 0.0, 2)
+        two[::2] = True
+        pairs = (
+            np.stack(one, axis=1).reshape(-1, low.shape[1])[two] for one in ((low, second_low), (first_high, high))
         )
+        return *pairs, np.repeat(goal, 2)[two]
 
 
 def _cut_sum(

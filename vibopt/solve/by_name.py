@@ -23,6 +23,7 @@ METHODS: dict[str, Callable[[], Method]] = {
     "closed_form_kc": _late("closed_form", "StiffnessAndDamping"),
     "tangents": _late("tangents", "Tangents"),
     "each_listed": _late("choose", "each_listed"),
+    "round_and_exchange": _late("round_and_exchange", "RoundAndExchange"),
     "one_range": _late("one_range", "OneRange"),
     "discs": _late("plane.discs", "DiscsOfOneLink"),
     "branch_and_bound": _late("global_search", "BranchAndBound"),
@@ -43,8 +44,8 @@ METHODS: dict[str, Callable[[], Method]] = {
 """Name and how to make the method."""
 
 OWN = (
-    "closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "tangents", "each_listed", "nlp",
-    "catalogue",
+    "closed_form", "closed_form_kc", "discs", "branch_and_bound", "one_range", "tangents", "each_listed",
+    "round_and_exchange", "nlp", "catalogue",
 )  # fmt: skip
 """Those from which vibopt chooses by itself; the others only answer to --method."""
 

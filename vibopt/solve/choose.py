@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -87,7 +86,7 @@ def _seen_in_part(program: Program, near: Sequence[float] | None) -> Method:
 
 def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None:
     """The method that searches all of what may be chosen, or each value listed; None where that is too much."""
-    from vibopt.solve.global_search import BranchAndBound, provable
+    from vibopt.solve.global_search import BranchAndBound, dear, provable
     from vibopt.solve.one_range import OneRange
     from vibopt.solve.plane.discs import DiscsOfOneLink
 
@@ -103,7 +102,12 @@ def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None
     each = each_listed()
     if each.refuses(program) is None and (search.refuses(program) is not None or not provable(program)):
         return each
-    return search if search.refuses(program) is None else None
+    if search.refuses(program) is None and not dear(program):
+        return search
+    from vibopt.solve.round_and_exchange import RoundAndExchange
+
+    turns = RoundAndExchange(near=start)
+    return turns if turns.refuses(program) is None else None
 
 
 def _of_starts_alone(program: Program) -> Method:
@@ -113,25 +117,8 @@ def _of_starts_alone(program: Program) -> Method:
     general = Nlp()
     refusal = general.refuses(program)
     if refusal is not None:
-        raise InputError(_too_many(program) or f"this scene is more than vibopt can solve yet: {refusal}")
+        raise InputError(f"this scene is more than vibopt can solve yet: {refusal}")
     return general
-
-
-def _too_many(program: Program) -> str:
-    """What to write instead of more listed values than are looked at; nothing where none are listed."""
-    from vibopt.solve.each_listed import MOST_COMBINATIONS
-    from vibopt.solve.global_search import MOST_VALUES, MOST_VARIABLES
-
-    listed = {axis.path: len(axis.values) for axis in program.axes if axis.values is not None}
-    if not listed:
-        return ""
-    longest, many = max(listed, key=lambda path: listed[path]), math.prod(listed.values())
-    most = MOST_VALUES if len(program.axes) - len(listed) <= MOST_VARIABLES else MOST_COMBINATIONS
-    beside = f", {many} combinations with the other lists" * (len(listed) > 1)
-    return (
-        f"{longest} is chosen from {listed[longest]} values{beside}: more than the {most} that vibopt looks at. List "
-        f"fewer, or write a range, {longest.rpartition('.')[2]} = {{ from, to }}, and round what is found (--round)."
-    )
 
 
 def closed_form(program: Program) -> Method | None:

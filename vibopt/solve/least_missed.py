@@ -10,9 +10,8 @@ import numpy as np
 from vibopt.arrays import FloatArray
 from vibopt.program.program import Program
 from vibopt.records import dataclass
-from vibopt.solve.local import on_values
 from vibopt.solve.measured_pieces import BEYOND, SLOPES, Exact, Piece, Point
-from vibopt.solve.ranges import log_box, starts
+from vibopt.solve.ranges import log_box, on_values, starts
 from vibopt.solve.sqp import Sqp
 from vibopt.values.soft import bent, counted
 from vibopt.work import Budget

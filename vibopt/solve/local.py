@@ -8,7 +8,7 @@ from vibopt.arrays import FloatArray
 from vibopt.program.program import Program
 from vibopt.solve.branch import Judge
 from vibopt.solve.measured_pieces import SLOPES, Exact
-from vibopt.solve.ranges import log_box, starts
+from vibopt.solve.ranges import log_box, on_values, starts
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, late
 
@@ -55,16 +55,6 @@ def from_starts(program: Program, x: FloatArray, judge: Judge) -> FloatArray:
         if there is not None and judge.feasible(there) and judge.goal(there).value < value:
             best, value = there, judge.goal(there).value
     return best
-
-
-def on_values(program: Program, x: FloatArray) -> FloatArray:
-    """Discrete coordinates of designs (..., n_vars) moved to the nearest value there is."""
-    moved = np.array(x, dtype=float)
-    for i, axis in enumerate(program.axes):
-        if axis.values is not None:
-            values = np.array(axis.values)
-            moved[..., i] = values[np.abs(values - moved[..., i, None]).argmin(axis=-1)]
-    return moved
 
 
 def refined(program: Program, x: FloatArray, *, only_feasible: bool = False, near: bool = False) -> FloatArray | None:

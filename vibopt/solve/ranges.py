@@ -77,6 +77,16 @@ def on_ends(program: Program, y: FloatArray) -> FloatArray:
     return x
 
 
+def on_values(program: Program, x: FloatArray) -> FloatArray:
+    """Discrete coordinates of designs (..., n_vars) moved to the nearest value there is."""
+    moved = np.array(x, dtype=float)
+    for i, axis in enumerate(program.axes):
+        if axis.values is not None:
+            values = np.array(axis.values)
+            moved[..., i] = values[np.abs(values - moved[..., i, None]).argmin(axis=-1)]
+    return moved
+
+
 def log_box(program: Program) -> tuple[FloatArray, FloatArray]:
     """Logs of the least and greatest value of each variable, each (n_vars,), finite.
 

@@ -15,12 +15,12 @@ from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
 from vibopt.records import dataclass
 from vibopt.solve.branch import Judge, violation
-from vibopt.solve.local import improved, on_values, refined, rescued
+from vibopt.solve.local import improved, refined, rescued
 from vibopt.solve.method import VANISHED, Found, Progress
 from vibopt.solve.plane.absorber_newton import equal_peaks
 from vibopt.solve.plane.conics import Conics, monomials
 from vibopt.solve.plane.link_plane import Interval, LinkPlane
-from vibopt.solve.ranges import halton, log_box, starts
+from vibopt.solve.ranges import halton, log_box, on_values, starts
 from vibopt.solve.screen import is_cheap
 from vibopt.work import Budget, worked
 
