@@ -216,17 +216,6 @@ def test_a_price_without_parts(tmp_path: Path) -> None:
     )
 
 
-def test_a_range_beside_a_part(tmp_path: Path) -> None:
-    (tmp_path / "parts.csv").write_text(GOOD, encoding="utf-8")
-    file = tmp_path / "pump.toml"
-    text = FILE.replace("{part}", PART).replace("{more}", "").replace("{goal}", "price")
-    file.write_text(text.replace('"240 kg"', '{ from = "200 kg", to = "300 kg" }'), encoding="utf-8")
-    assert str(refused(lambda: solve(read(file)))) == (
-        "bodies.pump.mass may be any value of a range, but beside parts of a catalogue only listed values are chosen "
-        "from. Write one value, or one_of = [...]."
-    )
-
-
 @pytest.mark.parametrize(
     ("parts", "path", "goal"),
     [

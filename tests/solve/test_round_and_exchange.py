@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import vibopt as vo
+from refusals import refused
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.global_search import BranchAndBound
@@ -151,3 +153,73 @@ def test_rows_without_end_beside_a_resonance_are_no_warning() -> None:
         explain=False,
     )  # fmt: skip
     assert design.status == "optimal"
+
+
+def _bought(folder: Path, seed: int) -> tuple[dict[str, Any], float]:
+    """A machine whose mass may be filled up on three to six bought mounts, and the least force on the floor [N].
+
+    The force falls with the mass, which one of the load, the sag and the range ends.
+    """
+    draw = np.random.default_rng(seed)
+    heads = (
+        "part;rated load min [N];rated load max [N];stiffness [N/mm];static stiffness [N/mm];loss factor;price [EUR]"
+    )
+    rows, least = [heads], np.inf
+    for i in range(40):
+        load, stiff, static, loss = (
+            float(f"{one:.5g}")
+            for one in (
+                10.0 ** draw.uniform(2.7, 3.6),
+                10.0 ** draw.uniform(1.6, 3.0),
+                draw.uniform(0.6, 1.0),
+                draw.uniform(0.02, 0.3),
+            )
+        )
+        static = float(f"{static * stiff:.5g}")
+        rows.append(f"P{i};{0.1 * load:.5g};{load:.5g};{stiff:.5g};{static:.5g};{loss:.5g};10".replace(".", ","))
+        for count in (3, 4, 5, 6):
+            mass = min(700.0, count * load / 9.80665, count * static * 1e3 * 5e-3 / 9.80665)
+            if mass >= max(300.0, count * float(f"{0.1 * load:.5g}") / 9.80665):
+                k, w = count * stiff * 1e3 * (1.0 + 1j * loss), 1200.0 * np.pi / 30.0
+                least = min(least, 0.1 * w**2 * abs(k / (k - mass * w**2)))
+    (folder / "shelf.csv").write_text("\n".join(rows), encoding="utf-8")
+    feet = {
+        "between": ["set", "ground"],
+        "count": {"from": 3, "to": 6, "whole": True},
+        "part": {"catalogue": str(folder / "shelf.csv")},
+    }
+    return {
+        "title": "filled up",
+        "bodies": {"set": {"mass": {"from": "300 kg", "to": "700 kg"}}},
+        "links": {"feet": feet},
+        "excitations": {"e": {"kind": "unbalance", "on": "set", "unbalance": "0.1 kg m", "speed": "1200 rpm"}},
+        "limits": {"sag": {"response": "static_deflection", "of": "set", "at_most": "5 mm"}},
+        "goal": {"minimise": "transmitted_force", "into": "ground"},
+    }, least
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_parts_of_a_catalogue_beside_a_range_are_the_best_of_all(seed: int, tmp_path: Path) -> None:
+    document, least = _bought(tmp_path, seed)
+    design = vo.solve(from_dict(document), explain=False)
+    assert (design.status, design.method) == ("feasible", "round_and_exchange")
+    assert design.goal is not None
+    assert design.goal[1].value == pytest.approx(least, rel=1e-6)
+    assert design.variables["bodies.set.mass"].value.value <= 700.0
+
+
+def test_parts_with_tolerances_stand_beside_no_range(tmp_path: Path) -> None:
+    document, _ = _bought(tmp_path, 0)
+    document["bodies"]["set"]["mass"] = {"from": "300 kg", "to": "700 kg"}
+    document["links"]["feet"]["tolerance"] = "10 %"
+    assert str(refused(vo.solve, from_dict(document))) == (
+        "bodies.set.mass may be any value of a range, and links.feet.stiffness has a tolerance: parts of a catalogue "
+        "are chosen beside one of the two. Write one value, or one_of = [...], or no tolerance."
+    )
+
+
+def test_parts_beside_a_range_are_chosen_by_one_method_alone(tmp_path: Path) -> None:
+    job = from_dict(_bought(tmp_path, 0)[0])
+    assert str(refused(vo.solve, job, method="catalogue")) == (
+        "--method catalogue: parts of a catalogue beside a range are chosen by --method round_and_exchange alone."
+    )

@@ -242,6 +242,12 @@ class Program:
     def high(self) -> FloatArray:
         return np.array([axis.high for axis in self.axes])
 
+    @property
+    def ranged(self) -> Axis | None:
+        """The first variable that may be any value of a range, and is none of a part."""
+        tied = {index for tie in self.ties for index in tie.axes}
+        return next((axis for i, axis in enumerate(self.axes) if axis.values is None and i not in tied), None)
+
     def is_best(self, goal: float) -> bool:
         """Whether a goal, in the sense to be minimised, is the best that the ranges alone permit.
 

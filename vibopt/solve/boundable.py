@@ -56,7 +56,7 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     listed = [axis for axis in free if axis.values is not None]
     endless = [axis.path for axis in program.axes if axis.open_high or not np.isfinite(axis.high)]
     zero = [axis.path for i, axis in enumerate(program.axes) if not (_above(axis) or _fades(program, i))]
-    if program.ties:
+    if program.ties and program.ranged is None:
         return "parts of a catalogue are compared with each other, not with what lies between them"
     if free and len(listed) == len(free):
         return "all that may be chosen is listed: combinations are compared with each other"

@@ -141,6 +141,8 @@ class Search:
     greatest: float = 0.0
     forms: list[FormBounds] = field(default_factory=list)
     aim_bounds: list[FormBounds] = field(default_factory=list)
+    best_x: FloatArray | None = None
+    best: float = np.inf
 
     @property
     def each(self) -> int:
@@ -155,8 +157,7 @@ class Search:
 
         if not self.forms and not self.aim_bounds:
             self._prepare()
-        self.best_x: FloatArray | None = None
-        self.best = np.inf
+        self.best_x, self.best = None, np.inf
         if start is not None:
             self._offer(start)
         program = self.judge.program

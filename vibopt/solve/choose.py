@@ -178,12 +178,16 @@ def _of_starts(program: Program, near: Sequence[float] | None) -> Nlp:
 
 
 def _of_parts(program: Program, asked: Method | None) -> Method:
-    """Parts of a catalogue are chosen by one method alone."""
+    """Parts of a catalogue alone are chosen by one method, and beside ranges by another."""
     from vibopt.solve.catalogue import Catalogue
+    from vibopt.solve.round_and_exchange import RoundAndExchange
 
-    method = Catalogue()
+    method = RoundAndExchange() if program.ranged else Catalogue()
     if asked is not None and asked.name != method.name:
-        raise InputError(f"--method {asked.name}: parts of a catalogue are chosen by --method {method.name} alone.")
+        beside = " beside a range" * isinstance(method, RoundAndExchange)
+        raise InputError(
+            f"--method {asked.name}: parts of a catalogue{beside} are chosen by --method {method.name} alone."
+        )
     refusal = method.refuses(program)
     if refusal is not None:
         raise InputError(refusal)

@@ -8,6 +8,7 @@ from functools import cache, partial
 
 import numpy as np
 
+from vibopt.errors import InputError
 from vibopt.program.program import Limit, Program
 from vibopt.scene.scene import Scene
 from vibopt.scene.uncertain import uncertain
@@ -52,11 +53,7 @@ def best_of(
         claim = "proven by the balance of forces on the machine, for any isolator"
         return Found("infeasible", None, claim, "physical bound"), partial(physical_words, scene, clash)
     if program.ties:
-        from vibopt.solve.catalogue.why import reason_of
-
-        again = partial(_chosen, method=method, progress=progress)
-        found = sure_of_none(finite, _not_proven(finite, again(finite)), again)
-        return found, partial(reason_of, program, found) if found.status == "infeasible" else str
+        return _of_parts(program, finite, scene, method, progress)
     told: Told | None = {} if method is None and near is None and not uncertain(scene) else None
     chosen = outright or _with_proof(finite, choose(finite, called(method), near), told)
     found = sure or _searched(finite, chosen, method, progress, near)
@@ -83,6 +80,29 @@ def best_of(
 
         return found, partial(hopeless_words, scene, program)
     return found, str
+
+
+def _of_parts(
+    program: Program, finite: Program, scene: Scene, method: str | Method | None, progress: Progress | None
+) -> tuple[Found, Callable[[], str]]:
+    """The best parts; beside ranges they are exchanged, and what is proven holds for any numbers between theirs."""
+    from vibopt.solve.catalogue.why import reason_of
+    from vibopt.solve.impasse import hopeless_words
+
+    ranged = program.ranged
+    if ranged is not None and uncertain(scene):
+        doubt = uncertain(scene)[0]
+        raise InputError(
+            f"{ranged.path} may be any value of a range, and {doubt.path} has a tolerance: parts of a catalogue are "
+            "chosen beside one of the two. Write one value, or one_of = [...], or no tolerance."
+        )
+    again = partial(_chosen, method=method, progress=progress)
+    found = _not_proven(finite, again(finite))
+    if ranged is not None:
+        found = _bounded(replace(finite, ties=()), found, {})
+        return found, partial(hopeless_words, scene, program) if found.status == "infeasible" else str
+    found = sure_of_none(finite, found, again)
+    return found, partial(reason_of, program, found) if found.status == "infeasible" else str
 
 
 def _searched(

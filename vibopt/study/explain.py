@@ -211,6 +211,8 @@ def _methods(design: Design, program: Program, forced: str | None) -> list[Consi
     if design.method == "physical bound":
         return [Considered(design.method, True, "a balance of forces settles it, whatever the mount")]
     finite = replace(closed(program), several=design.tolerances is not None)
+    if finite.ties and finite.ranged is not None:
+        return [Considered(design.method, True, f"parts of a catalogue stand beside {finite.ranged.path}, a range")]
     if finite.ties:
         return [Considered("catalogue", True, "parts of a catalogue are chosen row by row, by this method alone")]
     considered = []

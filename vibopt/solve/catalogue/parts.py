@@ -35,12 +35,12 @@ class Catalogue:
     def refuses(self, program: Program) -> str | None:
         if not program.ties:
             return "no part of a catalogue is to be chosen."
-        for index, axis in enumerate(program.axes):
-            if axis.values is None and not any(index in tie.axes for tie in program.ties):
-                return (
-                    f"{axis.path} may be any value of a range, but beside parts of a catalogue only listed values are "
-                    f"chosen from. Write one value, or one_of = [...]."
-                )
+        ranged = program.ranged
+        if ranged is not None:
+            return (
+                f"{ranged.path} may be any value of a range, but beside parts of a catalogue only listed values are "
+                f"chosen from. Write one value, or one_of = [...]."
+            )
         many = 1
         for factor in factors_of(program):
             many *= len(factor.table)
