@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import pytest
 
 import vibopt as vo
@@ -43,6 +44,36 @@ def test_what_nothing_chosen_moves_is_as_it_is(load: dict[str, Any]) -> None:
     alone = vo.solve(vo.from_dict(document | {"measures": {"felt": felt}}))
     assert least.goal is not None
     assert least.goal[1].value == pytest.approx(alone.measures["felt"].value.value, rel=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_bodies_that_all_but_follow_a_base_alike_leave_what_both_routes_tell(seed: int) -> None:
+    """A relative motion of 1e-14 to 1e-7 of theirs, which rounding of both may hide and no route may call nothing."""
+    draw = np.random.default_rng(seed)
+    heavy, light = (float(one) for one in 10.0 ** draw.uniform(0.0, 3.0, 2))
+    turns, ratio, apart = (float(10.0 ** draw.uniform(*ends)) for ends in ((1.0, 3.0), (-3.0, -0.3), (-12.0, -7.0)))
+    spring, oil = turns**2, 2.0 * ratio * turns
+
+    def link(ends: list[str], mass: float, part: float = 1.0) -> dict[str, Any]:
+        return {"between": ends, "stiffness": f"{part * spring * mass!r} N/m", "damping": f"{oil * mass!r} N s/m"}
+
+    document: dict[str, Any] = {
+        "title": "side by side on a base",
+        "bases": {"base": {}},
+        "bodies": {"a": {"mass": f"{heavy!r} kg"}, "b": {"mass": f"{light!r} kg"}},
+        "links": {
+            "under_a": link(["a", "base"], heavy),
+            "under_b": link(["b", "base"], light, 1.0 + apart),
+            "between": {"between": ["a", "b"], "stiffness": f"{4.0 * spring * heavy!r} N/m"},
+        },
+        "excitations": {"jolt": {"kind": "pulse", "on": "base", "shape": "versed sine", "displacement": "10 mm",
+                                 "duration": f"{float(10.0 ** draw.uniform(-3.0, 1.0)) / turns!r} s"}},
+        "measures": {"apart": {"response": "peak_relative_displacement", "across": "between"},
+                     "a": {"response": "peak_displacement", "of": "a"}},
+    }  # fmt: skip
+    design = vo.solve(vo.from_dict(document))
+    assert design.status == "met", design.claim
+    assert design.measures["apart"].value.value < 1e-5 * design.measures["a"].value.value
 
 
 BLOCK: dict[str, Any] = {

@@ -175,12 +175,12 @@ class PeakInTime(Form):
         return opened.tangents(near, p, slopes, reach, 1.0 / mount_count(model, self.output, x[0]))
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
-        """What all motions together hardly leave of a reading is rounding of theirs."""
+        """Rounding of all motions together, of which a reading may be what is left."""
         from vibopt.mechanics.harmonic import mount_count
 
         machine, read = self.transient(model, model.values(x))
         parts = rounding * machine.reached(read) / mount_count(model, self.output, x)
-        return max(Form.room(self, model, x, value, other, rounding), parts if max(value, other) <= parts else 0.0)
+        return max(Form.room(self, model, x, value, other, rounding), parts)
 
     def reach(self, model: Model) -> Reach | None:
         from vibopt.forms.reduce import driven

@@ -312,8 +312,8 @@ class Simulated(MotionInTime):
         heavy = np.diag(self.machine.parts_in_time()[0])[:bodies]
         weights = np.sqrt(np.where(heavy > 0.0, heavy, 1.0))
         rows = np.abs(self._read(response, np.eye(2 * count, dtype=complex))[1].real)
-        free, both = np.r_[:bodies, count : count + bodies], np.tile(weights, 2)
-        row, most, best = float(np.linalg.norm(rows[free] / both)), np.zeros(2 * count), 0.0
+        kinds = np.arange(bodies), count + np.arange(bodies)  # places and velocities are no sum
+        most, best = np.zeros(2 * count), 0.0
         few = [np.linspace(*self._inside(number), _CHUNK // 100) for number in range(self._behind + 1)]
         for closely in (False, True):
             for number, at in enumerate(few):
@@ -321,7 +321,8 @@ class Simulated(MotionInTime):
                 course = self._sampled(number)[1] if closely else self._course(at, states)
                 best = max(best, float(np.abs(response.trace(self.machine, course)).max()))
                 most = np.maximum(most, np.abs(states).max(axis=1))
-            if best > (_NOTHING if closely else _SEEN) * row * float(np.linalg.norm(most[free] * both)):
+            every = sum(np.linalg.norm(rows[one] / weights) * np.linalg.norm(most[one] * weights) for one in kinds)
+            if best > (_NOTHING if closely else _SEEN) * float(every):
                 return best
             few = [one[:: 1 + len(one) // _CHUNK] for one in (self._sampled(k)[0] for k in range(len(few)))]
             few = [np.clip(one, *self._inside(number)) for number, one in enumerate(few)]
