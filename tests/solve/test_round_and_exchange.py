@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from refusals import refused
 from vibopt.program.pose import pose
 from vibopt.scene.read import from_dict
 from vibopt.solve.global_search import BranchAndBound
+from vibopt.solve.relaxed import _Relaxed
 from vibopt.solve.round_and_exchange import RoundAndExchange
 
 MASSES = (120.0, 80.0)
@@ -223,3 +225,20 @@ def test_parts_beside_a_range_are_chosen_by_one_method_alone(tmp_path: Path) -> 
     assert str(refused(vo.solve, job, method="catalogue")) == (
         "--method catalogue: parts of a catalogue beside a range are chosen by --method round_and_exchange alone."
     )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_boxes_of_single_designs_are_bounded_by_what_these_do(seed: int) -> None:
+    """Limits may leave one value of a range as of a list: nothing is left to split, and the goal bounds itself."""
+    lists = _lists(seed, 2)
+    program = pose(from_dict(_document(lists)))
+    assert program.aim is not None
+    chosen = tuple(row[0] for row in lists.values())
+    known = dict(zip(PATHS, chosen, strict=True))
+    single = replace(
+        program,
+        axes=tuple(replace(one, low=known[one.path], high=known[one.path], values=None) for one in program.axes),
+        limits=(),
+    )
+    goal = float(np.log(_motion(*chosen)[1]))
+    assert _Relaxed(single, program.aim.pieces).search(goal + 1.0) == pytest.approx(goal, abs=1e-6)

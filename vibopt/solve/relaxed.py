@@ -166,7 +166,7 @@ class _Relaxed:
         """No log of the goal is below this, at most `bar`; given up far below `floor`, early where it hardly moves."""
         frontier, low, high = Frontier(self.budget), self.low[None], np.log(self.program.high)[None]
         frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
-        begun, turns = np.inf, Budget(_MOST_TURNS, "turns")
+        begun, least, turns = np.inf, np.inf, Budget(_MOST_TURNS, "turns")
         hosts = [device.host for device in masses_on_springs(self.program) if device.host]
         whole = low.shape[1] <= _WHOLE and len(set(hosts)) < len(hosts)
         while frontier and not frontier.over and not turns.over:
@@ -177,16 +177,26 @@ class _Relaxed:
             if (part > 1.0 or slow) and not whole and frontier.bound < floor():
                 break
             boxes = _Boxes(*frontier.take(_BATCH))
-            if not (boxes.high > boxes.low).any():  # rounding leaves nothing to split
-                frontier.add(*boxes.columns)
-                break
+            wide: BoolArray = np.any(boxes.high > boxes.low, axis=1)
+            if not wide.all():
+                least = min(least, self._of_points(boxes.chosen(~wide), bar))
+                boxes = boxes.chosen(wide)
+            if not wide.any():
+                continue
             self.learn(np.exp(0.5 * (boxes.low + boxes.high)[0]), bar - boxes.bound[0])
             tried = (boxes.turns > 0) & (boxes.bound > bar - _NEAR)
             for some, split in ((boxes.chosen(~tried), self._best_side), (boxes.chosen(tried), self._next_side)):
                 if len(some.bound):
                     halves = split(some, bar)
                     frontier.add(*halves.chosen(halves.bound < bar).columns)
-        return min(frontier.bound, bar)
+        return min(frontier.bound, least, bar)
+
+    def _of_points(self, points: _Boxes, bar: float) -> float:
+        """The least bound of single designs, as of listed values, that is below `bar` at their own worst speeds."""
+        for x in np.exp(points.low):
+            self.learn(x)
+        bound = self._on(points.low, points.high, bar)[0]
+        return float(bound.min(where=bound < bar, initial=np.inf))
 
     def _best_side(self, boxes: _Boxes, bar: float) -> _Boxes:
         """Both halves of every box across the side whose halves promise least, and what each side would have gained."""
