@@ -237,7 +237,9 @@ def test_boxes_of_single_designs_are_bounded_by_what_these_do(seed: int) -> None
     known = dict(zip(PATHS, chosen, strict=True))
     single = replace(
         program,
-        axes=tuple(replace(one, low=known[one.path], high=known[one.path], values=None) for one in program.axes),
+        axes=tuple(
+            replace(one, low=known[one.path], high=known[one.path], values=(known[one.path],)) for one in program.axes
+        ),
         limits=(),
     )
     goal = float(np.log(_motion(*chosen)[1]))

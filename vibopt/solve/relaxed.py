@@ -178,11 +178,15 @@ class _Relaxed:
                 break
             boxes = _Boxes(*frontier.take(_BATCH))
             wide: BoolArray = np.any(boxes.high > boxes.low, axis=1)
-            if not wide.all():
-                least = min(least, self._of_points(boxes.chosen(~wide), bar))
+            if not wide.all():  # what rounding leaves of a range is not measured: it is near to what is known
+                points = boxes.chosen(~wide)
+                least = min(least, self._of_points(points, bar) if self.lists else float(points.bound.min()))
                 boxes = boxes.chosen(wide)
             if not wide.any():
                 continue
+            if least <= min(frontier.bound, float(boxes.bound.min())):
+                frontier.add(*boxes.columns)
+                break
             self.learn(np.exp(0.5 * (boxes.low + boxes.high)[0]), bar - boxes.bound[0])
             tried = (boxes.turns > 0) & (boxes.bound > bar - _NEAR)
             for some, split in ((boxes.chosen(~tried), self._best_side), (boxes.chosen(tried), self._next_side)):
