@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -164,3 +165,20 @@ def test_an_antiresonance_that_boxes_find_late_is_zero_too() -> None:
     assert design.claim == "proven: what the goal counts is zero, up to rounding, and cannot be less"
     assert design.goal is not None
     assert design.goal[1].value == 0.0
+
+
+def _struck(direction: str) -> Any:
+    """The least rise of the block under a blow."""
+    blow = {"blow": {**PULSE, "on": "block", "direction": direction, "duration": "8 ms"}}
+    mounts = {end: {**one, "damping": "1 kN s/m"} for end, one in BLOCK["mounts"].items()}
+    goal = {"minimise": "peak_displacement", **PLACE}
+    return vo.solve(vo.from_dict(BLOCK | {"mounts": mounts, "excitations": blow, "goal": goal}), explain=False)
+
+
+def test_a_rise_in_time_that_no_pulse_reaches_is_nothing_by_both_routes(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The second route integrates all six coordinates; were something moved, it would be shown."""
+    design = _struck("y")
+    assert design.status == "optimal", design.claim
+    assert design.goal[1].value < 1e-15
+    monkeypatch.setattr(import_module("vibopt.solve.without_search"), "unmoved", lambda *_: True)
+    assert _struck("z").goal[1].value > 1e-6

@@ -38,7 +38,7 @@ def best_of(
     moot = moot_goal(program)
     if moot and program.aim is not None:
         found, why = best_of(replace(program, aim=None), scene, method, progress, near)
-        return as_goal(found, moot, program.aim.sense), why
+        return as_goal(found, moot, program.aim), why
     finite = closed(program)
     outright = closed_form(finite) if method is None and not program.ties else None
     sure = outright.solve(finite, progress) if outright is not None else None  # sooner than to ask what cannot be

@@ -7,7 +7,7 @@ from dataclasses import replace
 from vibopt.forms import Form
 from vibopt.forms.reduce import unmoved
 from vibopt.program.pose import are_whole
-from vibopt.program.program import Asked, Limit, Program
+from vibopt.program.program import Aim, Asked, Limit, Program
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import names_for
 from vibopt.scene.open_places import numbers_of
@@ -85,13 +85,14 @@ def moot_goal(program: Program) -> str:
     return _UNMOVED if aims and all(_unmoved(program, aim) for aim in aims) else ""
 
 
-def as_goal(found: Found, told: str, sense: float) -> Found:
-    """The answer to a program without such a goal, in words of it; `sense` is positive where little is wanted."""
+def as_goal(found: Found, told: str, aim: Aim) -> Found:
+    """The answer to a program without such a goal, in words of it; what is measured in time or of noise is shown."""
     if found.status not in ("optimal", "feasible"):
         return found
     if told == _UNMOVED:
-        return replace(found, status="optimal", claim=f"proven: {told}, and every limit holds", bound=0.0, zero=True)
-    if sense < 0.0:
+        zero = all(piece.form.harmonic is not None for piece in aim.pieces)  # which is measured against what cancels
+        return replace(found, status="optimal", claim=f"proven: {told}, and every limit holds", bound=0.0, zero=zero)
+    if aim.sense < 0.0:
         return replace(found, status="unbounded", claim=f"every limit holds, and {told}")
     return replace(found, status="feasible", claim=f"every limit holds; {told}")
 
