@@ -619,3 +619,19 @@ def test_the_least_correction_of_what_is_nearly_kept_as_found_is_proven(seed: in
     )  # fmt: skip
     assert found.status == "optimal"
     assert found.value == pytest.approx(((1.0 - part) * abs(y0) * own / np.abs(H)).min(), rel=1e-9)
+
+
+def test_caps_far_beyond_the_answer_take_nothing_from_its_proof() -> None:
+    """Two planes on what hardly damped modes of three do: what rounding leaves of a slope is no price of a cap."""
+    rng = np.random.default_rng(1)
+    modes, seen = rng.normal(size=(4, 3)), rng.normal(size=(3, 4))
+    own, speeds = np.array([0.7, 1.3, 1.9, 4.0]), np.linspace(0.3, 2.2, 14)
+    gains = [one**2 / (own**2 - one**2 + 0.006j * own * one) for one in speeds]
+    rows = np.array([(row * gain) @ modes for gain in gains for row in seen])
+    found = rows @ (rng.normal(size=3) + 1j * rng.normal(size=3))
+    caps = np.full(2, 100.0)
+    asked = Question(found, 1e3 * rows[:, :2], np.ones(42), np.full(42, np.inf), caps, goal="worst")
+    solved = solve_continuous(asked)
+    assert solved.status == "optimal"
+    assert solved.gap < 1e-8
+    assert solve_continuous(replace(asked, caps=1e3 * caps)).value == pytest.approx(solved.value, rel=1e-7)

@@ -15,7 +15,10 @@ from hypothesis import strategies as st
 from refusals import refused
 from test_rotors import HEAD, NONE, RPM, SHAFT, TAIL, asked, friswell, held, light
 from vibopt.cli.picture_command import _picture
+from vibopt.document.toml_writing import document_toml
 from vibopt.forms.whirling import WhirlThreshold
+from vibopt.jobs import answer
+from vibopt.jobs import from_text as job_from_text
 from vibopt.mechanics import orbits
 from vibopt.mechanics.free_whirls import synchronous
 from vibopt.mechanics.growth import first_growth
@@ -588,12 +591,51 @@ def test_an_orbit_is_drawn_as_far_as_its_greater_half_axis() -> None:
     assert axis[0] == pytest.approx(to_unit(worst, orbit.y_label[-3:-1], "length"), rel=1e-9)
 
 
-def test_what_goes_round_an_ellipse_is_no_balancing_job() -> None:
-    document = at(borne(friswell(), *STEADY), "1000 rpm")
-    assert refused(lambda: balancing_document(solve(from_dict(document)))).messages == (
-        "scene: bearings.left_film is not alike in both planes, where an unbalance moves a place along an ellipse, and "
-        "a balancing job reads circles. Leave --save-coefficients out.",
+# Balancing by the model
+
+TILTED = [
+    {"speed": "100 rpm", "k_yy": "3 MN/m", "k_yz": "0.2 MN/m", "k_zy": "-0.1 MN/m", "k_zz": "6 MN/m",
+     "c_yy": "9 kN s/m", "c_zz": "20 kN s/m"},
+    {"speed": "5000 rpm", "k_yy": "2 MN/m", "k_yz": "0.1 MN/m", "k_zy": "-0.2 MN/m", "k_zz": "4 MN/m",
+     "c_yy": "5 kN s/m", "c_zz": "8 kN s/m"},
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("film", [{"table": TILTED}, numbers(*STEADY)], ids=["table", "numbers"])
+def test_weights_that_keep_a_balancing_job_keep_the_half_axis_of_every_orbit(film: dict[str, Any]) -> None:
+    """Put back onto the rotor as further unbalances, over the whole range of speeds; one disc alone is not enough."""
+    document = borne(friswell(), **film)
+    document["measures"], document["excitations"] = {}, document["excitations"] | {}
+    shaker = {"kind": "unbalance", "on": "first", "unbalance": "2 g m", "speed": "700..2500 rpm"}
+
+    def run(*weights: tuple[str, float, float]) -> Any:
+        also = [{"on": on, "unbalance": f"{size!r} kg m", "angle": f"{turn!r} rad"} for on, size, turn in weights]
+        bounds = {name: {"response": "displacement", "of": name, "at_most": "0.1 mm"} for name in ("first", "second")}
+        return solve(from_dict({**document, "limits": bounds, "excitations": {"imbalance": {**shaker, "also": also}}}))
+
+    found = ("second", 1.5e-3, 2.1)
+    before = run(found)
+    assert before.status == "violated"
+    written = balancing_document(before)
+    angles = {name.removeprefix("first_") for name in written["runs"][0]["readings"] if name.startswith("first_")}
+    assert sorted(map(int, angles)) == list(range(0, 180, 30))
+    assert written["statement"].endswith(
+        "so that they hold at every speed of their ranges and along every direction. Sensors read along directions: "
+        "NAME_30 at 30 deg from y toward z."
     )
+    plan = answer(job_from_text(document_toml({**written, "goal": {"minimise": "correction"}})))
+    assert plan.status == "optimal"
+    planes = {name: row for name, row in plan.to_json()["planes"].items() if row["unbalance"]["value"]}
+    left = run(found, *((name, row["unbalance"]["value"], row["angle"]["value"]) for name, row in planes.items()))
+    assert left.status == "met"
+    assert min(row.margin for row in left.limits.values()) < 0.3
+
+
+def test_a_rotor_whose_whirl_grows_is_no_balancing_job() -> None:
+    document = {**friswell(material_damping="1 ms"), "links": held(2e6, 3e3)}
+    design = solve(from_dict(document))
+    assert refused(lambda: balancing_document(design)).messages == (f"scene: {design.measures['first'].unsteady}.",)
+    assert "beyond its stability threshold" in design.measures["first"].unsteady
 
 
 def test_the_campbell_diagram_of_damped_whirls_meets_the_spin_at_damped_critical_speeds() -> None:

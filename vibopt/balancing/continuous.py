@@ -344,7 +344,7 @@ def _solved(question: Question, free: Free, scene: Scaled, answer: Convex) -> So
     assert answer.x is not None
     u = question.base + free.spread @ (answer.x * scene.column)
     value = question.value(u)
-    low = answer.bound * scene.goal_size if np.isfinite(answer.bound) else -np.inf
+    low = max(answer.bound, 0.0) * scene.goal_size  # no goal is less than nothing
     gap = relative_gap(value, low, scene.goal_size)
     status = "optimal" if gap <= PROVEN else "feasible"
     claim = f"convex program, gap {gap:.1e} by our own dual bound"

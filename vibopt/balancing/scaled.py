@@ -222,6 +222,7 @@ def into_wedge(value: complex, middle: float, half: float) -> complex:
 
 
 _HALVINGS = 60
+_OPEN = 10.0  # times the answer beyond which a cap holds nothing back, and rounding of the slope times it is much
 FAR = 1e3  # a plane without a cap is searched this many times beyond the answer; convexity carries the rest
 
 
@@ -244,7 +245,7 @@ class Dual:
 
 def weak_duality(scene: Scaled, z: ComplexArray, v: ComplexArray, reach: float) -> Dual:
     """The bound of the multipliers z, v; `reach` is the size of the answer |x| (for planes without a cap)."""
-    z, v = _stationary(scene, z, v)
+    z, v = _stationary(scene, z, v, scene.reach > _OPEN * reach)
     if (shrink := _shrink(scene, z)) < 1.0:
         z, v = z * shrink, v * shrink
     constant, pull = float((z.conj() @ scene.g).real), scene.G.conj().T @ z
@@ -339,9 +340,11 @@ def knapsack(gains: FloatArray, caps: FloatArray, mass: FloatArray, total: float
     return float(won), 0.0
 
 
-def _stationary(scene: Scaled, z: ComplexArray, v: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """The nearest multipliers along whose slope planes without a cap gain nothing (only rows in use are moved)."""
-    open_planes = (scene.reach == np.inf).nonzero()[0]
+def _stationary(
+    scene: Scaled, z: ComplexArray, v: ComplexArray, held_by_none: BoolArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """The nearest multipliers along whose slope planes far from a cap gain nothing (only rows in use are moved)."""
+    open_planes = held_by_none.nonzero()[0]
     if not len(open_planes) or scene.goal == "correction":
         return z, v
     used = np.concatenate([np.abs(z), np.abs(v)])

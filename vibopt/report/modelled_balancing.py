@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from math import degrees
+from math import cos, degrees, radians, sin
 from typing import Any
 
 import numpy as np
@@ -11,8 +11,12 @@ import numpy as np
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.errors import InputError
 from vibopt.excitations.excitation import Excitation
+from vibopt.mechanics.built import Motion
 from vibopt.mechanics.harmonic import motion
 from vibopt.mechanics.machine import Machine
+from vibopt.mechanics.model import Model
+from vibopt.mechanics.orbits import spun
+from vibopt.records import dataclass
 from vibopt.report.what_to_build import machine_in
 from vibopt.responses import Response
 from vibopt.responses.motion import Displacement
@@ -22,16 +26,22 @@ from vibopt.scene.check_bearings import in_planes
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Design, Scene
 from vibopt.signals import Band
+from vibopt.verify.routes import rounded
 
-_PARTS, _SAME, _APART = 8, 1e-8, 0.02
-"""Speeds at which a range is looked at, beside its peaks; part by which two routes may differ; part by which speeds
-differ, as runs of a meter at nearly one speed count as repeated."""
-_TRIED, _BETWEEN, _COVERED, _MORE, _LEAST_APART = 501, 1.03, 1e-3, 24, 0.0101
+_PARTS, _SAME, _SURE, _APART = 8, 1e-8, 1e-5, 0.02
+"""Speeds at which a range is looked at, beside its peaks; part of the greatest by which two routes may differ, and of
+what they tell where rounding moves it as far; part by which speeds differ, as runs of a meter at nearly one speed count
+as repeated."""
+_TRIED, _BETWEEN, _COVERED, _MORE, _LEAST_APART = 201, 1.03, 1e-3, 24, 0.0101
 """Speeds of a range at which a bound is looked at, beside those near poles; bound from which on a speed is added, what
 covers speeds between those, most that are added, and the part by which they differ."""
-_SQUARES, _ROUNDING, _UNSURE, _LOOSE = 20, 1e-9, 1e9, 0.7
+_IN_VAIN, _GAIN = 4, 0.995
+"""Speeds that are added at most while the greatest bound stays above a part of what it was."""
+_SQUARES, _ROUNDING, _UNSURE, _LOOSE, _AT_ONCE = 20, 1e-9, 1e9, 0.7, 1_000_000
 """Least squares that approach a least sum, the least part of it that counts, condition from which on nothing is sure,
-and the part of a limit below which it is left as it is, and said so."""
+the part of a limit below which it is left as it is, and said so, and numbers of an array that is held at once."""
+_STEP = 30
+"""Angle between the directions along which the ellipse of a place is read [deg]."""
 _RPM = 30.0 / np.pi
 _SENSORS = 'no displacement is asked, and balancing reads one. Add a measure with response = "displacement".'
 _PLANES = "no rotor has a disc that could take a weight. Add one to its discs."
@@ -46,25 +56,46 @@ _CONVENTIONS = {
 }
 
 
+@dataclass(frozen=True, slots=True)
+class Probe:
+    """A sensor at a place: along a direction, `angle` [deg] from y toward z, or without one of a circle."""
+
+    point: str
+    angle: int | None = None
+
+    @property
+    def name(self) -> str:
+        return self.point if self.angle is None else f"{self.point}_{self.angle}"
+
+    def of(self, motion: Motion) -> ComplexArray:
+        moved = motion.points[self.point]
+        return (
+            moved if self.angle is None else cos(radians(self.angle)) * moved[0] + sin(radians(self.angle)) * moved[1]
+        )
+
+
 def balancing_document(design: Design) -> dict[str, Any]:
     """Planes are the discs, sensors the points whose displacement is asked; as found are the unbalances of the file.
 
-    Speeds are those at which a displacement is asked: of a range eight, where one that was asked is greatest, and those
-    that keep it in hand between them.  Limits over ranges are tighter by what any weights that keep them at all of
-    these speeds may do at others, so that they hold at every speed.
+    Between bearings that differ in both planes each point has a sensor every 30 deg.  Speeds are those at which
+    a displacement is asked: of a range eight, where one that was asked is greatest, and those that keep it in hand
+    between them.  Limits are tighter by what any weights that keep them at all of these speeds, along all of these
+    directions, may do at others.
 
     Raises
     ------
     InputError
-        There is no design, not one unbalance, no displacement asked, a limit that a balancing job does not have,
-        bearings that differ in both planes, or a whirl without end.
+        There is no design, not one unbalance, no displacement asked, a limit that a balancing job does not have, or a
+        whirl without end.
     """
     scene = design.scene
     machine, sensors, planes, unbalance = _modelled(design)
-    speeds, part = held_between(scene, machine, planes, sensors, _speeds(scene, machine))
-    effects = {plane: _effects(scene, design, machine, plane, list(sensors), speeds) for plane in planes}
+    angles = range(0, 180, _STEP) if in_planes(scene) else [None]
+    probes = [Probe(point, angle) for point in sensors for angle in angles]
+    speeds, part = held_between(scene, machine, planes, sensors, probes, _speeds(scene, machine))
+    effects = {plane: _effects(scene, design, machine, plane, probes, speeds) for plane in planes}
     found = sum(
-        unbalance.swung * share * _effects(scene, design, machine, place, list(sensors), speeds)
+        unbalance.swung * share * _effects(scene, design, machine, place, probes, speeds)
         for place, share in unbalance.acts.items()
     )
     written = [f"{speed * _RPM:.15g} rpm" for speed in speeds]
@@ -72,26 +103,27 @@ def balancing_document(design: Design) -> dict[str, Any]:
         {
             "name": f"as modelled, {speed * _RPM:.5g} rpm",
             "speed": text,
-            "readings": {point: _phasor(one, 1e3, "mm") for point, one in zip(sensors, row, strict=True)},
+            "readings": {probe.name: _phasor(one, 1e3, "mm") for probe, one in zip(probes, row, strict=True)},
         }
         for speed, text, row in zip(speeds, written, np.asarray(found), strict=True)
     ]
     influence = [
-        {"speed": text, "sensor": point, "plane": plane, "value": _phasor(effects[plane][i, j], 1e-3, "mm/(g mm)")}
+        {"speed": text, "sensor": probe.name, "plane": plane, "value": _phasor(effects[plane][i, j], 1e-3, "mm/(g mm)")}
         for i, text in enumerate(written)
-        for j, point in enumerate(sensors)
+        for j, probe in enumerate(probes)
         for plane in planes
     ]
-    size = part if part >= _LOOSE else 1.0
+    sure, along = part >= _LOOSE, cos(radians(0.5 * _STEP)) if in_planes(scene) else 1.0
+    size = along * (part if sure else 1.0)
     limits = {
-        key: row for names in sensors.values() for name in names for key, row in _limits(scene, name, speeds, size)
+        key: row
+        for probe in probes
+        for name in sensors[probe.point]
+        for key, row in _limits(scene, name, probe, speeds, size)
     }
-    told = "Limits are those of the file at the speeds of the runs; what is left between them is not known."
-    if _LOOSE <= part < 1.0:
-        told = f"Limits are {1e2 * (1.0 - part):.1f} % tighter here, so that they hold at every speed of their ranges."
     return {
         "title": f"Balancing of {scene.title}, modelled",
-        **({"statement": told} if limits and part < 1.0 else {}),
+        **({"statement": told} if limits and (told := _told(size, part, along)) else {}),
         "conventions": _CONVENTIONS,
         "planes": {plane: {"unbalance": {"from": "0 g mm", "to": "1 kg m"}} for plane in planes},
         "runs": runs,
@@ -101,16 +133,26 @@ def balancing_document(design: Design) -> dict[str, Any]:
     }
 
 
+def _told(size: float, part: float, along: float) -> str:
+    """What limits hold for, and what sensors read, in words; "" where both are as in the file."""
+    held = [*["at every speed of their ranges"] * (_LOOSE <= part < 1.0), *["along every direction"] * (along < 1.0)]
+    words = []
+    if held:
+        words.append(f"Limits are {1e2 * (1.0 - size):.1f} % tighter here, so that they hold {' and '.join(held)}.")
+    if part < _LOOSE:
+        words.append("What is left between the speeds of the runs is not known.")
+    if along < 1.0:
+        words.append(f"Sensors read along directions: NAME_{_STEP} at {_STEP} deg from y toward z.")
+    return " ".join(words)
+
+
 def _modelled(design: Design) -> tuple[Machine, dict[str, list[str]], list[str], Excitation]:
     """The machine as built, its points with their limits, its discs, and the one unbalance that shakes it."""
     scene, machine = design.scene, machine_in(design)
     if machine is None:
         raise InputError(f"{scene.name}: there is no design ({design.status}), so no rotor to balance.")
-    if unlike := in_planes(scene):
-        raise InputError(
-            f"{scene.name}: bearings.{unlike[0]} is not alike in both planes, where an unbalance moves a place along "
-            "an ellipse, and a balancing job reads circles. Leave --save-coefficients out."
-        )
+    for row in (row for row in (*design.limits.values(), *design.measures.values()) if row.unsteady):
+        raise InputError(f"{scene.name}: {row.unsteady}.")
     sensors, planes = _sensors(scene), [disc.name for rotor in scene.rotors.values() for disc in rotor.discs]
     there = {_SENSORS: sensors, _PLANES: planes, _SPEEDS: scene.excitations}
     for lacks in (words for words, collection in there.items() if not collection):
@@ -147,7 +189,12 @@ def _asked(scene: Scene) -> list[tuple[str, Response]]:
 
 
 def held_between(
-    scene: Scene, machine: Machine, planes: list[str], sensors: Mapping[str, list[str]], speeds: FloatArray
+    scene: Scene,
+    machine: Machine,
+    planes: list[str],
+    sensors: Mapping[str, list[str]],
+    probes: list[Probe],
+    speeds: FloatArray,
 ) -> tuple[FloatArray, float]:
     """More speeds [rad/s], and the part of its limits to keep at all of them so that each holds at every speed.
 
@@ -158,29 +205,36 @@ def held_between(
     """
     ((_, imbalance),) = scene.excitations.items()
     columns = [{name: 1.0 + 0j} for name in planes] + [imbalance.acts] * (not {*imbalance.acts} <= {*planes})
-    asked = [(point, _bound(scene, name), _bands(scene, name)) for point, names in sensors.items() for name in names]
+    asked = [(one, _bound(scene, name), _bands(scene, name)) for one in probes for name in sensors[one.point]]
 
-    def rows(speeds: Iterable[FloatArray]) -> ComplexArray:
-        """What a unit of each column does at speeds of each limit, as a part of it, (n, n_columns)."""
-        found = []
-        for (point, most, _), at in zip(asked, speeds, strict=True):
-            each = (
-                {place: np.asarray(part * at**2, dtype=complex) for place, part in column.items()} for column in columns
-            )
-            found.append(np.array([machine.shake(at, one, {}).points[point] for one in each]).T / most)
+    def rows(speeds: FloatArray, each: Iterable[FloatArray]) -> ComplexArray:
+        """What a unit of each column does at those of the speeds that each limit has, as a part of it."""
+        units = ({place: (part * speeds**2).astype(complex) for place, part in column.items()} for column in columns)
+        moved = [machine.shake(speeds, unit, {}) for unit in units]
+        found = [
+            np.array([probe.of(motion) for motion in moved])[:, np.searchsorted(speeds, own)].T / most
+            for (probe, most, _), own in zip(asked, each, strict=True)
+        ]
         return np.concatenate(found)
+
+    def listed(speeds: FloatArray) -> ComplexArray:
+        return rows(speeds, (speeds[_within(speeds, bands)] for _, _, bands in asked))
 
     tried = [_tried(bands, machine.known_poles) for _, _, bands in asked]
     if not any(map(len, tried)):
         return speeds, 1.0
-    at, between, kept = np.concatenate(tried), rows(tried), speeds
+    at, kept, held = np.concatenate(tried), speeds, listed(speeds)
+    between, reach, tops = rows(np.unique(at), tried), np.full(len(at), np.inf), list[float]()
     while True:
-        reach = _reach(rows(kept[_within(kept, bands)] for _, _, bands in asked), between)
+        above = reach > _BETWEEN  # a row more only lowers them
+        reach[above] = np.minimum(reach[above], _reach(held, between[above]))
         apart = np.abs(at[:, None] - kept).min(axis=1) > _LEAST_APART * at
         worst = int(np.where(apart, reach, 0.0).argmax())
-        if not apart[worst] or reach[worst] <= _BETWEEN or len(kept) >= len(speeds) + _MORE:
-            return kept, 1.0 / (_COVERED + float(reach.max()))
-        kept = np.sort([*kept, at[worst]])
+        tops.append(float(reach.max()))
+        idle = len(tops) > _IN_VAIN and tops[-1] > _GAIN * tops[-1 - _IN_VAIN]  # beside a speed there is room for none
+        if not apart[worst] or reach[worst] <= _BETWEEN or idle or len(kept) >= len(speeds) + _MORE:
+            return kept, 1.0 / (_COVERED + tops[-1])
+        kept, held = np.sort([*kept, at[worst]]), np.concatenate([held, listed(at[worst : worst + 1])])
 
 
 def _tried(bands: list[Band], poles: ComplexArray) -> FloatArray:
@@ -204,13 +258,20 @@ def _reach(rows: ComplexArray, between: ComplexArray) -> FloatArray:
     right, turn = np.linalg.qr(rows)
     if len(turn) < rows.shape[1] or np.linalg.cond(turn / np.linalg.norm(turn, axis=0)) > _UNSURE:
         return np.full(len(between), np.inf)
-    between = np.asarray(np.linalg.solve(turn.T, between.T).T, dtype=complex)
-    weight, least = np.ones((len(between), len(rows))), np.full(len(between), np.inf)
+    squares = np.ascontiguousarray(right[:, :, None] * right.conj()[:, None]).reshape(len(rows), -1).view(float)
+    turned = np.asarray(np.linalg.solve(turn.T, between.T).T, dtype=complex)
+    parts = np.array_split(turned, len(turned) * len(rows) // _AT_ONCE + 1)
+    return np.concatenate([_least_sums(right, squares, part) for part in parts])
+
+
+def _least_sums(right: ComplexArray, squares: FloatArray, turned: ComplexArray) -> FloatArray:
+    """Bound of the least sum |l_k| where sum l_k right_k is one of (n, n_columns), by weighted squares."""
+    weight, least, many = np.ones((len(turned), len(right))), np.full(len(turned), np.inf), right.shape[1]
     for _ in range(_SQUARES):
-        normal = np.einsum("ki,nk,kj->nij", right, weight, right.conj())
-        share = weight * (np.linalg.solve(normal, between[..., None])[..., 0] @ right.conj().T)
+        normal = (weight @ squares).view(complex).reshape(-1, many, many)
+        share = weight * (np.linalg.solve(normal, turned[..., None])[..., 0] @ right.conj().T)
         sums = np.abs(share).sum(axis=1)
-        lost = np.linalg.norm(between - share @ right, axis=1) * np.sqrt(len(rows))
+        lost = np.linalg.norm(turned - share @ right, axis=1) * np.sqrt(len(right))
         least, weight = np.minimum(least, sums + lost), np.abs(share) + _ROUNDING * sums[:, None]
     return least
 
@@ -227,11 +288,14 @@ def _bound(scene: Scene, name: str) -> float:
     return float(bound.value)
 
 
-def _limits(scene: Scene, name: str, speeds: FloatArray, part: float) -> Iterator[tuple[str, dict[str, str]]]:
+def _limits(
+    scene: Scene, name: str, probe: Probe, speeds: FloatArray, part: float
+) -> Iterator[tuple[str, dict[str, str]]]:
     """A part of a limit on what is left at a sensor; at each of its speeds where it does not speak of all."""
     asked = speeds[_within(speeds, _bands(scene, name))].tolist()
     most = f"{_bound(scene, name) * part * 1e3:.15g} mm pk"
-    row = {"response": "residual", "at": vars(scene.limits[name])["of"], "at_most": most}
+    row = {"response": "residual", "at": probe.name, "at_most": most}
+    name = name if probe.angle is None else f"{name}_{probe.angle}"
     if len(asked) == len(speeds):
         yield name, row
         return
@@ -263,21 +327,41 @@ def _speeds(scene: Scene, machine: Machine) -> FloatArray:
 
 
 def _effects(
-    scene: Scene, design: Design, machine: Machine, place: str, points: list[str], speeds: FloatArray
+    scene: Scene, design: Design, machine: Machine, place: str, probes: list[Probe], speeds: FloatArray
 ) -> ComplexArray:
-    """Displacement of points per unbalance at a place, (n_speeds, n_points) [m per kg m], agreed on by both routes."""
+    """Displacement at probes per unbalance at a place, (n_speeds, n_probes) [m per kg m], agreed on by both routes."""
     model, chosen = model_of(scene), design.scene.named(design.x)
-    p = model.values(np.array([chosen[variable.path] for variable in scene.variables]))
-    moved = motion(model, p, model.points[place].astype(complex), speeds)
-    one = np.array([moved @ model.points[point] for point in points]).T * speeds[:, None] ** 2
+    x = np.array([chosen[variable.path] for variable in scene.variables])
     shaken = machine.shake(speeds, {place: (speeds**2).astype(complex)}, {})
-    other = np.array([shaken.points[point] for point in points]).T
-    if not np.all(np.isfinite(other)) or np.abs(one - other).max() > _SAME * np.abs(other).max():
+    other, one = np.array([probe.of(shaken) for probe in probes]).T, _in_model(model, x, place, probes, speeds)
+    apart, size, known = np.abs(one - other), np.abs(other), bool(np.all(np.isfinite(other)))
+    for i, j in np.argwhere(apart > _SAME * size.max()) if known else ():
+        known &= bool(apart[i, j] <= min(_SURE * size[i, j], _rounded(model, x, place, probes[j], speeds[i])))
+    if not known:
         raise InputError(
             f"{scene.name}: what an unbalance on {place} does is not known: at a critical speed without damping a "
             "whirl has no end. Give the bearings a damping, or look at other speeds."
         )
     return other
+
+
+def _in_model(model: Model, x: FloatArray, place: str, probes: list[Probe], speeds: FloatArray) -> ComplexArray:
+    """The same by the model."""
+    lines, load = np.array([model.points[probe.point] for probe in probes]), model.points[place].astype(complex)
+    if not model.bearings:
+        return np.asarray(motion(model, model.values(x), load, speeds) @ lines.T * speeds[:, None] ** 2)
+    n, turn = model.n_free, np.exp(1j * np.radians([probe.angle or 0 for probe in probes]))
+    forward, backward = spun(model, x).seen(lines[:, :n], load[:n], speeds)
+    return np.asarray((forward / turn + backward * turn) * speeds[:, None] ** 2)
+
+
+def _rounded(model: Model, x: FloatArray, place: str, probe: Probe, speed: float) -> float:
+    """How far rounding may move what a probe reads of a unit of unbalance; nothing where no adjoint tells it."""
+    if model.bearings:
+        return 0.0
+    p, row = model.values(x), model.points[probe.point]
+    u = motion(model, p, model.points[place].astype(complex), np.array(speed))
+    return speed**2 * rounded(model, p, u, row, speed)
 
 
 def _phasor(value: complex, times: float, unit: str) -> str:

@@ -12,7 +12,7 @@ from math import hypot, isinf
 
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms import Modulus
 from vibopt.forms.drive_response import DriveResponse, rigid_form
 from vibopt.forms.form import Worst
@@ -196,7 +196,18 @@ class Modelled:
 
     @property
     def _rounding(self) -> float:
-        return _ROUNDINGS * max(_EPS, self.full.precision)
+        return rounding(self.full)
+
+
+def rounding(model: Model) -> float:
+    """Part by which all coefficients of a model may be off, as either route adds them up."""
+    return _ROUNDINGS * max(_EPS, model.precision)
+
+
+def rounded(model: Model, p: FloatArray, u: ComplexArray, row: FloatArray, omega: float) -> float:
+    """How far rounding of its coefficients may move what a row reads of a motion u (n_coords,) at a frequency."""
+    z = impedances(model, p, np.array(omega))
+    return rounding(model) * carried(model, z, dynamic_stiffness(model, z)[:, : model.n_free], row, u)
 
 
 def cancels(model: Model, form: Modulus, x: FloatArray, worst: Worst) -> bool:
