@@ -24,7 +24,8 @@ from vibopt.forms.rational import Sampled
 from vibopt.mechanics.model import INERTIA
 from vibopt.records import dataclass
 
-_NONE = 1e-12
+_NONE, _TELLS = 1e-12, 1e-6
+"""Parts of the greatest coefficient below which others are rounding, and say too little to be worth its digits."""
 _ROUNDING = 1e-9
 """Part of a response that rounding may take: determinants lose digits."""
 
@@ -340,9 +341,10 @@ def _vanishing(cut: ComplexArray) -> tuple[BoolArray, ComplexArray]:
     low, high = (cut[:, :, i].reshape(len(cut), -1) for i in (0, 1))
     size = (np.abs(high) ** 2).sum(axis=1)
     shift = (low * high.conj()).sum(axis=1) / np.where(size > 0.0, size, 1.0)
-    room = _NONE * np.abs(cut).max(axis=(1, 2, 3))
-    always = (size > 0.0) & (np.abs(low - shift[:, None] * high) <= room[:, None]).all(axis=1)
-    alone = np.abs(high[:, 0]) > _NONE * np.abs(low[:, 0])
+    most = np.abs(cut).max(axis=(1, 2, 3))
+    always = np.sqrt(size) > _TELLS * most
+    always &= (np.abs(low - shift[:, None] * high) <= _NONE * most[:, None]).all(axis=1)
+    alone = np.abs(high[:, 0]) > _TELLS * np.abs(low[:, 0])
     on = always | alone
     return on, np.where(always, shift, np.where(alone, low[:, 0] / np.where(alone, high[:, 0], 1.0), 0.0))
 
