@@ -14,6 +14,7 @@ from texts import best, choice, one_mass, sags, table
 from vibopt.scene.read import from_dict, from_text, with_changes
 from vibopt.scene.scene import Scene
 from vibopt.solve import solve
+from vibopt.solve.advice import _Trial
 from vibopt.study.prices import priced
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=15)
@@ -134,3 +135,16 @@ def test_a_loosening_is_what_a_formula_needs_to_a_small_part_of_the_change(sag: 
         assert -1e-9 * least[name] <= then.value - least[name] <= 0.005 * change * (1.0 + 1e-6), (name, change)
         text = {"limits.sag.at_most": then.shown} if name == "sag" else {"limits.pitch.at_most": then.shown}
         assert solve(with_changes(design.job, text)).status == "optimal"  # as it is shown
+
+
+@pytest.mark.parametrize(("least", "most_asked"), [(45.195, 2), (45.184, 4), (45.12, 8)])
+def test_a_bound_that_should_do_is_brought_down_by_longer_and_longer_steps(
+    monkeypatch: pytest.MonkeyPatch, least: float, most_asked: int
+) -> None:
+    """From where it was found, not from the middle of the way to what is too little."""
+    tried: list[float] = []
+    monkeypatch.setattr(_Trial, "holds", lambda _, number: tried.append(number) or number >= least)
+    found = _Trial(None, None, None).least([33.87, 45.2, 47.0], fine=True)  # type: ignore[arg-type]
+    assert found is not None
+    assert least <= found < least + 0.0101
+    assert len(tried) <= most_asked

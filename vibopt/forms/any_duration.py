@@ -103,6 +103,9 @@ class PeakOverDurations(Form):
     def greatest_at(self, model: Model, x: FloatArray) -> float:
         return self.worst_of(model, x)[1]
 
+    def by_size(self, model: Model, along: FloatArray) -> float | None:
+        return self.lasting(self.high).by_size(model, along)
+
     def floors(self, model: Model) -> Floors | None:
         return self.lasting(self.high).floors(model)
 

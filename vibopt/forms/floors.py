@@ -1,4 +1,4 @@
-"""What a peak in time of one mass is no less than on boxes of stiffness and damping, however wide they are.
+"""What a peak in time of one mass is no less than on boxes of stiffness, damping and mass, however wide they are.
 
 What is read, y, of m z'' + c z' + k z = load is known through weights t in time: n being the load as y feels it,
 
@@ -7,7 +7,8 @@ What is read, y, of m z'' + c z' + k z = load is known through weights t in time
 and both are what is affine in the coefficients, one of it in size: on a box the quotient is least at a corner.  Two
 kinds of weights are taken.  The answer h of some machine of the box to an impulse, backwards in time, whose own peak is
 reached; for others, off by dk and dc, the integral below is 1 + that of |dk h + dc h'|.  And triangles, which are as
-good for all mounts that are stiff.
+good for all mounts that are stiff.  Of another mass everything counts per kilogram, and the load of a base goes by it;
+where it is open alone, the quotient is least at an end, too, for k / m and c / m go straight by 1 / m.
 """
 
 from __future__ import annotations
@@ -22,6 +23,7 @@ from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 
 if TYPE_CHECKING:
     from vibopt.forms.peak_in_time import PeakInTime
+    from vibopt.forms.per_mass import PerMass
     from vibopt.mechanics.model import Model
 
 _MOST, _TIMES, _LOW, _GRID, _WIDTHS, _STAYS = 4, 48, 1e-3, 256, 14, 1e6
@@ -32,14 +34,14 @@ _ALIKE, _ROUNDING, _CRITICAL = 1e-12, 1e-9, 1e-6
 
 
 def floors(form: PeakInTime, model: Model) -> Floors | None:
-    """Of a peak in time; None where more moves than one mass under one load, or other than springs and dampers vary."""
-    output, own, held = form.output, model.vectors[:, 0], model.kinds != INERTIA
+    """Of a peak in time; None where more moves than one mass under one load, or varies otherwise than `per_mass`."""
+    output, own, held, lone = form.output, model.vectors[:, 0], model.kinds != INERTIA, form.per_mass(model)
     varies, blown = model.exponents.any(axis=1), any(segment.blows.any() for segment in form.segments)
     if (
         model.n_free != 1
         or form.segments[0].released is not None
         or not 0 < np.count_nonzero(varies) <= _MOST
-        or not (held | ~varies).all()
+        or (lone is None and not (held | ~varies).all())
         or not own[held].all()
         or (output.signs.any() and (output.power or output.signs[~held].any()))
         or (output.shared_by and model.counts[output.shared_by].exponents)
@@ -57,69 +59,88 @@ def floors(form: PeakInTime, model: Model) -> Floors | None:
     if led.any() and (output.power != 2 or np.abs(led - share * load).max() > _ALIKE * np.abs(led).max()):
         return None
     if output.power == 2 and abs(left) > _ALIKE * abs(row):
-        return None if blown else Floors(form, model, share, None)
-    return Floors(form, model, share, (row * (output.power == 0), row * (output.power == 1)))
+        return None if blown else Floors(form, model, lone, share, None)
+    return Floors(form, model, lone, share, (row * (output.power == 0), row * (output.power == 1)))
 
 
 class Floors:
     """Floors of one peak.
 
+    lone
+        How it goes by the mass, where this is open.
     share
         What is read follows the acceleration of the base as so much of the load.
     plain
         What is read of position and velocity beside forces, by which triangles weigh; None where more is read.
     """
 
-    def __init__(self, form: PeakInTime, model: Model, share: float, plain: tuple[float, float] | None) -> None:
+    def __init__(
+        self, form: PeakInTime, model: Model, lone: PerMass | None, share: float, plain: tuple[float, float] | None
+    ) -> None:
         from vibopt.mechanics.harmonic import mount_count
         from vibopt.mechanics.transient import Reading
 
         self.form, self.model, self.plain = form, model, plain
         own, stiff, damped = model.vectors[:, 0], model.kinds == STIFFNESS, model.kinds == DAMPING
-        ways, any_ = form.output.signs + share * own, np.ones(model.n_vars)
-        self.weights = np.array([stiff * own, damped * own, stiff * ways, damped * ways]) * own
-        """Of coefficients: stiffness and damping, and those of what is read, (4, n_terms)."""
-        self.shared, self.mass = (
-            mount_count(model, form.output, any_),
-            float(model.scales @ (own**2 * ~(stiff | damped))),
-        )
+        ways, any_, heavy = form.output.signs + share * own, np.ones(model.n_vars), ~(stiff | damped)
+        self.weights = np.array([stiff * own, damped * own, stiff * ways, damped * ways, heavy * own]) * own
+        """Of coefficients: stiffness and damping, those of what is read, and the mass, (5, n_terms)."""
+        self.shared, self.mass = mount_count(model, form.output, any_), float(model.scales @ self.weights[4])
         base = model.vectors[stiff | damped][0] / own[stiff | damped][0]
         self.moves = Reading(base, 0.0 * base, 0.0 * base), Reading(0.0 * base, base, 0.0 * base)
+        self.factor = np.zeros(model.n_vars) if lone is None else lone.exponents
+        self.motion, self.per_load = (0.0 if lone is None else lone.motion), bool(share)
         self.triangles = self._triangles(np.where(stiff | damped, 0.0, model.values(any_)))
 
     def on(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """On boxes low, high (n, n_vars): the floor (n,), zero where nothing is known, and about what part of it is
         lost for each variable's sake (n, n_vars).
         """
-        corners = _corners(self.model, low, high) @ self.weights.T
+        corners = self._numbers(_corners(self.model, low, high))
         least, lost, middle = self._stiff(corners), high - low, 0.5 * (low + high)
-        p = self.model.values(np.maximum(low, _LOW * middle) if self.weights[2:].any() else middle)
+        soft = np.where(self.factor > 0.0, high, np.maximum(low, _LOW * middle))
+        p = self.model.values(soft if self.weights[2:4].any() else middle)
         good = np.flatnonzero(p @ self.weights[0] > 0.0)
         if len(good):
             found, lost[good] = self._about(p[good], corners[good], self._moved(low[good], high[good]))
             least[good] = np.maximum(least[good], found)
         return least * (1.0 - _ROUNDING) / self.shared, lost
 
+    def _numbers(self, p: FloatArray) -> FloatArray:
+        """Stiffness, damping, those of what is read and the mass at coefficients (..., n_terms), (..., 5)."""
+        found = p @ self.weights.T
+        if self.per_load:  # as much of a load that goes by the mass
+            found[..., 2:4] *= self.mass / found[..., 4:]
+        return np.asarray(found)
+
     def _moved(self, low: FloatArray, high: FloatArray) -> dict[int, FloatArray]:
         """How far variables move stiffness and damping on boxes, in parts of the most that one does, (n, n_vars)."""
         model, found = self.model, {}
         spread = np.abs(model.values(high) - model.values(low)) * np.abs(self.weights[:2]).sum(axis=0)
+        heavier = np.abs(self.factor) * np.log(high / np.maximum(low, 1e-300))
         for kind in (STIFFNESS, DAMPING):
             own = model.kinds == kind
             each = spread[:, own] @ (model.exponents[own] != 0.0)
+            each += (
+                heavier
+                * (model.values(0.5 * (low + high))[:, own] @ np.abs(self.weights[:2, own]).sum(axis=0))[:, None]
+            )
             found[kind] = each / np.maximum(each.max(axis=1, keepdims=True, initial=0.0), 1e-300)
         return found
 
     def _about(
         self, p: FloatArray, corners: FloatArray, shares: dict[int, FloatArray]
     ) -> tuple[FloatArray, FloatArray]:
-        """By machines of coefficients p (n, n_terms), from others (n, n_corners, 4); what is lost goes by `shares`."""
-        here, rows = p @ self.weights.T, np.arange(len(p))
+        """By machines of coefficients p (n, n_terms), from others (n, n_corners, 5); what is lost goes by `shares`."""
+        here, rows = self._numbers(p), np.arange(len(p))
         machine, reading = self.form.transient(self.model, p)
-        behind = np.pi * np.sqrt(self.mass / here[:, 0])
+        behind = np.pi * np.sqrt(here[:, 4] / here[:, 0])
         times, (y, *z) = machine.few_samples([reading, *self.moves], behind, _TIMES)
-        k, c, read, rate = np.moveaxis(corners - here[:, None], -1, 0)
+        heavier = corners[..., 4] / here[:, None, 4]
+        k, c = np.moveaxis(corners[..., :2] / heavier[..., None] - here[:, None, :2], -1, 0)
+        read, rate = np.moveaxis(corners[..., 2:4] - here[:, None, 2:4], -1, 0)
         numbers = y[:, None] + read[..., None] * z[0][:, None] + rate[..., None] * z[1][:, None]
+        numbers = numbers * (heavier**self.motion)[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
             found = numbers * np.sign(y)[:, None] / (1.0 + self._variation(here, k, c, times))
             found = np.nan_to_num(found.min(axis=1))
@@ -131,6 +152,8 @@ class Floors:
                 part = self._variation(here, *pair, times[best][:, None])[:, 0, 0]
                 part += np.abs(more).max(axis=1) * np.abs(move[best] / y[best])
                 lost += part[:, None] * shares[kind]
+            if self.motion:
+                lost += (np.ptp(heavier, axis=1) * (self.factor != 0.0).T[:, None]).T
         return np.maximum(found[best], 0.0), np.nan_to_num(lost)
 
     def _variation(self, here: FloatArray, dk: FloatArray, dc: FloatArray, times: FloatArray) -> FloatArray:
@@ -139,7 +162,7 @@ class Floors:
         It is how much the answer dk (to a step) + dc (to an impulse) goes up and down altogether: between its turning
         points, which below the critical damping come at even steps, each swing a like part of the one before.
         """
-        m, (k, c) = self.mass, here.T[:2, :, None, None]
+        k, c, m = here.T[[0, 1, 4], :, None, None]
         dk, dc, last = dk[..., None], dc[..., None], times[:, None]
         decay = 0.5 * c / m
         rest = decay**2 - k / m
@@ -188,15 +211,15 @@ class Floors:
         return np.array(found).T
 
     def _stiff(self, corners: FloatArray) -> FloatArray:
-        """By triangles, at coefficients (n, n_corners, 4)."""
+        """By triangles, at coefficients (n, n_corners, 5)."""
         if self.plain is None:
             return np.zeros(len(corners))
         width, even, slope = self.triangles
-        fixed = np.array([0.0, 0.0, *self.plain])
-        k, c, read, rate = np.moveaxis(corners + fixed, -1, 0)[..., None]
+        fixed = np.array([0.0, 0.0, *self.plain, 0.0])
+        k, c, read, rate, mass = np.moveaxis(corners + fixed, -1, 0)[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            size = np.where(c < k * width, k * width + c * c / (k * width), 2.0 * c) + 4.0 * self.mass / width
-            number = read * even - rate * slope
+            size = np.where(c < k * width, k * width + c * c / (k * width), 2.0 * c) + 4.0 * mass / width
+            number = (read * even - rate * slope) * (mass / self.mass) ** (1.0 + self.motion)
             least = (number * np.sign(number[:, :1]) / size).min(axis=1).max(axis=1)
         return np.asarray(np.maximum(np.nan_to_num(least), 0.0))
 

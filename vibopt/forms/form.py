@@ -254,6 +254,14 @@ class Form:
         """What says how little it can be on boxes of designs, however wide; only of forms that have `tangents_of`."""
         return None
 
+    def by_size(self, model: Model, along: FloatArray) -> float | None:
+        """Power of s by which it goes where x s**along (n_vars,) makes masses, springs and dampers s times as large.
+
+        None where that is not known.
+        """
+        powers = np.unique(self.powers.exponents @ along) if self.powers is not None else np.zeros(0)
+        return float(powers[0]) if len(powers) == 1 else None
+
     @property
     def tangents_of(self) -> tuple[float, ...]:
         """Signs with which it has tangents: 1 where bounds from below are known, -1 those of its negative."""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.forms.form import ROOTS, WITHOUT_END, Form, by_differences, kept
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.motor import NO_SWEEP, Motor
@@ -165,8 +165,12 @@ class PeakInRunUp(Form):
         )
         if near is None:
             return []
-        slopes = np.real(self._changes(model, x, opened.ways, moments) / here * np.abs(here)).T
         wide = np.broadcast_to(reach, (len(here), len(reach)))
+
+        def slopes(of: IntArray) -> FloatArray:
+            found = self._changes(model, x, opened.ways, moments[of])
+            return np.real(found / here[of] * np.abs(here[of])).T
+
         return opened.tangents(near, p, slopes, wide, 1.0 / mount_count(model, self.output, x))
 
     def acting(self, model: Model) -> FloatArray:

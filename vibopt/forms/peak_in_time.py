@@ -19,6 +19,7 @@ from vibopt.signals import Output, Segment
 
 if TYPE_CHECKING:
     from vibopt.forms.floors import Floors
+    from vibopt.forms.per_mass import PerMass
     from vibopt.forms.reduce import Reach
     from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
@@ -151,6 +152,22 @@ class PeakInTime(Form):
             found[i].append(tangent)
         return found
 
+    def per_mass(self, model: Model) -> PerMass | None:
+        """How it goes by a lone mass that is open; of what is let go it is not asked."""
+        from vibopt.forms.per_mass import per_mass
+
+        return None if self.segments[0].released is not None else per_mass(model, self.output, self.loads)
+
+    def by_size(self, model: Model, along: FloatArray) -> float | None:
+        from vibopt.forms.per_mass import by_size
+
+        if self.segments[0].released is not None or (
+            self.output.shared_by and model.counts[self.output.shared_by].exponents
+        ):
+            return None
+        powers = by_size(self.output, self.loads, model.n_free)
+        return None if powers is None else powers[1]
+
     def greatest_at(self, model: Model, x: FloatArray) -> float:
         return self.peak(model, x).time
 
@@ -171,7 +188,10 @@ class PeakInTime(Form):
         near = nearby(*self.transient(model, p), opened.elements, within, part)
         if near is None:
             return []
-        slopes = self._changes(model, p, opened.ways, within, part)
+
+        def slopes(of: IntArray) -> FloatArray:
+            return self._changes(model, p[of], opened.ways, within[of], part[of])
+
         return opened.tangents(near, p, slopes, reach, 1.0 / mount_count(model, self.output, x[0]))
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:

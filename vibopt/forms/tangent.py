@@ -5,9 +5,11 @@ Coordinates are s = x / x0 - 1, so that a box may reach down to zero.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from vibopt.arrays import FloatArray
+from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.kernel_bounds import Element, Nearby
 from vibopt.mechanics.model import Model
 from vibopt.records import dataclass
@@ -72,20 +74,29 @@ class Opened:
         self.ways = (np.arange(len(self._alike))[:, None] == group.ravel()) @ np.eye(len(model.terms))[self._active]
 
     def tangents(
-        self, near: Nearby, p: FloatArray, slopes: FloatArray, reach: FloatArray, share: float
+        self,
+        near: Nearby,
+        p: FloatArray,
+        slopes: Callable[[IntArray], FloatArray],
+        reach: FloatArray,
+        share: float,
     ) -> list[Tangent]:
         """At coefficients p (n, n_terms), on boxes that reach so far (n, n_vars), of a `share` of what is read.
 
         slopes
-            Of what is read along each of the ways, in logarithms, (n, k).
+            Of what is read along each of the ways, in logarithms, at some of p, (k,) to (k, n_ways): where nothing
+            bounds the rest they are not asked for, and told as zero.
         """
         count = reach.shape[1]
         boxes = reach[:, None] * np.vstack([np.ones(count), np.eye(count)])  # (n, 1 + n_vars, n_vars)
         off = boxes @ np.abs(self._exponents).T + bent(self._exponents, boxes)
-        rests = near.rests(p[:, None, self._active] * off)
-        rests = (rests + (bent(self._alike, boxes) @ np.abs(slopes)[..., None])[..., 0]) * share
-        slopes = slopes @ self._alike * (np.copysign(share, near.value))[:, None]
+        rests, along = near.rests(p[:, None, self._active] * off), np.zeros((len(p), len(self.ways)))
+        known = np.flatnonzero(np.isfinite(rests[:, 0]))
+        if len(known):
+            along[known] = slopes(known)
+        rests = rests + (bent(self._alike, boxes) @ np.abs(along)[..., None])[..., 0]
+        along = along @ self._alike * np.copysign(share, near.value)[:, None]
         return [
             Tangent(abs(float(value)) * share, slope, float(rest[0]), rest[1:])
-            for value, slope, rest in zip(near.value, slopes, rests, strict=True)
+            for value, slope, rest in zip(near.value, along, rests * share, strict=True)
         ]

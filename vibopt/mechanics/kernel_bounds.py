@@ -141,11 +141,12 @@ def swept(
 
 def _bounded(machine: Transient, reading: Reading, elements: Sequence[Element]) -> bool:
     order = max(i + reading.power for i, row in enumerate((reading.row, reading.rates, reading.inertia)) if row.any())
-    blown = any(segment.blows.any() for segment in machine.segments)
+    blown = np.any([segment.blows for segment in machine.segments], axis=0)
+    struck = np.abs(machine.loads) @ blown > 0.0  # no mass is, where a base jumps to another velocity
     if (
         order > 2
         or (reading.power and any(element.weight for element in elements))
-        or (blown and any(element.kind == INERTIA for element in elements))
+        or any(element.kind == INERTIA and element.vector[struck].any() for element in elements)
     ):
         return False
     hung = machine.jointed

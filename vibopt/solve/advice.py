@@ -69,7 +69,6 @@ class _Trial:
         fine
             As near as a small part of the change from the first.
         """
-        sign = 1.0 if numbers[-1] > numbers[0] else -1.0
         good = next((index for index, number in enumerate(numbers) if index and self.holds(number)), None)
         if good is None:
             return None
@@ -77,13 +76,12 @@ class _Trial:
         if known and good == 1:
             return having
         now = numbers[0] if fine else None
-        inside = having - sign * _step(having, now)
-        while sign * (inside - without) > 0.0:
+        stride = _step(having, now)
+        while (inside := _less(without, having, now, stride)) != without:
             if self.holds(inside):
-                having = inside
-            else:
-                without = inside
-            inside = _between(without, having, now)
+                having, stride = inside, 2.0 * stride
+            else:  # from here on halves
+                without, stride = inside, math.inf
         return having
 
 
@@ -95,11 +93,15 @@ def _step(number: float, now: float | None) -> float:
     return min(step, max(fine, step * 10.0 ** (_DIGITS - MOST_DIGITS)))
 
 
-def _between(without: float, having: float, now: float | None) -> float:
-    """The middle of two numbers in whole steps; the first where there is nothing between."""
+def _less(without: float, having: float, now: float | None, stride: float) -> float:
+    """By a stride, or the middle where that is nearer, from the second number to the first in whole steps.
+
+    The first where there is nothing between.
+    """
     step = _step(having, now)
-    middle = float(f"{round(0.5 * (without + having) / step) * step:.12g}")
-    return middle if abs(having - without) > 1.5 * step else without
+    there = max(0.5 * abs(having - without), abs(having - without) - stride)
+    inside = float(f"{round((without + math.copysign(there, having - without)) / step) * step:.12g}")
+    return inside if abs(having - without) > 1.5 * step else without
 
 
 def confirmed_bound(

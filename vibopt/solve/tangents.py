@@ -25,6 +25,7 @@ from vibopt.solve.branch import SAFETY, Judge, first_speeds, may_hold
 from vibopt.solve.local import improved, refined
 from vibopt.solve.method import Found, Progress
 from vibopt.solve.nlp import Nlp
+from vibopt.solve.proportional import reaching, towards
 from vibopt.solve.ranges import starts
 from vibopt.work import Budget
 
@@ -39,6 +40,9 @@ _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
 _KNOWN, _APART = 3, 0.01
 """Times of a peak that are kept for the boxes that follow, and the part of itself by which they must differ."""
+_TRIED, _LEFT = 1.0 / 3.0, 0.9
+"""Part of all boxes that are looked at in any case, and boxes left for each of them from which on others say no more
+where nothing is known of the goal."""
 _FAR = 0.5
 """Part of a floor lost for one variable from which on tangents say no more."""
 _SLACK = 4.0
@@ -182,6 +186,7 @@ class _Search:
         self.other_aims = [(one, FormBounds(one.model, one.form, program.high)) for one in aims if not _tangible(one)]
         for part, bounds in [*self.others, *self.other_aims]:
             bounds.add(first_speeds(part.form))
+        self.along = towards(program)
         self.best_x: FloatArray | None = None
         self.best = np.inf
         tangents = sum(one.of.form.tangents_cost(one.of.model) for one in self.limits + self.aims)
@@ -206,7 +211,7 @@ class _Search:
 
     def cut(self, frontier: Frontier, most: float = np.inf) -> None:
         """Look at boxes, so many in all, and halve what is left of them; without a goal until a design is found."""
-        while frontier and not frontier.over and self.budget.spent < most:
+        while frontier and not frontier.over and self.budget.spent < most and not self.stuck(frontier):
             if self.best_x is not None and self.program.aim is None:
                 break
             _, low, high = frontier.take(_AT_ONCE)
@@ -215,6 +220,12 @@ class _Search:
             for goal, box in left:  # the fewer there are, the smaller the next: many take little more than one
                 frontier.add(np.full(2**times, goal), *box.cut(times, self.best))
             frontier.keep(self.bar)
+
+    def stuck(self, frontier: Frontier) -> bool:
+        """Whether boxes are halved and hardly one is dropped, for nothing is known on those that come first."""
+        if self.budget.part < _TRIED or len(frontier) < _LEFT * self.budget.spent:
+            return False
+        return not self.best - frontier.bound < abs(self.best)
 
     @property
     def bar(self) -> float:
@@ -241,7 +252,7 @@ class _Search:
 
     def look(self, low: FloatArray, high: FloatArray) -> Iterator[tuple[float, _Box]]:
         """Boxes low, high (n, n_vars) that may hold something better, each with the bound of the goal on it."""
-        holds = np.ones(len(low), dtype=bool)
+        holds = np.ones(len(low), dtype=bool) if self.along is None else reaching(self.program, self.along, low, high)
         for limit, bounds in self.others:
             holds &= may_hold(limit, bounds, low, high)
         boxes = self.floored(low[holds], high[holds])
