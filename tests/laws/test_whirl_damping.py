@@ -16,6 +16,7 @@ from test_bearings import BENDING, BOTH, FILM, REST, ROWS, at, borne, numbers
 from test_rotors import HEAD, NONE, RPM, SHAFT, asked, friswell, held, light
 from vibopt.mechanics.free_whirls import NO_PEAK, _crossings, _Look, decrements, free_whirls, synchronous
 from vibopt.mechanics.orbits import spun
+from vibopt.mechanics.resistance import Resistance
 from vibopt.mechanics.whirls_as_built import as_fast, in_planes, whirls
 from vibopt.report.machine_views import blocks, own_json
 from vibopt.scene.assemble import model_of
@@ -44,6 +45,28 @@ def up_to(document: dict[str, Any], frequency: str) -> dict[str, Any]:
 def test_whirls_in_oil_films_are_those_that_are_printed(speed: float) -> None:
     found = free_whirls(spun(model_of(from_dict(borne(friswell(), *OIL))), NONE), speed * RPM, 600.0)
     assert np.abs(found.rates) / (2.0 * math.pi) == pytest.approx(PRINTED[speed], rel=5e-5)
+
+
+@given(st.integers(0, 10**6), st.floats(0.05, 3.0), st.floats(-4.0, 1.0))
+def test_whirls_of_either_sense_meet_in_their_stretches(seed: int, speed: float, damped: float) -> None:
+    """Each solved by a system of each sense is a root of the whole resistance, and the motion is what that lets go."""
+    eight = np.exp(np.random.default_rng(seed).uniform(-0.7, 0.7, 8)) * [4e6, 7e5, -7e5, 9e6, 3e3, 2e2, -2e2, 6e3]
+    rotor = spun(
+        model_of(from_dict(borne(friswell(), *eight[:4].tolist(), *(eight[4:] * 10.0**damped).tolist()))), NONE
+    )
+    spin = speed * rotor.slowest
+    resistance = Resistance(rotor, spin)
+    still, first, second = resistance.powers
+    size = np.sqrt(np.abs(np.diagonal(still)))
+    rates, ways = np.linalg.eig(rotor.rates(spin))
+    lowest = [k for k in np.argsort(rates.imag) if rates[k].imag > 0.1 * abs(rates[k])][:2]
+    for k in lowest:
+        found = resistance.freed(complex(-1j * rates[k]), rotor.motions(ways[:, [k]])[:, 0])
+        assert found is not None
+        rate, way = found
+        assert abs(rate + 1j * rates[k]) < 0.1 * abs(rates[k])
+        whole = (still + rate * first + rate**2 * second) / np.outer(size, size)
+        assert np.linalg.norm(whole @ (way * size)) <= 1e-12 * np.linalg.norm(way * size)
 
 
 # Closed forms: a disc on a light shaft

@@ -12,6 +12,7 @@ import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray
 from vibopt.mechanics.orbits import FARTHEST, Half, Spun, roots
+from vibopt.mechanics.resistance import Resistance
 from vibopt.records import dataclass
 from vibopt.work import worked
 
@@ -30,6 +31,8 @@ the part of that up to which one surely counts; steps of a golden section."""
 _EQUAL, _MET = 1e-6, 1e-3
 """Part of themselves within which two speeds are one, and by which a whirl that is met differs from the spin at most,
 where the numbers of a rotor leave few digits."""
+_MANY = 128
+"""Coordinates from which on a whirl is sooner solved sense by sense."""
 _LOOK, _MEETING = 1.0, 20.0
 """Work of all whirls at a spin, and of one whirl as fast as its spin [nominal ms]."""
 _RUNS, _LIGHT = 1.5, 0.8
@@ -67,13 +70,12 @@ def free_whirls(
     chosen = np.flatnonzero(swings & (near.real <= _BEYOND * top))
     chosen = chosen[telling(near[chosen])] if telling is not None else chosen
     motions = rotor.motions(ways[:, chosen])
-    first, second = rotor.powers(spin)
-    still = rotor.dynamic(0.0, spin)
-    found = [_solved(still, first, second, near[k], way) for k, way in zip(chosen.tolist(), motions.T, strict=True)]
+    resistance = Resistance(rotor, spin)
+    found = [_solved(resistance, near[k], way) for k, way in zip(chosen.tolist(), motions.T, strict=True)]
     met = np.array([rate for rate, _ in found], dtype=complex)
     bad = np.abs(met - near[chosen]) > _ASTRAY * np.abs(near[chosen])
     if bad.any() or _double(met, [way for _, way in found]):
-        met, every = _whole(still, first, second, _BEYOND * top)
+        met, every = _whole(*resistance.powers, _BEYOND * top)
     else:
         every = [way for _, way in found]
     order = np.argsort(met.real)
@@ -82,7 +84,13 @@ def free_whirls(
     return Whirls(met[kept], senses, np.array([every[k] for k in kept.tolist()]))
 
 
-def _solved(
+def _solved(resistance: Resistance, rate: complex, way: ComplexArray) -> tuple[complex, ComplexArray]:
+    """The root near one and its motion: of many coordinates sense by sense, where that settles, else all at once."""
+    found = resistance.freed(rate, way) if len(way) > _MANY else None
+    return _by_newton(*resistance.powers, rate, way) if found is None else found
+
+
+def _by_newton(
     still: ComplexArray, first: ComplexArray, second: FloatArray, rate: complex, way: ComplexArray
 ) -> tuple[complex, ComplexArray]:
     """A root of still + w first + w^2 second and its motion, near some: by Newton in both at once."""
@@ -105,7 +113,7 @@ def _solved(
 
 def solved(rotor: Spun, spin: float, rate: complex, way: ComplexArray) -> tuple[complex, ComplexArray]:
     """The free whirl near one at a spin [rad/s], and its motion, in all coordinates."""
-    return _solved(rotor.dynamic(0.0, spin), *rotor.powers(spin), rate, way)
+    return _solved(Resistance(rotor, spin), rate, way)
 
 
 def _double(rates: ComplexArray, ways: list[ComplexArray]) -> bool:
