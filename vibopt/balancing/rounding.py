@@ -13,7 +13,7 @@ from vibopt.records import dataclass
 
 NO_STOCK: FloatArray = np.empty(0)
 CHUNK = 2_000_000  # complex numbers held at once
-MOST_PAIRS = 3_000_000
+MOST_PAIRS = 300_000
 _SWEEPS = 6
 
 

@@ -17,7 +17,7 @@ from vibopt.records import dataclass
 from vibopt.signals import Band, Drive, Output
 from vibopt.units import show
 from vibopt.values.speeds import ROTATION
-from vibopt.work import worked
+from vibopt.work import metered, worked
 
 if TYPE_CHECKING:
     from vibopt.mechanics.dry_friction import Rub
@@ -110,15 +110,19 @@ class Rubbing(AtWorst):
 
     def tops(self, model: Model, x: FloatArray, least_wanted: bool = False) -> list[tuple[float, float]]:
         """Local extremes and their speeds [rad/s], the worst first; those of the last designs are kept."""
-        known: dict[tuple[int, bool, bytes], tuple[Rubbing, list[tuple[float, float]]]]
+        known: dict[tuple[int, bool, bytes], tuple[Rubbing, list[tuple[float, float]], float]]
         known = vars(model).setdefault("rubbing_tops", {})
         key = id(self), least_wanted, np.asarray(x, dtype=float).tobytes()
         if key not in known:
             if len(known) >= _KEPT:
                 known.pop(next(iter(known)))
             sign = -1.0 if least_wanted else 1.0
-            found = [one for band in self.shaken[0].bands for one in self._over(model, x, band, sign)]
-            known[key] = self, sorted(found, key=lambda one: -sign * one[0])  # the form stays, and so its number
+            with metered() as meter:
+                found = [one for band in self.shaken[0].bands for one in self._over(model, x, band, sign)]
+            found.sort(key=lambda one: -sign * one[0])
+            known[key] = self, found, meter.done  # the form stays, and so its number
+        else:
+            worked(known[key][2])  # who asks again does the same work, whoever asked before
         return known[key][1]
 
     def _over(self, model: Model, x: FloatArray, band: Band, sign: float) -> list[tuple[float, float]]:

@@ -18,6 +18,7 @@ from vibopt.forms import Form
 from vibopt.forms.reduce import reduced
 from vibopt.mechanics.model import Model
 from vibopt.program.from_rest import from_rest, graded
+from vibopt.program.one_machine import form_kept, model_kept
 from vibopt.program.program import Aim, Axis, Limit, Program, Side, Tie
 from vibopt.responses import HarmonicResponse, RandomResponse, Response, TransientResponse
 from vibopt.scene.assemble import model_of
@@ -65,7 +66,7 @@ def pose(scene: Scene, *, reduce: bool = True) -> Program:
     reduce
         Give every form the smallest exact model that it needs.
     """
-    return asked_of(scene, model_of(scene), reduce=reduce)
+    return asked_of(scene, model_kept(scene, (), partial(model_of, scene)), reduce=reduce)
 
 
 def asked_of(scene: Scene, full: Model, *, reduce: bool = True) -> Program:
@@ -137,6 +138,10 @@ def rated_name(link: str) -> str:
 
 def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = True) -> tuple[Model, Form]:
     """The smallest exact model for a response, and its form on it."""
+    return form_kept(full, response, (reduce, are_whole()), partial(_on_needed, scene, full, response, reduce))
+
+
+def _on_needed(scene: Scene, full: Model, response: Response, reduce: bool) -> tuple[Model, Form]:
     full = response.seen_in(full)
     form = form_of(scene, full, response)
     model = full if not reduce or are_whole() or full.n_free == 1 else reduced(full, form)

@@ -237,6 +237,11 @@ class Response(Table):
         return self
 
     @property
+    def unbound(self) -> "Response":
+        """The question without the values of its bounds, on which no form depends; with which it has."""
+        return self.model_copy(update={"at_most": self.at_most is not None, "at_least": self.at_least is not None})
+
+    @property
     def orders_of(self) -> str:
         """The excitation to whose speeds the orders that it must avoid belong, where these are not known yet."""
         return ""

@@ -42,6 +42,11 @@ class StabilityThreshold(Response):
         """Highest spin that is looked at where bearings are not alike in both planes [rad/s]; 0 where nobody says."""
         return _BEYOND * self.at_least.value if self.at_least is not None else 0.0
 
+    @property
+    def unbound(self) -> Response:
+        """Itself: the bound says how far it is looked."""
+        return self
+
     def looked_to(self, machine: Machine) -> float:
         return machine.settled_to(self._top)
 

@@ -91,7 +91,7 @@ class _Positions:
         made = self.at(u)
         if not sound(made):
             return 1, _HOPELESS
-        design = self.answered(made)
+        design = self.answered(replace(made, measures={}))
         if design.status in _FOUND and design.x:
             self.begin = design.x
         return self.rated(design)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import field, replace
+from functools import partial
 
 import numpy as np
 
 from vibopt.arrays import FloatArray
+from vibopt.program.one_machine import model_kept
 from vibopt.program.pose import asked_of
 from vibopt.program.program import Aim, Axis, Limit, Program, Tie
 from vibopt.program.worst_case import doubts_at
@@ -125,7 +127,8 @@ class Several:
             if not doubt.printed
         }
         scene, count = replace(self.scene, off=off), len(self.scene.variables)
-        model = model_of(scene, free={self.doubts[i].path for i in self.wide})
+        free = {self.doubts[i].path for i in self.wide}
+        model = model_kept(scene, free, partial(model_of, scene, free=free))
         if self.wide:
             places = [count + self._columns.index((i, float(machine[i]))) for i in self.wide]
             model = model.placed(np.array([*range(count), *places], dtype=int), count + len(self._columns))

@@ -288,11 +288,14 @@ class Road:
             here = with_changes(here, wider(chain.from_iterable(bounds.values()), by)) if bounds else here
         except InputError:
             return State(value, "refused", None, frozenset())
+        from vibopt.study.many import of_one_machine
+
         near = self._near(value) if is_scene(here) else None
         with self._counted(LEAST_WORK):
             if is_scene(here):
                 near = near if near and len(near) == len(here.variables) and not names else None
-                found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
+                with of_one_machine(self.job, [self.fact.path]):
+                    found: Answer[Any] = solve(here, explain=False, brief=True, near=near)
             else:
                 found = answer(here, explain=False, brief=True)
             return state_of(here, found, value)

@@ -6,6 +6,7 @@ Sweeps, boundaries, trade-offs, windows, comparisons and what-ifs all ask here.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from math import ceil
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,7 @@ from vibopt.document.mistakes import Mistakes
 from vibopt.errors import VibOptError
 from vibopt.jobs import answer, is_scene, of_document, with_changes
 from vibopt.program.drawn import drawn_alike
+from vibopt.program.one_machine import one_machine
 from vibopt.records import dataclass
 from vibopt.scene.open_places import open_positions
 from vibopt.scene.uncertain import uncertain
@@ -145,10 +147,17 @@ def _one_by_one(
         alone(index, one_point(points.job, facts, values[index]))
 
 
+def of_one_machine(job: Job, paths: Iterable[str]) -> AbstractContextManager[None]:
+    """While numbers at some paths move: where bounds of limits alone do, what is measured of the machine stays."""
+    if not is_scene(job) or not all(path.startswith("limits.") for path in paths):
+        return nullcontext()
+    return one_machine(job)
+
+
 def one_point(job: Job, facts: Sequence[FactAt], values: FloatArray) -> Point:
     """The answer at one place, by itself."""
     here = changed_at(job, facts, values)
-    with drawn_alike():
+    with drawn_alike(), of_one_machine(job, [fact.path for fact in facts]):
         return point_of(facts, values, here, answer(here, explain=False, brief=True))
 
 

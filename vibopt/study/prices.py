@@ -20,6 +20,7 @@ from vibopt.report.machine_words import THOROUGH
 from vibopt.solve.method import Progress
 from vibopt.study.axis import is_shelf
 from vibopt.study.holding import caps_of, in_steps, is_looser, is_touched, measured_by
+from vibopt.study.many import of_one_machine
 from vibopt.study.price_words import CAPS, FACTS, GAIN, LIMITS, NOT_ASKED, first_words, words_of
 from vibopt.study.purse import Purse, Ranked
 from vibopt.study.seen import goal_of, reason
@@ -190,7 +191,8 @@ def _ranged(purse: Purse, rows: list[Ranked], most: float, told: Callable[[int],
 
 def answered(job: Job) -> Answer[Any]:
     """The answer; where a balancing job has none, with what stands in the way."""
-    found = answer(job, explain=False)
+    with of_one_machine(job, ()):  # limits that are moved begin with what was measured here
+        found = answer(job, explain=False)
     return answer(job) if found.status == "infeasible" and not is_scene(job) else found
 
 
