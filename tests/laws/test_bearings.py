@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from vibopt.mechanics.free_whirls import synchronous
 from vibopt.mechanics.growth import first_growth
 from vibopt.mechanics.orbiting import OrbitingMachine
 from vibopt.mechanics.orbits import spun
-from vibopt.program.pose import on_needed, pose
+from vibopt.program.pose import form_of, on_needed, pose
 from vibopt.report.campbell import campbell_of
 from vibopt.report.curves import panels
 from vibopt.report.figures.campbell_diagram import campbell_figure
@@ -589,6 +590,45 @@ def test_an_orbit_is_drawn_as_far_as_its_greater_half_axis() -> None:
     axis = np.hypot(orbit.curves[1].x, orbit.curves[1].y)
     assert [path.max(), half.y.max()] == pytest.approx([axis[0]] * 2, rel=1e-3)
     assert axis[0] == pytest.approx(to_unit(worst, orbit.y_label[-3:-1], "length"), rel=1e-9)
+
+
+# Needles
+
+
+def test_two_routes_differ_at_a_needle_by_what_rounding_carries_there() -> None:
+    """A damping ratio of 1e-9: 6e-4 of the peak; where dampers are as usual no more than everywhere."""
+    for damping, most in ((0.003, 1.01e-3), (3e3, 1.01e-6)):
+        document = at(borne(friswell(), 4e6, 0.0, 0.0, 12.4e6, damping, 0.0, 0.0, 2.0 * damping), "100..4000 rpm")
+        design = solve(from_dict(document))
+        assert design.status == "met"
+        value, model = design.measures["first"].value.value, model_of(design.scene)
+        form = form_of(design.scene, model, design.scene.measures["first"])
+        room = form.room(model, NONE, value, value, 1e4 * float(np.finfo(float).eps))
+        assert room == pytest.approx(most * value, rel=0.02)
+
+
+def test_slim_peaks_are_where_the_waves_have_them() -> None:
+    """As fast as whirls of the model are, by pieces and waves; by the pieces alone they are next to it."""
+    scene = from_dict(at(borne(friswell(), 4e6, 0.0, 0.0, 9e6, 0.5, 0.0, 0.0, 1.0), "100..4000 rpm"))
+    machine, top = machine_of(scene, {}), 4000.0 * RPM
+    speeds = np.array([one.speed for one in synchronous(spun(model_of(scene), NONE), 0.0, top)])
+    for poles, close in ((machine.poles_below(top), 1e-8), (machine.known_poles, 1e-4)):
+        told = np.unique(np.round(poles.real[(poles.real > 0.0) & (poles.real < top)], 6))
+        assert np.abs(told[:, None] / speeds - 1.0).min(axis=0).max() < close
+
+
+@pytest.mark.parametrize(("diameter", "grows"), [("112.3 mm", True), ("112.45 mm", False)])
+def test_both_routes_say_whether_a_whirl_grows_at_the_first_speed_of_a_table(diameter: str, grows: bool) -> None:
+    """By 2-node elements of both planes it grows by 0.105 /s at 112.3 mm, and fades at 112.45 mm."""
+    text = Path("problems/shafts/compressor_on_tilting_pads.toml").read_text(encoding="utf-8")
+    document = {key: one for key, one in tomllib.loads(text).items() if key != "expected"}
+    (rotor,) = document["rotors"].values()
+    rotor["sections"][1]["diameter"] = diameter
+    for name in ("drive_pads", "free_pads"):
+        document["bearings"][name]["table"] = str(Path("problems/shafts/tilting_pads.csv").resolve())
+    scene, top = from_dict(document), 12000.0 * RPM
+    found = machine_of(scene, {}).threshold(top), spun(model_of(scene), NONE).threshold(top)
+    assert found == (pytest.approx(1000.0 * RPM, rel=1e-12),) * 2 if grows else found == (math.inf,) * 2
 
 
 # Balancing by the model

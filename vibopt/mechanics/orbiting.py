@@ -23,12 +23,15 @@ from vibopt.records import cached_property, dataclass
 if TYPE_CHECKING:
     from typing import Self
 
-_LOWEST, _ROUNDED, _REAL, _STEPS = 20, 1e-12, 1e-9, 12
+_LOWEST, _ROUNDED, _REAL, _SLIM, _STEPS = 20, 1e-12, 1e-9, 1e-3, 12
 """Free motions at rest by which singular speeds are looked for, and the part of the longest period squared below which
-one is rounding; part of itself by which a speed without damping may lie off its axis; steps of a secant."""
+one is rounding; parts of itself by which a speed without damping may lie off its axis, and one whose peak is so slim
+that the waves must tell it; steps of a secant."""
 FARTHEST, _SCANNED, _STILL = 50.0, 80, 1e-9
 """Spin over the lowest frequency at rest up to which growth is looked for where nothing says how far; spins at which it
 is, evenly and near that frequency; part of the slowest frequency below which a rate is rounding."""
+_HARDLY = 0.02
+"""Part of a frequency that a whirl at the first spin grows or fades by at most where its pieces do not say which."""
 _SKEW = 1e-12
 """Part of the greatest damping below which one is rounding."""
 _EVEN = 4
@@ -159,7 +162,13 @@ class OrbitingMachine(RotatingMachine):
             found.append(inverse_poles(cast("FloatArray", mass - turned), damping, stiffness))
         near = np.concatenate(found)
         real = (np.abs(near.imag) <= _REAL * np.abs(near)) & (near.real > 0.0)
-        near[real] = [self._resisted_no_more(float(one)) for one in near[real].real]
+        near[real] = [self._resisted_no_more(complex(one)) for one in near[real].real]
+        return near
+
+    def poles_below(self, top: float) -> ComplexArray:
+        near = self.known_poles.copy()
+        slim = (np.abs(near.imag) <= _SLIM * near.real) & (np.abs(near) <= 1.05 * top) & (near.imag != 0.0)
+        near[slim] = [self._resisted_no_more(one) for one in near[slim].tolist()]
         return near
 
     @cached_property
@@ -269,14 +278,32 @@ class OrbitingMachine(RotatingMachine):
         none, spins = _STILL * slow, np.unique(spins[(spins >= low) & (spins <= high)])
         growth: list[float] = []
         for k, spin in enumerate(spins.tolist()):
-            growth.append(self._growth(spin)[0] - none)
+            growth.append(self._growth(spin)[0] - none if k else self._first(spin) - none)
             grows = spin if growth[k] > 0.0 else self._summit(spins[max(k - 2, 0) : k + 1], growth[-3:], none)
             if growth[0] > 0.0:
                 return low
             if grows:
-                near = crossing(lambda at: self._growth(at)[0] - none, float(spins[max(k - 2, 0)]), grows, 1e-12)[1]
+                begun = float(spins[max(k - 2, 0)])
+                near = begun  # where the pieces grow already, and the waves fade
+                if self._growth(begun)[0] <= none:
+                    near = crossing(lambda at: self._growth(at)[0] - none, begun, grows, 1e-12)[1]
                 return self._neutral(self._growth(near)[1], near)
         return float("inf")
+
+    def _first(self, spin: float) -> float:
+        """Greatest rate of growth at the first spin of all [1/s], by the waves where it hardly is one."""
+        growth, whirl = self._growth(spin)
+        if spin == 0.0 or abs(growth) > _HARDLY * whirl:
+            return growth
+        cut, turn = self.cut_for(1.5 * whirl), np.array([spin])
+        size = np.sqrt(np.abs(np.diagonal(cut.planes(np.array([0.5 * whirl]), turn)[0])))
+
+        def least(omega: float, above: float) -> complex:
+            stiff = cut.planes(np.array([omega * (1.0 + 1j * (above - 1.0))]), turn, braked=True)[0]
+            values = np.linalg.eigvals(stiff / np.outer(size, size))
+            return complex(values[np.abs(values).argmin()])
+
+        return whirl * (1.0 - vanishing(least, (whirl, 1.0 - growth / whirl)))
 
     def _summit(self, spins: FloatArray, growth: list[float], none: float) -> float:
         """A spin about the middle one of three at which something grows between them; 0 where nothing can."""
@@ -323,15 +350,15 @@ class OrbitingMachine(RotatingMachine):
             if joint.name in self.bearings:
                 yield self.bearings[joint.name], ends
 
-    def _resisted_no_more(self, near: float) -> float:
-        """The speed near one [rad/s] at which some motion without damping is free; by the waves."""
+    def _resisted_no_more(self, near: complex) -> complex:
+        """The speed near one [rad/s] at which some motion is free, real without damping; by the waves."""
         cut = self.cut_for(1.1 * abs(near))
+        size = np.sqrt(np.abs(np.diagonal(cut.planes(np.zeros(1))[0])))
 
-        def least(omega: float) -> float:
-            stiff = cut.planes(np.array([omega]))[0]
-            size = np.sqrt(np.abs(np.diagonal(cut.planes(np.zeros(1))[0])))
-            values = np.linalg.eigvals(stiff / np.outer(size, size))
-            return float(values[np.abs(values).argmin()].real)
+        def least(omega: complex) -> complex:
+            values = np.linalg.eigvals(cut.planes(np.array([omega]))[0] / np.outer(size, size))
+            value = complex(values[np.abs(values).argmin()])
+            return value if near.imag else complex(value.real)
 
         before, here = near * (1.0 + 1e-5), near
         low = least(before)

@@ -192,7 +192,8 @@ def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name:
         return rubbing(machine, response, scene.excitations[name], bands, least=want_least)
     shaken = _shaken(scene, machine, response, name)
     between = any(not band.is_point for band in bands)
-    singular, breaks = shaken.singularities() if between else (np.zeros(0, dtype=complex), np.zeros(0))
+    top = max(band.high for band in bands)
+    singular, breaks = shaken.singularities(top) if between else (np.zeros(0, dtype=complex), np.zeros(0))
     turning = shaken.turning if between and not (want_least and len(machine.masses) > 1) else None
     found = Search(shaken, singular, breaks, want_least).over(bands, turning)
     whole = machine.in_full is machine and (not between or len(machine.masses) < WORTH)  # nothing through modes
@@ -287,9 +288,9 @@ class Shaken:
         """Modulus of the first harmonic under a unit amplitude at frequencies [rad/s] of any shape."""
         return np.abs(self._steady(self.machine, self.lines[0], omega, np.ones(omega.shape)))
 
-    def singularities(self) -> tuple[ComplexArray, FloatArray]:
-        """Complex speeds at which it is singular, and speeds at which it is not smooth [rad/s]."""
-        poles = self.machine.known_poles
+    def singularities(self, top: float) -> tuple[ComplexArray, FloatArray]:
+        """Complex speeds at which it is singular, well known up to a speed, and at which it is not smooth [rad/s]."""
+        poles = self.machine.poles_below(top * max(line.order for line in self.lines))
         if self.response.rigid_link:
             poles = np.concatenate([poles, self.bolted.known_poles])
         breaks = sorted({speed for line in self.lines for speed in line.amplitude.breaks()})
