@@ -8,8 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from vibopt.forms.form import by_differences
 from vibopt.forms.rubbing import Rubbing
 from vibopt.jobs import answer, facts, open_job, with_changes
+from vibopt.mechanics.slipping import Slipping
 from vibopt.program.one_machine import one_machine
 from vibopt.program.pose import pose
 from vibopt.study.holding import Road
@@ -76,3 +78,24 @@ def test_to_ask_again_for_what_friction_leaves_counts_as_the_same_work() -> None
         works.append(meter.done)
     assert works[0] > 0.0
     assert works[1] == works[0]
+
+
+def test_differences_of_a_response_under_friction_are_measured_together_and_are_those_of_one_after_the_other(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    program = pose(open_job(PROBLEMS / "friction/rao_9_41_posed.toml"))
+    assert program.aim is not None
+    part, x, counts = program.aim, np.array([60e3, 700.0]), list[int]()
+    greatest = Slipping.greatest
+
+    def counted(self: Slipping, *given: Any) -> Any:
+        counts.append(len(self.r))
+        return greatest(self, *given)
+
+    part.worst(x)
+    monkeypatch.setattr(Slipping, "greatest", counted)
+    [top] = part.extremes(x)
+    assert len(counts) == 1  # seven designs beside each other
+    [speed] = top.speeds
+    alone = by_differences(lambda one: part.form.at(part.model, one, speed), x, 1e-5)  # type: ignore[attr-defined]
+    assert top.slope == pytest.approx(alone, rel=1e-6)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import field
-from itertools import combinations_with_replacement
+from itertools import combinations
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar
 
 import numpy as np
@@ -419,27 +419,27 @@ def by_differences(value: Callable[[FloatArray], float], x: FloatArray, step: fl
 
 
 def top_by_differences(
-    at: Callable[[FloatArray, float], float], x: FloatArray, value: float, speed: float, *, moves: bool
+    at: Callable[[FloatArray, FloatArray], FloatArray], x: FloatArray, value: float, speed: float, *, moves: bool
 ) -> Local:
     """A local extreme over speeds, with slope and bend by small turns of the logs of the design and of the speed.
 
-    Of a value `at` a design (n_vars,) and a speed [rad/s]; the speed of the extreme moves with the design where it
-    `moves`.  No bend where some difference has no end.
+    Of values `at` designs (m, n_vars), each at a speed of its own (m,) [rad/s]; the speed of the extreme moves with the
+    design where it `moves`.  No bend where some difference has no end.
     """
     n = len(x)
     if not 0.0 < value < np.inf:
         return Local(log_of(value) if np.isfinite(value) else np.inf, np.zeros(n), (speed,))
 
-    def near(turn: FloatArray) -> float:
-        return log_of(at(x * np.exp(turn[:n]), speed * float(np.exp(turn[n:].sum()))))
-
-    steps = _TURN * np.eye(n + moves)
-    here, ups, downs = near(np.zeros(n + moves)), [near(step) for step in steps], [near(-step) for step in steps]
-    slope, bend = (np.array(ups) - downs) / (2.0 * _TURN), np.zeros(2 * steps.shape[:1])
-    for i, j in combinations_with_replacement(range(len(steps)), 2):
-        both = [near(steps[i] + steps[j]), near(-steps[i] - steps[j])] if i != j else []
-        apart = sum(both) + 2.0 * here - ups[i] - ups[j] - downs[i] - downs[j] if both else ups[i] + downs[i] - 2 * here
-        bend[i, j] = bend[j, i] = apart / ((2.0 if both else 1.0) * _TURN**2)
+    steps, pairs = _TURN * np.eye(n + moves), list(combinations(range(n + moves), 2))
+    both = [steps[i] + steps[j] for i, j in pairs]
+    turns = np.array([0.0 * steps[0], *steps, *-steps, *both, *(-one for one in both)])
+    found = at(x * np.exp(turns[:, :n]), speed * np.exp(turns[:, n:].sum(axis=1)))
+    here, *logs = [log_of(float(one)) for one in found]
+    ups, downs, rest = np.array(logs[: len(steps)]), np.array(logs[len(steps) : 2 * len(steps)]), logs[2 * len(steps) :]
+    slope, bend = (ups - downs) / (2.0 * _TURN), np.diag((ups + downs - 2.0 * here) / _TURN**2)
+    for (i, j), up, down in zip(pairs, rest[: len(pairs)], rest[len(pairs) :], strict=True):
+        apart = up + down + 2.0 * here - ups[i] - ups[j] - downs[i] - downs[j]
+        bend[i, j] = bend[j, i] = apart / (2.0 * _TURN**2)
     if moves and bend[n, n]:
         bend -= np.outer(bend[:, n], bend[n]) / bend[n, n]
     whole = np.isfinite(bend[:n, :n]).all()

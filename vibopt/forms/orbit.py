@@ -67,8 +67,9 @@ class Orbit(AtWorst):
         drive = self.shaken[0]
         moves = min(abs(top.speed - end) for end in edges(drive.bands)) > _BESIDE * top.speed
 
-        def at(y: FloatArray, speed: float) -> float:
-            return float(self.sizes(model, y, drive, np.array([speed]))[0])
+        def at(some: FloatArray, speeds: FloatArray) -> FloatArray:
+            pairs = zip(some, speeds, strict=True)
+            return np.array([self.sizes(model, one, drive, np.array([speed]))[0] for one, speed in pairs])
 
         return top_by_differences(at, x, top.value, top.speed, moves=moves)
 

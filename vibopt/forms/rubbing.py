@@ -90,7 +90,7 @@ class Rubbing(AtWorst):
         near = max(within, _WITHIN)
         kept = [top for top in tops if least_wanted or top[0] >= near * tops[0][0]]
         ends = [end for band in self.shaken[0].bands for end in (band.low, band.high)]
-        at = partial(self.at, model)
+        at = partial(self.each, model)
         return [top_by_differences(at, x, value, speed, moves=speed not in ends) for value, speed in kept]
 
     def room(self, model: Model, x: FloatArray, value: float, other: float, rounding: float) -> float:
@@ -179,17 +179,33 @@ class Rubbing(AtWorst):
         rub, _, read = self.motion(model, x, speed)
         return float(rub.equivalent(*read) / self.per(model, x, np.array(speed)))
 
+    def each(self, model: Model, x: FloatArray, speeds: FloatArray) -> FloatArray:
+        """Greatest sizes in a cycle at designs (m, n_vars), each at a speed of its own [rad/s], (m,)."""
+        worked(len(x) * self.once)
+        alone = [(one, speeds[k : k + 1]) for k, one in enumerate(x)]
+        own, _, reads = zip(*(self._motions(model, *one) for one in alone), strict=True)
+        rubs, parts, phasor = np.hstack(own), *(np.hstack(read) for read in zip(*reads, strict=True))
+        count = np.concatenate([np.atleast_1d(self.per(model, *one)) for one in alone])
+        return self._sizes(speeds, (rubs[0], rubs[1], rubs[2]), (parts, phasor), count)
+
     def sizes(self, model: Model, x: FloatArray, speeds: FloatArray, *, hope: float = 0.0) -> FloatArray:
         """Greatest sizes in a cycle at speeds [rad/s], (n,).
 
         With a `hope` of 1 or -1 only those that may be the greatest or the least, and both ends; others are infinite
         against it.
         """
+        own, _, read = self._motions(model, x, speeds)
+        return self._sizes(speeds, own, read, self.per(model, x, speeds), hope)
+
+    def _sizes(
+        self, speeds: FloatArray, own: tuple[FloatArray, ...], read: tuple[FloatArray, ComplexArray],
+        count: FloatArray, hope: float = 0.0,
+    ) -> FloatArray:  # fmt: skip
+        """As `sizes`, of motions and readings at speeds [rad/s]."""
         from vibopt.mechanics.dry_friction import rub_of
         from vibopt.mechanics.slipping import Slipping
 
-        (r, ratio, friction), _, (parts, phasor) = self._motions(model, x, speeds)
-        amplitude, count = self._amplitude(speeds), self.per(model, x, speeds)
+        (r, ratio, friction), (parts, phasor), amplitude = own, read, self._amplitude(speeds)
         found = np.where(self.normalised, 1.0, amplitude)
         moves = (amplitude > 0.0) & (amplitude < np.inf)
         still = moves & (r == 0.0)

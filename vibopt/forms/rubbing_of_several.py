@@ -133,6 +133,9 @@ class RubbingOfSeveral(Rubbing):
         found = np.abs(self._harmonic(model, x, speeds).read(read_in_stretches(model, x, self.output)))
         return float((found / self.per(model, x, speeds))[0])
 
+    def each(self, model: Model, x: FloatArray, speeds: FloatArray) -> FloatArray:
+        return np.array([self.at(model, one, float(speed)) for one, speed in zip(x, speeds, strict=True)])
+
     def sizes(self, model: Model, x: FloatArray, speeds: FloatArray, *, hope: float = 0.0) -> FloatArray:
         amplitude = self._amplitude(speeds)
         count = self.per(model, x, speeds) * np.ones(speeds.shape)
