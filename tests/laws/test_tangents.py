@@ -25,7 +25,8 @@ from vibopt.solve.choose import choose
 from vibopt.solve.conflict import asked, conflicts
 from vibopt.solve.nlp import Nlp
 from vibopt.solve.proportional import reaching, towards
-from vibopt.solve.ranges import closed
+from vibopt.solve.ranges import closed, starts
+from vibopt.solve.screen import best_of_many
 from vibopt.solve.tangents import Tangents, _Box, _together
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=10)
@@ -437,3 +438,55 @@ def test_boxes_of_which_hardly_one_is_dropped_end_at_a_third(tmp_path: Path) -> 
     found = Tangents(most=120).solve(replace(program, aim=None))
     assert found.status == "unproven"
     assert 40 <= found.details["boxes"] < 90
+
+
+def test_a_stiff_mount_under_a_smooth_pulse_is_bounded_by_a_mean_of_it_on_wide_boxes() -> None:
+    """Between 8 and 12 kN/m the acceleration is next to that of the base, and so is its floor."""
+    slow = {**ON_BASE, "duration": "1 s"}
+    program = pose(vo.from_dict({**OPEN, "bases": {"floor": {}}, "excitations": {"load": slow}}))
+    limit = program.limits[0]
+    low, high = np.array([9.0, 8e3, 20.0]), np.array([10.0, 12e3, 60.0])
+    floor = limit.form.floors(limit.model)
+    assert floor is not None
+    x = np.exp(np.random.default_rng(2).uniform(np.log(low), np.log(high), (50, 3)))
+    least = limit.form.values(limit.model, x).min()
+    assert 0.96 * least < floor.on(low[None], high[None])[0][0] <= least
+
+
+VALLEYS: dict[str, Any] = {
+    "bases": {"floor": {}},
+    "bodies": {"frame": {"mass": "48 kg"}, "box": {"mass": "33 kg"}},
+    "links": {
+        "foot": {"between": ["frame", "floor"], "stiffness": "227 kN/m",
+                 "damping": {"from": "20 N s/m", "to": "104 kN s/m"}},
+        "seat": {"between": ["box", "frame"], "stiffness": {"from": "4.6 kN/m", "to": "1 MN/m"},
+                 "damping": {"from": "20 N s/m", "to": "46 kN s/m"}},
+    },
+    "excitations": {"load": {"kind": "pulse", "on": "floor", "shape": "rectangle", "acceleration": "17 m/s²",
+                             "duration": "0.233 s"}},
+    "limits": {"felt": {"response": "peak_acceleration", "of": "box", "at_most": "55 m/s²"}},
+    "goal": {"minimise": "peak_relative_displacement", "across": "foot"},
+}  # fmt: skip
+"""The stiffer the seat, the more often it swings while the pulse lasts: one valley for each time."""
+
+
+def test_the_most_promising_of_many_designs_are_starts_far_from_each_other() -> None:
+    program = pose(vo.from_dict(VALLEYS))
+    (limit, aim), many = program.parts, np.exp(best_of_many(program, 6))
+    assert many.shape == (6, 3)
+    felt, room = (one.form.values(one.model, many) for one in (limit, aim))
+    assert (felt <= limit.bound).all()
+    assert (np.diff(room) >= 0.0).all()
+    spread = np.exp(starts(program, 14))
+    kept = limit.form.values(limit.model, spread) <= limit.bound
+    assert room[0] < 0.98 * aim.form.values(aim.model, spread)[kept].min()
+    parts = np.log(many) / np.log(program.high / program.low)
+    assert min(np.abs(parts[i] - parts[j]).max() for i in range(6) for j in range(i)) >= 0.15
+
+
+@pytest.mark.slow
+def test_where_boxes_say_nothing_the_best_of_many_valleys_is_found() -> None:
+    """Starts all over the ranges led to 2.387 mm."""
+    answer = vo.solve(vo.from_dict(VALLEYS))
+    assert answer.goal is not None
+    assert answer.goal[1].value < 2.29e-3

@@ -6,13 +6,15 @@ What is read, y, of m z'' + c z' + k z = load is known through weights t in time
 
 and both are what is affine in the coefficients, one of it in size: on a box the quotient is least at a corner.  Two
 kinds of weights are taken.  The answer h of some machine of the box to an impulse, backwards in time, whose own peak is
-reached; for others, off by dk and dc, the integral below is 1 + that of |dk h + dc h'|.  And triangles, which are as
-good for all mounts that are stiff.  Of another mass everything counts per kilogram, and the load of a base goes by it;
-where it is open alone, the quotient is least at an end, too, for k / m and c / m go straight by 1 / m.
+reached; for others, off by dk and dc, the integral below is 1 + that of |dk h + dc h'|.  And waves 1 + cos, for mounts
+that are stiff: of one that is longer than about a turn of the mount, all below has one sign, and what is read is no
+less than a mean of the load.  Of another mass everything counts per kilogram, and the load of a base goes by it; where
+it is open alone, the quotient is least at an end, too, for k / m and c / m go straight by 1 / m.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 from typing import TYPE_CHECKING
 
@@ -25,10 +27,11 @@ if TYPE_CHECKING:
     from vibopt.forms.peak_in_time import PeakInTime
     from vibopt.forms.per_mass import PerMass
     from vibopt.mechanics.model import Model
+    from vibopt.mechanics.transient import Transient
 
-_MOST, _TIMES, _LOW, _GRID, _WIDTHS, _STAYS = 4, 48, 1e-3, 256, 14, 1e6
+_MOST, _TIMES, _LOW, _GRID, _WIDTHS, _BEHIND, _STAYS = 4, 48, 1e-3, 256, 14, 1.25, 1e6
 """Coefficients that may vary; times of a box that are tried; part of the middle of a side that its lower end is at
-least; steps of the load, widths of triangles on them, and how often its length what stays for ever is weighed."""
+least; steps of the load, widths of waves on them, and how often its length what ends, or stays for ever, is weighed."""
 _ALIKE, _ROUNDING, _CRITICAL = 1e-12, 1e-9, 1e-6
 """Parts: below which numbers are the same, that rounding may take of a floor, and from critical damping."""
 
@@ -71,7 +74,7 @@ class Floors:
     share
         What is read follows the acceleration of the base as so much of the load.
     plain
-        What is read of position and velocity beside forces, by which triangles weigh; None where more is read.
+        What is read of position and velocity beside forces, by which waves weigh; None where more is read.
     """
 
     def __init__(
@@ -90,7 +93,7 @@ class Floors:
         self.moves = Reading(base, 0.0 * base, 0.0 * base), Reading(0.0 * base, base, 0.0 * base)
         self.factor = np.zeros(model.n_vars) if lone is None else lone.exponents
         self.motion, self.per_load = (0.0 if lone is None else lone.motion), bool(share)
-        self.triangles = self._triangles(np.where(stiff | damped, 0.0, model.values(any_)))
+        self.waves = self._waves(np.where(stiff | damped, 0.0, model.values(any_)))
 
     def on(self, low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray]:
         """On boxes low, high (n, n_vars): the floor (n,), zero where nothing is known, and about what part of it is
@@ -190,38 +193,50 @@ class Floors:
             np.abs(at(begin)) + np.where(count > 0.0, swung, 0.0) + np.abs(at(last) - at(begin + count * half))
         )
 
-    def _triangles(self, p: FloatArray) -> FloatArray:
-        """Half-widths [s], and integrals of the load times the triangle and its slope where that says most, (3, n).
+    def _waves(self, p: FloatArray) -> FloatArray:
+        """Half-widths [s], and integrals of the load times the wave and its slope where that says most, (3, n).
 
-        From the mass of coefficients p alone under the load: they are differences of its position and velocity.
+        From the mass of coefficients p alone under the load, and on a spring with which it would swing once in a
+        width: they are differences of positions and velocities.
         """
-        machine, _ = self.form.transient(self.model, p)
-        segments, last = self.form.segments, self.form.segments[-1]
-        long = _STAYS if last.endless and not (last.rates @ last.start).any() else 1.0
+        still, _ = self.form.transient(self.model, p)
+        ends, segments, last = self.moves[0].row, self.form.segments, self.form.segments[-1]
+        long = _BEHIND if not last.endless else 1.0 if (last.rates @ last.start).any() else _STAYS
         times = np.linspace(0.0, long * sum(float(segment.length) for segment in segments), _GRID + 1)
-        position, velocity = (self.mass * machine.history(reading, times) for reading in self.moves)
-        found = []
+
+        def swung(rate: float) -> Transient:
+            return replace(still, stiffness=self.mass * rate**2 * np.outer(ends, ends))
+
+        place, speed = self.moves
+        free, found = swung(0.0).history(speed, times), []
         for many in np.unique(np.geomspace(1, _GRID // 2, _WIDTHS).astype(int)):
-            before, width = np.zeros(many), times[many]
-            one = np.concatenate([before, velocity, np.full(many, velocity[-1])])
-            two = np.concatenate([before, position, position[-1] + velocity[-1] * times[1 : many + 1]])
-            slope, even = (f[2 * many :] - 2.0 * f[many:-many] + f[: -2 * many] for f in (-one, two))
+            rate = np.pi / times[many]
+            machine = swung(rate)
+            even = 0.5 * self.mass * _across(free - machine.history(speed, times), 2 * many)
+            slope = -0.5 * self.mass * rate**2 * _across(machine.history(place, times), 2 * many)
             at = np.abs(even).argmax()
-            found.append((width, even[at] / width, slope[at] / width))
+            found.append((times[many], even[at], slope[at]))
         return np.array(found).T
 
     def _stiff(self, corners: FloatArray) -> FloatArray:
-        """By triangles, at coefficients (n, n_corners, 5)."""
+        """By waves, at coefficients (n, n_corners, 5)."""
         if self.plain is None:
             return np.zeros(len(corners))
-        width, even, slope = self.triangles
+        width, even, slope = self.waves
         fixed = np.array([0.0, 0.0, *self.plain, 0.0])
         k, c, read, rate, mass = np.moveaxis(corners + fixed, -1, 0)[..., None]
         with np.errstate(divide="ignore", invalid="ignore"):
-            size = np.where(c < k * width, k * width + c * c / (k * width), 2.0 * c) + 4.0 * mass / width
+            swing = np.hypot(k - mass * (np.pi / width) ** 2, c * np.pi / width)
+            turn = np.arccos(np.clip(-k / swing, -1.0, 1.0))  # where what is k + swing cos changes its sign
+            size = width * (k * (2.0 * turn - np.pi) + 2.0 * swing * np.sin(turn)) / np.pi
             number = (read * even - rate * slope) * (mass / self.mass) ** (1.0 + self.motion)
             least = (number * np.sign(number[:, :1]) / size).min(axis=1).max(axis=1)
         return np.asarray(np.maximum(np.nan_to_num(least), 0.0))
+
+
+def _across(values: FloatArray, many: int) -> FloatArray:
+    """How much values (n,) have changed over so many steps, from zero before the first."""
+    return np.concatenate([values[:many], values[many:] - values[:-many]])
 
 
 def _corners(model: Model, low: FloatArray, high: FloatArray) -> FloatArray:

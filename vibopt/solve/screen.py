@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import chain, cycle, product, zip_longest
 
 import numpy as np
@@ -13,6 +13,7 @@ from vibopt.program.program import Aim, Limit, Program
 from vibopt.solve.hanging import MassOnSpring, masses_on_springs
 from vibopt.solve.least_pth import least_pth
 from vibopt.solve.ranges import halton, log_box, natural_size, starts
+from vibopt.work import worked
 
 _TRIED, _ASKED = 512, 64
 """Designs looked at, and those of them at which forms that take longer are asked."""
@@ -22,8 +23,8 @@ part of them is in a batch beside one."""
 _SPREAD, _LATE = 32, 3
 """Designs without devices of which each promises most in its part of the ranges, and the powers for which they and
 those that promise most of all are followed."""
-_APART = 0.05
-"""Distance of two beginnings, in parts of the range of logs."""
+_APART, _FAR, _MEASURED = 0.05, 0.15, 256
+"""Distances of two beginnings, in parts of the range of logs; designs that are measured in whole."""
 _WEIGHT = 10.0
 _LIGHT, _LIGHTER, _LITTLE = 0.03, 0.2, 0.05
 """Least part of the greatest masses, of its host of one that rides on another, and of the damping of those between."""
@@ -82,12 +83,25 @@ def promising(program: Program, count: int) -> list[FloatArray]:
     spread = y[[part[merit[part].argmin()] for part in parts]]
     if follow:
         return least_pth(cheap, np.concatenate([y[asked], spread]), low, high, rungs=_LATE)[:count]
+    both = [one for one in chain.from_iterable(zip_longest(y[asked], spread)) if one is not None]
+    return _distinct(both, high - low, _APART)[:count]
+
+
+def best_of_many(program: Program, count: int) -> list[FloatArray]:
+    """Up to `count` designs y = log x (n_vars,) that promise most by all that is asked, well apart from each other."""
+    low, high = log_box(program)
+    y = np.clip(starts(program, _MEASURED), low, high)
+    worked(_MEASURED * program.cost)
+    merit = _merit(list(program.parts), np.exp(y))
+    return _distinct(y[np.argsort(merit, kind="stable")], high - low, _FAR)[:count]
+
+
+def _distinct(many: Iterable[FloatArray], span: FloatArray, apart: float) -> list[FloatArray]:
+    """Those of designs y (n_vars,) that are so far from all before them, in parts of the `span` of each variable."""
     chosen: list[FloatArray] = []
-    span = np.where(high > low, high - low, np.inf)
-    for one in chain.from_iterable(zip_longest(y[asked], spread)):
-        if one is None or len(chosen) == count:
-            continue
-        if all((np.abs(one - other) / span).max() > _APART for other in chosen):
+    span = np.where(span > 0.0, span, np.inf)
+    for one in many:
+        if all((np.abs(one - other) / span).max() > apart for other in chosen):
             chosen.append(one)
     return chosen
 

@@ -27,6 +27,7 @@ from vibopt.solve.method import Found, Progress
 from vibopt.solve.nlp import Nlp
 from vibopt.solve.proportional import reaching, towards
 from vibopt.solve.ranges import starts
+from vibopt.solve.screen import best_of_many
 from vibopt.work import Budget
 
 _AT_ONCE, _DEEP = 32, 3
@@ -34,6 +35,9 @@ _AT_ONCE, _DEEP = 32, 3
 _STARTS, _FIRST, _SOME = 4, 8, 500
 """Starts of descents, and boxes that are looked at before the first of them and, without a goal, before the second:
 where none holds a design, no descent finds one."""
+_GIVEN = 6
+"""Starts beside those all over the ranges where boxes are used up: the best of many designs, for peaks in time have
+many valleys."""
 _BOX, _LONG = 1.5, 1e4
 """Work of a box beside its measurements and tangents, and of all boxes at most [nominal ms]."""
 _BETTER = 1e-3
@@ -346,7 +350,8 @@ class _Search:
         """The best where the boxes are used up: of this search and, unless it is near enough, of many starts."""
         claim = "the best of boxes and of a descent"
         if not self.best - bound <= self.method.enough * abs(self.best):
-            other = Nlp().solve(self.program, self.progress)
+            given = tuple(np.exp(y) for y in best_of_many(self.program, _GIVEN))
+            other = Nlp(given=given).solve(self.program, self.progress)
             claim = other.claim
             if other.x is not None:
                 self.offer(other.x)
