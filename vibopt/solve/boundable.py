@@ -7,13 +7,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.forms.hung_on_boxes import place_of
 from vibopt.forms.monomials import mounts
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Aim, Axis, Limit, Program
 from vibopt.solve.method import Found
 
-GROUPS, FREE = 6, 6
-"""Groups of impedances of a response, and variables, up to which boxes are looked at: each doubles the work."""
+GROUPS, FREE, HUNG = 6, 6, 12
+"""Groups of impedances of a response, and variables, up to which boxes are looked at: each doubles the work.
+
+Where all that is chosen acts on one place it does not, and there are more variables."""
 FAR = float(np.log(3.0))
 """Log of the ratio of a goal to a bound that says next to nothing of it."""
 
@@ -64,8 +67,9 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
         return f"the range of {endless[0]} has no end: write one"
     if zero:
         return f"the range of {zero[0]} begins at zero: begin it above"
-    if len(free) > FREE:
-        return f"{len(free)} numbers are open, and bounds are known of up to {FREE}"
+    most = HUNG if any(place_of(part.model) is not None for part in program.parts if part.form.harmonic) else FREE
+    if len(free) > most:
+        return f"{len(free)} numbers are open, and bounds are known of up to {most}"
     unknown = [why for one in asked if not isinstance(one, Limit) and (why := no_rows(one))]
     if unknown:
         return f"the goal {unknown[0]}"

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.arrays import BoolArray, FloatArray, IntArray
+from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms.bounds import FormBounds
 from vibopt.forms.monomials import Monomials, mounts
 from vibopt.forms.rational import Sampled
@@ -26,7 +26,9 @@ from vibopt.records import cached_property, dataclass
 from vibopt.solve.boundable import FAR, no_rows, refusal
 from vibopt.solve.branch import first_speeds, may_hold
 from vibopt.solve.hanging import masses_on_springs
+from vibopt.solve.hung_boxes import MOST, HungBoxes
 from vibopt.solve.interchange import orders
+from vibopt.solve.log_boxes import LogBoxes
 from vibopt.solve.method import Found, Told
 from vibopt.solve.ranges import FLOOR
 from vibopt.work import Budget
@@ -60,6 +62,8 @@ _TOLD = 0.02
 _TURNS, _AGAIN, _NEAR = 3, 0.25, 0.02
 """How often a box is cut by what its sides promised before they are tried again, what is left of it for a side, and how
 near (in logs) to what is to be proven: farther away promises are not kept."""
+_HANDED, _CHEAP = 0.1, 4
+"""How near (in logs) to what is to be proven boxes are that discs leave to rows, and how many more there may be."""
 _HOLDS = 1e-8
 _SAME = 1e-9
 """Difference of logs that rounding may make."""
@@ -94,7 +98,7 @@ def with_least(
     if goal not in told:
         boxes = _Relaxed(program, aim.pieces)
         boxes.learn(found.x)
-        told[goal] = boxes.search(best + float(np.log1p(-_GAP)), floor), boxes.budget
+        told[goal] = boxes.search(best + float(np.log1p(-_GAP)), floor), boxes.counted
     least, budget = told[goal]
     bound = sign * float(np.exp(sign * least))
     details = {**found.details, "boxes": budget.spent, "bound": bound}
@@ -124,14 +128,18 @@ def none_holds(program: Program, most: int = _WORK) -> Found | None:
     boxes = _Relaxed(program, (), most)
     if boxes.search(_HOLDS) < _HOLDS:
         return None
-    claim = f"proven by boxes of all variables: every one of {boxes.budget} breaks a limit"
-    return Found("infeasible", None, claim, NAME, details={"boxes": boxes.budget.spent})
+    claim = f"proven by boxes of all variables: every one of {boxes.counted} breaks a limit"
+    return Found("infeasible", None, claim, NAME, details={"boxes": boxes.counted.spent})
 
 
 def hopeless(program: Program) -> Found | None:
     """The same before a search that takes longer, where few boxes show it; one of two variables is as quick."""
     free = sum(axis.values is None and axis.high > axis.low for axis in program.axes)
     return none_holds(program, _FIRST) if free > _PLANE else None
+
+
+_Open = tuple[FloatArray, FloatArray, FloatArray]
+"""Boxes with what the log of the goal is at least there, (n_boxes,), and their logs, low and high (n_boxes, n_vars)."""
 
 
 class _Relaxed:
@@ -147,12 +155,17 @@ class _Relaxed:
         others = [limit for limit in program.limits if no_rows(limit) and (limit.side == "outside" or _still(limit))]
         self.others = [(limit, FormBounds(limit.model, limit.form, middle)) for limit in others]
         asked = (*self.goals, *self.limits, *others)
-        self.orders = orders(program, asked, {key: line.sampled for key, line in self.lines.items()})
-        self.from_zero = np.array([axis.open_low or axis.low <= 0.0 for axis in program.axes])
-        self.low = np.log(np.where(self.from_zero, FLOOR * program.high, program.low))
-        self.lists = [(i, np.log(np.sort(a.values))) for i, a in enumerate(program.axes) if a.values is not None]
+        sampled = {key: line.sampled for key, line in self.lines.items()}
+        self.space = LogBoxes(program, tuple(orders(program, asked, sampled)))
         each = sum(line.count for line in self.lines.values()) or 1
         self.budget = Budget(min(most, max(_WORK // each, 1)), "boxes", _COST * each)
+        hung = HungBoxes(self.space, self.goals, self.limits, min(_CHEAP * most, MOST))
+        self.hung = hung if hung.says and len(program.axes) > _PLANE else None
+
+    @property
+    def counted(self) -> Budget:
+        """All boxes that were looked at."""
+        return replace(self.budget, spent=self.budget.spent + (0 if self.hung is None else self.hung.budget.spent))
 
     def learn(self, x: FloatArray, open_: float = 1e-3) -> None:
         """Look at the speeds at which the design x (n_vars,) is worst, where those known say too little of them.
@@ -163,9 +176,31 @@ class _Relaxed:
             line.learn(x, open_)
 
     def search(self, bar: float, floor: Callable[[], float] = lambda: -np.inf) -> float:
-        """No log of the goal is below this, at most `bar`; given up far below `floor`, early where it hardly moves."""
-        frontier, low, high = Frontier(self.budget), self.low[None], np.log(self.program.high)[None]
-        frontier.add(np.array([-np.inf]), low, high, np.zeros(low.shape), np.zeros(1))
+        """No log of the goal is below this, at most `bar`; given up far below `floor`, early where it hardly moves.
+
+        Where all acts on one place discs leave few boxes to rows, and close what these leave.
+        """
+        whole = np.array([-np.inf]), *self.space.whole
+        if self.hung is None:
+            return self._by_rows(whole, bar, floor)[0]
+        told, left = self._by_discs(whole, bar, floor, _HANDED)
+        if told <= bar - _HANDED:
+            return max(told, self._by_rows(whole, bar, lambda: max(told, floor()))[0])
+        told, left = self._by_rows(left, bar, floor)
+        return max(told, self._by_discs(left, bar, floor, 0.0)[0])
+
+    def _by_discs(self, boxes: _Open, bar: float, floor: Callable[[], float], near: float) -> tuple[float, _Open]:
+        """The same of boxes with a bound each until all are `near` the bar, and what of them stays open."""
+        assert self.hung is not None
+        if not len(boxes[0]):
+            return -np.inf, boxes
+        left = self.hung.left(boxes, bar, floor, near)
+        return float(left[0].min(initial=bar)), left
+
+    def _by_rows(self, given: _Open, bar: float, floor: Callable[[], float]) -> tuple[float, _Open]:
+        """The same of some boxes, and what of them stays open."""
+        frontier, (bound, low, high) = Frontier(self.budget), given
+        frontier.add(bound, low, high, np.zeros(low.shape), np.zeros(len(low)))
         begun, least, turns = np.inf, np.inf, Budget(_MOST_TURNS, "turns")
         hosts = [device.host for device in masses_on_springs(self.program) if device.host]
         whole = low.shape[1] <= _WHOLE and len(set(hosts)) < len(hosts)
@@ -180,7 +215,7 @@ class _Relaxed:
             wide: BoolArray = np.any(boxes.high > boxes.low, axis=1)
             if not wide.all():  # what rounding leaves of a range is not measured: it is near to what is known
                 points = boxes.chosen(~wide)
-                least = min(least, self._of_points(points, bar) if self.lists else float(points.bound.min()))
+                least = min(least, self._of_points(points, bar) if self.space.lists else float(points.bound.min()))
                 boxes = boxes.chosen(wide)
             if not wide.any():
                 continue
@@ -193,7 +228,9 @@ class _Relaxed:
                 if len(some.bound):
                     halves = split(some, bar)
                     frontier.add(*halves.chosen(halves.bound < bar).columns)
-        return min(frontier.bound, least, bar)
+        if least < bar or not frontier:
+            return min(frontier.bound, least, bar), (bound[:0], low[:0], high[:0])
+        return min(frontier.bound, bar), (frontier.bounds, frontier.columns[0], frontier.columns[1])
 
     def _of_points(self, points: _Boxes, bar: float) -> float:
         """The least bound of single designs, as of listed values, that is below `bar` at their own worst speeds."""
@@ -206,7 +243,7 @@ class _Relaxed:
         """Both halves of every box across the side whose halves promise least, and what each side would have gained."""
         low, high = boxes.low, boxes.high
         sides, rows = np.flatnonzero((high > low).any(axis=0)), np.arange(len(low))
-        halves = [self._halves(low, high, np.full(len(low), side)) for side in sides]
+        halves = [self.space.halves(low, high, np.full(len(low), side)) for side in sides]
         lows, highs = (np.stack(one, axis=1) for one in zip(*halves, strict=True))  # (2 n_boxes, n_sides, n_vars)
         bound, lows, highs = self._on(lows.reshape(-1, low.shape[1]), highs.reshape(-1, low.shape[1]), bar)
         lows, highs = (one.reshape(len(low), 2, len(sides), -1) for one in (lows, highs))
@@ -229,7 +266,7 @@ class _Relaxed:
         """Both halves of every box across the side that would have gained most."""
         gain, rows = np.where(boxes.high > boxes.low, boxes.gain, -np.inf), np.arange(len(boxes.bound))
         side = gain.argmax(axis=1)
-        low, high = self._halves(boxes.low, boxes.high, side)
+        low, high = self.space.halves(boxes.low, boxes.high, side)
         gain = boxes.gain.copy()
         gain[rows, side] *= _AGAIN
         twice = np.repeat(rows, 2)
@@ -244,18 +281,16 @@ class _Relaxed:
         """
         self.budget.spend(len(low))
         x, half = np.exp(0.5 * (low + high)), 0.5 * (high - low)
-        fades = self.from_zero & (low <= self.low)
+        fades = self.space.fades(low)
         goals = Rows.joined([self._rows(goal, x, half, fades) for goal in self.goals]).highest(_ROWS)
         limits = [self._rows(limit, x, half, fades) for limit in self.limits]
         every = Rows.joined([goals, Rows.joined(limits).highest(_ROWS)]) if limits else goals
         aims = np.arange(every.value.shape[1]) < goals.value.shape[1]
         bound = _weighed(every, aims, half, bar)
-        self._drop(bound, np.where(fades, 0.0, np.exp(low)), np.exp(high), bar)
-        for i, j in self.orders:  # what boxes that touch share is in others, too
-            gap, wide = low[:, i] - high[:, j], (high > low)[:, i] & (high > low)[:, j]
-            bound[(gap > 0.0) | (wide & (gap == 0.0))] = np.inf
+        self._drop(bound, *self.space.ends(low, high), bar)
+        bound[self.space.in_other_order(low, high)] = np.inf
         up, down = every.within(np.where(aims, bar, _HOLDS), half)
-        listed = [i for i, _ in self.lists]
+        listed = [i for i, _ in self.space.lists]
         up[:, listed] = down[:, listed] = np.inf
         return bound, np.maximum(low, high - down), np.minimum(high, low + up)
 
@@ -265,21 +300,6 @@ class _Relaxed:
             open_ = np.flatnonzero(bound < bar)
             held = may_hold(limit, bounds, low[open_] * (1.0 - _SAME), high[open_] * (1.0 + _SAME))
             bound[open_[~held]] = np.inf
-
-    def _halves(self, low: FloatArray, high: FloatArray, side: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Boxes (n_boxes, n_vars) cut in two across a side of each; what is listed goes from one value to another.
-
-        Both ends of a box are values, so each half has one.
-        """
-        rows = np.arange(len(low))
-        first, second = high.copy(), low.copy()
-        first[rows, side] = second[rows, side] = 0.5 * (low + high)[rows, side]
-        lows = np.stack([low, second], axis=1).reshape(-1, low.shape[1])
-        highs = np.stack([first, high], axis=1).reshape(-1, low.shape[1])
-        for i, values in self.lists:
-            lows[:, i] = values[np.searchsorted(values, lows[:, i] - _SAME)]
-            highs[:, i] = values[np.searchsorted(values, highs[:, i] + _SAME) - 1]
-        return lows, highs
 
     def _rows(self, part: Limit | Aim, x: FloatArray, half: FloatArray, down: BoolArray) -> Rows:
         log = 0.0 if isinstance(part, Aim) else float(np.log(part.bound))

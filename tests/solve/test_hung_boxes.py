@@ -1,0 +1,191 @@
+"""What discs say of devices that hang on one place of a host: below every response, and bounds that nothing beats."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from vibopt.forms.hung_on_boxes import place_of, read
+from vibopt.program.pose import pose
+from vibopt.program.program import Program
+from vibopt.scene.read import from_dict
+from vibopt.solve.ranges import closed
+
+relaxed = import_module("vibopt.solve.relaxed")
+few = settings(derandomize=True, database=None, deadline=None, max_examples=24)
+HOST, SPRINGS, DAMPERS = (100.0, 60.0), (4.0e5, 2.4e6), (200.0, 90.0)
+FORCE, MASS = 100.0, 3.0
+W = 2.0 * np.pi * np.geomspace(4.0, 60.0, 30)
+
+
+def scene(on: int, count: int, word: str, goal: dict[str, str], moved: str, *, held: bool = False) -> dict[str, Any]:
+    """Absorbers on one mass of a chain of two, of which the second or the floor is shaken.
+
+    `held` puts a mount to be chosen below that mass, too.
+    """
+    links = {
+        f"l{i}": {
+            "between": [f"b{i}", f"b{i - 1}" if i else "ground"],
+            "stiffness": f"{k!r} N/m",
+            "damping": f"{c} N s/m",
+        }
+        for i, (k, c) in enumerate(zip(SPRINGS, DAMPERS, strict=True))
+    }
+    own: dict[str, Any] = {
+        "mass": {"mass": {"from": "1 kg", "to": "9 kg"}, "frequency": {"from": "5 Hz", "to": "50 Hz"}},
+        "frequency": {"mass": f"{MASS} kg", "frequency": {"from": "5 Hz", "to": "50 Hz"}},
+        "stiffness": {"mass": {"from": "1 kg", "to": "9 kg"}, "stiffness": {"from": "3 kN/m", "to": "300 kN/m"}},
+    }[word]
+    damped = (
+        {"damping": {"from": "5 N s/m", "to": "800 N s/m"}}
+        if word == "stiffness"
+        else {"damping_ratio": {"from": 0.01, "to": 0.6}}
+    )
+    if held:
+        range_ = {"from": "50 kN/m", "to": "2 MN/m"}
+        links["mount"] = {"between": [f"b{on}", "ground"], "stiffness": range_, "damping": "0 N s/m"}  # type: ignore[dict-item]
+    shaken: dict[str, Any] = {
+        "force": {"kind": "force", "on": "b1", "amplitude": f"{FORCE} N"},
+        "base": {"kind": "base_motion", "on": "floor", "displacement": "1 mm"},
+    }[moved]
+    if moved == "base":
+        links["l0"]["between"] = ["b0", "floor"]
+    document = {
+        "title": "t",
+        "bodies": {f"b{i}": {"mass": f"{m!r} kg"} for i, m in enumerate(HOST)},
+        "links": links,
+        "absorbers": {f"a{i}": {"on": f"b{on}", **own, **damped} for i in range(count)},
+        "excitations": {"e": {**shaken, "speed": "4 Hz..60 Hz", "varies": "constant"}},
+        "goal": goal,
+    }
+    if goal["minimise"] == "transmitted_force":
+        document["goal"] = {**goal, "into": "floor" if moved == "base" else "ground"}
+    return document | ({"bases": {"floor": {}}} if moved == "base" else {})
+
+
+def by_matrices(program: Program, x: np.ndarray, on: int, count: int, goal: str, moved: str) -> np.ndarray:
+    """The response at each of `W` by matrices of its own."""
+    value = {axis.path: float(one) for axis, one in zip(program.axes, x, strict=True)}
+    n = 2 + count
+    matrix, load = np.zeros((len(W), n, n), dtype=complex), np.zeros((len(W), n), dtype=complex)
+
+    def add(i: int, j: int, z: np.ndarray) -> None:
+        for a, b, sign in ((i, i, 1.0), (j, j, 1.0), (i, j, -1.0), (j, i, -1.0)):
+            if min(a, b) >= 0:
+                matrix[:, a, b] += sign * z
+
+    for i, m in enumerate(HOST):
+        matrix[:, i, i] -= W**2 * m
+        add(i, i - 1, SPRINGS[i] + 1j * W * DAMPERS[i])
+    add(on, -1, value.get("links.mount.stiffness", 0.0) + 0.0j * W)
+    for i in range(count):
+        own = f"absorbers.a{i}."
+        m = value.get(own + "mass", MASS)
+        f = value.get(own + "frequency", 0.0)
+        k = value.get(own + "stiffness", m * f**2)
+        c = value.get(own + "damping", 2.0 * m * f * value.get(own + "damping_ratio", 0.0))
+        matrix[:, 2 + i, 2 + i] -= W**2 * m
+        add(2 + i, on, k + 1j * W * c)
+    floor = 1e-3 * (moved == "base")
+    load[:, 1] = FORCE * (moved == "force")
+    load[:, 0] = (SPRINGS[0] + 1j * W * DAMPERS[0]) * floor
+    u = np.linalg.solve(matrix, load[..., None])[..., 0]
+    seen = {
+        "b0": u[:, 0], "b1": u[:, 1], "stroke": u[:, 2] - u[:, on],
+        "force": (SPRINGS[0] + 1j * W * DAMPERS[0]) * (u[:, 0] - floor),
+    }  # fmt: skip
+    return np.asarray(np.abs(seen[goal]))
+
+
+GOALS = {
+    "b0": {"minimise": "displacement", "of": "b0"},
+    "b1": {"minimise": "displacement", "of": "b1"},
+    "stroke": {"minimise": "stroke", "of": "a0"},
+    "force": {"minimise": "transmitted_force"},
+}
+
+
+@few
+@given(
+    st.integers(0, 1), st.integers(1, 3), st.sampled_from(["mass", "frequency", "stiffness"]),
+    st.sampled_from(sorted(GOALS)), st.sampled_from(["force", "base"]), st.booleans(),
+    st.integers(0, 999), st.floats(-4.0, 0.0),
+)  # fmt: skip
+def test_no_response_on_a_box_is_below_what_discs_say(
+    on: int, count: int, word: str, goal: str, moved: str, held: bool, seed: int, size: float
+) -> None:
+    """At corners and inside, of any masses; of a box without width it is the response itself."""
+    assume(not (held and goal == "force"))
+    program = pose(from_dict(scene(on, count, word, GOALS[goal], moved, held=held)))
+    assert program.aim is not None
+    place, rng = place_of(program.aim.model), np.random.default_rng(seed)
+    assert place is not None
+    known = read(program.aim.form, place, W)
+    assert known is not None
+    assert known.asked.all()
+    low, high = np.log(program.low), np.log(program.high)
+    middle = low + (high - low) * rng.random((20, len(low)))
+    half = 10.0**size * rng.random(middle.shape)
+    least = known.least(*place.pulled(np.exp(middle - half), np.exp(middle + half), W))
+    points = known.least(*place.pulled(np.exp(middle), np.exp(middle), W))
+    for box in range(20):
+        true = by_matrices(program, np.exp(middle[box]), on, count, goal, moved).max()
+        assert points[box] == pytest.approx(true, rel=1e-9, abs=0.0)
+        for turn in range(4):
+            way = rng.uniform(-1.0, 1.0, len(low))
+            x = np.exp(middle[box] + half[box] * (np.sign(way) if turn % 2 else way))
+            assert least[box] <= by_matrices(program, x, on, count, goal, moved).max() * (1.0 + 1e-9)
+    assert size > -3.0 or np.median(least / points) > 0.9
+
+
+def test_what_hangs_on_two_places_or_takes_part_of_the_load_is_left_to_others() -> None:
+    """Absorbers on two bodies, a mount on a shaken floor, the force of a mount to be chosen."""
+    document = scene(0, 2, "mass", GOALS["b1"], "force")
+    document["absorbers"]["a1"]["on"] = "b1"
+    aim = pose(from_dict(document)).aim
+    assert aim is not None
+    assert place_of(aim.model) is None
+    document = scene(0, 1, "mass", GOALS["b1"], "base")
+    document["links"]["l0"]["stiffness"] = {"from": "100 kN/m", "to": "1 MN/m"}
+    aim = pose(from_dict(document)).aim
+    assert aim is not None
+    assert place_of(aim.model) is None
+    aim = pose(
+        from_dict(scene(0, 1, "mass", {"minimise": "transmitted_force", "into": "ground"}, "force", held=True))
+    ).aim
+    assert aim is not None
+    place = place_of(aim.model)
+    assert place is not None
+    assert read(aim.form, place, W) is None
+
+
+@pytest.mark.parametrize(("count", "word", "open_"), [(1, "mass", 1e-5), (1, "stiffness", 1e-5), (3, "frequency", 0.5)])
+def test_nothing_beats_the_bound_and_it_is_near(count: int, word: str, open_: float, monkeypatch: Any) -> None:
+    """Of random designs, and of the best of starts: one absorber of free mass is proven, three are bounded."""
+    monkeypatch.setattr(relaxed, "MOST", 10_000)
+    program = closed(pose(from_dict(scene(1, count, word, GOALS["b1"], "force"))))
+    assert program.aim is not None
+    boxes = relaxed._Relaxed(program, program.aim.pieces)
+    assert boxes.hung is not None
+    best = found_best(program)
+    bound = float(np.exp(boxes.search(np.log(best) - 1e-6)))
+    assert bound <= best
+    assert best / bound - 1.0 < open_
+    rng = np.random.default_rng(count)
+    x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (200, len(program.low))))
+    assert min(by_matrices(program, one, 1, count, "b1", "force").max() for one in x) >= bound
+
+
+def found_best(program: Program) -> float:
+    """What a start leads to."""
+    from vibopt.solve.nlp import Nlp
+
+    found = Nlp(1, brief=True).solve(program)
+    assert found.x is not None
+    assert program.aim is not None
+    return program.aim.form.value(program.aim.model, found.x)
