@@ -10,10 +10,12 @@ import pytest
 
 from vibopt.forms.form import by_differences
 from vibopt.forms.rubbing import Rubbing
-from vibopt.jobs import answer, facts, open_job, with_changes
+from vibopt.jobs import answer, facts, is_scene, open_job, with_changes
 from vibopt.mechanics.slipping import Slipping
 from vibopt.program.one_machine import one_machine
 from vibopt.program.pose import pose
+from vibopt.scene.open_places import open_places
+from vibopt.scene.uncertain import uncertain
 from vibopt.study.holding import Road
 from vibopt.work import metered
 
@@ -99,3 +101,24 @@ def test_differences_of_a_response_under_friction_are_measured_together_and_are_
     [speed] = top.speeds
     alone = by_differences(lambda one: part.form.at(part.model, one, speed), x, 1e-5)  # type: ignore[attr-defined]
     assert top.slope == pytest.approx(alone, rel=1e-6)
+
+
+def test_no_form_hangs_on_the_value_of_a_bound() -> None:
+    """One file of each kind of limit that the problems ask is posed without the values, to the same measurements."""
+    kinds = set[str]()
+    for path in sorted(PROBLEMS.rglob("*.toml")):
+        job = open_job(path)
+        if not is_scene(job) or job.structures or job.rotors or open_places(job) or uncertain(job):
+            continue
+        fresh = {one.response for one in job.limits.values()} - kinds
+        if not fresh:
+            continue
+        kinds |= fresh
+        plain = pose(job)
+        with one_machine(job):
+            kept = pose(job)
+        x = np.where(np.isfinite(plain.high), np.sqrt(np.maximum(plain.low, 1e-3) * np.minimum(plain.high, 1e9)), 1.0)
+        for one, other in zip(plain.limits, kept.limits, strict=True):
+            if one.form.cost(one.model) < 20.0:
+                assert one.worst(x).value == other.worst(x).value
+    assert len(kinds) > 20

@@ -68,14 +68,19 @@ def model_kept(scene: Scene, free: Collection[str], made: Callable[[], Model]) -
     return known.model
 
 
-def form_kept(model: Model, response: Response, how: Any, made: Callable[[], tuple[Model, Form]]) -> tuple[Model, Form]:
-    """The smallest model that a question needs of a machine, and its form: those that are kept, or that are made."""
+def form_kept(
+    model: Model, response: Response, how: Any, made: Callable[[Response], tuple[Model, Form]]
+) -> tuple[Model, Form]:
+    """The smallest model that a question needs of a machine, and its form: those that are kept, or that are made.
+
+    What is kept is made without the values of bounds, so that none can hang on them unseen.
+    """
     known = next((one for one in _KEPT.get() or () if one.model is model), None)
     if known is None:
-        return made()
+        return made(response)
     asked = response.unbound, how
     found = next((both for one, both in known.forms if one == asked), None)
     if found is None:
-        found = made()
+        found = made(asked[0])
         known.forms.append((asked, found))
     return found

@@ -138,10 +138,10 @@ def rated_name(link: str) -> str:
 
 def on_needed(scene: Scene, full: Model, response: Response, *, reduce: bool = True) -> tuple[Model, Form]:
     """The smallest exact model for a response, and its form on it."""
-    return form_kept(full, response, (reduce, are_whole()), partial(_on_needed, scene, full, response, reduce))
+    return form_kept(full, response, (reduce, are_whole()), partial(_on_needed, scene, full, reduce))
 
 
-def _on_needed(scene: Scene, full: Model, response: Response, reduce: bool) -> tuple[Model, Form]:
+def _on_needed(scene: Scene, full: Model, reduce: bool, response: Response) -> tuple[Model, Form]:
     full = response.seen_in(full)
     form = form_of(scene, full, response)
     model = full if not reduce or are_whole() or full.n_free == 1 else reduced(full, form)

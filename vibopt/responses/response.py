@@ -238,8 +238,8 @@ class Response(Table):
 
     @property
     def unbound(self) -> "Response":
-        """The question without the values of its bounds, on which no form depends; with which it has."""
-        return self.model_copy(update={"at_most": self.at_most is not None, "at_least": self.at_least is not None})
+        """The question without the values of its bounds, on which no form depends: where it has one, True."""
+        return self.model_copy(update={key: getattr(self, key) and True for key in ("at_most", "at_least")})
 
     @property
     def orders_of(self) -> str:
