@@ -31,6 +31,7 @@ def _ids(block: Sequence[int]) -> str:
     return f"{block[0]}..{block[-1]}"
 
 
+@pytest.mark.sampled(3)
 @pytest.mark.parametrize(
     "block",
     [

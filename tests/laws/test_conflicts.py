@@ -116,6 +116,7 @@ def skid(vib: str) -> Scene:
     return from_dict(document)
 
 
+@pytest.mark.slow
 def test_limits_of_a_design_that_starts_look_for_are_loosened_too() -> None:
     design = solve(skid("1 mm/s"))
     assert design.status == "infeasible"

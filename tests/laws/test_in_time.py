@@ -999,6 +999,7 @@ def test_what_dampers_alone_hold_creeps_to_where_it_stays(damping: float) -> Non
         assert answer.measures["way"].value.value == pytest.approx(momentum / damping, rel=1e-9)
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize(
     ("count", "shape", "duration"),
     [

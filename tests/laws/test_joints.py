@@ -273,6 +273,7 @@ def test_slopes_are_those_of_differences(name: str) -> None:
 TWO: dict[str, Any] = {**OPEN, "links": {**OPEN["links"], "held": ZENER["links"]["held"]}}
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("name", ["steady", "mode", "damping", "decay", "rough", "run"])
 def test_no_grid_of_designs_beats_what_is_proven(name: str) -> None:
     """Of main spring and damper, or of the damper alone."""

@@ -201,6 +201,7 @@ def test_both_roads_build_the_same_machine_off_its_numbers(parts: list[float], s
         assert second.value == pytest.approx(value, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_no_machine_of_a_frame_with_two_absorbers_is_worse_than_the_worst_found() -> None:
     """As `judged` finds it; whether a bound is proven to be kept as well, the longest part of that, is not asked."""
     program = around(from_text(FRAME), np.array([4e6]))

@@ -279,6 +279,7 @@ def test_no_speed_gives_more_than_what_was_found(seed: int, modes: int, sharp: f
         assert not ((beyond > band.low) & (beyond < band.high)).any()
 
 
+@pytest.mark.slow
 def test_where_every_top_is_rounding_the_highest_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     from vibopt.forms import extremes
 

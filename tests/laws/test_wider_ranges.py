@@ -78,6 +78,7 @@ def found(least: float, speeds: tuple[float, float], strokes: tuple[float, float
     return float(worst[0])
 
 
+@pytest.mark.slow
 def test_damping_from_nothing_is_no_worse_than_from_a_little() -> None:
     """Without the limits on strokes the least motion is none at all, of undamped absorbers: starts are drawn there."""
     best = np.array([19.5133315, 18.2517026, 11.8662936, 91.2585154])

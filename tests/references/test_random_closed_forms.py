@@ -116,6 +116,7 @@ def test_the_best_least_pole(ratio: float, goal: str) -> None:
         assert least <= wanted * (1.0 + 1e-6)
 
 
+@pytest.mark.slow
 def test_the_least_mass_for_a_decay_rate_lets_poles_meet(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(boxes_first, "_WORK", 8e6)  # starts find it, and boxes leave it open
     monkeypatch.setattr(boxes_first, "_LONGER", 5000)

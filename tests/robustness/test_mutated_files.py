@@ -78,6 +78,7 @@ def _solved(seeds: Iterable[int], folder: Path) -> None:
         assert (code == 2) == (accepted == 2 or not followed), said.get("messages")
 
 
+@pytest.mark.sampled(2)
 @pytest.mark.parametrize("first", range(0, SOLVED, 20))
 def test_what_check_accepts_of_a_mutated_file_is_answered(first: int, tmp_path: Path) -> None:
     _solved((seed for seed in range(first, first + 20) if seed not in LONG), tmp_path)

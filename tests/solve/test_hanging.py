@@ -86,6 +86,7 @@ def test_a_machine_on_a_mount_does_not_hang() -> None:
     assert [theirs["stiffness"] for _, theirs in hanging(document)] == ["links.a_spring.stiffness"]
 
 
+@pytest.mark.slow
 def test_four_bodies_on_links_are_tuned_as_well_as_a_search_of_another_kind_does() -> None:
     """Descents on powers of the response from 60 random tunings, made sharp by linear programs on all peaks (scipy)."""
     hung = [

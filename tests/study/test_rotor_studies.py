@@ -210,6 +210,7 @@ def test_the_radius_of_a_plane_moves_its_trial_weights() -> None:
     assert [way.change for way in found.rows[0].ways] == [0.0, 0.0]
 
 
+@pytest.mark.slow
 def test_a_sweep_finds_every_other_filling_of_holes() -> None:
     """Totals of weights of 3, 5 and 8 g are whole grams: of every whole total either the plan of one less is best."""
     plane = 'radius = "150 mm"\nholes = 12\nshelf = ["3 g", "5 g", "8 g"]\nmost_weights = 2'
