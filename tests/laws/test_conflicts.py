@@ -116,7 +116,6 @@ def skid(vib: str) -> Scene:
     return from_dict(document)
 
 
-@pytest.mark.slow
 def test_limits_of_a_design_that_starts_look_for_are_loosened_too() -> None:
     design = solve(skid("1 mm/s"))
     assert design.status == "infeasible"
@@ -124,7 +123,7 @@ def test_limits_of_a_design_that_starts_look_for_are_loosened_too() -> None:
     assert design.conflict.limits == ("vib",)
     [(name, _, enough)] = design.conflict.loosenings
     assert name == "vib"
-    assert solve(skid(f"{enough.value!r} m/s"), explain=False).status == "feasible"
+    assert solve(skid(f"{enough.value!r} m/s"), explain=False).status == "optimal"
     assert solve(skid(f"{0.98 * enough.value!r} m/s"), explain=False).status == "infeasible"
 
 

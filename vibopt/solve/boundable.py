@@ -67,7 +67,7 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
         return f"the range of {endless[0]} has no end: write one"
     if zero:
         return f"the range of {zero[0]} begins at zero: begin it above"
-    most = HUNG if any(place_of(part.model) is not None for part in program.parts if part.form.harmonic) else FREE
+    most = HUNG if on_one_place(program) else FREE
     if len(free) > most:
         return f"{len(free)} numbers are open, and bounds are known of up to {most}"
     unknown = [why for one in asked if not isinstance(one, Limit) and (why := no_rows(one))]
@@ -76,6 +76,11 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     moved = any(one.form.powers is None for one in asked)
     said = any(not no_rows(one) for one in (asked if moved else program.limits))
     return "" if free and said else "no limit has bounds on boxes of designs"
+
+
+def on_one_place(program: Program) -> bool:
+    """Whether all that can be chosen acts on one place of a machine that something is asked of."""
+    return any(place_of(part.model) is not None for part in program.parts if part.form.harmonic is not None)
 
 
 def _above(axis: Axis) -> bool:

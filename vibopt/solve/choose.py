@@ -25,8 +25,9 @@ _MODEST_ENOUGH = 0.01
 """Gap with which such a search on tangents tries no other starts."""
 _PLANE = 2
 """Variables in the plane of a link."""
-_SLICES, _EMPTY_SLICES = 300, 200
-"""Slices of a third variable, and those of them without any design, that boxes of all three are left to follow."""
+_SLICES, _EMPTY_SLICES, _HUNG_SLICES = 300, 200, 100
+"""Slices of a third variable, and those of them without any design, that boxes of all three are left to follow; of what
+hangs on one place boxes are quick."""
 _VALLEY = 50
 """Exact measurements of designs of which each takes long."""
 _LINE_BOXES = 5_000
@@ -86,6 +87,7 @@ def _seen_in_part(program: Program, near: Sequence[float] | None) -> Method:
 
 def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None:
     """The method that searches all of what may be chosen, or each value listed; None where that is too much."""
+    from vibopt.solve.boundable import on_one_place
     from vibopt.solve.global_search import BranchAndBound, dear, provable
     from vibopt.solve.one_range import OneRange
     from vibopt.solve.plane.discs import DiscsOfOneLink
@@ -93,7 +95,8 @@ def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None
     start = None if near is None else np.array(near, dtype=float)
     discs = DiscsOfOneLink(start=start)
     if len(program.axes) > _PLANE and all(axis.values is None for axis in program.axes):
-        discs = DiscsOfOneLink(start=start, most=_SLICES, patience=_EMPTY_SLICES)
+        most = _HUNG_SLICES if on_one_place(program) else _SLICES
+        discs = DiscsOfOneLink(start=start, most=most, patience=_EMPTY_SLICES)
     if discs.refuses(program) is None:
         return discs
     search = BranchAndBound(near=start) if provable(program) else BranchAndBound(most=_UNBOUNDED_BOXES, near=start)
