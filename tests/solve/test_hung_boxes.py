@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from importlib import import_module
 from typing import Any
 
@@ -189,3 +190,17 @@ def found_best(program: Program) -> float:
     assert found.x is not None
     assert program.aim is not None
     return program.aim.form.value(program.aim.model, found.x)
+
+
+def test_what_can_be_chosen_and_moves_nothing_is_at_no_place() -> None:
+    """As the spring of a mount across which a machine turns."""
+    aim = pose(from_dict(scene(0, 1, "mass", GOALS["b1"], "force", held=True))).aim
+    assert aim is not None
+    model, idle = aim.model, np.zeros(aim.model.n_coords)
+    still = [replace(term, vector=idle) if term.exponents.any() else term for term in model.terms]
+    assert place_of(replace(model, terms=tuple(still))) is None
+    more = replace(model.terms[-1], vector=idle, exponents=np.ones(model.n_vars))
+    known, same = place_of(model), place_of(replace(model, terms=(more, *model.terms)))
+    assert known is not None
+    assert same is not None
+    assert len(same.plain) == len(known.plain)

@@ -162,8 +162,10 @@ def place_of(model: Model) -> Place | None:
         if by is not None and not by[list(held)].any() and not any(one[j] for one in held.values()):
             held[j] = by
     owned = (model.vectors[:, list(held)] != 0.0).any(axis=1)
-    loose = np.flatnonzero(variable & ~owned)
+    loose = np.flatnonzero(variable & ~owned & model.vectors.any(axis=1))
     rows = np.array([*held.values(), *model.vectors[loose]])
+    if not len(rows):
+        return None
     direction, size = rows[0], np.abs(rows).max(axis=1)
     parts = rows @ direction / (direction @ direction)
     if direction[model.n_free :].any() or (np.abs(rows - np.outer(parts, direction)).max(axis=1) > _ALIKE * size).any():
