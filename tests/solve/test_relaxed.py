@@ -497,6 +497,32 @@ def test_boxes_that_gain_next_to_nothing_are_left_early(monkeypatch: pytest.Monk
     assert early.details["boxes"] < 0.5 * late.details["boxes"]
 
 
+def test_boxes_of_which_nothing_is_known_are_left_without_a_warning() -> None:
+    """What is handed on beside a resonance of the mount and the inerter that may be chosen."""
+    document = {
+        "title": "t",
+        "bodies": {"disc": {"inertia": "1.16 kg m2"}},
+        "links": {
+            "shaft": {
+                "between": ["disc", "ground"],
+                "torsional_stiffness": {"from": "15 kN m/rad", "to": "1.5 MN m/rad"},
+                "loss_factor": 0.123,
+            }
+        },
+        "inerters": {
+            "flywheel": {
+                "between": ["ground", "disc"],
+                "torsional_inertance": {"from": "0.0153 kg m2", "to": "0.0612 kg m2"},
+            }
+        },
+        "excitations": {"e": {"kind": "moment", "on": "disc", "amplitude": "9 N m", "speed": "103..148 Hz"}},
+        "goal": {"minimise": "transmissibility", "into": "disc"},
+    }
+    program = closed(pose(from_dict(document)))
+    assert program.aim is not None
+    assert relaxed._Relaxed(program, program.aim.pieces, 500).search(np.float64(5.0)) < 5.0
+
+
 @few
 @given(places, st.integers(0, 999))
 def test_what_is_cut_off_a_box_is_above_the_bar(on: tuple[int, int], seed: int) -> None:

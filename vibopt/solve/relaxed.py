@@ -208,7 +208,7 @@ class _Relaxed:
             turns.spend(1)
             begun = min(begun, frontier.bound) if np.isfinite(frontier.bound) else begun
             part = self.budget.spent / (_PATIENCE * self.budget.most)
-            slow = part > _EARLY and frontier.bound < begun + _LITTLE * (bar - begun)
+            slow = part > _EARLY and begun < np.inf and frontier.bound < begun + _LITTLE * (bar - begun)
             if (part > 1.0 or slow) and not whole and frontier.bound < floor():
                 break
             boxes = _Boxes(*frontier.take(_BATCH))
