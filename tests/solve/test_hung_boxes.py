@@ -29,7 +29,7 @@ def scene(on: int, count: int, word: str, goal: dict[str, str], moved: str, *, h
 
     `held` puts a mount to be chosen below that mass, too.
     """
-    links = {
+    links: dict[str, Any] = {
         f"l{i}": {
             "between": [f"b{i}", f"b{i - 1}" if i else "ground"],
             "stiffness": f"{k!r} N/m",
@@ -49,7 +49,7 @@ def scene(on: int, count: int, word: str, goal: dict[str, str], moved: str, *, h
     )
     if held:
         range_ = {"from": "50 kN/m", "to": "2 MN/m"}
-        links["mount"] = {"between": [f"b{on}", "ground"], "stiffness": range_, "damping": "0 N s/m"}  # type: ignore[dict-item]
+        links["mount"] = {"between": [f"b{on}", "ground"], "stiffness": range_, "damping": "0 N s/m"}
     shaken: dict[str, Any] = {
         "force": {"kind": "force", "on": "b1", "amplitude": f"{FORCE} N"},
         "base": {"kind": "base_motion", "on": "floor", "displacement": "1 mm"},
@@ -204,3 +204,27 @@ def test_what_can_be_chosen_and_moves_nothing_is_at_no_place() -> None:
     assert known is not None
     assert same is not None
     assert len(same.plain) == len(known.plain)
+
+
+def test_a_mass_and_its_mount_that_are_chosen_alone_are_proven_best_for_another_mass() -> None:
+    """Nothing hangs there; at first no box says anything of what is read elsewhere."""
+    document = scene(0, 0, "mass", GOALS["b1"], "force")
+    document["bodies"]["b0"]["mass"] = {"from": "50 kg", "to": "5000 kg"}
+    document["links"]["l0"] |= {
+        "stiffness": {"from": "10 kN/m", "to": "100 MN/m"},
+        "damping": {"from": "10 N s/m", "to": "1 MN s/m"},
+    }
+    program = closed(pose(from_dict(document)))
+    assert program.aim is not None
+    boxes, best = relaxed._Relaxed(program, program.aim.pieces), found_best(program)
+    assert boxes.hung is not None
+    assert np.log(best) - 1e-3 < boxes.search(np.log(best) - 1e-6) <= np.log(best)
+
+
+def test_coefficients_below_zero_are_at_no_place() -> None:
+    """As corrections of a span whose length may be chosen: a sum with them is not least at the ends of its parts."""
+    aim = pose(from_dict(scene(0, 1, "mass", GOALS["b1"], "force", held=True))).aim
+    assert aim is not None
+    assert place_of(aim.model) is not None
+    below = [replace(term, scale=-term.scale) if term.owner == "mount" else term for term in aim.model.terms]
+    assert place_of(replace(aim.model, terms=tuple(below))) is None

@@ -99,7 +99,9 @@ def test_differences_of_a_response_under_friction_are_measured_together_and_are_
     [top] = part.extremes(x)
     assert len(counts) == 1  # seven designs beside each other
     [speed] = top.speeds
-    alone = by_differences(lambda one: part.form.at(part.model, one, speed), x, 1e-5)  # type: ignore[attr-defined]
+    assert isinstance(part.form, Rubbing)
+    form = part.form
+    alone = by_differences(lambda one: form.at(part.model, one, speed), x, 1e-5)
     assert top.slope == pytest.approx(alone, rel=1e-6)
 
 

@@ -259,7 +259,9 @@ class Form:
 
         None where that is not known.
         """
-        powers = np.unique(self.powers.exponents @ along) if self.powers is not None else np.zeros(0)
+        if self.powers is None or (self.powers.scale < 0.0).any():
+            return None
+        powers = np.unique(self.powers.exponents @ along)
         return float(powers[0]) if len(powers) == 1 else None
 
     @property

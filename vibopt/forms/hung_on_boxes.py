@@ -61,7 +61,8 @@ class Hung:
         real, imaginary = self._off(low, high, w)
         with np.errstate(all="ignore"):
             beside = np.fmax(real[0], -real[1]) / (real[1] - real[0])
-            return np.asarray(np.fmax(beside, imaginary[0] / (imaginary[1] - imaginary[0])))
+            above = imaginary[0] / (imaginary[1] - imaginary[0])
+            return np.asarray(np.fmax(np.fmax(beside, above), -1.0))
 
     def _off(
         self, low: FloatArray, high: FloatArray, w: FloatArray
@@ -147,8 +148,11 @@ class Place:
         return (total, off), moved
 
     def apart(self, low: FloatArray, high: FloatArray, w: FloatArray) -> FloatArray:
-        """How far boxes are from where any device resonates, as a part of their size, (n_boxes, n)."""
-        return np.asarray(np.min([device.apart(low, high, w) for device in self.hung], axis=0))
+        """How far boxes are from where any device resonates, as a part of their size, one at most, (n_boxes, n)."""
+        found = np.ones((len(low), len(w)))
+        for device in self.hung:
+            np.minimum(found, device.apart(low, high, w), out=found)
+        return found
 
 
 def place_of(model: Model) -> Place | None:
@@ -162,6 +166,8 @@ def place_of(model: Model) -> Place | None:
         if by is not None and not by[list(held)].any() and not any(one[j] for one in held.values()):
             held[j] = by
     owned = (model.vectors[:, list(held)] != 0.0).any(axis=1)
+    if (model.scales[variable | owned] < 0.0).any():  # corrections of spans: their ranges are not those of a sum
+        return None
     loose = np.flatnonzero(variable & ~owned & model.vectors.any(axis=1))
     rows = np.array([*held.values(), *model.vectors[loose]])
     if not len(rows):

@@ -67,7 +67,7 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
         return f"the range of {endless[0]} has no end: write one"
     if zero:
         return f"the range of {zero[0]} begins at zero: begin it above"
-    most = HUNG if on_one_place(program) else FREE
+    most = HUNG if len(free) > FREE and on_one_place(program) else FREE
     if len(free) > most:
         return f"{len(free)} numbers are open, and bounds are known of up to {most}"
     unknown = [why for one in asked if not isinstance(one, Limit) and (why := no_rows(one))]

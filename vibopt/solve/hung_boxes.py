@@ -147,7 +147,7 @@ class HungBoxes:
         if len(lost := np.flatnonzero(way < -_FAR)):
             for one, response in self.reads:
                 apart = one.place.apart(ends[0][lost], ends[1][lost], self.w[response.asked]).max(axis=1, initial=-1.0)
-                way[lost] = np.maximum(way[lost], np.minimum(apart, 1.0) - 2.0 * _FAR)
+                way[lost] = np.maximum(way[lost], apart - 2.0 * _FAR)
         return bound, way
 
     def _learn(self, x: FloatArray, bar: float) -> None:

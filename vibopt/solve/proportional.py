@@ -27,9 +27,9 @@ def towards(program: Program) -> FloatArray | None:
         if power is None:
             return None
         worse.append(power * _sense(part) if power else 0.0)
-    if max(worse) <= 0.0:
+    if np.max(worse) <= 0.0:  # of nan neither holds
         return along
-    return -along if min(worse) >= 0.0 else None
+    return -along if np.min(worse) >= 0.0 else None
 
 
 def _sense(part: Limit | Aim) -> float:

@@ -159,8 +159,12 @@ class _Relaxed:
         self.space = LogBoxes(program, tuple(orders(program, asked, sampled)))
         each = sum(line.count for line in self.lines.values()) or 1
         self.budget = Budget(min(most, max(_WORK // each, 1)), "boxes", _COST * each)
-        hung = HungBoxes(self.space, self.goals, self.limits, min(_CHEAP * most, MOST))
-        self.hung = hung if hung.says and len(program.axes) > _PLANE else None
+        self.hung = self._hung(min(_CHEAP * most, MOST)) if len(program.axes) > _PLANE else None
+
+    def _hung(self, most: int) -> HungBoxes | None:
+        """What discs say of these boxes, of so many; None where that is nothing."""
+        hung = HungBoxes(self.space, self.goals, self.limits, most)
+        return hung if hung.says else None
 
     @property
     def counted(self) -> Budget:
