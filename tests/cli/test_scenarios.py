@@ -127,11 +127,115 @@ def test_one_for_all_on_the_command_line(run: Run, press: Path) -> None:
     assert "optimal: stiffness is " in done.out
     assert " in the worst of all scenarios" in done.out
     assert "overload" in done.out
-    for option in ("--round=3", "--no-prices", "--force"):
+    for option in ("--round=3", "--no-prices", "--force", "--fewest-planes"):
         assert run("solve", str(press), "--all-scenarios", option).err == (
-            "--all-scenarios goes with --set, --time-limit, --json and --require-proof alone. Leave the other options "
-            "out.\n"
+            "--all-scenarios goes with --set, --save, --time-limit, --json and --require-proof alone. Leave the other "
+            "options out.\n"
         )
+
+
+FOOTBRIDGE = """
+[bodies.deck]
+mass = "40 t"
+[links.girder]
+between = ["deck", "ground"]
+stiffness = "6.3 MN/m"
+damping = "8 kN s/m"
+[absorbers.tmd]
+on = "deck"
+mass_ratio = 0.02
+tuning = { from = 0.8, to = 1.1 }
+damping_ratio = { from = 0.05, to = 0.3 }
+[excitations.walkers]
+kind = "force"
+on = "deck"
+amplitude = "600 N"
+speed = "1.6..2.4 Hz"
+varies = "constant"
+[limits.sway]
+response = "displacement"
+of = "deck"
+at_most = "2 mm"
+[goal]
+minimise = "acceleration"
+of = "deck"
+[scenarios.crowd]
+"bodies.deck.mass" = "48 t"
+[scenarios.run]
+"excitations.walkers.amplitude" = "500 N"
+"""
+FILES = {
+    "machine": "isolation/rao_9_34.toml", "rotor": "balancing/foiles_min_max_capped.toml",
+    "known": "balancing/rao_9_14_b_capped.toml", "engine": "balancing/engine_share_capped.toml",
+}  # fmt: skip
+OTHERWISE = {
+    "machine": '"excitations.press.amplitude" = "33 kN"', "rotor": '"runs.1.readings.r1" = "57 µm @ 250 deg"',
+    "known": '"shaft.speed" = "1400 rpm"', "engine": '"engine.speed" = "1400 rpm"',
+}  # fmt: skip
+
+
+def of_all(variants: dict[str, Any]) -> dict[str, dict[str, float]]:
+    """Every limit and measure of each variant measured by itself."""
+    found = {name: vo.solve(job, explain=False) for name, job in variants.items()}
+    return {
+        name: {key: row.value.value for key, row in {**one.limits, **one.measures}.items()}
+        for name, one in found.items()
+    }
+
+
+def test_an_absorber_is_the_same_one_in_every_scenario(run: Run, file: Callable[[str], str], tmp_path: Path) -> None:
+    """Its tuning refers to the deck as the file is: with a crowd on the deck no spring is exchanged."""
+    saved = tmp_path / "saved.toml"
+    done = run("solve", file(FOOTBRIDGE), "--all-scenarios", "--json", "--save", str(saved))
+    assert (done.code, done.data["status"], done.data["written"]) == (0, "optimal", [str(saved)])
+    kept = of_all(variants_of(open_job(saved)))
+    for name, rows in done.data["scenarios"].items():
+        assert kept[name]["sway"] == pytest.approx(rows["limits"]["sway"]["value"], rel=1e-9)
+    worst = max(one["minimised"] for one in kept.values())
+    assert worst == pytest.approx(done.data["goal"]["value"], rel=1e-9)
+    absorber = tomllib.loads(saved.read_text(encoding="utf-8"))["absorbers"]["tmd"]
+    stiffness, damping = (float(absorber[key].split()[0]) for key in ("stiffness", "damping"))
+    for factor in (0.99, 1.01):  # nothing near is better in the worst of all scenarios
+        for changes in ({"stiffness": f"{factor * stiffness} N/m"}, {"damping": f"{factor * damping} N s/m"}):
+            other = {f"absorbers.tmd.{key}": text for key, text in changes.items()}
+            again = of_all(variants_of(vo.with_changes(open_job(saved), other)))
+            assert max(one["minimised"] for one in again.values()) > worst
+
+
+def test_what_no_part_can_be_the_same_for_is_refused(file: Callable[[str], str]) -> None:
+    text = FOOTBRIDGE.replace('damping = "8 kN s/m"', 'damping = "8 kN s/m"\ncount = 2')
+    job = open_job(file(text.replace('"bodies.deck.mass" = "48 t"', '"links.girder.count" = 3')))
+    assert str(refused(one_for_all, job)) == (
+        "mine.toml: scenario crowd changes links.girder.count, which mass_ratio, tuning and damping_ratio of "
+        "absorbers.tmd refer to: it would be another part in each scenario. Write its mass, frequency and damping."
+    )
+
+
+@pytest.mark.parametrize("kind", FILES)
+def test_one_design_for_all_is_saved_with_the_scenarios_that_it_was_made_for(
+    run: Run, file: Callable[[str], str], tmp_path: Path, kind: str
+) -> None:
+    """Solved again as it is and in each scenario it measures what was told."""
+    text = (ROOT / FILES[kind]).read_text(encoding="utf-8").partition("[[expected]]")[0]
+    path, saved = file(f"{text}[scenarios.other]\n{OTHERWISE[kind]}\n"), tmp_path / "saved.toml"
+    done = run("solve", path, "--all-scenarios", "--json", "--save", str(saved))
+    assert (done.code, done.data["written"]) == (0, [str(saved)])
+    again = {name: vo.solve(job, explain=False) for name, job in variants_of(open_job(saved)).items()}
+    for name, rows in done.data["scenarios"].items():
+        assert again[name].status == "met"
+        assert rows["limits"] or kind in ("rotor", "known")  # there the goal alone is told
+        for key, row in rows["limits"].items():
+            assert again[name].limits[key].value.value == pytest.approx(row["value"], rel=1e-9)
+    assert run("solve", path, "--all-scenarios", "--save", str(saved)).out.endswith(f"Written: {saved}\n")
+
+
+def test_where_there_is_no_one_design_none_is_saved(run: Run, press: Path, tmp_path: Path) -> None:
+    press.write_text(press.read_text(encoding="utf-8").replace('"22 mm"', '"0.1 mm"'), encoding="utf-8")
+    done = run("solve", str(press), "--all-scenarios", "--save", str(tmp_path / "saved.toml"))
+    assert (done.code, done.err) == (
+        3, "press.toml: there is no design to save: infeasible. saved.toml is not written.\n",
+    )  # fmt: skip
+    assert not (tmp_path / "saved.toml").exists()
 
 
 def test_a_time_limit_ends_the_search_for_one_design_and_is_told(run: Run, file: Callable[[str], str]) -> None:

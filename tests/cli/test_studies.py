@@ -336,6 +336,111 @@ def test_two_processes_say_what_one_says(run: Run, press: str) -> None:
     assert run("whatif", press, "--workers", "2", "--json").out == run("whatif", press, "--json").out
 
 
+def test_compare_tells_a_limit_from_a_measure_of_one_name(run: Run, press: str, file: Callable[[str], str]) -> None:
+    text = Path(press).read_text(encoding="utf-8").partition("[[expected]]")[0]
+    path = file(f'{text}[measures.start_up]\nresponse = "acceleration"\nof = "press"\n')
+    rows = [line.split("  ")[0] for line in run("compare", path, press).out.splitlines()]
+    assert {"floor_force", "limit start_up", "measure start_up"} <= set(rows)
+    assert "start_up" not in rows
+
+
+ONE_IS_ENOUGH = """
+[shaft]
+bearings = { A = "0 mm", B = "900 mm" }
+speed = "1500 rpm"
+[masses.m]
+mass = "1 kg"
+radius = "50 mm"
+angle = "90 deg"
+at = "200 mm"
+[planes.L]
+at = "200 mm"
+radius = "50 mm"
+[planes.R]
+at = "800 mm"
+radius = "50 mm"
+[goal]
+minimise = "unbalance"
+"""
+BOXER = """
+[engine]
+stroke = "80 mm"
+rod = "150 mm"
+speed = "6000 rpm"
+reciprocating = "0.5 kg"
+rotating = "0.4 kg"
+[[cylinders]]
+crank = "0 deg"
+bank = "-90 deg"
+at = "0 mm"
+[[cylinders]]
+crank = "180 deg"
+bank = "90 deg"
+at = "0 mm"
+[counterweights.R]
+at = "0 mm"
+unbalance = { from = "0 g mm", to = "5 kg mm" }
+[goal]
+minimise = "primary_force"
+"""
+ALIKE = """
+[conventions]
+phase = "lag"
+readings = "phase"
+angles = "against rotation"
+detector = "pp"
+zero = "tape"
+[planes.L]
+radius = "150 mm"
+weight = { from = "0 g", to = "60 g" }
+[planes.R]
+radius = "150 mm"
+weight = { from = "0 g", to = "60 g" }
+[[influence]]
+sensor = "a"
+plane = "L"
+value = "1 mil pp/g @ 20 deg"
+[[influence]]
+sensor = "a"
+plane = "R"
+value = "0.5 mil pp/g @ 20 deg"
+[[runs]]
+name = "as found"
+speed = "1200 rpm"
+readings = { a = "8 mil @ 30 deg" }
+[limits.r]
+response = "residual"
+at_most = "1 mil pp"
+[goal]
+minimise = "correction"
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "path"),
+    [(ONE_IS_ENOUGH, "planes.R"), (ALIKE, "planes.R"), (BOXER, "counterweights.R")],
+    ids=["known", "rotor", "engine"],
+)
+def test_a_weight_of_zero_has_no_angle(
+    run: Run, file: Callable[[str], str], tmp_path: Path, text: str, path: str
+) -> None:
+    """It was told as 0 deg, as if there were something to fit there."""
+    saved, name = str(tmp_path / "saved.toml"), file(text)
+    assert run("solve", name, "--save", saved).code == 0
+    assert run("plot", name, "-o", str(tmp_path / "x.svg"), "--fresh").code == 0
+    both = run("compare", name, saved, "--json").data["rows"]
+    rows = {row["name"]: row["cells"] for row in both}
+    assert rows[f"{path}.angle"][0] is None
+    family, _, one = path.partition(".")
+    assert not run("solve", name, "--json").data[family][one].get("angle")
+
+
+def test_a_weight_that_was_none_has_its_angle_beside_it(run: Run, file: Callable[[str], str]) -> None:
+    lines = run("whatif", file(ALIKE), "--set", "planes.L.weight.to=4 g").out.splitlines()
+    rows = [line.split() for line in lines if line.startswith("  planes.R")]
+    assert rows == [["planes.R.mass", "0", "g", "6", "g"], ["planes.R.angle", "-", "190", "deg"]]
+
+
 def test_whatif_tells_apart_what_has_one_name(run: Run, file: Callable[[str], str]) -> None:
     """The goal, a limit and a measure that are all called "couple"."""
     path = file(

@@ -47,8 +47,9 @@ def weights(found: Any) -> np.ndarray:
     """Mass [kg] and angle of both planes as complex numbers."""
     one: dict[str, Entry] = dict(found)
     return np.array([
-        one[f"planes.{plane}.mass"].value * np.exp(1j * one[f"planes.{plane}.angle"].value)
+        one[f"planes.{plane}.mass"].value * np.exp(1j * turned.value)
         for plane in ("left", "right")
+        if (turned := one.get(f"planes.{plane}.angle", Entry(0.0, "angle"))) is not None
     ])  # fmt: skip
 
 

@@ -49,6 +49,51 @@ def test_the_measure_that_a_goal_becomes_has_its_value(sense: str, response: str
     assert again.value.value == pytest.approx(design.goal[1].value, rel=1e-7)
 
 
+LOOSE = {
+    "tuning": 'mass = "8 kg"\ntuning = { value = 0.9, tolerance = "5 %" }',
+    "measured tuning": 'mass = "8 kg"\ntuning = { value = 0.9, tolerance = { data = ["-5 %", "1 %"] } }',
+    "frequency": 'mass_ratio = { value = 0.08, tolerance = "5 %" }\nfrequency = { value = "6 Hz", tolerance = "5 %" }',
+    "pendulum": 'mass = { value = "8 kg", tolerance = "5 %" }\nlength = "7 mm"\ntolerance = "3 %"',
+    "length": 'mass = "8 kg"\nlength = { value = "7 mm", tolerance = "5 %" }',
+    "whole": 'mass_ratio = 0.08\ntuning = 0.9\ntolerance = "3 %"',
+    "shaft": 'disc = { mass = "8 kg", diameter = "2 m" }\nshaft = { length = "0.3 m", shear_modulus = "80 GPa", '
+    'diameter = { value = "10 mm", tolerance = "5 %" } }',
+}
+HOST = """
+[bodies.host]
+{heavy}
+[links.l]
+between = ["host", "ground"]
+{spring}
+[absorbers.a]
+on = "host"
+{absorber}
+damping_ratio = {{ from = 0.1, to = 0.3 }}
+[excitations.e]
+kind = "{kind}"
+on = "host"
+amplitude = "10 {unit}"
+speed = "4..9 Hz"
+[goal]
+minimise = "{response}"
+of = "host"
+"""
+ALONG = {"heavy": 'mass = "100 kg"', "spring": 'stiffness = "150 kN/m"', "kind": "force", "unit": "N",
+         "response": "displacement"}  # fmt: skip
+AROUND = {"heavy": 'inertia = "100 kg m2"', "spring": 'torsional_stiffness = "150 kN m/rad"', "kind": "moment",
+          "unit": "N m", "response": "rotation"}  # fmt: skip
+
+
+@pytest.mark.parametrize("said", LOOSE)
+def test_an_absorber_is_off_in_a_saved_design_as_it_was_said_to_be(said: str) -> None:
+    """A tuning that is 5 % off is a spring of -9.75 % to +10.25 %, and a pendulum that is heavier pulls harder."""
+    text = HOST.format(absorber=LOOSE[said], **(AROUND if said == "shaft" else ALONG))
+    design = vo.solve(vo.from_text(text, "scene"))
+    assert design.goal is not None
+    again = vo.solve(frozen(design.scene, design.x)).measures["minimised"]
+    assert again.value.value == pytest.approx(design.goal[1].value, rel=1e-9)
+
+
 def test_a_measure_shows_the_least_or_the_greatest_as_asked() -> None:
     document = copy.deepcopy(DOCUMENT)
     document["links"]["l"]["stiffness"] = "100 kN/m"

@@ -120,9 +120,10 @@ class PlaneAnswer:
     acts_as: Entry | None = None
 
     @property
-    def angle(self) -> Entry:
-        """Where they act together."""
-        return direction(self.turn)
+    def angle(self) -> Entry | None:
+        """Where they act together; None where nothing is fitted, or weights cancel."""
+        acts = self.mass if self.acts_as is None else self.acts_as
+        return direction(self.turn) if acts.value else None
 
     @property
     def words(self) -> str:
@@ -134,7 +135,7 @@ class PlaneAnswer:
             "action": self.action,
             "mass" if self.mass.dimension == "mass" else "unbalance": self.mass.to_json(),
             **({} if self.acts_as is None else {"acts_as": self.acts_as.to_json()}),
-            "angle": self.angle.to_json(),
+            "angle": None if self.angle is None else self.angle.to_json(),
             "radius": None if self.radius is None else self.radius.to_json(),
             "weights": [_weight_json(weight, self.mass) for weight in self.weights],
             "words": self.words,
@@ -261,7 +262,8 @@ class Fitting:
             found[f"{path}.mass" if plane.mass.dimension == "mass" else f"{path}.unbalance"] = plane.mass
             if plane.acts_as is not None:
                 found[f"{path}.acts_as"] = plane.acts_as
-            found[f"{path}.angle"] = plane.angle
+            if plane.angle is not None:
+                found[f"{path}.angle"] = plane.angle
             if plane.radius is not None:
                 found[f"{path}.radius"] = plane.radius
         greatest: dict[str, Entry] = {}

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from vibopt.answer.entry import Entry
+from vibopt.answer.entry import Entry, direction
 from vibopt.answer.plan import Weight
 from vibopt.balancing.planes import Plane, read_fitted, text_of, unit_of
 from vibopt.balancing.rotor_tables import read_each
@@ -73,10 +73,10 @@ def of_planes(job: RotorJob | KnownJob, plan: Answer[Any]) -> dict[str, Any]:
 
 def of_engine(job: EngineJob, answer: Answer[Any]) -> dict[str, Any]:
     """The file of an engine with its cranks, shares and weights; what was made least is measured."""
-    document = _bare(job.document)
+    document, entries = _bare(job.document), answer.entries()
     for path in job.choices:
         family, *rest = path.split(".")
-        entry = answer.find(path)
+        entry = entries.get(path, direction(0.0))  # a weight of zero has no angle, and a fact needs one
         assert isinstance(entry, Entry)
         unit = entry.unit or "g mm"
         text = f"{to_unit(float(entry.value), unit, entry.dimension):.15g} {unit}" if entry.dimension != "ratio" else ""

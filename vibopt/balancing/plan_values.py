@@ -127,9 +127,10 @@ def trims(job: RotorJob, fitting: Fitting) -> dict[str, Entry]:
     for index, (plane, answer) in enumerate(zip(job.planes, fitting.planes, strict=True)):
         if not plane.keep:
             u = _change(run, index, answer)
-            angle = job.conventions.weight_angle(-u if plane.remove else u) if u else 0.0
             found[f"trim.{plane.name}.{plane.dimension}"] = Entry(plane.amount(u), plane.dimension, plane.unit)
-            found[f"trim.{plane.name}.angle"] = Entry(angle, "angle", "deg")
+            if u:
+                angle = job.conventions.weight_angle(-u if plane.remove else u)
+                found[f"trim.{plane.name}.angle"] = Entry(angle, "angle", "deg")
     return found
 
 

@@ -159,7 +159,12 @@ def _tell(result: Variants, console: Console) -> None:
 
     rows = [row for row in result.rows if row.kind != "reason"]
     marked = any(cell is not None and cell.best for row in rows for cell in row.cells)
-    lines = [(_folded(row.name), *("-" if cell is None else _said(cell) for cell in row.cells)) for row in rows]
+    names = [row.name for row in rows]
+    heads = [row.name if names.count(row.name) == 1 else f"{row.kind} {row.name}" for row in rows]
+    lines = [
+        (_folded(head), *("-" if cell is None else _said(cell) for cell in row.cells))
+        for head, row in zip(heads, rows, strict=True)
+    ]
     console.print(grid(lines, ("", *result.names), whole=(0,)))
     for row in result.rows:
         for name, cell in zip(result.names, row.cells, strict=True) if row.kind == "reason" else ():

@@ -164,18 +164,21 @@ def _silence(stream: TextIO) -> None:
 
 def told(
     result: Any, view: Callable[[Any, Console], None], *, as_json: bool, status: str = "ok",
-    written: Sequence[str] | None = None,
+    written: Sequence[str] | None = None, messages: Sequence[str] = (),
 ) -> None:  # fmt: skip
-    """What was found, as JSON or as `view` sets it on a console, and the files that were written."""
+    """What was found, as JSON or as `view` sets it on a console, the files that were written, and why some were not."""
     if as_json:
         from vibopt.answer.jsonable import plain
 
         data = result if isinstance(result, Mapping) else plain(result)
-        say_json({"status": status, **({} if written is None else {"written": written}), **data})
+        besides = {"messages": list(messages)} if messages else {}
+        say_json({"status": status, **({} if written is None else {"written": written}), **data, **besides})
         return
     show(lambda console: view(result, console))
     for one in written or ():
         say(f"Written: {one}")
+    for one in messages:
+        complain(one)
 
 
 def show(write: Callable[[Console], None], least: int = 0) -> None:

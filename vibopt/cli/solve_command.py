@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -92,9 +93,14 @@ def solve(
     """
     if all_scenarios:
         others = (
-            scenario, method, fidelity == "full", save, save_coefficients, fewest_planes, no_prices, force, *rounding,
+            scenario, method, fidelity == "full", save_coefficients, fewest_planes, no_prices, force and not save,
+            *rounding,
         )  # fmt: skip
-        return _for_all(read_job(file, changes), any(others), as_json=as_json, require_proof=require_proof)
+        if any(others):
+            alone = "--all-scenarios goes with --set, --save, --time-limit, --json and --require-proof alone."
+            raise InputError(f"{alone} Leave the other options out.")
+        target = None if save is None else _target(save, None, force=force)
+        return _for_all(read_job(file, changes), target, changes, as_json=as_json, require_proof=require_proof)
     from vibopt.jobs import is_scene
 
     changes = with_scenario(file, scenario, changes)
@@ -115,7 +121,12 @@ def solve(
         answer = replace(answer, notes=(few.words, *answer.notes))
     if modelled is not None:
         learnt = _modelled(answer, modelled, force=force)
-    refused = "" if target is None else _save(answer, job, drawn, target, changes)
+    refused = ""
+    if target is not None:
+        from vibopt.study.saved import saved_text
+
+        fixed = drawn.kept if drawn is not None else None
+        refused = _save(partial(saved_text, job, answer, target, fixed=fixed, changes=changes), target)
     _write(learnt)
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
     if as_json:
@@ -162,18 +173,21 @@ def _whole_where_asked(file: str, job: Job, fidelity: str) -> None:
         click.get_current_context().with_resource(whole_models())
 
 
-def _for_all(job: Job, others: bool, *, as_json: bool, require_proof: bool) -> int:
+def _for_all(job: Job, target: Path | None, changes: tuple[str, ...], *, as_json: bool, require_proof: bool) -> int:
     """One design for all scenarios."""
     from vibopt.answer.answer import EXIT_CODES
     from vibopt.cli.progress import Bar
     from vibopt.study.scenarios import one_for_all
 
-    if others:
-        alone = "--all-scenarios goes with --set, --time-limit, --json and --require-proof alone."
-        raise InputError(f"{alone} Leave the other options out.")
     with Bar() as bar:
         found = one_for_all(job, progress=bar)
-    told(found, _tell_all, as_json=as_json, status=found.status)
+    written, refused = None, ""
+    if target is not None:
+        from vibopt.study.saved import saved_for_all
+
+        refused = _save(partial(saved_for_all, found, target, changes=changes), target)
+        written = [] if refused else [str(target)]
+    told(found, _tell_all, as_json=as_json, status=found.status, written=written, messages=[refused] if refused else [])
     code = EXIT_CODES[found.status]
     return UNPROVEN if require_proof and code == 0 and found.status != "optimal" else code
 
@@ -183,8 +197,7 @@ def _tell_all(found: OneForAll, console: Console) -> None:
     from vibopt.answer.text import grid, paragraph, section
 
     console.print(found.job.title, style="bold")
-    name, value = (found.goal[0].replace("_", " "), found.goal[1].shown) if found.goal is not None else ("", "")
-    console.print(f"{found.status}: {name} is {value} in the worst of all scenarios" if name else found.status)
+    console.print(found.verdict)
     paragraph(console, f"{found.claim}. {found.reason}".rstrip(), 0)
     if found.variables:
         console.print(grid([(path, variable.shown) for path, variable in found.variables.items()]))
@@ -220,12 +233,10 @@ def _target(save: str, beside: str | None, *, force: bool) -> Path:
     return target
 
 
-def _save(answer: Answer[Any], job: Job, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
+def _save(design: Callable[[], str], target: Path) -> str:
     """Write the design; why not, where there is none."""
-    from vibopt.study.saved import saved_text
-
     try:
-        text = saved_text(job, answer, target, fixed=drawn.kept if drawn is not None else None, changes=changes)
+        text = design()
     except InputError as error:
         return str(error)
     from vibopt.files.writing import write_file

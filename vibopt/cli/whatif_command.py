@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -198,7 +199,10 @@ def _beside(result: WhatIf) -> list[tuple[str, ...]]:
 
     changed = with_changes(result.job, result.changes)
     both = [_cells(job, answer, result) for job, answer in ((result.job, result.before), (changed, result.after))]
-    paths = dict.fromkeys((*both[0], *both[1]))
+    paths = list(both[0])
+    for before, path in pairwise(both[1]):
+        if path not in both[0]:  # an angle of a weight that was none, beside the weight
+            paths.insert(paths.index(before) + 1, path)
     names = [_name(path) for path in paths]
     said = (name if names.count(name) == 1 else path for path, name in zip(paths, names, strict=True))
     return [(name, *(one.get(path, "-") for one in both)) for path, name in zip(paths, said, strict=True)]

@@ -30,6 +30,8 @@ class OneForAll(Tabular):
         Rows of the limits by scenario, measured on each machine as built.
     reason
         Without a design the limits that cannot hold together, each with its scenario; "" where none are known.
+    kept
+        The job with what is chosen as facts; None without a design.
     """
 
     job: Job
@@ -39,6 +41,14 @@ class OneForAll(Tabular):
     variables: Mapping[str, Entry]
     limits: Mapping[str, Mapping[str, Checked]]
     reason: str = ""
+    kept: Job | None = None
+
+    @property
+    def verdict(self) -> str:
+        """The first line: status and goal."""
+        if self.goal is None:
+            return self.status
+        return f"{self.status}: {self.goal[0].replace('_', ' ')} is {self.goal[1].shown} in the worst of all scenarios"
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each limit in each scenario."""

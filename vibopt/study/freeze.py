@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from math import pi, sqrt
 from typing import Any
 
 from vibopt.answer.entry import Entry
@@ -11,18 +12,19 @@ from vibopt.document.toml_reading import changed
 from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
-from vibopt.scene.uncertain import uncertain
 from vibopt.units import to_unit
-from vibopt.values.tolerance import read_tolerance, span, written
+from vibopt.values.fields import numbers_in
+from vibopt.values.tolerance import written
 from vibopt.verify.as_built import machine_of
 from vibopt.verify.measured_goal import measure_goal
 
-_MASSES = ("mass", "inertia", "mass_ratio", "disc")
-_SPRINGS = ("stiffness", "torsional_stiffness", "shaft", "frequency", "tuning", "length")
-_DAMPERS = ("damping", "torsional_damping", "damping_ratio", "loss_factor")
-_POWERS = {"frequency": 2, "tuning": 2, "length": -1, "shaft.diameter": 4, "shaft.length": -1}
-"""With which power of a number its part goes; 1 where none is given."""
-_KEPT = ("on", "at", "direction", "relative_to", "tuning_to", "mode")
+_SAID = (
+    ("mass", "mass_ratio", "inertia"),
+    ("stiffness", "torsional_stiffness", "frequency", "tuning"),
+    ("damping", "torsional_damping", "damping_ratio", "loss_factor"),
+)
+"""Ways to say the mass, the spring and the damper of an absorber, of a spring but for its length and its shaft."""
+_KEPT = ("on", "at", "direction", "relative_to", "tuning_to", "mode", "tolerance")
 """Keys of an absorber that stay as the file has them."""
 _ALONG = (("mass", "kg"), ("stiffness", "N/m"), ("damping", "N s/m"))
 _AROUND = (("inertia", "kg m2"), ("torsional_stiffness", "N m/rad"), ("torsional_damping", "N m s/rad"))
@@ -89,42 +91,45 @@ def _bought(scene: Scene, x: Sequence[float], written: Mapping[str, Any]) -> dic
     tables = {}
     for name, table in scene.absorbers.items():
         units = _AROUND if name in around else _ALONG
-        joint = machine.joint(name)
+        joint, mass = machine.joint(name), machine.masses[name]
         kept = {key: scene.document["absorbers"][name].get(key) for key in _KEPT}
-        parts = (machine.masses[name], joint.stiffness, joint.damping)
+        off = _doubts(scene, name)
         given: dict[str, Any] = {
-            key: f"{float(value)!r} {unit}" for (key, unit), value in zip(units, parts, strict=True) if value > 0.0
+            key: f"{float(value)!r} {unit}"
+            for (key, unit), value in zip(units, (mass, joint.stiffness, joint.damping), strict=True)
+            if value > 0.0
         }
-        doubts = {one.path for one in uncertain(scene)}
-        if table.length is not None and not doubts & {f"absorbers.{name}.{key}" for key in ("stiffness", "length")}:
-            given = {"length" if key == "stiffness" else key: one for key, one in given.items()}
-            given["length"] = written[name]["length"]
+        spring = _spring(written[name], off, joint.stiffness / mass)
+        given = dict(spring if spring and key == units[1][0] else (key, one) for key, one in given.items())
         if table.loss_factor is not None:
             given["loss_factor"] = f"{joint.loss_factor:.17g}"
-        _keep_tolerances(scene, name, given)
-        tables[name] = {**{key: value for key, value in kept.items() if value is not None}, **given}
+        tables[name] = {**{key: value for key, value in kept.items() if value is not None}, **_with(off, given)}
     return tables
 
 
-def _keep_tolerances(scene: Scene, name: str, given: dict[str, Any]) -> None:
-    """Tolerances of an absorber's numbers, put on the parts that they became."""
-    kinds = (_MASSES, _SPRINGS, _DAMPERS)
-    for doubt in uncertain(scene):
-        family, owner, word = doubt.path.split(".")[:3]
-        if (family, owner) != ("absorbers", name):
-            continue
-        power = _POWERS.get(doubt.path.split(".", 2)[2], 1)
-        key = next((key for key in given if any(word in kind and key in kind for kind in kinds)), None)
-        if key is None:
-            continue
-        had = read_tolerance(given[key]["tolerance"]) if isinstance(given[key], dict) else 0.0
-        value = given[key]["value"] if isinstance(given[key], dict) else given[key]
-        alone = power == 1 and not had  # a distribution goes on only where nothing is combined with it
-        wide = written(doubt.tolerance) if alone else _farthest(had, doubt.tolerance, power)
-        given[key] = {"value": value, "tolerance": wide}
+def _doubts(scene: Scene, name: str) -> dict[str, Any]:
+    """The own tolerances of an absorber's numbers, as they stand in a file, by key."""
+    numbers = numbers_in("", scene.absorbers[name])
+    return {path.removeprefix("."): written(one.tolerance) for path, one, _ in numbers if one.tolerance > 0.0}
 
 
-def _farthest(had: float, tolerance: float, power: int) -> float:
-    """How far a part is off at most, by its own tolerance and by one of a number that it goes with a power of."""
-    factors = [own * off**power for own in span(had) for off in span(tolerance)]
-    return float(max(abs(value - 1.0) for value in factors))
+def _spring(said: Mapping[str, Any], off: Mapping[str, Any], square: float) -> tuple[str, Any] | None:
+    """How a spring is said where a stiffness would not be off alike; `square` is that of its own frequency [(rad/s)²].
+
+    It goes with the square of a frequency, and with powers of the sizes of a shaft.
+    """
+    if "length" in said:
+        return "length", said["length"]
+    if any(path.startswith("shaft.") for path in off):
+        return "shaft", said["shaft"]
+    return ("frequency", f"{sqrt(square) / (2.0 * pi)!r} Hz") if off.keys() & {"frequency", "tuning"} else None
+
+
+def _with(off: Mapping[str, Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """The parts of an absorber with the tolerances of the numbers that said them."""
+    found = dict(given)
+    for path, tolerance in off.items():
+        key = next((key for key in given for kind in _SAID if path in kind and key in kind), None)
+        if key is not None and not isinstance(found[key], Mapping):
+            found[key] = {"value": found[key], "tolerance": tolerance}
+    return found

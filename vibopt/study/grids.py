@@ -112,7 +112,7 @@ def numbers(scene: Scene, kept: Scene) -> list[Number]:
     for name in scene.absorbers:
         own = {path for path in paths if path.startswith(f"absorbers.{name}.")}
         if own and all(one.split(".")[2] in _SAID and one.count(".") == 2 for one in own):
-            paths = (paths - own) | {f"absorbers.{name}.{word}" for word in _BUILT}
+            paths = (paths - own) | {f"absorbers.{name}.{word}" for word in (*_BUILT, "frequency")}
             paths |= {one for one in own if one.endswith(".loss_factor")}
     return [number for number in map(Number, facts(kept)) if number.name in paths]
 

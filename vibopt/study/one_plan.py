@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -27,7 +27,7 @@ from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_limits import with_limits
 from vibopt.balancing.solve_rotor import asked_of, solve_job
 from vibopt.errors import InputError
-from vibopt.jobs import asks_shares, is_open
+from vibopt.jobs import asks_shares, is_open, kept_plan
 from vibopt.records import dataclass
 from vibopt.study.for_all import AS_IT_IS, OneForAll
 from vibopt.study.seen import GOOD, chosen
@@ -138,7 +138,7 @@ def _told(job: Job, status: str, claim: str, found: Mapping[str, Answer[Any]]) -
     goal = max((answer.goal for answer in found.values() if answer.goal is not None), key=lambda one: one[1].value)
     values = {path: one for path, one in chosen(job, found[AS_IT_IS]).items() if isinstance(one, Entry)}
     limits = {name: dict(answer.limits) for name, answer in found.items()}
-    return OneForAll(job, status, claim, goal, values, limits)
+    return OneForAll(job, status, claim, goal, values, limits, kept=kept_plan(cast(Any, job), found[AS_IT_IS]))
 
 
 def _asked(whole: Job, name: str, job: Job) -> _Asked:

@@ -60,7 +60,8 @@ def _words(job: RotorJob, plans: Plans) -> Words:
         for k, plane in enumerate(job.planes):
             mass = Entry(float(plans.masses[index, k]), plane.dimension, plane.unit)
             chosen[f"planes.{plane.name}.{plane.dimension}"] = mass
-            chosen[f"planes.{plane.name}.angle"] = direction(float(plans.angles[index, k]))
+            if mass.value:
+                chosen[f"planes.{plane.name}.angle"] = direction(float(plans.angles[index, k]))
         left = {
             f"sensors.{sensor.name}.residual": amplitude(job, column, float(plans.left[index, column]))
             for column, sensor in enumerate(job.sensors)

@@ -19,6 +19,7 @@ from vibopt.study.seen import chosen, kept
 if TYPE_CHECKING:
     from vibopt.answer.answer import Answer
     from vibopt.jobs import Job
+    from vibopt.study.for_all import OneForAll
 
 
 def saved_text(
@@ -49,9 +50,21 @@ def saved_text(
     if is_open(job) and answer.status == "violated":
         broken = ", ".join(name for name, limit in answer.limits.items() if not limit.met) or "what may be chosen"
         raise InputError(f"{job.name}: the rounded design breaks {broken}. {target.name} is not written; round finer.")
-    whole = fixed if fixed is not None else kept(job, answer)
+    said = (verdict(answer), answer.claim, list(chosen(job, answer)))
+    return _text(job, fixed if fixed is not None else kept(job, answer), said, target, changes)
+
+
+def saved_for_all(found: OneForAll, target: FilePath, *, changes: Sequence[str] = ()) -> str:
+    """The same of one design for all scenarios, which stay in the file; InputError where there is none."""
+    if found.kept is None:
+        raise InputError(f"{found.job.name}: there is no design to save: {found.status}. {target.name} is not written.")
+    said = (found.verdict, found.claim, list(found.variables))
+    return _text(found.job, found.kept, said, target, changes)
+
+
+def _text(job: Job, whole: Job, said: tuple[str, str, Sequence[str]], target: FilePath, changes: Sequence[str]) -> str:
     document, left = _with_places(whole)
-    comments = _comments(job, answer, changes) + (f"\n# {left}" if left else "")
+    comments = _comments(job, *said, changes) + (f"\n# {left}" if left else "")
     return with_check(f"{comments}\n\n{document_toml(moved(document, target))}")
 
 
@@ -105,11 +118,10 @@ def _seen_from(folder: FilePath, file: FileText) -> str:
         return there.as_posix()
 
 
-def _comments(job: Job, answer: Answer[Any], changes: Sequence[str]) -> str:
+def _comments(job: Job, verdict: str, claim: str, taken: Sequence[str], changes: Sequence[str]) -> str:
     """From which file and which answer a design comes."""
     words = f"Design of {job.name}" + (f" with {', '.join(changes)}" if changes else "")
-    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict(answer)}."]
-    lines += [f"Claim: {answer.claim}."] if answer.claim else []
-    taken = list(chosen(job, answer))
+    lines = [f"{words}, saved by vibopt: nothing is left to choose.", f"Answer: {verdict}."]
+    lines += [f"Claim: {claim}."] if claim else []
     lines += [f"Chosen: {', '.join(taken)}."] if taken else []
     return "\n".join(f"# {' '.join(line.split())}" for line in lines)

@@ -24,8 +24,9 @@ from vibopt.solve.dispatch import best_of
 from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
 from vibopt.study.for_all import AS_IT_IS, OneForAll
-from vibopt.study.freeze import shown_values
+from vibopt.study.freeze import frozen, shown_values
 from vibopt.study.many import answers
+from vibopt.study.same_parts import same_parts
 from vibopt.study.seen import goal_of, goal_word
 from vibopt.verify.checked import checked_limits, disagreement, goal_row
 from vibopt.work import answering
@@ -84,8 +85,9 @@ def _one_for_all(job: Job, progress: Progress | None) -> OneForAll:
 
         return one_engine(job, variants_of(job))
     scene = scene_only(job, "one design for all scenarios")
-    scenes = variants_of(scene)
+    scenes, changes = variants_of(scene), scenarios_of(scene)
     _check(scene, scenes)
+    scenes = {name: same_parts(scene, name, changes.get(name, {}), one) for name, one in scenes.items()}
     program = _merged(scenes)
     found, _ = best_of(program, scene, None, progress)
     if found.x is None:
@@ -105,7 +107,8 @@ def _one_for_all(job: Job, progress: Progress | None) -> OneForAll:
             pick((row for row in rows if row is not None), key=lambda checked: checked.value.value).value,
         )
     status, values = "check_failed" if doubt else found.status, shown_values(scene, found.x)
-    return OneForAll(job, status, doubt or found.claim, worst, values, limits)
+    kept = None if doubt else frozen(scene, found.x.tolist())
+    return OneForAll(job, status, doubt or found.claim, worst, values, limits, kept=kept)
 
 
 def _reason(program: Program, claim: str) -> str:

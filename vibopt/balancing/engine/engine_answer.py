@@ -170,7 +170,8 @@ def _values(job: EngineJob, found: Balanced, here: Arms) -> dict[str, Value]:
     for weight, u in zip(job.weights, turning_weights(job, found.x), strict=True):
         if weight.fixed is None:
             values[f"{weight.family}.{weight.name}.unbalance"] = Entry(abs(u), "unbalance", weight.unit)
-            values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
+            if u:
+                values[f"{weight.family}.{weight.name}.angle"] = direction_of(u)
     values.update(_orders(job, here.at(found.x)))
     if len(job.cylinders) > 1:
         firing = best_firing(job, found.cranks)

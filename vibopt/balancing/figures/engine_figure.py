@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibopt.answer.answer import Answer
+from vibopt.answer.entry import Entry
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.engine.engine_job import EngineJob
 from vibopt.balancing.engine.shaking import arms, free_shares, free_weights, of_order, over_turn, size_of
@@ -57,8 +58,8 @@ def shaken(outcome: Answer[EngineJob], job: EngineJob) -> tuple[ComplexArray, Co
 
 
 def _number(outcome: Answer[EngineJob], path: str) -> float:
-    value = outcome.values[path].value
-    return value if isinstance(value, float) else 0.0
+    found = outcome.values.get(path)
+    return found.value if isinstance(found, Entry) else 0.0
 
 
 def _unbalance(outcome: Answer[EngineJob], path: str) -> complex:
@@ -216,8 +217,8 @@ def _turning(outcome: Answer[EngineJob], job: EngineJob, index: int) -> _Turning
     u = _unbalance(outcome, path) if chosen else weight.fixed or 0j
     shown = ""
     if chosen:
-        size, angle = (outcome.values[f"{path}.{key}"].shown for key in ("unbalance", "angle"))
-        shown = f"{size} at {angle}".replace(" deg", "°") if u else "no weight"
+        said = (outcome.values[f"{path}.{key}"].shown for key in ("unbalance", "angle")) if u else ()
+        shown = " at ".join(said).replace(" deg", "°") or "no weight"
     pace = "" if weight.order == 1 else f"{weight.order} times as fast"
     way = "against rotation" if weight.sense < 0 else ""
     return _Turning(drawn(weight.name, 14), weight.at, u, "\n".join(filter(None, (pace, way))), shown)
