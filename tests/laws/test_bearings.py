@@ -756,6 +756,40 @@ def test_a_whirl_that_grows_in_a_narrow_range_of_spins_alone_is_found_by_both_ro
     assert (found[0] < 116.0) == grows
 
 
+def test_a_whirl_that_stiff_bearings_bend_grows_where_both_routes_say() -> None:
+    """It grows by what bearings bend the shaft alone: of the lowest motions nothing grows yet."""
+    discs = [
+        {"name": "first", "at": "347.9 mm", "mass": "10.16 kg", "diametral": "0.01796 kg m2", "polar": "0.01757 kg m2"},
+        {
+            "name": "second",
+            "at": "79.57 mm",
+            "mass": "45.28 kg",
+            "diametral": "0.007138 kg m2",
+            "polar": "0.007758 kg m2",
+        },
+        {"name": "third", "at": "191.8 mm", "mass": "11.22 kg", "diametral": "402.4 kg mm2", "polar": "225.9 kg mm2"},
+    ]
+    document = friswell(
+        modulus="207 GPa",
+        density="7850 kg/m3",
+        sections=[{"length": "347.9 mm", "diameter": "60.46 mm", "inner_diameter": "35.3 mm"}],
+        stations={"left": "79.56 mm", "right": "308.4 mm"},
+        discs=discs,
+    )
+    del document["rotors"]["rotor"]["shear_modulus"]
+    document["links"] = {}
+    document["bearings"] = {
+        "front": {"between": ["left", "ground"], **numbers(51.25e6, 14.68e6, 7.986e6, 202.6e6, 171.2, 0, 0, 386.7)},
+        "rear": {"between": ["right", "ground"], **numbers(4180e6, 812.3e6, 582.6e6, 9499e6, 1874.0, 0, 0, 635.2)},
+    }
+    document["excitations"]["imbalance"]["on"] = "first"
+    document["measures"] = {"m": {"response": "stability_threshold"}}
+    scene = from_dict(document)
+    found = spun(model_of(scene), NONE).threshold(), machine_of(scene, {}).threshold()
+    assert found[0] == pytest.approx(found[1], rel=1e-6)
+    assert 5.0 < found[0] < 50.0
+
+
 def test_a_bearing_that_is_alike_in_both_planes_has_the_numbers_of_a_link() -> None:
     film = {"clearance": "0.1 mm", "length": "25 mm", "diameter": "80 mm", "viscosity": "0.01 Pa s"}
     document = {**friswell(), "links": {}}

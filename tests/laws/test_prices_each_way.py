@@ -249,7 +249,7 @@ def test_whatever_work_there_is_a_range_is_what_solving_again_shows(file: str, w
     ("status", "words"),
     [
         ("infeasible", "no design"), ("unproven", "nothing found, nothing proven"),
-        ("refused", "the file cannot have more"),
+        ("refused", "the file cannot have more"), ("check_failed", "nothing found, nothing proven"),
     ],
 )  # fmt: skip
 def test_what_is_not_proven_is_not_called_a_place_without_designs(status: str, words: str) -> None:

@@ -255,6 +255,20 @@ def test_designs_that_may_spin_beyond_their_threshold_are_asked_with_a_limit_on_
     assert from_dict(document).variables
 
 
+def test_the_limit_that_is_asked_for_is_no_lower_than_the_speed_that_has_more_digits() -> None:
+    """A threshold of 2 ppm less than the speed was let pass, and ended in `check_failed`."""
+    limits = {"whirl": {"response": "displacement", "of": "disc", "at_most": "1 mm"}}
+    document = rotor(limits=limits, goal={"minimise": "stiffness", "of": "shaft"})
+    document["links"]["shaft"]["beam"]["diameter"] = {"from": "20 mm", "to": "60 mm"}
+    document["excitations"]["u"]["speed"] = "6000.003 rpm"
+    (said,) = refused(from_dict, document, name="rotor.toml").messages
+    assert said.endswith('and at_least = "6000.06 rpm".')
+    document["limits"]["stable"] = {"response": "stability_threshold", "at_least": "5999.99 rpm"}
+    assert refused(from_dict, document, name="rotor.toml").messages == (said,)
+    document["limits"]["stable"]["at_least"] = "6000.06 rpm"
+    assert solve(from_dict(document), explain=False).status == "optimal"
+
+
 def test_speeds_beyond_the_threshold_have_no_table() -> None:
     limits = {"whirl": {"response": "displacement", "of": "disc", "at_most": "1 mm"}}
     document = rotor(limits=limits, goal={"find_all": "u.speed"})

@@ -394,7 +394,7 @@ class Spun:
         They are turned so that `held` is one: its stiffest parts would round away what resists the whirl, and the spin
         would not settle.
         """
-        rates, ways = np.linalg.eig(self.rates(spin))
+        rates, ways = np.linalg.eig(self.rates(spin, len(self._at_rest[0])))  # as many as told that it grows
         which = int(rates.real.argmax())
         whirl, n = float(rates[which].imag), len(self.mass)
         mass, polar = (self._root @ one @ self._root.T for one in (self.mass, self.polar))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import isfinite
+from math import isfinite, pi
 
 from vibopt.document.mistakes import Mistakes, Path, dotted
 from vibopt.responses import HarmonicResponse, Response
@@ -14,8 +14,8 @@ from vibopt.scene.space import is_spatial
 from vibopt.units import show
 
 THRESHOLD = "stability_threshold"
-_ROUNDING = 1e-5
-"""Part by which a speed may differ from the one that a message shows."""
+_ROUNDING, _DIGIT = 1e-9, 1e-5
+"""Part by which a speed may differ from a bound in another unit, and that by which six digits are raised."""
 
 
 @places.once
@@ -94,7 +94,7 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
         bands = [band.high for name in names_for(scene, driven) for band in bands_for(scene, driven, name)]
         top = max(filter(isfinite, bands), default=0.0)
         if top > known * (1.0 + _ROUNDING):
-            spin, name = show(top, "rpm", "angular_rate", digits=6), next(iter(turns))
+            spin, name = _at_least(top), next(iter(turns))
             mistakes.add(
                 path,
                 f"{dotted(path)} asks for a steady whirl at up to {spin}, but {name}.{turns[name]} makes it grow "
@@ -102,6 +102,14 @@ def check_stable(scene: Scene, mistakes: Mistakes) -> None:
                 f'response = "{THRESHOLD}" and at_least = "{spin}".',
             )
             return
+
+
+def _at_least(spin: float) -> str:
+    """A spin [rad/s] in rpm, not below it: a whirl grows at any part of a revolution beyond its threshold."""
+    shown = show(spin, "rpm", "angular_rate", digits=6)
+    if float(shown.split()[0]) * pi / 30.0 >= spin * (1.0 - _ROUNDING):
+        return shown
+    return show(spin * (1.0 + _DIGIT), "rpm", "angular_rate", digits=6)
 
 
 def spins_in(scene: Scene, path: Path, response: Response, mistakes: Mistakes) -> bool:

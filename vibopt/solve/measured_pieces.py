@@ -19,6 +19,8 @@ from vibopt.work import Budget
 
 BEYOND = 40.0
 """Log violation from which on a limit is missed without end (an undamped resonance within its band)."""
+_NEVER = -20.0
+"""Log of the part of its bound below which a row holds nothing back, and may be rounding with endless slopes."""
 SLOPES = 4.0
 """Work of a measurement with its slopes, in exact measurements."""
 _AWAY = 3.0
@@ -116,6 +118,7 @@ class Exact:
                     limits += self._limit(number, part, x)
                 else:
                     goals += (_piece(number, extreme, part.sense, 0.0) for extreme in part.extremes(x))
+        limits = [piece for piece in limits if piece.value > _NEVER] or limits  # as the bending of a free end
         return Point(np.array(y), tuple(limits), tuple(goals if self.program.aim is not None else limits))
 
     def _limit(self, index: int, limit: Limit, x: FloatArray) -> Iterator[Piece]:

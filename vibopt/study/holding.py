@@ -381,7 +381,7 @@ class Road:
 
 def no_more(state: State, now: float) -> str:
     """Why there is no answer at a value beyond `now`."""
-    if state.status == "unproven":
+    if state.status in ("unproven", "check_failed"):
         return "nothing found, nothing proven"
     refused = f"the file cannot have {'more' if state.value > now else 'less'}"
     return refused if state.status == "refused" else "no design"
