@@ -200,7 +200,7 @@ class _Search:
                 continue
             rate = _synchronous(self.machine, near, motion, ends)
             if self.spins[0] <= rate.real <= self.spins[-1]:
-                self.met.append((rate, _senses(self.machine, rate)))
+                self.met.append((rate, _senses(self.machine, ends[0], near)))
 
 
 def undamped_as_fast(machine: OrbitingMachine, sense: float) -> FloatArray:
@@ -246,11 +246,9 @@ def _off(one: Begun) -> float:
     return min((abs(near.real - one[0]) for near, _, _ in one[1] if near.imag < _SWINGS * abs(near)), default=np.inf)
 
 
-def _senses(machine: OrbitingMachine, rate: complex) -> list[float]:
-    """Those in which whirls as fast as the spin go round, told by the motions of the pieces there."""
-    every = _begun(machine, rate.real)
-    near = min((one for one, _, _ in every), key=lambda one: abs(one - rate))
-    return [goes for one, _, goes in every if abs(one - near) <= _ALIKE * abs(near)]
+def _senses(machine: OrbitingMachine, spin: float, near: complex) -> list[float]:
+    """Those in which a whirl of the pieces at a spin goes round, and all that are alike."""
+    return [goes for one, _, goes in _begun(machine, spin) if abs(one - near) <= _ALIKE * abs(near)]
 
 
 def _passed(machine: OrbitingMachine, low: Begun, high: Begun) -> list[tuple[complex, ComplexArray, list[float]]]:
