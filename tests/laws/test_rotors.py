@@ -619,6 +619,16 @@ REFUSED = {
         "t line 2: rotors.r has sections of 1e-12 m and of 0.05 m: where diameters differ by more than a factor of "
         "1000, rounding decides how the shaft bends. Write diameters nearer to each other.",
     ),
+    "a diameter without a least one": (
+        HEAD + SHAFT.replace('diameter = "50 mm"', 'diameter = { from = "0 mm", to = "50 mm" }') + TAIL,
+        "t line 5: rotors.r.sections[1] leaves an end of its diameter open. Write both: "
+        'diameter = { from = "40 mm", to = "120 mm" }.',
+    ),
+    "a diameter without a greatest one": (
+        HEAD + SHAFT.replace('diameter = "50 mm"', 'diameter = { from = "50 mm" }') + TAIL,
+        "t line 5: rotors.r.sections[1] leaves an end of its diameter open. Write both: "
+        'diameter = { from = "40 mm", to = "120 mm" }.',
+    ),
     "a threshold without a cause": (
         HEAD + SHAFT + TAIL.replace('"displacement"\nof = "left"', '"stability_threshold"'),
         "t line 18: measures.m asks for the stability_threshold, but no damper turns with a shaft: nothing makes its "

@@ -132,8 +132,8 @@ WRONG: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "open diameter": (
         {"sections": [{"length": "300 mm", "diameter": {"from": "50 mm"}}]},
-        "scene: rotors.shaft has sections of 0.05 m and of inf m: where diameters differ by more than a factor of "
-        "1000, rounding decides how the shaft bends. Write diameters nearer to each other.",
+        "scene: rotors.shaft.sections[1] leaves an end of its diameter open. Write both: "
+        'diameter = { from = "40 mm", to = "120 mm" }.',
     ),
     "behind what is not fixed": (
         {"stations": {"left": "100 mm", "right": "500 mm"}},

@@ -63,8 +63,10 @@ class Section(Table):
     @model_validator(mode="after")
     def _hollow(self) -> "Section":
         check_bore(self, "bend")
-        if isinstance(self.length, Choice) and (self.length.open_low or self.length.high == math.inf):
-            raise word('leaves an end of its length open. Write both: length = { from = "300 mm", to = "600 mm" }.')
+        for name, ends in (("length", '"300 mm", to = "600 mm"'), ("diameter", '"40 mm", to = "120 mm"')):
+            one = getattr(self, name)
+            if isinstance(one, Choice) and (one.open_low or one.high == math.inf):
+                raise word(f"leaves an end of its {name} open. Write both: {name} = {{ from = {ends} }}.")
         return self
 
     @property
