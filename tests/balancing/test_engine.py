@@ -49,6 +49,17 @@ def test_one_class_of_cranks_is_one() -> None:
     assert answer.claim == "all 2 settings of the cranks, 1 class"
 
 
+@pytest.mark.parametrize("radius", ["1 mm", "1e-3 mm", "1e-9 mm"])
+def test_a_crank_that_is_short_beside_its_rod_turns_as_its_orders_say(radius: str) -> None:
+    """The stroke was lost in the digits of the rod: `check_failed` below a hundred-thousandth of it."""
+    document = engine(["0 deg", "120 deg"], rod="200 mm", stroke=None, crank_radius=radius)
+    document["engine"].pop("stroke")
+    answer = solved(document)
+    assert answer.status == "met"
+    size = 0.5 * float(radius.split()[0]) * 1e-3 * (6000.0 * pi / 30.0) ** 2
+    assert number_at(answer, "orders.1.force") == pytest.approx(size, rel=1e-9)  # two of 120 deg add up to one
+
+
 def number_at(answer: Answer[EngineJob], path: str) -> float:
     """A number of the answer."""
     value = answer.find(path).value

@@ -375,6 +375,20 @@ CASES: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
             'fan.toml line 16: unknown key "with_probability" in limits.a. Limits of machines, and on what is left in a measured rotor, have one. Of known masses and engines: vibopt sweep FILE --keep-design.'
         ],
     ),
+    "source": (
+        [('title = "Two-plane fan"\n', 'title = "Two-plane fan"\nsource = 3\n')],
+        ["fan.toml line 2: source = 3 is not a text. Write it in quotation marks."],
+    ),
+    "radius of a coefficient": (
+        [
+            ('[planes.left]\nradius = "150 mm"\n', '[planes.left]\nradius=["100 mm","150 mm"]\n'),
+            ('weights = { left = "10 g @ 270 deg" }\n', 'weights = { left = "10 g at 100 mm @ 270 deg" }\n'),
+            ("[planes.left]", '[[influence]]\nsensor = "a"\nplane = "left"\nvalue = "1 mil/g @ 20 deg"\n[planes.left]'),
+        ],
+        [
+            'fan.toml line 11: influence[1].value = "1 mil/g @ 20 deg" does not say at which radius of planes.left the g sits. Write "1 mil/(g at 100 mm) @ 20 deg".'
+        ],
+    ),
     "top": (
         [('title = "Two-plane fan"\n', 'titel = "Two-plane fan"\n')],
         ['fan.toml line 1: unknown key "titel" at the top level. Did you mean "title"?'],

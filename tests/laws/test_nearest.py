@@ -101,6 +101,24 @@ def test_what_is_shown_of_it_is_what_an_analysis_of_it_says() -> None:
         assert row.margin == pytest.approx(design.nearest.limits[name].margin, rel=1e-7)
 
 
+def test_of_parts_with_tolerances_the_nearest_is_told(tmp_path: Path) -> None:
+    """It ended in a traceback: what a catalogue has looked at has deviations behind the variables."""
+    (tmp_path / "mounts.csv").write_text(
+        "name,stiffness [N/mm],loss_factor,rated load max [N],price [EUR],tolerance [%]\n"
+        "soft,150,0.1,9000,9,20\nhard,400,0.1,9000,10,10\n",
+        encoding="utf-8",
+    )
+    document = press(5e3, 5e-3)
+    document["links"]["mount"] = {"between": ["press", "ground"], "part": {"catalogue": str(tmp_path / "mounts.csv")}}
+    document["limits"] = {"sag": {"response": "static_deflection", "of": "press", "at_most": "7.5 mm"}}
+    document["goal"] = {"minimise": "price"}
+    design = answered(document, explain=False)
+    assert (design.status, design.method) == ("infeasible", "catalogue")
+    assert design.nearest is not None
+    sag = design.nearest.limits["sag"].value.value
+    assert sag == pytest.approx(300.0 * 9.80665 / (0.9 * 400e3), rel=1e-9)  # the hard one, 10 % softer
+
+
 def test_of_listed_values_none_comes_nearer() -> None:
     document = press(4e3, 6e-3)
     stiffness, damping = [3e5, 8e5, 2e6, 5e6, 1e7], [4e3, 9e3, 2e4, 4e4]

@@ -94,6 +94,53 @@ def test_an_absorber_is_off_in_a_saved_design_as_it_was_said_to_be(said: str) ->
     assert again.value.value == pytest.approx(design.goal[1].value, rel=1e-9)
 
 
+PRESS = """
+[bodies.press]
+mass = "300 kg"
+[links.mount]
+between = ["press", "ground"]
+stiffness = "2 MN/m"
+{count}damping_ratio = {{ from = 0.05, to = 0.3, tolerance = "5 %" }}
+[inerters.b]
+between = ["press", "ground"]
+mass_ratio = {{ from = 0.1, to = 0.2 }}
+relative_to = "press"
+[excitations.e]
+kind = "force"
+on = "press"
+amplitude = "1 kN"
+speed = "0..3000 rpm"
+varies = "constant"
+[limits.floor]
+response = "transmitted_force"
+into = "ground"
+at_most = "5 kN"
+[goal]
+minimise = "displacement"
+of = "press"
+"""
+
+
+@pytest.mark.parametrize("count", ["", "count = 4\n"])
+def test_a_damper_and_an_inerter_that_are_bought_stay_what_they_are_on_another_mass(count: str) -> None:
+    """Their ratios referred to the new mass: a heavier machine was measured with another damper."""
+    job = vo.from_text(PRESS.format(count=count), "press.toml")
+    design = vo.solve(job)
+    found = {path.split(".")[1]: row.value.value for path, row in design.variables.items()}
+    many = 4 if count else 1
+    damper = 2.0 * found["mount"] * (many * 2e6 * 300.0) ** 0.5 / many
+    kept = vo.whatif(job, {"bodies.press.mass": "360 kg"}, keep_design=True)
+    built = PRESS.format(count=count).replace("300 kg", "360 kg").partition("[goal]")[0]
+    built = built.replace('damping_ratio = { from = 0.05, to = 0.3, tolerance = "5 %" }',
+                          f'damping = {{ value = "{damper!r} N s/m", tolerance = "5 %" }}')  # fmt: skip
+    built = built.replace('mass_ratio = { from = 0.1, to = 0.2 }\nrelative_to = "press"',
+                          f'inertance = "{found["b"] * 300.0!r} kg"')  # fmt: skip
+    other = vo.solve(vo.from_text(built, "built.toml"))
+    assert kept.after.limits["floor"].value.value == pytest.approx(other.limits["floor"].value.value, rel=1e-9)
+    again = vo.solve(frozen(design.scene, design.x))
+    assert again.limits["floor"].value.value == pytest.approx(design.limits["floor"].value.value, rel=1e-9)
+
+
 def test_a_measure_shows_the_least_or_the_greatest_as_asked() -> None:
     document = copy.deepcopy(DOCUMENT)
     document["links"]["l"]["stiffness"] = "100 kN/m"

@@ -15,7 +15,7 @@ from vibopt.balancing.rotor_tables import InfluenceTable, known_keys, listed_tab
 from vibopt.document.mistakes import Mistakes, Path
 from vibopt.errors import InputError, QuantityError
 from vibopt.records import dataclass
-from vibopt.units import read_quantity, to_unit
+from vibopt.units import read_quantity, show, to_unit
 
 Influence = dict[tuple[int, int, int], complex]
 FILE_KEYS = ("title", "statement", "source", "conventions", "influence")
@@ -154,7 +154,14 @@ def _coefficient(text: object, conventions: Conventions, plane: Plane, sensor: S
         raise QuantityError(
             f"is {kind_of(amplitude.dimension)}, but sensor {sensor.name} reads {kind_of(sensor.dimension)}."
         )
-    size = abs(read_weight(f"1 {per.strip(' ()')} @ 0 deg", plane, conventions))
+    per = per.strip(" ()")
+    if len(plane.radii) > 1 and len(per.split()) == 1:  # a mass alone
+        own = show(plane.radii[0], "mm", "length")
+        raise QuantityError(
+            f"does not say at which radius of planes.{plane.name} the {per} sits. Write "
+            f'"{amount.strip()}/({per} at {own}) @ {str(text).partition("@")[2].strip()}".'
+        )
+    size = abs(read_weight(f"1 {per} @ 0 deg", plane, conventions))
     return conventions.reading(amplitude.value, angle) / size
 
 

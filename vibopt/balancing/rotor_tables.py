@@ -401,8 +401,8 @@ def known_keys(document: Mapping[str, Any], known: Sequence[str], mistakes: Mist
 
 
 def headed(document: Mapping[str, Any], mistakes: Mistakes) -> tuple[str, tuple[Mapping[str, Any], ...]]:
-    """The title, or the name of the file, and its records; `statement` is for who reads the file."""
-    title, _ = (text_in(document, key, mistakes.name, mistakes) for key in ("title", "statement"))
+    """The title, or the name of the file, and its records; `statement` and `source` are for who reads the file."""
+    title, *_ = (text_in(document, key, mistakes.name, mistakes) for key in ("title", "statement", "source"))
     return title, records_in(document, mistakes)
 
 

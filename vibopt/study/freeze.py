@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 from math import pi, sqrt
 from typing import Any
 
+import numpy as np
+
 from vibopt.answer.entry import Entry
 from vibopt.arrays import FloatArray
 from vibopt.document.toml_reading import changed
+from vibopt.errors import InputError
 from vibopt.scene.places import bound_parts, turning
 from vibopt.scene.read import from_dict
 from vibopt.scene.scene import Scene
@@ -72,6 +75,64 @@ def frozen(scene: Scene, x: Sequence[float], *, with_goal: bool = True) -> Scene
     document.pop("goal", None)
     document.pop("expected", None)
     return from_dict(document, name=scene.name)
+
+
+def bought(kept: Scene, scene: Scene) -> Scene:
+    """A design with what was chosen by a ratio as it is built: dampers of links, and inerters.
+
+    On another mass, or beside another spring, they stay what they are.  Where a limit asks for the ratio of a link
+    among several bodies, which only a ratio says, it stays one.
+
+    Parameters
+    ----------
+    kept
+        What was chosen as facts.
+    scene
+        What it was chosen from.
+    """
+    free = {variable.path for variable in scene.variables}
+    made = {
+        (family, name): ratios
+        for family in ("links", "inerters")
+        for name in getattr(kept, family)
+        if (ratios := [key for key in _RATIOS if f"{family}.{name}.{key}" in free])
+    }
+    if not made:
+        return kept
+    machine: Any = machine_of(kept, {})
+    document = dict(kept.document)
+    for (family, name), ratios in made.items():
+        table = getattr(kept, family)[name]
+        line = family == "links" or not table.placed
+        joint: Any = machine.joint(name) if line else next(one for one in machine.mounts if one.name == name)
+        said = dict(document[family][name])
+        for key in ratios:
+            word, value, unit = _part(key, table, joint)
+            off = getattr(table, key).tolerance
+            said.pop(key)
+            said[word] = {"value": f"{value!r} {unit}", "tolerance": written(off)} if off else f"{value!r} {unit}"
+        if not said.keys() & set(_RATIOS):
+            said.pop("relative_to", None)
+        document[family] = {**document[family], name: said}
+    try:
+        return from_dict(document, name=kept.name)
+    except InputError:
+        return kept
+
+
+_RATIOS = ("damping_ratio", "rotating_damping_ratio", "mass_ratio")
+"""What says a part of a link or of an inerter relative to others."""
+
+
+def _part(key: str, table: Any, joint: Any) -> tuple[str, float, str]:
+    """What says the same of the part alone: key, value and unit."""
+    if key == "mass_ratio":
+        return "inertance", float(np.sum(joint.inertance)), "kg"
+    if key == "rotating_damping_ratio":
+        return "rotating_damping", joint.rotating / joint.count, "N s/m"
+    around = table.torsional_stiffness is not None or table.shaft is not None
+    word, unit = (_AROUND if around else _ALONG)[2]
+    return word, joint.damping / joint.count, unit
 
 
 def _said(value: float, unit: str, dimension: str) -> str | float | int:

@@ -52,10 +52,10 @@ def with_nearest(design: Design, *, thorough: bool = False) -> Design:
     if refused or not scene.variables or not scene.limits or open_places(scene) or open_positions(scene):
         return design
     program = closed(pose(scene))
-    known = design.details.get("nearest")  # a catalogue has looked for it already
+    known = design.details.get("nearest")  # by a catalogue, deviations behind the variables
     most = beside(scene, np.inf if thorough else PATIENCE)
     with metered() as meter:
-        x = np.array(known["x"]) if isinstance(known, dict) else nearest_to(program)
+        x = np.array(known["x"])[: len(scene.variables)] if isinstance(known, dict) else nearest_to(program)
         if uncertain(scene) and not program.ties:
             x = _over_tolerances(scene, program, x)
         rows = _rows(scene, program, x)

@@ -14,6 +14,7 @@ from vibopt.document.toml_writing import document_toml
 from vibopt.errors import InputError
 from vibopt.files.marks import with_check
 from vibopt.jobs import is_open, is_scene, scenarios_of, with_changes
+from vibopt.study.freeze import bought
 from vibopt.study.seen import chosen, kept
 
 if TYPE_CHECKING:
@@ -51,7 +52,9 @@ def saved_text(
         broken = ", ".join(name for name, limit in answer.limits.items() if not limit.met) or "what may be chosen"
         raise InputError(f"{job.name}: the rounded design breaks {broken}. {target.name} is not written; round finer.")
     said = (verdict(answer), answer.claim, list(chosen(job, answer)))
-    return _text(job, fixed if fixed is not None else kept(job, answer), said, target, changes)
+    if fixed is None:
+        return _text(job, kept(job, answer), said, target, changes)
+    return _text(job, bought(fixed, job) if is_scene(job) and is_scene(fixed) else fixed, said, target, changes)
 
 
 def saved_for_all(found: OneForAll, target: FilePath, *, changes: Sequence[str] = ()) -> str:

@@ -24,7 +24,7 @@ from vibopt.solve.dispatch import best_of
 from vibopt.solve.loosen import clashes_of
 from vibopt.solve.method import Progress
 from vibopt.study.for_all import AS_IT_IS, OneForAll
-from vibopt.study.freeze import frozen, shown_values
+from vibopt.study.freeze import bought, frozen, shown_values
 from vibopt.study.many import answers
 from vibopt.study.same_parts import same_parts
 from vibopt.study.seen import goal_of, goal_word
@@ -107,7 +107,7 @@ def _one_for_all(job: Job, progress: Progress | None) -> OneForAll:
             pick((row for row in rows if row is not None), key=lambda checked: checked.value.value).value,
         )
     status, values = "check_failed" if doubt else found.status, shown_values(scene, found.x)
-    kept = None if doubt else frozen(scene, found.x.tolist())
+    kept = None if doubt else bought(frozen(scene, found.x.tolist()), scene)
     return OneForAll(job, status, doubt or found.claim, worst, values, limits, kept=kept)
 
 

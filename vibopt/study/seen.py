@@ -108,6 +108,6 @@ def kept(job: Job, answer: Answer[Any]) -> Job:
         return kept_plan(job, answer)
     if not (answer.variables or answer.places):
         raise InputError(f"{job.name}: there is no design to keep: {answer.status}. Solve the scene first.")
-    from vibopt.study.freeze import frozen
+    from vibopt.study.freeze import bought, frozen
 
-    return frozen(answer.scene, answer.x)
+    return bought(frozen(answer.scene, answer.x), answer.scene)

@@ -13,6 +13,7 @@ from vibopt.program.drawn import drawn_alike
 from vibopt.records import dataclass
 from vibopt.scene.uncertain import likely
 from vibopt.solve.method import Progress
+from vibopt.study.freeze import bought
 from vibopt.study.grids import check_asked
 from vibopt.study.many import answers
 from vibopt.study.rounded_plan import drawn
@@ -121,7 +122,7 @@ def whatif(
         fixed = kept(job, before)
         if rounding:
             done = drawn(job, before, rounding)
-            before, fixed = done.design, done.kept
+            before, fixed = done.design, bought(done.kept, job) if is_scene(job) and is_scene(done.kept) else done.kept
         after = answer(with_changes(fixed, changes))
     held = {name for name, limit in before.limits.items() if limit.met}
     breaks = tuple(name for name, limit in after.limits.items() if not limit.met and name in held)

@@ -56,8 +56,9 @@ def simulated(job: EngineJob, found: Balanced, couple: bool) -> ComplexArray:
 
 
 def _piston(crank: FloatArray, ratio: float) -> FloatArray:
-    """Distance of the piston from the crank axis in crank radii."""
-    return np.asarray(np.cos(crank) + np.sqrt(1.0 - (ratio * np.sin(crank)) ** 2) / ratio)
+    """Distance of the piston from the crank axis in crank radii, less the rod, beside which digits are lost."""
+    across = np.sin(crank) ** 2
+    return np.asarray(np.cos(crank) - ratio * across / (1.0 + np.sqrt(1.0 - ratio**2 * across)))
 
 
 def _second_derivative(path: FloatArray) -> FloatArray:
