@@ -10,7 +10,7 @@ from pydantic import field_validator, model_validator
 from vibopt.arrays import FloatArray
 from vibopt.excitations.directed import Directed
 from vibopt.excitations.excitation import Transient
-from vibopt.excitations.segments import AFTER, line, moved, sine
+from vibopt.excitations.segments import AFTER, lasting, line, moved, sine
 from vibopt.signals import Segment
 from vibopt.units import reads
 from vibopt.values import Fact, number, word
@@ -222,7 +222,7 @@ class Pulse(Transient, Directed):
 
     def segments(self) -> tuple[Segment, ...]:
         if self.holds:
-            return (replace(line(AFTER, self.size, self.size), endless=True),)
+            return (lasting(self.size),)
         own = _PARTS[self.shape](self.length) if self.frequency is None else (self._fading,)
         rest = self.every.value - self.length if self.every is not None else 0.0
         quiet = (line(rest, 0.0, 0.0),) if rest > _ROUNDING * self.length else ()

@@ -24,6 +24,11 @@ def line(length: float, first: float, last: float) -> Segment:
     return Segment(length, np.array([first, last - first], dtype=float), *_STRAIGHT)
 
 
+def lasting(value: float) -> Segment:
+    """One value for ever: a line that does not move, whose slope a longer piece of time would make much of."""
+    return replace(_segment(AFTER, [value], [[0.0]]), endless=True)
+
+
 def sine(length: float, size: float, phase: float, turned: float, decay: float = 0.0, offset: float = 0.0) -> Segment:
     """offset + size e^(-decay t / length) sin(phase + turned t / length), t from 0 to `length` [s]."""
     start = [size * np.sin(phase), size * np.cos(phase)]
