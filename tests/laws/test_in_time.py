@@ -664,6 +664,8 @@ BAD: dict[str, tuple[str, str]] = {
         "own in the heading."),
     "several": ("time [s];a [g];b [g]\n0;1;1\n1;2;1\n2;0;1\n", "record.csv has several columns. Write column = one of "
         '"a", "b".'),
+    "no name for time": ("x / s;a / g\n0;1\n1;2\n2;0\n", 'record.csv has columns "x / s", "a / g", and none of them is '
+        'the time. Write units in brackets: "time [s]", "acceleration [m/s²]"; or interval = "5 ms", and the column.'),
     "heading": ("0;1\n1;2\n2;0\n", "record.csv begins with numbers. Write a heading with units into its first row: "
         '"time [s],acceleration [m/s²]".'),
     "long": ("time [s];a [g]\n0;1\n1;2;5\n2;0\n", "record.csv row 3 has more cells than its heading. Part columns by "
@@ -814,6 +816,27 @@ def test_samples_that_were_left_out_of_an_even_record_are_on_straight_lines(tmp_
         record = {"kind": "record", "on": "box", "file": str(tmp_path / f"{name}.csv")}
         found.append(told({**BOX, "excitations": {"s": record}}))
     assert found[0] == pytest.approx(found[1], rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("head", "tail", "column"),
+    [
+        ("# Logger of the lab, 200 Hz\n\ntime [s],a [g]", "", None),  # lines of a logger above the heading
+        ("Serial;12\ntime [s],a [g]", "", None),
+        ("Zeit [s],a [g]", "", None),  # the only unit of time
+        ("time [s],a [g],", ",", None),  # a column of nothing
+        ("time [s],a [g],b [N]", ",1", "A [g]"),  # named as it stands there
+    ],
+)
+def test_a_record_is_read_as_loggers_write_it(head: str, tail: str, column: str | None, tmp_path: Path) -> None:
+    (tmp_path / "record.csv").write_text(
+        head + "".join(f"\n{0.1 * i:.1f},{i * i}{tail}" for i in range(4)), encoding="utf-8"
+    )
+    named = {} if column is None else {"column": column}
+    record = {"kind": "record", "on": "box", "file": str(tmp_path / "record.csv"), **named}
+    read: Any = vo.from_dict({**BOX, "excitations": {"s": record}}).excitations["s"]
+    assert read.times == pytest.approx(0.1 * np.arange(4))
+    assert read.values == pytest.approx(9.80665 * np.arange(4) ** 2)
 
 
 def test_missing_and_repeated_samples_of_a_record_are_told_or_count_once(tmp_path: Path) -> None:

@@ -17,12 +17,12 @@ from vibopt.excitations.excitation import Transient
 from vibopt.excitations.segments import line
 from vibopt.files.reading import FileFault, file_of, stamp_of
 from vibopt.signals import Segment
-from vibopt.units import best_unit, read_quantity, show
+from vibopt.units import best_unit, read_quantity, reads, show
 from vibopt.values import Fact, number, word
 from vibopt.values.csv_tables import SHEET, Sheet, bare, heading_of, sheet_of, text_of
 from vibopt.values.fields import complaint
 
-_MOST = 200_000
+_MOST, _PREAMBLE = 200_000, 100
 _EVEN, _DIGITS, _ROUNDED = 1e-6, 9, 0.51
 _OTHERS = {
     "time": "a time is no motion. Name another column",
@@ -59,7 +59,7 @@ class Record(Transient, Directed):
     ----
     file: With a heading that says the unit, "acceleration [m/s²]" or "force [N]": `file = "record.csv"`. Times stand
         in a column "time [s]", or the samples are one `interval` apart. A ground record `.at2` of the PEER databases
-        says all itself, in the unit of its heading (G, CM/S/S, ...).
+        says all itself, in the unit of its heading (G, CM/S/S, ...). Lines of a logger above the heading are left out.
     column: The heading of the column to take, where there are several: `column = "acceleration"`.
     interval: Time from sample to sample, where the file has no column of times: `interval = "5 ms"`.
     factor: By which the record is multiplied: `factor = 1.5`.
@@ -212,7 +212,7 @@ def _ground_unit(file: str, heading: list[str]) -> tuple[float, str]:
 
 def _columns_of(file: Path, column: str | None, interval: float | None) -> _Samples:
     """Those of a table."""
-    sheet = sheet_of(file)
+    sheet = sheet_of(file, _above_heading)
     if len(sheet.rows) < 3:
         samples = max(len(sheet.rows) - 1, 0)
         raise InputError(
@@ -233,9 +233,17 @@ def _columns_of(file: Path, column: str | None, interval: float | None) -> _Samp
             f"{file.name} row {long} has more cells than its heading. Part columns by semicolons where numbers have "
             "decimal commas, or remove what has no heading."
         )
-    names = [name.lower() for name, _ in headings]
-    at_time = next((i for i, name in enumerate(names) if name in ("time", "t")), None)
-    where = _column(file.name, headings, names, at_time, column)
+    at_time = _time_column(headings)
+    told = [
+        i for i, one in enumerate(headings) if any(one) or any(cells[i : i + 1] != ("",) for _, cells in sheet.rows)
+    ]
+    if at_time is None and interval is None and column is None and len(told) > 1:
+        named = ", ".join(f'"{sheet.rows[0][1][i]}"' for i in told)
+        raise InputError(
+            f'{file.name} has columns {named}, and none of them is the time. Write units in brackets: "time [s]", '
+            '"acceleration [m/s²]"; or interval = "5 ms", and the column.'
+        )
+    where = _column(file.name, headings, [i for i in told if i != at_time], column)
     name, unit = headings[where]
     scale, kind = _unit(f'{file.name}, column "{name}",', unit, f'{name} [m/s²]", or [g] for gravity, or [N]')
     values = _numbers(file.name, sheet, where, headings[where][1]) * scale
@@ -251,15 +259,33 @@ def _columns_of(file: Path, column: str | None, interval: float | None) -> _Samp
     return _timed(file.name, sheet, at_time, headings[at_time][1], _Samples(values, values, kind))
 
 
-def _column(
-    file: str, headings: list[tuple[str, str]], names: list[str], at_time: int | None, column: str | None
-) -> int:
-    others = [i for i in range(len(headings)) if i != at_time]
+def _above_heading(lines: list[str]) -> int:
+    """Lines above the first that says the unit of an acceleration or a force, as loggers write them; 0 without one."""
+    for above, text in enumerate(lines[:_PREAMBLE]):
+        for cell in re.split(r"[,;\t]", text):
+            with suppress(QuantityError, InputError):
+                _unit("", heading_of(cell.strip().strip('"'))[1], "")
+                return above
+    return 0
+
+
+def _time_column(headings: list[tuple[str, str]]) -> int | None:
+    """The column named so, or the only one that has a unit of time."""
+    named = next((i for i, (name, _) in enumerate(headings) if name.lower() in ("time", "t")), None)
+    timed = [i for i, (_, unit) in enumerate(headings) if reads(f"1 {unit}", "time")] if named is None else []
+    return timed[0] if len(timed) == 1 else named
+
+
+def _column(file: str, headings: list[tuple[str, str]], others: list[int], column: str | None) -> int:
     if column is None and len(others) == 1:
         return others[0]
-    if column is not None and column.lower() in names:
-        return names.index(column.lower())
-    if column is None and len({names[i] for i in others}) < len(others):
+    names = {i: headings[i][0].lower() for i in others}
+    if column is not None:
+        asked = {column.lower(), heading_of(column)[0].lower()}
+        found = next((i for i in others if names[i] in asked), None)
+        if found is not None:
+            return found
+    if column is None and len({*names.values()}) < len(others):
         raise InputError(f"{file} has two columns of one name. Give each its own in the heading.")
     known = ", ".join(f'"{headings[i][0]}"' for i in others)
     said = f'has no column "{column}"' if column is not None else "has several columns"

@@ -6,7 +6,7 @@ import csv
 import io
 import re
 from codecs import BOM_UTF8
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path as FilePath
 
 from vibopt.errors import InputError
@@ -41,8 +41,8 @@ class Sheet:
         return with_point(cell) if self.comma else cell
 
 
-def sheet_of(file: FilePath) -> Sheet:
-    """The cells of a CSV file.
+def sheet_of(file: FilePath, begins: Callable[[list[str]], int] | None = None) -> Sheet:
+    """The cells of a CSV file; `begins` says how many of its lines stand above the heading and are no part of it.
 
     Raises
     ------
@@ -52,18 +52,19 @@ def sheet_of(file: FilePath) -> Sheet:
     text = text_of(file).rstrip()
     lines = text.splitlines()
     offset = 1 if lines and lines[0].lower().startswith("sep=") else 0
+    above = offset + (begins(lines[offset:]) if begins is not None else 0)
     if text.count('"') % 2:
         row = next(number for number, line in enumerate(lines, start=1) if line.count('"') % 2)
         raise InputError(f"{file.name} row {row} has a quotation mark that is never closed. Close it, or remove it.")
-    sign = (lines[0][4:5] if offset else separator(lines[0] if lines else "")) or ";"
+    sign = (lines[0][4:5] if offset else separator(lines[above] if lines else "")) or ";"
     try:
-        cells = [tuple(map(str.strip, row)) for row in _cells(lines[offset:], sign, quoted='"' in text)]
+        cells = [tuple(map(str.strip, row)) for row in _cells(lines[above:], sign, quoted='"' in text)]
     except csv.Error as error:
         raise InputError(f"{file.name} is no CSV file: {error}.") from None
     widest = max(map(len, cells), default=0)
     if widest > MOST_COLUMNS:
         raise InputError(f"{file.name} has {widest} columns, more than the {MOST_COLUMNS} that are read.")
-    rows = tuple((number, row) for number, row in enumerate(cells, start=1 + offset) if any(row))
+    rows = tuple((number, row) for number, row in enumerate(cells, start=1 + above) if any(row))
     return Sheet(rows, sign != "," or ('"' in text and _quoted(cells)))
 
 
