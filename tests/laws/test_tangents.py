@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from scipy.optimize import linprog
+from scipy.optimize import brentq, linprog
 
 import vibopt as vo
 from vibopt.arrays import FloatArray
@@ -87,6 +87,79 @@ def within(rng: np.random.Generator, reach: FloatArray) -> FloatArray:
     """Somewhere on a box, often in a corner."""
     s = rng.uniform(-reach, reach)
     return np.where(rng.random(len(s)) < 0.5, np.sign(s) * reach, s)
+
+
+@few
+@given(
+    seed=st.integers(0, 100_000),
+    bodies=st.sampled_from([1, 1, 2]),
+    part=st.sampled_from([0.3, 0.1, 0.01]),
+    heavy=st.sampled_from([1.0, 1e-2, 1e2]),
+    weighed=st.booleans(),
+)
+def test_a_peak_is_never_above_its_majorants_and_their_rests(
+    tmp_path_factory: pytest.TempPathFactory, seed: int, bodies: int, part: float, heavy: float, weighed: bool
+) -> None:
+    """Whatever the time of the peak; the rest shrinks with the square of the box."""
+    rng = np.random.default_rng(seed)
+    limited, aimed = ASKED[0], ASKED[1 + seed % 2]
+    text = machine(rng, bodies=bodies, heavy=heavy, weighed=weighed)
+    program = posed(tmp_path_factory.mktemp("shock"), text, limited, aimed, 1.0)
+    x = np.exp(rng.uniform(np.log(program.low), np.log(program.high)))
+    reach = part * rng.uniform(0.2, 1.0, len(x))
+    for one in program.parts:
+        if not one.form.majorised(one.model):
+            assert not weighed  # a mass is struck
+            continue
+        boxes = np.array([reach, 1e-3 * reach, 1e-4 * reach])
+        each = one.form.majorants(one.model, np.array([x, x, x]), boxes)
+        (small,), (smaller,) = each[1:]
+        assert smaller.rest < 0.02 * small.rest + 1e-12 * abs(small.value)
+        for s in (within(rng, reach) for _ in range(8)):
+            there = one.form.value(one.model, x * (1.0 + s))
+            assert all(there <= -top.value - top.slope @ s + top.rest + 1e-9 * there for top in each[0])
+
+
+def test_a_step_beside_a_pulse_takes_no_more_work_than_a_pulse_beside_another(tmp_path: Path) -> None:
+    """Its slope of nothing was counted as turns; no box was looked at, and nothing bounded the best."""
+    text = (
+        '[bodies.body]\nmass = "4 kg"\n[links.mount]\nbetween = ["body", "ground"]\n'
+        'stiffness = { from = "460 N/m", to = "1300 N/m" }\ndamping = { from = "54 N s/m", to = "340 N s/m" }\n'
+        '[excitations.load]\nkind = "pulse"\non = "body"\namplitude = "80 N"\nshape = "rectangle"\nduration = "0.8 s"\n'
+        '[excitations.weight]\nkind = "pulse"\non = "body"\namplitude = "80 N"\n'
+    )
+    limited, aimed = ('response = "peak_force"\ninto = "ground"', "N"), ASKED[3]
+    after = posed(tmp_path, f'{text}shape = "step"\n', limited, aimed, 230.0)
+    beside = posed(tmp_path, f'{text}shape = "rectangle"\nduration = "2 s"\n', limited, aimed, 230.0)
+    assert after.cost <= beside.cost
+    assert Tangents().solve(after).status == "optimal"
+
+
+def test_a_peak_that_is_to_be_great_is_proven(tmp_path: Path) -> None:
+    """Of a mass that is dropped: the stiffest spring that still yields so far, or that none does, by the formula."""
+
+    def furthest(stiffness: float, damping: float) -> float:
+        rate = np.sqrt(stiffness / 10.0)
+        ratio = damping / (20.0 * rate)
+        return float(2.0 / rate * np.exp(-ratio / np.sqrt(1.0 - ratio**2) * np.arccos(ratio)))
+
+    def solved(least: float) -> Any:
+        file = tmp_path / "shock.toml"
+        file.write_text(
+            '[bases.base]\n[bodies.body]\nmass = "10 kg"\n[links.mount]\nbetween = ["body", "base"]\n'
+            'stiffness = { from = "5 kN/m", to = "100 kN/m" }\ndamping = { from = "80 N s/m", to = "200 N s/m" }\n'
+            '[excitations.load]\nkind = "drop"\non = "base"\nvelocity_change = "2 m/s"\n'
+            '[limits.room]\nresponse = "peak_relative_displacement"\nacross = "mount"\n'
+            f'at_least = "{least!r} m"\n[goal]\nmaximise = "stiffness"\nof = "mount"\n'
+        )
+        program = pose(vo.read(file))
+        method: Any = choose(program, None)
+        return method.solve(program)
+
+    good, none = solved(0.03), solved(1.0001 * furthest(5e3, 80.0))
+    assert good.status == "optimal"
+    assert good.x[0] == pytest.approx(brentq(lambda k: furthest(k, 80.0) - 0.03, 5e3, 1e5), rel=2e-6)
+    assert none.status == "infeasible"
 
 
 @few

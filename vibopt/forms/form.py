@@ -269,6 +269,14 @@ class Form:
         """Signs with which it has tangents: 1 where bounds from below are known, -1 those of its negative."""
         return ()
 
+    def majorised(self, model: Model) -> bool:
+        """Whether `majorants` may say how great it can be on boxes of designs."""
+        return False
+
+    def majorants(self, model: Model, x: FloatArray, reach: FloatArray) -> list[list[Tangent]]:
+        """Tangents of its negative where x is off by at most `reach` of itself, both (n, n_vars)."""
+        return [[] for _ in x]
+
     def reach(self, model: Model) -> Reach | None:
         """What moves the machine and what is read of it, where no other motion has a part in it."""
         return None

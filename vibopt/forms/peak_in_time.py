@@ -152,6 +152,25 @@ class PeakInTime(Form):
             found[i].append(tangent)
         return found
 
+    def majorised(self, model: Model) -> bool:
+        from vibopt.forms.majorant import MOST
+        from vibopt.forms.tangent import Opened
+        from vibopt.mechanics.kernel_bounds import boundable
+
+        last, opened = self.segments[-1], Opened(model, self.output)
+        if (
+            not 0 < len(opened.active) <= MOST
+            or (last.endless and (last.rates @ last.start).any())
+            or (self.output.shared_by and model.counts[self.output.shared_by].exponents)
+        ):
+            return False
+        return boundable(*self.transient(model, model.values(np.ones(model.n_vars))), opened.elements)
+
+    def majorants(self, model: Model, x: FloatArray, reach: FloatArray) -> list[list[Tangent]]:
+        from vibopt.forms.majorant import majorants
+
+        return majorants(self, model, x, reach)
+
     def per_mass(self, model: Model) -> PerMass | None:
         """How it goes by a lone mass that is open; of what is let go it is not asked."""
         from vibopt.forms.per_mass import per_mass

@@ -60,6 +60,8 @@ def bent(exponents: FloatArray, reach: FloatArray) -> FloatArray:
 class Opened:
     """Coefficients of a machine that follow the design, and tangents of what is read at a time by its slopes in them.
 
+    active, exponents
+        Which they are, (k,), and of which powers of the variables, (k, n_vars).
     elements
         What each multiplies, and its weight in what is read.
     ways
@@ -67,11 +69,11 @@ class Opened:
     """
 
     def __init__(self, model: Model, output: Output) -> None:
-        self._active = np.flatnonzero(model.exponents.any(axis=1))
-        self.elements = [Element(int(model.kinds[i]), model.vectors[i], float(output.signs[i])) for i in self._active]
-        self._exponents = model.exponents[self._active]
-        self._alike, group = np.unique(self._exponents, axis=0, return_inverse=True)
-        self.ways = (np.arange(len(self._alike))[:, None] == group.ravel()) @ np.eye(len(model.terms))[self._active]
+        self.active = np.flatnonzero(model.exponents.any(axis=1))
+        self.elements = [Element(int(model.kinds[i]), model.vectors[i], float(output.signs[i])) for i in self.active]
+        self.exponents = model.exponents[self.active]
+        self._alike, group = np.unique(self.exponents, axis=0, return_inverse=True)
+        self.ways = (np.arange(len(self._alike))[:, None] == group.ravel()) @ np.eye(len(model.terms))[self.active]
 
     def tangents(
         self,
@@ -89,8 +91,8 @@ class Opened:
         """
         count = reach.shape[1]
         boxes = reach[:, None] * np.vstack([np.ones(count), np.eye(count)])  # (n, 1 + n_vars, n_vars)
-        off = boxes @ np.abs(self._exponents).T + bent(self._exponents, boxes)
-        rests, along = near.rests(p[:, None, self._active] * off), np.zeros((len(p), len(self.ways)))
+        off = boxes @ np.abs(self.exponents).T + bent(self.exponents, boxes)
+        rests, along = near.rests(p[:, None, self.active] * off), np.zeros((len(p), len(self.ways)))
         known = np.flatnonzero(np.isfinite(rests[:, 0]))
         if len(known):
             along[known] = slopes(known)

@@ -27,8 +27,9 @@ _NODES, _WEIGHTS = np.append(0.5 + 0.5 * _PLACES, 1.0), 0.5 * _SHARES
 _ROUNDING, _LOST = 1.0 + 1e-9, 1e-14
 _APART = 1e6
 """Condition of modes up to which they are told apart well enough to bound by."""
-_SLIGHT, _AT_ONCE = 1e-9, 64
-"""Fall of a mode below which it stands still; segments of lengths of their own that are looked at together."""
+_SLIGHT, _FADED, _AT_ONCE = 1e-9, 25.0, 64
+"""Fall of a mode below which it stands still, and at which hardly anything of it is left; segments of lengths of their
+own that are looked at together."""
 _POWERS = {STIFFNESS: 0, DAMPING: 1, INERTIA: 2}
 """How often the extension is differentiated that a coefficient multiplies."""
 
@@ -88,6 +89,38 @@ class Nearby:
         return np.where(np.isfinite(rest), rest, np.inf)
 
 
+@dataclass(frozen=True, slots=True)
+class Throughout:
+    """What bounds second derivatives of a reading at all times; (n, n_elements) or (n, n_elements, n_elements), at p0.
+
+    sums
+        Of each extension against a force on each element: bound of the integral of the kernel's size, with what follows
+        at once.
+    felt
+        The same of the reading, with the element's own force in it.
+    greatest
+        Greatest size of each extension.
+    """
+
+    sums: FloatArray
+    felt: FloatArray
+    greatest: FloatArray
+
+    def rests(self, off: FloatArray) -> FloatArray:
+        """How far a reading can be from what goes straight in each coefficient, off by at most `off`, (n, n_elements).
+
+        Half of off squared times a second derivative, which is twice: the reading feels what the element is extended
+        by what it feels itself.
+        """
+        with np.errstate(invalid="ignore", over="ignore"):
+            step = self.sums * off[..., None, :]
+            grown = _contracted(step, self.greatest)
+            sums = np.stack([_contracted(step, one) for one in np.moveaxis(self.sums, -1, 0)], axis=-1)
+            felt = self.felt + ((self.felt * off)[..., None, :] @ sums)[..., 0, :]
+            rest = off**2 * felt * np.diagonal(sums, axis1=-2, axis2=-1) * grown * _ROUNDING
+        return np.where(np.isfinite(rest), rest, np.inf)
+
+
 def _times(matrix: FloatArray, vector: FloatArray) -> FloatArray:
     return np.asarray((matrix @ vector[..., None])[..., 0])
 
@@ -110,7 +143,7 @@ def nearby(
 
     None where the reading or an element is driven by a blow or a jerk, or what only springs hold has an open one.
     """
-    if not _bounded(machine, reading, elements):
+    if not boundable(machine, reading, elements):
         return None
     begins = np.cumsum([0.0, *(segment.length for segment in machine.segments)])
     squares, now = _along(machine, [*map(extension, elements), reading], within, part)
@@ -133,13 +166,30 @@ def swept(
     sizes
         Greatest size of each extension up to the time, (n, n_elements).
     """
-    if not _bounded(machine, reading, elements):
+    if not boundable(machine, reading, elements):
         return None
     _, sums, at_once = _felt(machine, reading, elements, times)
     return _near(elements, value, (sums, sums, at_once), sizes, sizes)
 
 
-def _bounded(machine: Transient, reading: Reading, elements: Sequence[Element]) -> bool:
+def throughout(
+    machine: Transient, reading: Reading, elements: Sequence[Element], last: FloatArray, greatest: FloatArray
+) -> Throughout | None:
+    """Bounds at all times up to `last` (n,), which may be infinite; None as of `nearby`.
+
+    greatest
+        Greatest size of each extension, (n, n_elements).
+    """
+    if not boundable(machine, reading, elements):
+        return None
+    _, sums, at_once = _felt(machine, reading, elements, last)
+    sums, count = sums + at_once, len(elements)
+    weights = np.abs([element.weight for element in elements])
+    return Throughout(sums[:, :count], sums[:, count] + weights, greatest)
+
+
+def boundable(machine: Transient, reading: Reading, elements: Sequence[Element]) -> bool:
+    """Whether anything bounds the rest: not where the reading or an element is driven by a blow or a jerk."""
     order = max(i + reading.power for i, row in enumerate((reading.row, reading.rates, reading.inertia)) if row.any())
     blown = np.any([segment.blows for segment in machine.segments], axis=0)
     struck = np.abs(machine.loads) @ blown > 0.0  # no mass is, where a base jumps to another velocity
@@ -221,31 +271,47 @@ def _kernels(
     """
     half, n = machine.size // 2, machine.parts[3]
     index = np.r_[:n, half : half + n]
-    own, spans = machine.own[:, index[:, None], index], machine.rate * times
-    starts, rows = pushes[..., index], rows[..., index]
-    integrals = _integrals(own, starts, spans)
+    own, rate = machine.own[:, index[:, None], index], machine.rate
+    starts, rows, spans = pushes[..., index], rows[..., index], rate * times
+    endless = np.isinf(spans)
+    until = np.where(endless, _faded(own), spans)
+    integrals = _integrals(own, starts, until)
     squares = ((rows[:, None] @ integrals) * rows[:, None]).sum(axis=-1).mT
-    kernels = np.asarray(np.sqrt(np.maximum(squares, 0.0) / wide(machine.rate)))
-    return kernels, np.minimum(wide(np.sqrt(times)) * kernels, _sizes(own, starts, rows, spans) / wide(machine.rate))
+    roots = np.sqrt(np.maximum(squares, 0.0))
+    sizes, later = _sizes(own, starts, rows, spans, until)
+    sums = np.minimum(wide(np.sqrt(until)) * roots + later, sizes) / wide(rate)
+    return np.asarray(np.where(wide(endless), np.inf, roots / wide(np.sqrt(rate)))), sums
 
 
-def _sizes(a: FloatArray, starts: FloatArray, rows: FloatArray, spans: FloatArray) -> FloatArray:
-    """Bound of the integral of |row . z| over times 0 to a span with z' = a z from each of `starts`, mode by mode.
+def _faded(a: FloatArray) -> FloatArray:
+    """A time at which hardly anything is left of z' = a z, (n,); some time where it is not damped."""
+    slowest = -np.linalg.eigvals(a).real.max(axis=-1)
+    return np.asarray(_FADED / np.where(slowest > _SLIGHT, slowest, 1.0))
 
-    What a mode and its conjugate add is a cosine that fades: of each half turn no more than 2, faded at its beginning.
+
+def _sizes(
+    a: FloatArray, starts: FloatArray, rows: FloatArray, spans: FloatArray, until: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Bounds of the integral of |row . z| over times 0 to a span with z' = a z from each of `starts`, mode by mode.
+
+    Of all of it, and of what comes later than `until`.  What a mode and its conjugate add is a cosine that fades: of
+    each half turn no more than 2, faded at its beginning.
     """
     values, modes = np.linalg.eig(a)
     apart = np.linalg.cond(modes) <= _APART
     modes = np.where(wide(apart), modes, np.eye(a.shape[-1]))
-    falls = -values.real * spans[:, None]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        slow = np.where(np.abs(falls) > _SLIGHT, -np.expm1(-falls) / falls, 1.0 + np.abs(falls))
+        falls = -values.real * spans[:, None]
+        slow = np.where(np.abs(falls) > _SLIGHT, np.expm1(-falls) / values.real, spans[:, None] * (1.0 + np.abs(falls)))
         half = np.pi / np.abs(values.imag)
         waves = 2.0 / np.pi * half * np.expm1(values.real * half * np.ceil(spans[:, None] / half))
         waves = np.abs(waves / np.expm1(values.real * half))
-        long = np.fmin(spans[:, None] * slow, waves)  # nan where nothing turns or fades
-        each = np.abs(np.linalg.solve(modes, starts.mT.astype(modes.dtype))) * long[..., None]
-        return np.where(wide(apart), np.abs(rows @ modes) @ each, np.inf)
+        long = np.fmin(slow, waves)  # nan where nothing turns or fades
+        each = np.abs(np.linalg.solve(modes, starts.mT.astype(modes.dtype)))
+        seen = np.abs(rows @ modes)
+        left = np.exp(values.real * until[:, None])
+        found = [np.where(wide(apart), seen @ (each * one[..., None]), np.inf) for one in (long, left * long)]
+    return found[0], np.where(wide(spans > until), found[1], 0.0)
 
 
 def _along(

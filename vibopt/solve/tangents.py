@@ -1,8 +1,9 @@
 """Branch and bound on tangents: proves designs whose peaks in time are limited or made least.
 
-On a box of designs every limit and the goal are no less than some tangents less their rests, or than the bounds on
-boxes that what has no tangents has (responses at speeds).  A box is dropped where
-their linear program shows that no design in it keeps all limits and is better than the best known by more than the gap.
+On a box of designs every limit and the goal are no less than some tangents less their rests (what is to be great is no
+more than a plane above its corners and a rest), or than the bounds on boxes that what has no tangents has (responses at
+speeds).  A box is dropped where their linear program shows that no design in it keeps all limits and is better than the
+best known by more than the gap.
 The rests are of second order in the size of the box, and so the boxes that are left do not multiply around the optimum.
 """
 
@@ -97,7 +98,13 @@ def _bounded(part: Limit | Aim, program: Program) -> bool:
 
 
 def _tangible(part: Limit | Aim) -> bool:
-    return _sign(part) in part.form.tangents_of and not (isinstance(part, Limit) and part.side == "outside")
+    known = _sign(part) in part.form.tangents_of or _majorised(part)
+    return known and not (isinstance(part, Limit) and part.side == "outside")
+
+
+def _majorised(part: Limit | Aim) -> bool:
+    """Whether it is a peak that is to be great."""
+    return _sign(part) < 0.0 and part.form.majorised(part.model)
 
 
 @dataclass
@@ -111,6 +118,14 @@ class _Part:
 
     def __post_init__(self) -> None:
         self.floors = self.of.form.floors(self.of.model) if _sign(self.of) > 0.0 else None
+        self.majorised = _majorised(self.of)
+
+    @property
+    def cost(self) -> float:
+        """Work of its tangents on a box [nominal ms]; those of what is to be great measure each corner."""
+        form, model = self.of.form, self.of.model
+        corners = 2 ** int(model.exponents.any(axis=1).sum()) if self.majorised else 0
+        return form.tangents_cost(model) + corners * form.cost(model)
 
     def learn(self, x: FloatArray) -> None:
         """Keep the time of the peak at a design, or the duration at which it is greatest."""
@@ -131,9 +146,13 @@ class _Part:
         if not boxes:
             return
         x, reach = (np.array(column) for column in zip(*((one.x, one.reach) for one in boxes), strict=True))
-        sign, many = _sign(self.of), self.of.form.tangents(self.of.model, x, reach, level, self.times)
+        form, model, sign = self.of.form, self.of.model, _sign(self.of)
+        if self.majorised:
+            many = form.majorants(model, x, reach)
+        else:
+            many = [[one.signed(sign) for one in some] for some in form.tangents(model, x, reach, level, self.times)]
         for box, some in zip(boxes, many, strict=True):
-            yield box, [tangent.signed(sign).scaled(sign * self.bound, self.size) for tangent in some]
+            yield box, [tangent.scaled(sign * self.bound, self.size) for tangent in some]
 
 
 @dataclass(eq=False)
@@ -193,8 +212,7 @@ class _Search:
         self.along = towards(program)
         self.best_x: FloatArray | None = None
         self.best = np.inf
-        tangents = sum(one.of.form.tangents_cost(one.of.model) for one in self.limits + self.aims)
-        box = _BOX + program.cost + tangents
+        box = _BOX + program.cost + sum(one.cost for one in self.limits + self.aims)
         self.budget = Budget(min(self.method.most, int(_LONG / box)), "boxes", box)
 
     def answer(self) -> Found:
