@@ -11,7 +11,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from vibopt.forms.hung_on_boxes import place_of, read
+from vibopt.forms import hung_on_boxes
+from vibopt.forms.hung_on_boxes import Pulls, place_of, read
 from vibopt.program.pose import pose
 from vibopt.program.program import Program
 from vibopt.scene.read import from_dict
@@ -132,8 +133,9 @@ def test_no_response_on_a_box_is_below_what_discs_say(
     low, high = np.log(program.low), np.log(program.high)
     middle = low + (high - low) * rng.random((20, len(low)))
     half = 10.0**size * rng.random(middle.shape)
-    least = known.least(*place.pulled(np.exp(middle - half), np.exp(middle + half), W))
-    points = known.least(*place.pulled(np.exp(middle), np.exp(middle), W))
+    pulls = Pulls(place, W, {known.of})
+    least = known.least(*pulls.on(np.exp(middle - half), np.exp(middle + half)))
+    points = known.least(*pulls.on(np.exp(middle), np.exp(middle)))
     for box in range(20):
         true = by_matrices(program, np.exp(middle[box]), on, count, goal, moved).max()
         assert points[box] == pytest.approx(true, rel=1e-9, abs=0.0)
@@ -142,6 +144,27 @@ def test_no_response_on_a_box_is_below_what_discs_say(
             x = np.exp(middle[box] + half[box] * (np.sign(way) if turn % 2 else way))
             assert least[box] <= by_matrices(program, x, on, count, goal, moved).max() * (1.0 + 1e-9)
     assert size > -3.0 or np.median(least / points) > 0.9
+
+
+def test_what_is_kept_of_the_ranges_of_a_device_is_what_is_said_of_them_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Boxes that share ranges, more of them than are kept, with a mount to be chosen and a stroke that is read."""
+    monkeypatch.setattr(hung_on_boxes, "_KEPT", 12 * len(W))
+    program = pose(from_dict(scene(0, 2, "mass", GOALS["stroke"], "base", held=True)))
+    assert program.aim is not None
+    place, rng = place_of(program.aim.model), np.random.default_rng(7)
+    assert place is not None
+    pulls = Pulls(place, W, {0})
+    ends = program.low + (program.high - program.low) * np.linspace(0.0, 0.9, 5)[:, None]
+    for _ in range(8):
+        at = rng.integers(0, 5, (9, len(program.low)))
+        low = np.take_along_axis(ends, at, axis=0)
+        (total, off), moved = pulls.on(low, 1.1 * low)
+        for box in range(9):
+            (middle, radius), motion = Pulls(place, W, {0}).on(low[[box]], 1.1 * low[[box]])
+            assert np.array_equal(total[box], middle[0])
+            assert np.array_equal(off[box], radius[0])
+            assert moved.keys() == motion.keys() == {0}
+            assert all(np.array_equal(one[box], alone[0]) for one, alone in zip(moved[0], motion[0], strict=True))
 
 
 def test_what_hangs_on_two_places_or_takes_part_of_the_load_is_left_to_others() -> None:

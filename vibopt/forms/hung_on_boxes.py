@@ -9,7 +9,9 @@ small.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -23,6 +25,10 @@ from vibopt.signals import Band
 
 Disc = tuple[ComplexArray, FloatArray]
 """Middle and radius, each (n_boxes, n)."""
+_Said = tuple[Any, ...]
+"""Arrays, each (n_boxes, n)."""
+_KEPT = 1_000_000
+"""Numbers of one kind that are kept of a device at most [16 bytes each]."""
 _ALIKE = 1e-9
 """Part of a direction by which another one may be off it and be the same."""
 _BEYOND = 1e6
@@ -50,6 +56,11 @@ class Hung:
     damper: Monomials
     hysteresis: Monomials
     inerter: Monomials
+
+    @property
+    def parts(self) -> tuple[Monomials, ...]:
+        """All that tells what it does."""
+        return self.mass, self.spring, self.damper, self.hysteresis, self.inerter
 
     def moved(self, low: FloatArray, high: FloatArray, w: FloatArray) -> Disc:
         """Its motion per motion of its other end on boxes (n_boxes, n_vars) at frequencies (n,) [rad/s]."""
@@ -131,28 +142,116 @@ class Place:
     hung: tuple[Hung, ...]
     plain: tuple[tuple[int, Monomials], ...]
 
-    def pulled(self, low: FloatArray, high: FloatArray, w: FloatArray) -> tuple[Disc, list[Disc]]:
-        """Dynamic stiffness of all of it, and the motion of each device, on boxes (n_boxes, n_vars) at frequencies."""
-        total, off = np.zeros((len(low), len(w)), dtype=complex), np.zeros((len(low), len(w)))
-        moved = [device.moved(low, high, w) for device in self.hung]
-        for device, (middle, radius) in zip(self.hung, moved, strict=True):
-            least, most = (one[:, None] for one in device.mass.extent(low, high))
-            size = (w * device.part) ** 2
-            total -= 0.5 * size * (least + most) * middle
-            off += size * (0.5 * (most - least) * _size(middle) + most * radius)
-        for kind, powers in self.plain:
-            least, most = (one[:, None] for one in powers.extent(low, high))
-            pull = factors(np.array([kind]), w)[:, 0]
-            total += 0.5 * pull * (least + most)
-            off += 0.5 * np.abs(pull) * (most - least)
-        return (total, off), moved
-
     def apart(self, low: FloatArray, high: FloatArray, w: FloatArray) -> FloatArray:
         """How far boxes are from where any device resonates, as a part of their size, one at most, (n_boxes, n)."""
         found = np.ones((len(low), len(w)))
         for device in self.hung:
             np.minimum(found, device.apart(low, high, w), out=found)
         return found
+
+
+class Pulls:
+    """Dynamic stiffness of all that acts on a place at frequencies, and what moves there, on boxes.
+
+    Very many boxes share the ranges of one device: what it says on them is worked out once.
+
+    Parameters
+    ----------
+    w
+        Frequencies (n,) [rad/s].
+    seen
+        Devices of the place whose motion is asked for.
+    """
+
+    def __init__(self, place: Place, w: FloatArray, seen: Collection[int] = ()) -> None:
+        self.many, self.seen = len(w), seen
+        self._each = [
+            _Ranges(device.parts, len(w), partial(_pulled_by, device, w, i in seen))
+            for i, device in enumerate(place.hung)
+        ]
+        if place.plain:
+            parts = [powers for _, powers in place.plain]
+            self._each.append(_Ranges(parts, len(w), partial(_held, place.plain, w)))
+
+    def on(self, low: FloatArray, high: FloatArray) -> tuple[Disc, dict[int, Disc]]:
+        """The sum, and the motion of each device that is asked for, on boxes (n_boxes, n_vars)."""
+        total, off = np.zeros((len(low), self.many), dtype=complex), np.zeros((len(low), self.many))
+        moved = {}
+        for i, one in enumerate(self._each):
+            middle, radius, *motion = one.on(low, high)
+            total += middle
+            off += radius
+            if motion:
+                moved[i] = motion[0], motion[1]
+        return (total, off), moved
+
+
+class _Ranges:
+    """What is said on ranges of a few of the variables, kept for each that was asked for.
+
+    Parameters
+    ----------
+    parts
+        All that it follows from, which tells the variables.
+    say
+        What is said on boxes, arrays (n_boxes, many).
+    """
+
+    def __init__(self, parts: Sequence[Monomials], many: int, say: Callable[[FloatArray, FloatArray], _Said]) -> None:
+        self._own = np.flatnonzero(np.any([one.exponents.any(axis=0) for one in parts], axis=0))
+        self._say, self._known = say, dict[bytes, int]()
+        self._most = max(_KEPT // max(many, 1), 1)
+        self._kept: _Said = ()
+
+    def on(self, low: FloatArray, high: FloatArray) -> _Said:
+        """On boxes (n_boxes, n_vars), each (n_boxes, many)."""
+        ends = np.ascontiguousarray(np.concatenate([low[:, self._own], high[:, self._own]], axis=1))
+        names = ends.view(f"V{ends.itemsize * ends.shape[1]}")[:, 0].tolist() if len(self._own) else [b""] * len(low)
+        if len(self._known) > self._most:
+            self._known.clear()
+        known, fresh = self._known, list[int]()
+        for box, name in enumerate(names):
+            if name not in known:
+                known[name] = len(known)
+                fresh.append(box)
+        if fresh:
+            first, said = len(known) - len(fresh), self._say(low[fresh], high[fresh])
+            if not self._kept:
+                self._kept = tuple(np.empty((0, one.shape[1]), dtype=one.dtype) for one in said)
+            self._kept = tuple(_filled(all_, first, one) for all_, one in zip(self._kept, said, strict=True))
+        places = np.fromiter(map(known.__getitem__, names), dtype=np.intp, count=len(names))
+        return tuple(one[places] for one in self._kept)
+
+
+def _filled(table: Any, first: int, rows: Any) -> Any:
+    """A table with rows from `first` on, in twice the room where there is none."""
+    if first + len(rows) > len(table):
+        more = np.empty((max(2 * len(table), first + len(rows)), rows.shape[1]), dtype=table.dtype)
+        more[:first] = table[:first]
+        table = more
+    table[first : first + len(rows)] = rows
+    return table
+
+
+def _pulled_by(device: Hung, w: FloatArray, seen: bool, low: FloatArray, high: FloatArray) -> _Said:
+    """Dynamic stiffness by which a device pulls, and where it is seen its motion: middles and radii."""
+    middle, radius = device.moved(low, high, w)
+    least, most = (one[:, None] for one in device.mass.extent(low, high))
+    size = (w * device.part) ** 2
+    pull = -0.5 * size * (least + most) * middle
+    off = size * (0.5 * (most - least) * _size(middle) + most * radius)
+    return (pull, off, middle, radius) if seen else (pull, off)
+
+
+def _held(plain: Sequence[tuple[int, Monomials]], w: FloatArray, low: FloatArray, high: FloatArray) -> _Said:
+    """Dynamic stiffness of what holds or loads the place itself."""
+    total, off = np.zeros((len(low), len(w)), dtype=complex), np.zeros((len(low), len(w)))
+    for kind, powers in plain:
+        least, most = (one[:, None] for one in powers.extent(low, high))
+        pull = factors(np.array([kind]), w)[:, 0]
+        total += 0.5 * pull * (least + most)
+        off += 0.5 * np.abs(pull) * (most - least)
+    return total, off
 
 
 def place_of(model: Model) -> Place | None:
@@ -237,7 +336,7 @@ class Read:
     asked: BoolArray
     of: int
 
-    def least(self, total: Disc, moved: Sequence[Disc]) -> FloatArray:
+    def least(self, total: Disc, moved: Mapping[int, Disc]) -> FloatArray:
         """The greatest over frequencies of what it is at least on boxes, (n_boxes,); zero where nothing is known."""
         middle, radius = self.stiff + total[0], total[1]
         with np.errstate(all="ignore"):

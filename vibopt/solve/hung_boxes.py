@@ -11,7 +11,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.forms.hung_on_boxes import Place, Read, place_of, read
+from vibopt.forms.hung_on_boxes import Place, Pulls, Read, place_of, read
 from vibopt.frontier import Frontier
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Aim, Limit
@@ -20,11 +20,11 @@ from vibopt.solve.branch import first_speeds
 from vibopt.solve.log_boxes import LogBoxes
 from vibopt.work import Budget
 
-MOST, _COST = 100_000, 0.02
+MOST, _COST = 400_000, 0.005
 """Boxes, and the work of each of them [nominal ms]."""
 _PATIENCE = 0.3
 """Part of the boxes by which something must be known."""
-_BATCH, _TRIED = 512, 16
+_BATCH, _TRIED, _SHARE = 512, 16, 32
 """Boxes that are cut together at most, and of these how many try each side."""
 _SPEEDS, _SAME, _HIGHEST = 48, 5e-3, 3
 """Frequencies at most, by what part of it the next one is off, and peaks that are learnt at once."""
@@ -74,7 +74,7 @@ class HungBoxes:
                 self.sums.append((part, is_goal, level))
             elif form is not None and form.line is not None and (place := _shared(places, part.model)) is not None:
                 self.known.append(_Known(part, is_goal, level, place, form.line.order))
-        self.w, self.reads = np.zeros(0), list[tuple[_Known, Read]]()
+        self.w, self.reads, self.pulls = np.zeros(0), list[tuple[_Known, Read]](), dict[int, Pulls]()
         self._add([one.order * w for one in self.known for some in first_speeds(one.part.form).values() for w in some])
 
     @property
@@ -95,7 +95,7 @@ class HungBoxes:
         while frontier and not frontier.over and frontier.bound <= bar - near:
             if self.budget.spent > _PATIENCE * self.budget.most and frontier.bound < floor():
                 break
-            begun, low, high, way = frontier.take(_BATCH)
+            begun, low, high, way = frontier.take(max(_BATCH, len(frontier) // _SHARE))
             self._learn(np.exp(0.5 * (low + high)[0]), bar)
             low, high = self.space.halves(low, high, self._side(low, high, way, bar))
             bound, way = self._on(low, high, bar)
@@ -121,11 +121,11 @@ class HungBoxes:
 
     def _gained(self, low: FloatArray, high: FloatArray, way: FloatArray, bar: float) -> FloatArray:
         """By how much both halves of boxes across each side are nearer to being out, (n_boxes, n_vars)."""
-        gain = np.zeros(low.shape)
-        for i in np.flatnonzero((high > low).any(axis=0)):
-            lows, highs = self.space.halves(low, high, np.full(len(low), i))
-            there = self._on(lows, highs, bar)[1].reshape(-1, 2)
-            gain[:, i] = np.clip(there - way[:, None], 0.0, _GAIN).sum(axis=1)
+        gain, sides = np.zeros(low.shape), np.flatnonzero((high > low).any(axis=0))
+        many, side = len(sides), sides.repeat(len(low))
+        halves = self.space.halves(np.tile(low, (many, 1)), np.tile(high, (many, 1)), side)
+        there = self._on(*halves, bar)[1].reshape(many, len(low), 2)
+        gain[:, sides] = np.clip(there - way[:, None], 0.0, _GAIN).sum(axis=2).T
         return gain
 
     def _on(self, low: FloatArray, high: FloatArray, bar: float) -> tuple[FloatArray, FloatArray]:
@@ -139,7 +139,7 @@ class HungBoxes:
             for part, is_goal, level in self.sums:
                 assert part.form.powers is not None
                 _counted(bound, np.log(part.form.powers.extent(*ends)[0]) - level, is_goal)
-            pulled = {id(one.place): one.place.pulled(*ends, self.w) for one, _ in self.reads}
+            pulled = {place: pulls.on(*ends) for place, pulls in self.pulls.items()}
             for one, response in self.reads:
                 least = np.log(response.least(*pulled[id(one.place)])) - one.level - _SURE
                 _counted(bound, least, one.is_goal)
@@ -171,6 +171,11 @@ class HungBoxes:
             self.w = np.array(known)
             each = ((one, read(one.part.form, one.place, self.w)) for one in self.known)
             self.reads = [(one, found) for one, found in each if found is not None]
+            places = {id(one.place): one.place for one, _ in self.reads}
+            self.pulls = {
+                key: Pulls(place, self.w, {found.of for one, found in self.reads if one.place is place})
+                for key, place in places.items()
+            }
 
 
 def _shared(places: list[Place], model: Model) -> Place | None:

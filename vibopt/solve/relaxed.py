@@ -62,7 +62,7 @@ _TOLD = 0.02
 _TURNS, _AGAIN, _NEAR = 3, 0.25, 0.02
 """How often a box is cut by what its sides promised before they are tried again, what is left of it for a side, and how
 near (in logs) to what is to be proven: farther away promises are not kept."""
-_HANDED, _CHEAP = 0.1, 4
+_HANDED, _CHEAP = 0.1, 16
 """How near (in logs) to what is to be proven boxes are that discs leave to rows, and how many more there may be."""
 _HOLDS = 1e-8
 _SAME = 1e-9
