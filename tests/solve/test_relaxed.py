@@ -567,7 +567,7 @@ STROKE = '[limits.stroke]\nresponse = "stroke"\nof = "a0"\nat_most = "0.3 mm"\n'
     [
         (absorbed([0, 0], [0.025] * 2), 5_000),
         (absorbed([0, 0], [0.094, 0.016]), 9_000),
-        (absorbed([0, 1], [0.063, 0.031], count=2, damping=0.02, extra=STROKE), 9_000),
+        (absorbed([0, 1], [0.063, 0.031], count=2, damping=0.02, extra=STROKE), 16_000),
         *(pytest.param(scene(on), 14_000, marks=pytest.mark.slow) for on in ((0, 0), (0, 1), (1, 1))),
     ],
 )

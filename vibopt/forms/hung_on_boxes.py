@@ -1,27 +1,22 @@
-"""Responses on boxes of designs where all that is chosen acts on one place of a host, as devices that hang there.
+"""What is chosen of a machine as devices that act on a few places of a host, and its dynamic stiffness on boxes.
 
-They act on the host through the sum a of their dynamic stiffnesses alone, so at a frequency any response of it is
-t + q / (D + a), with numbers t, q and D of the host.  On a box the stiffness and damping of a device per its mass lie
-in a rectangle of the complex plane, which a disc holds; inverses and sums of discs are discs, and so is the response.
-What it is at least takes a few operations, far less than a row (`rows_on_boxes`), which says more where boxes are
-small.
+They act on the host through the sum of their dynamic stiffnesses at each place alone.  On a box the stiffness and
+damping of a device per its mass lie in a rectangle of the complex plane, which a disc holds; inverses and sums of discs
+are discs.  What responses are at least follows (`read_on_places`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Sequence
 from functools import partial
 from typing import Any
 
 import numpy as np
 
 from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from vibopt.forms.form import Form
-from vibopt.forms.monomials import Monomials, mounts
-from vibopt.mechanics.harmonic import dynamic_stiffness
+from vibopt.forms.monomials import Monomials
 from vibopt.mechanics.model import DAMPING, HYSTERETIC, INERTIA, STIFFNESS, Model, factors
-from vibopt.records import dataclass
-from vibopt.signals import Band
+from vibopt.records import cached_property, dataclass
 
 Disc = tuple[ComplexArray, FloatArray]
 """Middle and radius, each (n_boxes, n)."""
@@ -31,10 +26,10 @@ _KEPT = 1_000_000
 """Numbers of one kind that are kept of a device at most [16 bytes each]."""
 _ALIKE = 1e-9
 """Part of a direction by which another one may be off it and be the same."""
+PLACES = 4
+"""So many at most: each doubles the work."""
 _BEYOND = 1e6
 """How many times as far from zero as a rectangle a disc around it may reach."""
-_ILL, _ROUNDING = 1e7, 1e-11
-"""Condition of a host from which on a frequency says nothing, and part of what cancels that rounding may leave."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,33 +120,48 @@ def _away(
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """The place of a host at which all acts that can be chosen.
+    """One place of a host at which something acts that can be chosen.
 
     direction
         Coordinates that move it, (n_coords,).
+    hung, plain
+        What hangs there, and what holds or loads the place itself: kind, coefficients, how far it moves when the place
+        moves by one, and its term of the model.
+    """
+
+    direction: FloatArray
+    hung: tuple[Hung, ...]
+    plain: tuple[tuple[int, Monomials, float, int], ...]
+
+
+@dataclass(frozen=True)
+class Hosted:
+    """A machine as a host, with the places at which all acts that can be chosen.
+
     host, fixed
         Coordinates that are the host's (n_free,), and terms of the model that do not change (n_terms,).
-    hung, plain
-        What hangs there, and the kinds and coefficients of what holds or loads the place itself.
     """
 
     model: Model
-    direction: FloatArray
     host: BoolArray
     fixed: BoolArray
-    hung: tuple[Hung, ...]
-    plain: tuple[tuple[int, Monomials], ...]
+    places: tuple[Place, ...]
+
+    @cached_property
+    def devices(self) -> list[tuple[int, Hung]]:
+        """All that hangs, with its place."""
+        return [(i, device) for i, place in enumerate(self.places) for device in place.hung]
 
     def apart(self, low: FloatArray, high: FloatArray, w: FloatArray) -> FloatArray:
         """How far boxes are from where any device resonates, as a part of their size, one at most, (n_boxes, n)."""
         found = np.ones((len(low), len(w)))
-        for device in self.hung:
+        for _, device in self.devices:
             np.minimum(found, device.apart(low, high, w), out=found)
         return found
 
 
 class Pulls:
-    """Dynamic stiffness of all that acts on a place at frequencies, and what moves there, on boxes.
+    """Dynamic stiffness of all that acts on each place at frequencies, and how devices move there, on boxes.
 
     Very many boxes share the ranges of one device: what it says on them is worked out once.
 
@@ -160,30 +170,37 @@ class Pulls:
     w
         Frequencies (n,) [rad/s].
     seen
-        Devices of the place whose motion is asked for.
+        Devices whose motion is asked for.
     """
 
-    def __init__(self, place: Place, w: FloatArray, seen: Collection[int] = ()) -> None:
-        self.many, self.seen = len(w), seen
+    def __init__(self, hosted: Hosted, w: FloatArray, seen: Collection[int] = ()) -> None:
+        self.many, self.places = len(w), len(hosted.places)
         self._each = [
-            _Ranges(device.parts, len(w), partial(_pulled_by, device, w, i in seen))
-            for i, device in enumerate(place.hung)
+            (
+                place,
+                None if i not in seen else i,
+                _Ranges(device.parts, len(w), partial(_pulled_by, device, w, i in seen)),
+            )
+            for i, (place, device) in enumerate(hosted.devices)
         ]
-        if place.plain:
-            parts = [powers for _, powers in place.plain]
-            self._each.append(_Ranges(parts, len(w), partial(_held, place.plain, w)))
+        for i, place in enumerate(hosted.places):
+            if place.plain:
+                parts = [one[1] for one in place.plain]
+                self._each.append((i, None, _Ranges(parts, len(w), partial(_held, place.plain, w))))
 
-    def on(self, low: FloatArray, high: FloatArray) -> tuple[Disc, dict[int, Disc]]:
-        """The sum, and the motion of each device that is asked for, on boxes (n_boxes, n_vars)."""
-        total, off = np.zeros((len(low), self.many), dtype=complex), np.zeros((len(low), self.many))
+    def on(self, low: FloatArray, high: FloatArray) -> tuple[list[Disc], dict[int, Disc]]:
+        """The sum at each place, and the motion of each device that is asked for, on boxes (n_boxes, n_vars)."""
+        totals: list[Any] = [None] * self.places
         moved = {}
-        for i, one in enumerate(self._each):
-            middle, radius, *motion = one.on(low, high)
-            total += middle
-            off += radius
-            if motion:
-                moved[i] = motion[0], motion[1]
-        return (total, off), moved
+        for place, seen, ranges in self._each:
+            middle, radius, *motion = ranges.on(low, high)
+            if totals[place] is None:
+                totals[place] = middle, radius
+            else:
+                totals[place] = totals[place][0] + middle, totals[place][1] + radius
+            if seen is not None:
+                moved[seen] = motion[0], motion[1]
+        return totals, moved
 
 
 class _Ranges:
@@ -239,14 +256,16 @@ def _pulled_by(device: Hung, w: FloatArray, seen: bool, low: FloatArray, high: F
     least, most = (one[:, None] for one in device.mass.extent(low, high))
     size = (w * device.part) ** 2
     pull = -0.5 * size * (least + most) * middle
-    off = size * (0.5 * (most - least) * _size(middle) + most * radius)
+    off = size * (0.5 * (most - least) * modulus(middle) + most * radius)
     return (pull, off, middle, radius) if seen else (pull, off)
 
 
-def _held(plain: Sequence[tuple[int, Monomials]], w: FloatArray, low: FloatArray, high: FloatArray) -> _Said:
+def _held(
+    plain: Sequence[tuple[int, Monomials, float, int]], w: FloatArray, low: FloatArray, high: FloatArray
+) -> _Said:
     """Dynamic stiffness of what holds or loads the place itself."""
     total, off = np.zeros((len(low), len(w)), dtype=complex), np.zeros((len(low), len(w)))
-    for kind, powers in plain:
+    for kind, powers, *_ in plain:
         least, most = (one[:, None] for one in powers.extent(low, high))
         pull = factors(np.array([kind]), w)[:, 0]
         total += 0.5 * pull * (least + most)
@@ -254,35 +273,54 @@ def _held(plain: Sequence[tuple[int, Monomials]], w: FloatArray, low: FloatArray
     return total, off
 
 
-def place_of(model: Model) -> Place | None:
-    """Where all that can be chosen in a model acts; None where that is no one place."""
+def places_of(model: Model, load: ComplexArray, signs: FloatArray) -> Hosted | None:
+    """The places at which all acts that can be chosen in a model; None where they are many, or anything else is.
+
+    Coordinates of which `load` (n_coords,) is not zero are the host's, and what is chosen and whose force is read, as
+    `signs` (n_terms,) say, has a place of its own beside what else acts there.
+    """
     variable = model.exponents.any(axis=1)
     if model.spun_in_time or not variable.any():
         return None
     held: dict[int, FloatArray] = {}
     for j in range(model.n_free):
-        by = _held_by(model, j)
-        if by is not None and not by[list(held)].any() and not any(one[j] for one in held.values()):
+        by = None if load[j] or any(one[j] for one in held.values()) else _held_by(model, j)
+        if by is not None and by[: model.n_free].any() and not by[list(held)].any():
             held[j] = by
     owned = (model.vectors[:, list(held)] != 0.0).any(axis=1)
     if (model.scales[variable | owned] < 0.0).any():  # corrections of spans: their ranges are not those of a sum
         return None
     loose = np.flatnonzero(variable & ~owned & model.vectors.any(axis=1))
-    rows = np.array([*held.values(), *model.vectors[loose]])
-    if not len(rows):
-        return None
-    direction, size = rows[0], np.abs(rows).max(axis=1)
-    parts = rows @ direction / (direction @ direction)
-    if direction[model.n_free :].any() or (np.abs(rows - np.outer(parts, direction)).max(axis=1) > _ALIKE * size).any():
+    places: list[tuple[FloatArray, list[Hung], list[tuple[int, Monomials, float, int]]]] = []
+    is_read = list[bool]()
+    for row, j, term in [(by, j, -1) for j, by in held.items()] + [(model.vectors[t], -1, int(t)) for t in loose]:
+        own = term >= 0 and bool(signs[term])
+        at, part = _found([one[0] if own is read else None for one, read in zip(places, is_read, strict=True)], row)
+        if at == len(places):
+            places.append((row, [], []))
+            is_read.append(own)
+        if term < 0:
+            places[at][1].append(_hung(model, j, part))
+        else:
+            size = Monomials(model.scales[[term]] * part**2, model.exponents[[term]])
+            places[at][2].append((int(model.kinds[term]), size, part, term))
+    if not 0 < len(places) <= PLACES:
         return None
     host = np.ones(model.n_free, dtype=bool)
     host[list(held)] = False
-    hung = tuple(_hung(model, j, float(part)) for j, part in zip(held, parts, strict=False))
-    plain = tuple(
-        (int(model.kinds[t]), Monomials(model.scales[[t]] * part**2, model.exponents[[t]]))
-        for t, part in zip(loose, parts[len(held) :], strict=True)
-    )
-    return Place(model, direction, host, ~(variable | owned), hung, plain)
+    each = tuple(Place(direction, tuple(hung), tuple(plain)) for direction, hung, plain in places)
+    return Hosted(model, host, ~(variable | owned), each)
+
+
+def _found(directions: Sequence[FloatArray | None], row: FloatArray) -> tuple[int, float]:
+    """Which of some directions a row lies along, their number where it is none, and how long it is beside that."""
+    for i, direction in enumerate(directions):
+        if direction is None:
+            continue
+        part = float(row @ direction / (direction @ direction))
+        if np.abs(row - part * direction).max() <= _ALIKE * np.abs(row).max():
+            return i, part
+    return len(directions), 1.0
 
 
 def _held_by(model: Model, j: int) -> FloatArray | None:
@@ -316,85 +354,6 @@ def _hung(model: Model, j: int, part: float) -> Hung:
     return Hung(j, part, Monomials(np.array([mass]), powers[None]), *each)
 
 
-@dataclass(frozen=True, slots=True)
-class Read:
-    """A response at frequencies: |t + (q + s p) / (D + a)|, p being the motion of the device `of` where that is read.
-
-    still, pull, swing, stiff
-        t, q, s and D at each frequency, (n,).
-    doubt
-        What rounding may take of t, (n,).
-    asked
-        Whether it is asked there, (n,).
-    """
-
-    still: ComplexArray
-    pull: ComplexArray
-    swing: ComplexArray
-    stiff: ComplexArray
-    doubt: FloatArray
-    asked: BoolArray
-    of: int
-
-    def least(self, total: Disc, moved: Mapping[int, Disc]) -> FloatArray:
-        """The greatest over frequencies of what it is at least on boxes, (n_boxes,); zero where nothing is known."""
-        middle, radius = self.stiff + total[0], total[1]
-        with np.errstate(all="ignore"):
-            if self.of >= 0:
-                there, off = moved[self.of]
-                found = (_size(self.pull + self.swing * there) - np.abs(self.swing) * off) / (_size(middle) + radius)
-            elif not self.still.any():
-                found = np.abs(self.pull) / (_size(middle) + radius)
-            else:
-                room = middle.real**2 + middle.imag**2 - radius**2
-                there, off = self.still + self.pull * np.conj(middle) / room, np.abs(self.pull) * radius / room
-                found = np.where(room > 0.0, _size(there) - off, -off - _size(there)) - self.doubt
-        return np.asarray(np.fmax(np.where(self.asked, found, 0.0), 0.0).max(axis=1))
-
-
-def read(form: Form, place: Place, w: FloatArray) -> Read | None:
-    """A response of the host, or of one device beside it, at frequencies (n,) [rad/s]; None of anything else."""
-    harmonic, model, n = form.harmonic, place.model, place.model.n_free
-    line = None if harmonic is None else harmonic.line
-    if harmonic is None or line is None or harmonic.endless or line.order <= 0.0 or harmonic.output.held:
-        return None
-    output, devices = harmonic.output, [device.at for device in place.hung]
-    shared, seen = mounts(model, output), [i for i, j in enumerate(devices) if output.row[j]]
-    if len(seen) > 1 or shared.exponents.any() or output.signs[~place.fixed].any() or line.vector[devices].any():
-        return None
-    z = np.where(place.fixed, model.scales, 0.0) * factors(model.kinds, w)
-    full, base, h = dynamic_stiffness(model, z)[:, place.host], line.vector[n:], place.direction[:n][place.host]
-    rows, stiff = output.row + (output.signs * z) @ model.vectors, full[..., :n][..., place.host]
-    told = np.linalg.cond(stiff) < _ILL
-    stiff[~told] = np.eye(len(h))
-    load = line.vector[:n][place.host] - full[..., n:] @ base
-    free, by = np.moveaxis(np.linalg.solve(stiff, np.stack([load, np.broadcast_to(h, load.shape)], axis=-1)), -1, 0)
-    r, drawn = rows[:, :n][:, place.host], free @ h
-    give: ComplexArray = by @ h
-    told &= np.abs(give) > 0.0
-    give[~told] = 1.0
-    parts: ComplexArray = np.array([(r * free).sum(axis=1), rows[:, n:] @ base, -(r * by).sum(axis=1) * drawn / give])
-    still, doubt = parts.sum(axis=0), _ROUNDING * np.abs(parts).sum(axis=0)
-    still[np.abs(still) <= doubt] = 0.0
-    swing: ComplexArray = np.zeros(len(w), dtype=complex)
-    if seen:
-        told &= still == 0.0
-        swing += output.row[devices[seen[0]]] * place.hung[seen[0]].part * drawn / give
-    size = np.abs(line.amplitude.at(w / line.order)) * w**output.power / float(shared.scale.sum())
-    pull: ComplexArray = -size * parts[2] / give
-    stiff = np.reciprocal(give)
-    told &= _asked(harmonic.bands, w / line.order)
-    swing *= size
-    return Read(size * still, pull, swing, stiff, size * doubt, told, seen[0] if seen else -1)
-
-
-def _asked(bands: Sequence[Band], speed: FloatArray) -> BoolArray:
-    near = 1.0 + 1e-12, 1.0 - 1e-12
-    return np.asarray(
-        np.any([(band.low <= speed * near[0]) & (speed * near[1] <= band.high) for band in bands], axis=0)
-    )
-
-
-def _size(z: ComplexArray) -> FloatArray:
+def modulus(z: ComplexArray) -> FloatArray:
     """Modulus, of numbers none of which is too great or too small to be squared."""
     return np.asarray(np.sqrt(z.real**2 + z.imag**2))

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibopt.forms.hung_on_boxes import place_of
+from vibopt.forms.hung_on_boxes import PLACES, places_of
 from vibopt.forms.monomials import mounts
 from vibopt.mechanics.model import INERTIA
 from vibopt.program.program import Aim, Axis, Limit, Program
@@ -16,7 +16,7 @@ from vibopt.solve.method import Found
 GROUPS, FREE, HUNG = 6, 6, 12
 """Groups of impedances of a response, and variables, up to which boxes are looked at: each doubles the work.
 
-Where all that is chosen acts on one place it does not, and there are more variables."""
+Where all that is chosen acts on a few places it does not, and there are more variables."""
 FAR = float(np.log(3.0))
 """Log of the ratio of a goal to a bound that says next to nothing of it."""
 
@@ -67,7 +67,7 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
         return f"the range of {endless[0]} has no end: write one"
     if zero:
         return f"the range of {zero[0]} begins at zero: begin it above"
-    most = HUNG if len(free) > FREE and on_one_place(program) else FREE
+    most = HUNG if len(free) > FREE and on_few_places(program) else FREE
     if len(free) > most:
         return f"{len(free)} numbers are open, and bounds are known of up to {most}"
     unknown = [why for one in asked if not isinstance(one, Limit) and (why := no_rows(one))]
@@ -78,9 +78,15 @@ def refusal(program: Program, asked: Sequence[Limit | Aim]) -> str:
     return "" if free and said else "no limit has bounds on boxes of designs"
 
 
-def on_one_place(program: Program) -> bool:
-    """Whether all that can be chosen acts on one place of a machine that something is asked of."""
-    return any(place_of(part.model) is not None for part in program.parts if part.form.harmonic is not None)
+def on_few_places(program: Program, most: int = PLACES) -> bool:
+    """Whether all that can be chosen acts on so many places of a machine that something is asked of."""
+    for part in program.parts:
+        form = part.form.harmonic
+        if form is not None and form.line is not None:
+            hosted = places_of(part.model, form.line.vector, form.output.signs)
+            if hosted is not None and len(hosted.places) <= most:
+                return True
+    return False
 
 
 def _above(axis: Axis) -> bool:

@@ -87,7 +87,7 @@ def _seen_in_part(program: Program, near: Sequence[float] | None) -> Method:
 
 def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None:
     """The method that searches all of what may be chosen, or each value listed; None where that is too much."""
-    from vibopt.solve.boundable import on_one_place
+    from vibopt.solve.boundable import on_few_places
     from vibopt.solve.global_search import BranchAndBound, dear, provable
     from vibopt.solve.one_range import OneRange
     from vibopt.solve.plane.discs import DiscsOfOneLink
@@ -95,7 +95,7 @@ def _seen_whole(program: Program, near: Sequence[float] | None) -> Method | None
     start = None if near is None else np.array(near, dtype=float)
     discs = DiscsOfOneLink(start=start)
     if len(program.axes) > _PLANE and all(axis.values is None for axis in program.axes):
-        most = _HUNG_SLICES if on_one_place(program) else _SLICES
+        most = _HUNG_SLICES if on_few_places(program, 1) else _SLICES
         discs = DiscsOfOneLink(start=start, most=most, patience=_EMPTY_SLICES)
     if discs.refuses(program) is None:
         return discs

@@ -1,4 +1,4 @@
-"""Very many boxes where all that can be chosen acts on one place of a host: what they leave open is for rows to close.
+"""Very many boxes where all that can be chosen acts on a few places of a host: rows close what they leave open.
 
 Boxes that promise most are cut first, each across one side.  Which side is best is tried on a few of them, and the
 others follow by the lengths of their sides: alone each would be cut where it gains at once, which is a longer way.
@@ -10,8 +10,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from vibopt.arrays import FloatArray, IntArray
-from vibopt.forms.hung_on_boxes import Place, Pulls, Read, place_of, read
+from vibopt.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from vibopt.forms.hung_on_boxes import Hosted, Pulls, places_of
+from vibopt.forms.read_on_places import Read, read
 from vibopt.frontier import Frontier
 from vibopt.mechanics.model import Model
 from vibopt.program.program import Aim, Limit
@@ -42,7 +43,7 @@ class _Known:
     part: Limit | Aim
     is_goal: bool
     level: float
-    place: Place
+    hosted: Hosted
     order: float
 
 
@@ -56,15 +57,15 @@ class HungBoxes:
     goals, limits
         What is asked of designs; limits as goals are counted by how far they are exceeded.
     most
-        Boxes that are looked at.
+        Boxes that are looked at where all acts on one place; fewer where each takes longer.
     """
 
     def __init__(
         self, space: LogBoxes, goals: Sequence[Limit | Aim], limits: Sequence[Limit], most: int = MOST
     ) -> None:
-        self.space, self.budget = space, Budget(most, "boxes", _COST)
+        self.space = space
         self.sums, self.known = list[tuple[Limit | Aim, bool, float]](), list[_Known]()
-        places: list[Place] = []
+        hosts = _Hosts()
         for index, part in enumerate((*goals, *limits)):
             level, is_goal = float(np.log(part.bound)) if isinstance(part, Limit) else 0.0, index < len(goals)
             form = part.form.harmonic
@@ -72,8 +73,12 @@ class HungBoxes:
                 continue
             if part.form.powers is not None and (part.form.powers.scale >= 0.0).all():
                 self.sums.append((part, is_goal, level))
-            elif form is not None and form.line is not None and (place := _shared(places, part.model)) is not None:
-                self.known.append(_Known(part, is_goal, level, place, form.line.order))
+            elif form is None or form.line is None:
+                continue
+            elif (hosted := hosts.of(part.model, form.output.signs, form.line.vector)) is not None:
+                self.known.append(_Known(part, is_goal, level, hosted, form.line.order))
+        self.places = max((len(one.hosted.places) for one in self.known), default=1)
+        self.budget = Budget(2 * most // (1 + self.places), "boxes", 0.5 * _COST * (1 + self.places))
         self.w, self.reads, self.pulls = np.zeros(0), list[tuple[_Known, Read]](), dict[int, Pulls]()
         self._add([one.order * w for one in self.known for some in first_speeds(one.part.form).values() for w in some])
 
@@ -84,15 +89,16 @@ class HungBoxes:
         return goal and any(one.asked.any() for _, one in self.reads)
 
     def left(
-        self, boxes: tuple[FloatArray, FloatArray, FloatArray], bar: float, floor: Callable[[], float], near: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        self, boxes: tuple[FloatArray, FloatArray, FloatArray], bar: float, floor: Callable[[], float], near: float,
+        most: float = np.inf,
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
         """What stays open of boxes: bounds of the log of the goal (n_boxes,) below `bar`, logs (n_boxes, n_vars).
 
-        It ends where all are within `near` of the bar, all are counted, or they stay far below `floor`.
+        It ends where all are within `near` of the bar, all or `most` are counted, or they stay far below `floor`.
         """
         frontier, (bounds, low, high) = Frontier(self.budget), boxes
         frontier.add(bounds, low, high, self._on(low, high, bar)[1])
-        while frontier and not frontier.over and frontier.bound <= bar - near:
+        while frontier and not frontier.over and self.budget.spent < most and frontier.bound <= bar - near:
             if self.budget.spent > _PATIENCE * self.budget.most and frontier.bound < floor():
                 break
             begun, low, high, way = frontier.take(max(_BATCH, len(frontier) // _SHARE))
@@ -139,14 +145,14 @@ class HungBoxes:
             for part, is_goal, level in self.sums:
                 assert part.form.powers is not None
                 _counted(bound, np.log(part.form.powers.extent(*ends)[0]) - level, is_goal)
-            pulled = {place: pulls.on(*ends) for place, pulls in self.pulls.items()}
+            pulled = {key: pulls.on(*ends) for key, pulls in self.pulls.items()}
             for one, response in self.reads:
-                least = np.log(response.least(*pulled[id(one.place)])) - one.level - _SURE
+                least = np.log(response.least(*pulled[id(one.hosted)])) - one.level - _SURE
                 _counted(bound, least, one.is_goal)
                 way = np.maximum(way, least - (bar if one.is_goal else 0.0))
         if len(lost := np.flatnonzero(way < -_FAR)):
             for one, response in self.reads:
-                apart = one.place.apart(ends[0][lost], ends[1][lost], self.w[response.asked]).max(axis=1, initial=-1.0)
+                apart = one.hosted.apart(ends[0][lost], ends[1][lost], self.w[response.asked]).max(axis=1, initial=-1.0)
                 way[lost] = np.maximum(way[lost], apart - 2.0 * _FAR)
         return bound, way
 
@@ -169,23 +175,30 @@ class HungBoxes:
                 known.append(w)
         if len(known) > len(self.w):
             self.w = np.array(known)
-            each = ((one, read(one.part.form, one.place, self.w)) for one in self.known)
+            each = ((one, read(one.part.form, one.hosted, self.w)) for one in self.known)
             self.reads = [(one, found) for one, found in each if found is not None]
-            places = {id(one.place): one.place for one, _ in self.reads}
+            hosts = {id(one.hosted): one.hosted for one, _ in self.reads}
             self.pulls = {
-                key: Pulls(place, self.w, {found.of for one, found in self.reads if one.place is place})
-                for key, place in places.items()
+                key: Pulls(hosted, self.w, {found.of for one, found in self.reads if one.hosted is hosted})
+                for key, hosted in hosts.items()
             }
 
 
-def _shared(places: list[Place], model: Model) -> Place | None:
-    """The place of a model, which all models alike share: what acts there is worked out once."""
-    for one in places:
-        if all(np.array_equal(getattr(one.model, key), getattr(model, key)) for key in _MODEL):
-            return one
-    if (place := place_of(model)) is not None:
-        places.append(place)
-    return place
+class _Hosts:
+    """Machines as hosts with places, which all models alike share: what acts there is worked out once."""
+
+    def __init__(self) -> None:
+        self.known: list[tuple[Hosted, BoolArray]] = []
+
+    def of(self, model: Model, signs: FloatArray, load: ComplexArray) -> Hosted | None:
+        marks = np.concatenate([(signs != 0.0) & model.exponents.any(axis=1), load != 0.0])
+        for one, own in self.known:
+            alike = all(np.array_equal(getattr(one.model, key), getattr(model, key)) for key in _MODEL)
+            if alike and np.array_equal(own, marks):
+                return one
+        if (hosted := places_of(model, load, signs)) is not None:
+            self.known.append((hosted, marks))
+        return hosted
 
 
 def _counted(bound: FloatArray, least: FloatArray, is_goal: bool) -> None:

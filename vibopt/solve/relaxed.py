@@ -64,6 +64,8 @@ _TURNS, _AGAIN, _NEAR = 3, 0.25, 0.02
 near (in logs) to what is to be proven: farther away promises are not kept."""
 _HANDED, _CHEAP = 0.1, 16
 """How near (in logs) to what is to be proven boxes are that discs leave to rows, and how many more there may be."""
+_SOON, _LEFT = 16_000, 2000
+"""Boxes by which discs of several places come so near, and leave so few, that rows need not begin anew."""
 _HOLDS = 1e-8
 _SAME = 1e-9
 """Difference of logs that rounding may make."""
@@ -182,23 +184,27 @@ class _Relaxed:
     def search(self, bar: float, floor: Callable[[], float] = lambda: -np.inf) -> float:
         """No log of the goal is below this, at most `bar`; given up far below `floor`, early where it hardly moves.
 
-        Where all acts on one place discs leave few boxes to rows, and close what these leave.
+        Where all acts on one place discs leave few boxes to rows, and close what these leave.  On several they do so
+        where they soon come near, and else take what rows leave.
         """
         whole = np.array([-np.inf]), *self.space.whole
         if self.hung is None:
             return self._by_rows(whole, bar, floor)[0]
-        told, left = self._by_discs(whole, bar, floor, _HANDED)
-        if told <= bar - _HANDED:
+        told, left = self._by_discs(whole, bar, floor, _HANDED, _SOON if self.hung.places > 1 else np.inf)
+        if told <= bar - _HANDED and self.hung.places == 1:
             return max(told, self._by_rows(whole, bar, lambda: max(told, floor()))[0])
-        told, left = self._by_rows(left, bar, floor)
-        return max(told, self._by_discs(left, bar, floor, 0.0)[0])
+        far = told <= bar - _HANDED or len(left[0]) > _LEFT
+        found, open_ = self._by_rows(whole if far else left, bar, floor)
+        return max(told, found, self._by_discs(open_ if found >= told else left, bar, floor, 0.0)[0])
 
-    def _by_discs(self, boxes: _Open, bar: float, floor: Callable[[], float], near: float) -> tuple[float, _Open]:
+    def _by_discs(
+        self, boxes: _Open, bar: float, floor: Callable[[], float], near: float, most: float = np.inf
+    ) -> tuple[float, _Open]:
         """The same of boxes with a bound each until all are `near` the bar, and what of them stays open."""
         assert self.hung is not None
         if not len(boxes[0]):
             return -np.inf, boxes
-        left = self.hung.left(boxes, bar, floor, near)
+        left = self.hung.left(boxes, bar, floor, near, most)
         return float(left[0].min(initial=bar)), left
 
     def _by_rows(self, given: _Open, bar: float, floor: Callable[[], float]) -> tuple[float, _Open]:
