@@ -114,6 +114,33 @@ def test_headings_of_a_sweep_over_two_facts_are_whole() -> None:
 UNPOINTED = TEXTS.map(lambda text: text.replace(".", "-"))
 
 
+def test_units_of_a_series_stand_in_headings_where_its_rows_are_too_long() -> None:
+    """Of columns whose numbers have one unit; as they are where all fit in, and where a column is none of numbers."""
+    heads = ("grip", "Verdict", "acceleration", "plate.angle", "Limits")
+    rows = [
+        ("11.38 mm pk", "optimal", "5.885 m/s² pk", "1 g @ 3 deg", "grip"),
+        ("9.5 mm pk", "infeasible", "-", "2 g @ 30 deg", ""),
+        ("1e-3 mm pk", "optimal", "-0.25 m/s² pk", "3 g @ 300 deg", "grip"),
+    ]
+    assert printed(Grid(rows, heads, series=True), 60) == [
+        "grip                 acceleration",
+        "[mm pk]  Verdict     [m/s² pk]     plate.angle    Limits",
+        "11.38    optimal     5.885         1 g @ 3 deg    grip",
+        "9.5      infeasible  -             2 g @ 30 deg",
+        "1e-3     optimal     -0.25         3 g @ 300 deg  grip",
+    ]
+    assert printed(Grid(rows, heads, series=True), 80) == printed(Grid(rows, heads), 80)
+    mixed = [("1 mm", "22 s"), ("1 m", "33 s")]
+    assert printed(Grid(mixed, ("a", "b"), series=True), 9) == ["      b", "a     [s]", "1 mm  22", "1 m   33"]
+
+
+def printed(grid: Grid, width: int) -> list[str]:
+    """Its lines on a console without colour."""
+    console = Console(width)
+    console.print(grid)
+    return [line.rstrip() for line in console.lines]
+
+
 @given(rows=st.lists(st.tuples(UNPOINTED, SHORT, UNPOINTED), min_size=1, max_size=4), width=st.integers(60, 120))
 def test_columns_of_given_widths_too(rows: list[tuple[str, str, str]], width: int) -> None:
     grid = Grid(rows, widths=(20, 8, 15), gap=1)

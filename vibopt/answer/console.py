@@ -10,6 +10,9 @@ from vibopt.records import dataclass
 
 _CODES = {"bold": "1", "dim": "2", "red": "31", "green": "32", "yellow": "33"}
 _WORD = re.compile(r"\s*\S+\s*")
+_NUMBER = re.compile(r"([-−+]?[\d.,]+(?:e[-+]?\d+)?) ([^\d@][^@]*)")
+_WHOLE = re.compile(r"\[[^]\s]+ [^]\s]+]|\S+")
+"""Words, and a unit of two in brackets as one."""
 _STEP = re.compile(r"(?<=[^\W\d]\.)(?=[^\W\d])")
 """Behind a point of a path."""
 _CONTROLS = dict.fromkeys((7, 8, 11, 12, 13))
@@ -19,7 +22,8 @@ _CONTROLS = dict.fromkeys((7, 8, 11, 12, 13))
 class Grid:
     """A table without lines; columns stand `gap` apart, those numbered in `whole` are never broken.
 
-    `widths` are those of all columns, where they do not follow from the texts.
+    `widths` are those of all columns, where they do not follow from the texts.  In a `series` each column is one
+    quantity: where its rows are too long for a line, units stand in the headings.
     """
 
     rows: Sequence[Sequence[str]]
@@ -27,6 +31,7 @@ class Grid:
     whole: Sequence[int] = ()
     widths: Sequence[int] = ()
     gap: int = 2
+    series: bool = False
 
 
 class Console:
@@ -145,11 +150,14 @@ def _grid(grid: Grid, width: int, styled: Callable[[str, str], str]) -> list[str
     count = len(grid.heads) or len(grid.widths) or max((len(row) for row in rows), default=1)
     rows = [[*row, *[""] * (count - len(row))] for row in rows]
     gaps = [grid.gap] * (count - 1) + [0]
-    natural = [max((columns(line) for row in rows for line in row[k].split("\n")), default=0) for k in range(count)]
+    natural = _natural(rows, count)
+    if grid.series and sum(natural) + sum(gaps) > width:
+        rows = [list(row) for row in zip(*map(_under_its_unit, zip(*rows, strict=True)), strict=True)]
+        natural = _natural(rows, count)
     wide = [min((grid.widths[k] if grid.widths else natural[k]) + gaps[k], width) or 1 for k in range(count)]
     whole = set(grid.whole) if grid.widths else _kept_whole(grid.whole, wide, width)
     may = [not grid.widths and k not in whole for k in range(count)]
-    words = [{word for row in rows for word in row[k].split()} for k in range(count)]
+    words = [{word for row in rows for word in _WHOLE.findall(row[k])} for k in range(count)]
     longest = [max(map(columns, own), default=0) + gaps[k] for k, own in enumerate(words)]
     if sum(one if may[k] else wide[k] for k, one in enumerate(longest)) > width:  # paths are broken behind points
         steps = [{step for word in own for step in _STEP.split(word)} for own in words]
@@ -166,6 +174,22 @@ def _grid(grid: Grid, width: int, styled: Callable[[str, str], str]) -> list[str
             line = "".join(part + " " * (wide[k] - columns(part)) for k, part in enumerate(parts))
             lines.append(styled(line, "dim") if head else line)
     return lines
+
+
+def _natural(rows: Sequence[Sequence[str]], count: int) -> list[int]:
+    """Columns that the longest line of each cell takes."""
+    return [max((columns(line) for row in rows for line in row[k].split("\n")), default=0) for k in range(count)]
+
+
+def _under_its_unit(column: Sequence[str]) -> Sequence[str]:
+    """A column whose numbers have one unit, with that in its heading."""
+    head, *cells = column
+    found = [_NUMBER.fullmatch(cell) for cell in cells if cell not in ("", "-")]
+    units = {one[2] if one else "" for one in found}
+    if len(units) != 1 or units == {""}:
+        return column
+    (unit,) = units
+    return [f"{head}\n[{unit}]", *(cell.removesuffix(f" {unit}") for cell in cells)]
 
 
 def _kept_whole(whole: Sequence[int], wide: Sequence[int], room: int) -> set[int]:

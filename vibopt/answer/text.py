@@ -123,9 +123,14 @@ def rendered(write: Callable[[Console], None], *, width: int = WIDTH, colour: bo
     return console.text
 
 
-def grid(rows: Iterable[Sequence[str | Value]], heads: Sequence[str] = (), whole: Sequence[int] = ()) -> Grid:
-    """A table without lines, each column in one unit a dimension; columns numbered in `whole` are never broken."""
-    return Grid(told(list(rows)), heads, whole)
+def grid(
+    rows: Iterable[Sequence[str | Value]], heads: Sequence[str] = (), whole: Sequence[int] = (), *, series: bool = False
+) -> Grid:
+    """A table without lines, each column in one unit a dimension; columns numbered in `whole` are never broken.
+
+    In a `series` each column is one quantity, whose unit stands in its heading where lines would be too long.
+    """
+    return Grid(told(list(rows)), heads, whole, series=series)
 
 
 def section(console: Console, title: str, body: str | Grid) -> None:

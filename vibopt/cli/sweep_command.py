@@ -243,7 +243,7 @@ def _list(result: Sweep, console: Console) -> None:
     heads = (*where, "Verdict", *([result.goal] if result.goal else []), *names, "Active limits")
     held = f", {'a variable that is' if len(result.held) == 1 else 'variables that are'} held at each value"
     console.print(f"{' and '.join(result.paths)} varied{held if result.held else ''}")
-    console.print(grid(rows, heads))
+    console.print(grid(rows, heads, series=True))
     if step > 1:
         console.print(f"One in {step} of {len(result.points)} points is shown; --csv FILE writes all of them.")
     if result.drawn:

@@ -192,7 +192,7 @@ def _rows(
             rows.append((*at, point.goal or "-", *values, weighs(point), ", ".join(filter(None, (mark, proof)))))
     names = [name for name, _ in reached]
     heads = (*names, goal, *(path.split(".", 1)[-1] for path in (*parts, *paths)), "Active limits", "")
-    console.print(grid(rows, heads))
+    console.print(grid(rows, heads, series=True))
     if step > 1:
         console.print(f"One in {step} of the points is shown; --csv FILE writes all of them.")
 
