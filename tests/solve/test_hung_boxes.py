@@ -281,3 +281,44 @@ def test_absorbers_on_unlike_masses_are_bounded_near_to_the_best(monkeypatch: py
     boxes, best = relaxed._Relaxed(program, program.aim.pieces), found_best(program)
     bound = float(np.exp(boxes.search(np.log(best) - 1e-6)))
     assert bound <= best < 1.1 * bound
+
+
+def test_the_stroke_of_a_stiff_absorber_and_the_motion_of_a_soft_one_are_known_to_their_own_digits() -> None:
+    """What is left of the motion of its mass less that of its place is no rounding of theirs."""
+    for sizes, word in (((5e4, 5e7), "stroke"), ((5e-6, 5e-4), "a0")):
+        goal = GOALS["stroke"] if word == "stroke" else {"minimise": "displacement", "of": "a0"}
+        document = scene(0, 1, "frequency", goal, "force")
+        document["absorbers"]["a0"]["frequency"] = {"from": f"{sizes[0]} Hz", "to": f"{sizes[1]} Hz"}
+        program = pose(from_dict(document))
+        hosted, rng = hosted_of(program), np.random.default_rng(3)
+        assert program.aim is not None
+        assert hosted is not None
+        known = read(program.aim.form, hosted, W)
+        assert known is not None
+        x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (200, 2)))
+        least = known.least(*Pulls(hosted, W, {known.of}).on(x, x))
+        own = dict(zip([axis.path.rsplit(".", 1)[1] for axis in program.axes], x.T[..., None], strict=True))
+        held = own["frequency"] ** 2 + 2j * own["damping_ratio"] * own["frequency"] * W
+        first, second = (k + 1j * W * c for k, c in zip(SPRINGS, DAMPERS, strict=True))
+        above = second - W**2 * HOST[1]
+        below = first + second - W**2 * (HOST[0] + MASS * held / (held - W**2))
+        host = np.abs(FORCE * second / (below * above - second**2))
+        true = (host * np.abs((W**2 if word == "stroke" else held) / (held - W**2))).max(axis=1)
+        assert (least <= true * (1.0 + 1e-9)).all()
+        assert (least >= true * (1.0 - 1e-3)).all()
+        assert np.median(true / host.max(axis=1)) < 1e-5
+
+
+def test_a_mass_that_another_absorber_holds_still_is_not_said_to_move() -> None:
+    """At the one speed an undamped one that is bought does: what is left of the motion is the host's rounding."""
+    document = scene(0, 1, "frequency", GOALS["b1"], "force")
+    document["absorbers"]["bought"] = {"on": "b1", "mass": "3 kg", "stiffness": "14700 N/m"}
+    document["excitations"]["e"]["speed"] = "70 rad/s"
+    program = pose(from_dict(document))
+    hosted, rng = hosted_of(program), np.random.default_rng(3)
+    assert program.aim is not None
+    assert hosted is not None
+    known = read(program.aim.form, hosted, np.array([70.0]))
+    assert known is not None
+    x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (20, 2)))
+    assert (known.least(*Pulls(hosted, np.array([70.0]), {-1}).on(x, 1.01 * x)) == 0.0).all()

@@ -28,6 +28,8 @@ _ALIKE = 1e-9
 """Part of a direction by which another one may be off it and be the same."""
 PLACES = 4
 """So many at most: each doubles the work."""
+_DIGITS = 4.0 * float(np.finfo(float).eps)
+"""Part of a number that rounding may take."""
 _BEYOND = 1e6
 """How many times as far from zero as a rectangle a disc around it may reach."""
 
@@ -57,10 +59,13 @@ class Hung:
         """All that tells what it does."""
         return self.mass, self.spring, self.damper, self.hysteresis, self.inerter
 
-    def moved(self, low: FloatArray, high: FloatArray, w: FloatArray) -> Disc:
-        """Its motion per motion of its other end on boxes (n_boxes, n_vars) at frequencies (n,) [rad/s]."""
+    def stroke(self, low: FloatArray, high: FloatArray, w: FloatArray) -> Disc:
+        """How far it moves against its other end per motion of that, at frequencies (n,) [rad/s].
+
+        On boxes (n_boxes, n_vars).  Where the device is stiff this is known to more digits than its motion.
+        """
         middle, radius = _inverse(*self._off(low, high, w))
-        return 1.0 + w**2 * middle, w**2 * radius
+        return w**2 * middle, w**2 * radius
 
     def apart(self, low: FloatArray, high: FloatArray, w: FloatArray) -> FloatArray:
         """How far boxes are from where it resonates, as a part of their size, (n_boxes, n); below zero within."""
@@ -161,7 +166,7 @@ class Hosted:
 
 
 class Pulls:
-    """Dynamic stiffness of all that acts on each place at frequencies, and how devices move there, on boxes.
+    """Dynamic stiffness of all that acts on each place at frequencies, and the strokes of devices, on boxes.
 
     Very many boxes share the ranges of one device: what it says on them is worked out once.
 
@@ -170,7 +175,7 @@ class Pulls:
     w
         Frequencies (n,) [rad/s].
     seen
-        Devices whose motion is asked for.
+        Devices whose stroke is asked for.
     """
 
     def __init__(self, hosted: Hosted, w: FloatArray, seen: Collection[int] = ()) -> None:
@@ -189,7 +194,7 @@ class Pulls:
                 self._each.append((i, None, _Ranges(parts, len(w), partial(_held, place.plain, w))))
 
     def on(self, low: FloatArray, high: FloatArray) -> tuple[list[Disc], dict[int, Disc]]:
-        """The sum at each place, and the motion of each device that is asked for, on boxes (n_boxes, n_vars)."""
+        """The sum at each place, and the stroke of each device that is asked for, on boxes (n_boxes, n_vars)."""
         totals: list[Any] = [None] * self.places
         moved = {}
         for place, seen, ranges in self._each:
@@ -251,13 +256,14 @@ def _filled(table: Any, first: int, rows: Any) -> Any:
 
 
 def _pulled_by(device: Hung, w: FloatArray, seen: bool, low: FloatArray, high: FloatArray) -> _Said:
-    """Dynamic stiffness by which a device pulls, and where it is seen its motion: middles and radii."""
-    middle, radius = device.moved(low, high, w)
+    """Dynamic stiffness by which a device pulls, and where it is seen its stroke: middles and radii."""
+    stroke, radius = device.stroke(low, high, w)
+    middle = 1.0 + stroke
     least, most = (one[:, None] for one in device.mass.extent(low, high))
     size = (w * device.part) ** 2
     pull = -0.5 * size * (least + most) * middle
-    off = size * (0.5 * (most - least) * modulus(middle) + most * radius)
-    return (pull, off, middle, radius) if seen else (pull, off)
+    off = size * (0.5 * (most - least) * modulus(middle) + most * (radius + _DIGITS * (1.0 + modulus(stroke))))
+    return (pull, off, stroke, radius + _DIGITS * modulus(stroke)) if seen else (pull, off)
 
 
 def _held(
@@ -269,7 +275,7 @@ def _held(
         least, most = (one[:, None] for one in powers.extent(low, high))
         pull = factors(np.array([kind]), w)[:, 0]
         total += 0.5 * pull * (least + most)
-        off += 0.5 * np.abs(pull) * (most - least)
+        off += np.abs(pull) * (0.5 * (most - least) + _DIGITS * most)
     return total, off
 
 

@@ -1,6 +1,6 @@
 """What responses are at least on boxes of designs where all that is chosen acts on a few places of a host.
 
-With a pull a_i at each place, a response at a frequency is N / D, both affine in each pull and in the motion of a
+With a pull a_i at each place, a response at a frequency is N / D, both affine in each pull and in the stroke of a
 device that is read: sums over sets of them of a number of the host times their product.  On a box each lies in a disc,
 so N and D lie in discs about their middles, and so does N - (N / D of the middles) D, which is next to nothing where
 boxes are small.  With one pull the disc of the response is exact.
@@ -18,7 +18,7 @@ from vibopt.forms.form import Form
 from vibopt.forms.hung_on_boxes import Disc, Hosted, modulus
 from vibopt.forms.monomials import mounts
 from vibopt.mechanics.harmonic import dynamic_stiffness
-from vibopt.mechanics.model import factors
+from vibopt.mechanics.model import Model, factors
 from vibopt.records import dataclass
 from vibopt.signals import Band, Output
 
@@ -26,9 +26,13 @@ Sets = dict[int, ComplexArray]
 """Numbers at frequencies (n,), each of a set of unknowns that it goes with: bit i is that of unknown i."""
 Doubts = dict[int, FloatArray]
 """What rounding may take of numbers at frequencies (n,), by their sets."""
+_Known = tuple[ComplexArray, FloatArray]
+"""Numbers, and how far rounding may have moved each."""
 _ILL, _ROUNDING, _CANCELS = 1e7, 1e-11, 1e-5
 """Condition of a host from which on a frequency says nothing, part of what cancels that rounding may leave, and what is
 left of it from which on that does not matter."""
+_DIGITS, _KNOWN = 4.0 * float(np.finfo(float).eps), 1e-10
+"""Part of each summand that rounding may take of a solution, and part of a number by which it may be off."""
 _TOGETHER = 256
 """Boxes whose numbers stay near the processor."""
 _ALIKE = 1e-9
@@ -40,7 +44,7 @@ class Read:
     """A response at frequencies: |N / D|.
 
     top, bottom
-        Numbers of N and D; the first unknowns are the pulls of the places, the last one a motion where one is read.
+        Numbers of N and D; the first unknowns are the pulls of the places, the last one the stroke of what is read.
     top_doubt, bottom_doubt
         What rounding may take of those of them that are far less than what they are made of, (n,).
     asked
@@ -71,15 +75,27 @@ class Read:
     def _of_one(self, discs: Sequence[Disc]) -> FloatArray:
         """Of t + q / (d + a), each (n_boxes, n)."""
         ((pull, radius),) = discs
-        stiff = 1.0 / self.bottom[1]
-        middle, still = stiff + pull, self.top.get(1, 0.0) * stiff
-        q = (self.top.get(0, 0.0) - still) * stiff
-        if not np.any(still):
-            return np.asarray(np.abs(q) / (modulus(middle) + radius))
+        stiff, first = 1.0 / self.bottom[1], self.top.get(0, 0.0)
+        still = self.top.get(1, 0.0) * stiff
+        q, off, off_still, off_q = (first - still) * stiff, *self._off_of_one(np.abs(stiff), first - still)
+        middle, radius = stiff + pull, radius + off
+        if not np.any(still) and not np.any(off_still):
+            return np.asarray((np.abs(q) - off_q) / (modulus(middle) + radius))
         room = middle.real**2 + middle.imag**2 - radius**2
-        there, off = still + q * np.conj(middle) / room, np.abs(q) * radius / room
-        doubt = np.abs(stiff) * self.top_doubt.get(1, 0.0)
-        return np.asarray(np.where(room > 0.0, modulus(there) - off, -off - modulus(there)) - doubt)
+        there, reach = still + q * np.conj(middle) / room, np.abs(q) * radius / room
+        found = np.where(room > 0.0, modulus(there) - reach, -reach - modulus(there))
+        if np.any(off_q):
+            part = off_q / np.abs(q)
+            turned = np.where(part < 1.0, part * (found + 2.0 * np.abs(still)), np.inf)
+            found -= np.fmin(turned, np.where(room > 0.0, off_q / (modulus(middle) - radius), np.inf))
+        return np.asarray(found - off_still)
+
+    def _off_of_one(self, stiff: FloatArray, left: Any) -> tuple[Any, Any, Any]:
+        """How far d, t and q of t + q / (d + a) may be off, for the size of d and what is `left` of q beside it."""
+        part = self.bottom_doubt.get(1, 0.0) * stiff
+        off = np.where(part < 1.0, stiff * part / (1.0 - part), np.inf)
+        still = self.top_doubt.get(1, 0.0) * (stiff + off) + np.abs(self.top.get(1, 0.0)) * off
+        return off, still, (self.top_doubt.get(0, 0.0) + still) * (stiff + off) + np.abs(left) * off
 
     def _of_several(self, discs: Sequence[Disc]) -> FloatArray:
         """The greater of |N| at least over |D| at most, and of what N / D is off what it is at the middles."""
@@ -144,21 +160,27 @@ def read(form: Form, hosted: Hosted, w: FloatArray) -> Read | None:
         return None
     z = np.where(hosted.fixed, model.scales, 0.0) * factors(model.kinds, w)
     full, base = dynamic_stiffness(model, z)[:, hosted.host], line.vector[n:]
-    rows, stiff = output.row + (output.signs * z) @ model.vectors, full[..., :n][..., hosted.host]
+    carried = [output.row[device.at] * device.part * hosted.places[i].direction for i, device in hosted.devices]
+    rows, stiff = (output.signs * z) @ model.vectors + sum(carried, output.row), full[..., :n][..., hosted.host]
     told = np.linalg.cond(stiff) < _ILL
     stiff[~told] = np.eye(stiff.shape[-1])
     load = line.vector[:n][hosted.host] - full[..., n:] @ base
     H = np.array([place.direction[:n][hosted.host] for place in hosted.places])
     borne = [place.direction[n:] @ base for place in hosted.places]
     sides = np.concatenate([load[..., None], np.broadcast_to(H.T, (len(w), *H.T.shape))], axis=-1)
-    solved: ComplexArray = np.asarray(np.linalg.solve(stiff, sides))
-    own: ComplexArray = np.einsum("nh,nhk->nk", rows[:, :n][:, hosted.host], solved)
-    own[:, 0] += rows[:, n:] @ base
-    there: ComplexArray = np.asarray(np.einsum("ph,nhk->npk", H, solved))
-    there[..., 0] += borne
+    sizes = _sizes(model, z)
+    far = np.abs(sides)
+    far[..., 0] = np.abs(line.vector[:n])[hosted.host] + (sizes[..., n:] @ np.abs(base))[:, hosted.host]
+    solved, lost = _solved(stiff, sizes[:, hosted.host][..., :n][..., hosted.host], sides, far)
+    read_by = np.abs(sum(carried, output.row)) + np.abs(output.signs * z) @ np.abs(model.vectors)
+    own = _read(rows[:, None, :n][..., hosted.host], read_by[:, None, :n][..., hosted.host], solved, lost)
+    own[0][..., 0] += rows[:, None, n:] @ base
+    there = _read(H, np.abs(H), solved, lost)
+    there[0][..., 0] += borne
     top, bottom, every = _Sums(), _Sums(), range(1 << len(H))
     for key in every:
-        bottom.add(key, *_determinant(there[:, _members(key)][:, :, 1 + _members(key)]))
+        some = _members(key)
+        bottom.add(key, *_determinant(there[0][:, some][:, :, 1 + some], there[1][:, some][:, :, 1 + some]))
         top.add(key, *_bordered(own, there, key))
     read_off = [(i, 1 << i, size) for i, size in forces.items()]
     for at in seen:
@@ -167,11 +189,30 @@ def read(form: Form, hosted: Hosted, w: FloatArray) -> Read | None:
     for i, bit, size in read_off:
         for key in every:
             if not key >> i & 1:
-                top.add(key | bit, *_bordered(there[:, i], there, key, size))
+                top.add(key | bit, *_bordered((there[0][:, [i]], there[1][:, [i]]), there, key, size))
     gain = np.abs(line.amplitude.at(w / line.order)) * w**output.power / float(shared.scale.sum())
     told &= _asked(harmonic.bands, w / line.order)
-    (over, doubt), (under, lost) = top.told(gain), bottom.told(np.ones(len(w)))
-    return Read(over, under, doubt, lost, told, seen[0] if seen else -1)
+    (over, doubt), (under, off) = top.told(gain), bottom.told(np.ones(len(w)))
+    return Read(over, under, doubt, off, told, seen[0] if seen else -1)
+
+
+def _sizes(model: Model, z: ComplexArray) -> FloatArray:
+    """What the dynamic stiffness is made of: the sum of the sizes of all terms, (n, n_free, n_coords)."""
+    rows = np.abs(model.vectors)
+    return np.asarray(np.matmul(rows.T[: model.n_free] * np.abs(z)[..., None, :], rows))
+
+
+def _solved(stiff: ComplexArray, size: FloatArray, sides: ComplexArray, far: FloatArray) -> _Known:
+    """Motions (n, n_host, k) under sides, refined once, of a stiffness and of sides whose summands have these sizes."""
+    inverse = np.linalg.inv(stiff)
+    found = inverse @ sides
+    found += inverse @ (sides - stiff @ found)
+    return found, _DIGITS * (np.abs(inverse) @ (size @ np.abs(found) + far))
+
+
+def _read(rows: Any, sizes: Any, solved: ComplexArray, lost: FloatArray) -> _Known:
+    """What rows (..., m, n_host) whose summands have these sizes read of motions, (n, m, k)."""
+    return rows @ solved, sizes @ (lost + _DIGITS * np.abs(solved))
 
 
 def _forces(hosted: Hosted, output: Output) -> dict[int, float] | None:
@@ -188,25 +229,26 @@ def _forces(hosted: Hosted, output: Output) -> dict[int, float] | None:
 
 
 class _Sums:
-    """Numbers of sets, with the sizes of what they are made of."""
+    """Numbers of sets, with the sizes of what they are made of, and how far what was solved may have moved them."""
 
     def __init__(self) -> None:
-        self.each: dict[int, tuple[ComplexArray, FloatArray]] = {}
+        self.each: dict[int, tuple[ComplexArray, FloatArray, FloatArray]] = {}
 
-    def add(self, key: int, number: ComplexArray, size: FloatArray) -> None:
+    def add(self, key: int, number: ComplexArray, size: FloatArray, lost: FloatArray) -> None:
         if key in self.each:
-            number, size = number + self.each[key][0], size + self.each[key][1]
-        self.each[key] = number, size
+            before = self.each[key]
+            number, size, lost = number + before[0], size + before[1], lost + before[2]
+        self.each[key] = number, size, lost
 
     def told(self, gain: FloatArray) -> tuple[Sets, Doubts]:
         """Those that are not rounding alone, and what it may take of them where they are next to nothing."""
         sets, doubts = Sets(), Doubts()
-        for key, (number, size) in self.each.items():
+        for key, (number, size, lost) in self.each.items():
             real = np.abs(number) > _ROUNDING * size
             if real.any():
                 sets[key] = np.where(real, gain * number, 0.0)
-                if (np.abs(number) < _CANCELS * size).any():
-                    doubts[key] = gain * _ROUNDING * size
+                if ((np.abs(number) < _CANCELS * size) | (lost > _KNOWN * np.abs(number))).any():
+                    doubts[key] = gain * (_ROUNDING * size + lost)
         return sets, doubts
 
 
@@ -214,29 +256,35 @@ def _members(key: int) -> IntArray:
     return np.array([i for i in range(key.bit_length()) if key >> i & 1], dtype=int)
 
 
-def _bordered(first: ComplexArray, there: ComplexArray, key: int, size: float = 1.0) -> tuple[ComplexArray, FloatArray]:
-    """The number of a reading `first` (n, 1 + n_places) that goes with the places of a set, and what it is made of.
+def _bordered(first: _Known, there: _Known, key: int, size: float = 1.0) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """The number of a reading `first` (n, 1, 1 + n_places) that goes with the places of a set, as `_determinant`.
 
     Numbers of the load alone stand first, then those of a force of one at each place.
     """
     some = _members(key)
     columns = np.concatenate([[0], 1 + some])
-    rows = np.concatenate([first[:, None], there[:, some]], axis=1)[..., columns]
-    number, parts = _determinant(rows)
-    return size * number, abs(size) * parts
+    rows, lost = (np.concatenate([a, b[:, some]], axis=1)[..., columns] for a, b in zip(first, there, strict=True))
+    number, parts, off = _determinant(rows, lost)
+    return size * number, abs(size) * parts, abs(size) * off
 
 
-def _determinant(matrices: ComplexArray) -> tuple[ComplexArray, FloatArray]:
-    """Determinants of (n, k, k), and the sums of the sizes of their terms, each (n,)."""
+def _determinant(matrices: ComplexArray, lost: FloatArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Determinants of (n, k, k), the sums of the sizes of their terms, and how far they are off, each (n,).
+
+    `lost` is how far each entry may be off.
+    """
     n, k = len(matrices), matrices.shape[-1]
-    number, parts = np.ones(n, dtype=complex), np.ones(n)
-    if k:
-        number, parts = np.zeros(n, dtype=complex), np.zeros(n)
-        for j in range(k):
-            minor, size = _determinant(matrices[:, 1:][..., np.arange(k) != j])
-            number += (-1) ** j * matrices[:, 0, j] * minor
-            parts += np.abs(matrices[:, 0, j]) * size
-    return number, parts
+    if not k:
+        return np.ones(n, dtype=complex), np.ones(n), np.zeros(n)
+    number, parts, off = np.zeros(n, dtype=complex), np.zeros(n), np.zeros(n)
+    for j in range(k):
+        rest = np.arange(k) != j
+        minor, size, less = _determinant(matrices[:, 1:][..., rest], lost[:, 1:][..., rest])
+        own = np.abs(matrices[:, 0, j])
+        number += (-1) ** j * matrices[:, 0, j] * minor
+        parts += own * size
+        off += own * less + lost[:, 0, j] * (np.abs(minor) + less)
+    return number, parts, off
 
 
 def _asked(bands: Sequence[Band], speed: FloatArray) -> BoolArray:
