@@ -243,7 +243,9 @@ def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tupl
                 f"value, or move an end of the range: --set {path}.to=..."
             )
         fact = next((one for one in facts(job) if one.path in (path, f"{path}.value")), None) if said else None
-        if said is None or fact is None or fact.dimension in ("ratio", "level"):
+        if said is None or fact is None or fact.dimension == "level":
+            continue
+        if fact.dimension == "ratio" and said[1] != "+":  # what a ratio itself may be
             continue
         share = float(said[2]) / 100.0
         new = {sign: f"{fact.now(1.0 + way * share)}" for sign, way in (("+", 1.0), ("-", -1.0))}

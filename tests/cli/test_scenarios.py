@@ -476,6 +476,21 @@ def test_limits_that_parts_cannot_move_are_named(run: Run, press: Path) -> None:
     assert stepped(open_job(press), ("-20 %",)).to_json()["notes"] == [words]
 
 
+def test_a_bound_that_no_file_may_ask_leaves_the_others_of_the_table(run: Run, press: Path) -> None:
+    isolation = '\n[limits.isolation]\nresponse = "isolation"\ninto = "ground"\nat_least = "60 %"\n'
+    press.write_text(press.read_text(encoding="utf-8") + isolation, encoding="utf-8")
+    done = run("compare", str(press), "--limits", "-20 %, +70 %")
+    assert (done.code, done.err) == (0, "")
+    assert "102 %: not asked" in done.out
+    why = 'limits.isolation.at_least = "102 %" is as much as nothing coming through, or more. Write less than 100 %.'
+    assert f"Not asked: {why}" in " ".join(done.out.split())
+    rows = dict(stepped(open_job(press), ("-20 %", "+70 %")).rows)
+    assert [(bound, status) for bound, status, _ in rows["limits.isolation.at_least"]] == [
+        ("48 %", "optimal"), ("102 %", "refused"),
+    ]  # fmt: skip
+    assert [status for _, status, _ in rows["limits.floor_force.at_most"]] == ["optimal", "optimal"]
+
+
 @pytest.mark.parametrize(
     ("vary", "words"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from itertools import combinations
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -13,6 +14,7 @@ from hypothesis import strategies as st
 from texts import STIFFEST, choice, floor, moves, sags, shaken_fan
 from vibopt.answer.clashes import Conflict, every_clash
 from vibopt.jobs import answer, from_text, open_job, with_changes
+from vibopt.study.seen import reason
 
 PROBLEMS = Path(__file__).parent.parent.parent / "problems"
 few = settings(derandomize=True, database=None, deadline=None, max_examples=60)
@@ -60,6 +62,13 @@ def test_a_limit_whose_leaving_out_was_not_decided_is_told() -> None:
         'Fewer may clash already: without "a" or "c" neither a design nor a proof was found.',
         "There may be further sets: not all were looked at.",
     )
+
+
+def test_one_limit_that_cannot_hold_alone_is_said_to_be_one() -> None:
+    found: Any = SimpleNamespace(exit_code=3, reason="", conflict=Conflict(("shake",), (), ""))
+    assert reason(found) == "this cannot hold: shake."
+    found.conflict = Conflict(("floor", "shake"), (), "")
+    assert reason(found) == "these cannot hold together: floor, shake."
 
 
 def test_where_not_even_no_limit_helps_it_is_not_the_limits() -> None:

@@ -16,7 +16,7 @@ from refusals import refused
 from vibopt.document.mistakes import Mistakes
 from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError, counted, way_out
-from vibopt.jobs import answer, of_document, open_job, with_changes
+from vibopt.jobs import answer, from_text, of_document, open_job, with_changes
 from vibopt.study.recorded import compare
 from vibopt.study.sweep import sweep
 from vibopt.study.whatif import whatif
@@ -235,6 +235,15 @@ def test_a_part_of_a_bound_is_read_as_the_bound_and_the_answer_says_so() -> None
     assert job.notes[-1] == 'limits.floor_force.at_most: "-20 %" read as 8 kN, from 10 kN'
     found = whatif(open_job(PRESS), {"limits.floor_force.at_most": "+20 %"})
     assert dict(found.changes) == {"limits.floor_force.at_most": "12 kN"}
+
+
+def test_a_plus_before_a_percentage_is_a_part_of_a_ratio_too() -> None:
+    path = "limits.isolation.at_least"
+    isolation = '[limits.isolation]\nresponse = "isolation"\ninto = "ground"\nat_least = "60 %"\n'
+    job: Any = with_changes(from_text(PRESS.read_text(encoding="utf-8") + isolation, "press"), {path: "+5 %"})
+    assert job.limits["isolation"].at_least.value == pytest.approx(0.63)
+    assert job.notes[-1] == f'{path}: "+5 %" read as 63 %, from 60 %'
+    assert with_changes(job, {path: "5 %"}).limits["isolation"].at_least.value == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(

@@ -218,3 +218,15 @@ def test_parts_of_a_ratio_are_meant_where_it_can_have_no_such_value() -> None:
     )
     assert parts == pytest.approx([0.16, 0.24])
     assert absolute == pytest.approx([0.1, 0.2])
+
+
+def test_parts_with_a_plus_are_parts_of_a_ratio_that_may_be_negative_too() -> None:
+    """An isolation of -10 % is one, but nobody writes a plus before what a limit is to be."""
+    isolation = '[limits.isolation]\nresponse = "isolation"\ninto = "ground"\nat_least = "60 %"\n'
+    scene, path = from_text(PRESS.read_text(encoding="utf-8") + isolation), "limits.isolation.at_least"
+    parts, absolute = (
+        [one.varied[path].value for one in sweep(scene, {path: text}, points=2).points]
+        for text in ("-10 %..+10 %", "-10 %..10 %")
+    )
+    assert parts == pytest.approx([0.54, 0.66])
+    assert absolute == pytest.approx([-0.1, 0.1])

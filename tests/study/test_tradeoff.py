@@ -46,6 +46,18 @@ def costs(found: Tradeoff) -> tuple[np.ndarray, np.ndarray]:
     return reached * (-1.0 if found.fact.path.endswith("at_least") else 1.0), sense * goal
 
 
+def test_an_isolation_is_told_as_the_design_reaches_it() -> None:
+    """Its margin is a part of what may come through, not of the isolation."""
+    text = PRESS.read_text(encoding="utf-8").partition("[[expected]]")[0]
+    isolation = '[limits.isolation]\nresponse = "isolation"\ninto = "ground"\nat_least = "75 %"\n'
+    found = front(text + isolation, "limits.isolation", 5)
+    for reached, point in zip(found.reached, found.points, strict=True):
+        values = {path: f"{one.value:.17g} {one.si}" for path, one in point.variables.items()}
+        kept = vo.solve(vo.with_changes(found.job, values), explain=False)
+        assert reached.value == pytest.approx(kept.limits["isolation"].value.value, rel=1e-9)
+        assert reached.value >= point.varied["limits.isolation.at_least"].value * (1.0 - 1e-9)
+
+
 @pytest.fixture(scope="module")
 def press() -> Tradeoff:
     return vo.tradeoff(vo.read(PRESS), "limits.start_up", 20)

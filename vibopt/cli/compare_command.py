@@ -106,7 +106,8 @@ def _tell_steps(result: Stepped, console: Console) -> None:
         for bound, status, goal in cells:
             change = result.change(goal)
             by = f" ({100.0 * change + 0.0:+.3g} %)" if change is not None and abs(change) > 1e-9 else ""
-            said.append(f"{bound}: {goal.shown}{by or ' (the same)'}" if goal is not None else f"{bound}: {status}")
+            without = "not asked" if status == "refused" else status
+            said.append(f"{bound}: {goal.shown}{by or ' (the same)'}" if goal is not None else f"{bound}: {without}")
         rows.append((path.removeprefix("limits."), *said))
     console.print(grid(rows, ("Limit", *result.steps)))
     for note in result.notes:

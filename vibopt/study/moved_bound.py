@@ -151,7 +151,10 @@ class MovedBound:
         name = self.fact.path.split(".")[1]
         side = self.fact.path.rpartition(".")[2]
         margin = point.margins.get(f"{name} ({side})", point.margins.get(name, 0.0))
-        return point.varied[self.fact.path].value * (1.0 + margin if self.least else 1.0 - margin)
+        bound = point.varied[self.fact.path].value
+        if is_scene(self.job) and self.job.limits[name].complement:  # margins are parts of what may come through
+            return 1.0 - (1.0 - bound) * (1.0 - margin if self.least else 1.0 + margin)
+        return bound * (1.0 + margin if self.least else 1.0 - margin)
 
     def loss(self, point: Point) -> float:
         """The quantity, to be small."""

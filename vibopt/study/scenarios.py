@@ -186,9 +186,11 @@ class Stepped(Tabular):
     now
         Status and goal of the job as it is.
     rows
-        Per bound its path and, for each step, the bound, the status and the goal.
+        Per bound its path and, for each step, the bound, the status and the goal; "refused" where no file may ask it.
     left
         Names of limits without a bound that a part could move.
+    refused
+        Why bounds were refused.
     """
 
     job: Job
@@ -197,12 +199,14 @@ class Stepped(Tabular):
     now: tuple[str, Entry | None]
     rows: tuple[tuple[str, tuple[tuple[str, str, Entry | None], ...]], ...]
     left: tuple[str, ...] = ()
+    refused: tuple[str, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """Which limits were not moved."""
+        """Which limits were not moved, and which steps are not asked."""
         way = "Only at_most and at_least that are above zero and no level in dB are moved by parts."
-        return (f"Not moved: {', '.join(self.left)}. {way}",) if self.left else ()
+        left = (f"Not moved: {', '.join(self.left)}. {way}",) if self.left else ()
+        return *left, *(f"Not asked: {one}" for one in self.refused)
 
     def table(self) -> list[dict[str, Any]]:
         """A row for each bound and step; the change of the goal as a part of what it is."""
@@ -247,20 +251,26 @@ def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = Non
     ]  # fmt: skip
     if not bounds:
         raise InputError(f"{job.name}: has no limits with a bound to move.")
-    jobs: list[Job] = [job]
-    texts = []
-    for bound in bounds:
-        for step in steps:
-            texts.append(bound.now(1.0 + part_of(step)))
-            jobs.append(with_changes(job, {bound.path: texts[-1]}))
-    found = answers(jobs, progress, "limits")
-    seen = [(answer.status, goal_of(each, answer)) for answer, each in zip(found, jobs, strict=True)]
-    cells = [(text, *one) for text, one in zip(texts, seen[1:], strict=True)]
+    asked = [(bound.path, bound.now(1.0 + part_of(step))) for bound in bounds for step in steps]
+    jobs: dict[tuple[str, str], Job] = {("", ""): job}
+    refused: list[str] = []
+    for path, text in asked:
+        try:
+            jobs[path, text] = with_changes(job, {path: text})
+        except InputError as error:
+            refused += [message.removeprefix(f"{job.name}: ") for message in error.messages]
+    found = answers(list(jobs.values()), progress, "limits")
+    seen = {
+        one: (answer.status, goal_of(each, answer))
+        for (one, each), answer in zip(jobs.items(), found, strict=True)
+    }  # fmt: skip
+    nothing: tuple[str, Entry | None] = ("refused", None)
+    cells = [(text, *seen.get((path, text), nothing)) for path, text in asked]
     width = len(steps)
     rows = tuple((bound.path, tuple(cells[i * width : (i + 1) * width])) for i, bound in enumerate(bounds))
     moved = {bound.path.split(".")[1] for bound in bounds}
     left = tuple(name for name in job.document["limits"] if name not in moved)
-    return Stepped(job, goal_word(job), steps, seen[0], rows, left)
+    return Stepped(job, goal_word(job), steps, seen["", ""], rows, left, tuple(dict.fromkeys(refused)))
 
 
 def part_of(step: str) -> float:

@@ -88,7 +88,8 @@ def reason(answer: Answer[Any]) -> str:
     """Why an answer cannot be used; "" where it can."""
     if answer.exit_code == 0 or answer.reason or answer.conflict is None:
         return answer.reason
-    return f"these cannot hold together: {', '.join(answer.conflict.limits)}."
+    said = answer.conflict.said()
+    return f"{said[:1].lower()}{said[1:]}"
 
 
 def chosen_from(job: Job, path: str) -> bool:

@@ -230,7 +230,8 @@ def _absolute(job: Job, fact: FactAt, text: str) -> str:
             said = [one if one[0] in "+-−" or not float(one) else f"+{one}" for one in each]
             way = ("..".join if is_range(text) else ", ".join)(f"{one} %" for one in said)
             raise InputError(f'--vary {fact.path}="{text}": each part needs its %. Write "{way}".')
-    if len(parts) < 2 or None in parts or (fact.dimension in ("ratio", "level") and _readable(job, fact, text)):
+    itself = fact.dimension in ("ratio", "level") and "+" not in text and _readable(job, fact, text)
+    if len(parts) < 2 or None in parts or itself:
         return text
     percents = [float(part[1].replace(" ", "").replace("−", "-")) for part in parts if part is not None]
     said = [fact.now(1.0 + percent / 100.0) for percent in percents]
