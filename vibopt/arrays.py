@@ -65,7 +65,7 @@ def crossing(function: Callable[[float], float], low: float, high: float) -> flo
         else:
             c, at_c, b, at_b = b, at_b, a, at_a
         a, at_a = new, value
-        far, rise = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b)
+        far, rise = (a - b) / (c - b), (at_a - at_b) / (at_c - at_b) if at_c != at_b else 2.0  # level but for rounding
         part = 0.5
         if rise * rise < far and (1.0 - rise) ** 2 < 1.0 - far:
             part = at_a / (at_b - at_a) * at_c / (at_b - at_c)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import sys
 from dataclasses import replace
 from typing import Any
 
@@ -405,3 +406,40 @@ def test_boxes_are_bounded_without_a_search_over_durations(monkeypatch: pytest.M
     found = Tangents().solve(pose(scene))
     assert found.status == "optimal"
     assert max(asked, default=0) <= 1
+
+
+def test_beside_another_pulse_a_search_counts_what_it_takes_and_follows_what_is_better(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Tangents at known durations promise more than the worst duration keeps; signals of two pulses are not shared."""
+    known: list[Any] = []
+    module = sys.modules[Tangents.__module__]
+    kept_one = vars(module)["improved"]
+    monkeypatch.setattr(module, "improved", lambda *of: known.append(of[1]) or kept_one(*of))
+    pulse = {"kind": "pulse", "on": "base"}
+    document: dict[str, Any] = {
+        "bodies": {"box": {"mass": "24.6 kg"}},
+        "bases": {"base": {}},
+        "links": {
+            "mount": {
+                "between": ["box", "base"],
+                "stiffness": {"from": "491 kN/m", "to": "4914 kN/m"},
+                "damping": {"from": "20.4 N s/m", "to": "201 N s/m"},
+            }
+        },
+        "excitations": {
+            "first": pulse | {"shape": "sine", "acceleration": "43.6 m/s²", "duration_up_to": "23.4 ms"},
+            "other": pulse | {"shape": "triangle", "acceleration": "74.8 m/s²", "duration": "57.6 ms"},
+        },
+        "limits": {"most": {"response": "peak_acceleration", "of": "box", "at_most": "211.6 m/s²"}},
+        "goal": {"minimise": "peak_velocity", "of": "box"},
+    }
+    program = pose(vo.from_dict(document))
+    found = Tangents(most=42, enough=np.inf).solve(program)
+    assert found.status == "feasible"
+    assert len(known) <= 2
+    assert program.cost > 100.0
+    del document["excitations"]["other"]
+    document["excitations"]["first"] |= {"on": "box", "amplitude": "1 kN"}
+    del document["excitations"]["first"]["acceleration"]
+    assert pose(vo.from_dict(document)).cost < 20.0

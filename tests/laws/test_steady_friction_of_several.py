@@ -130,6 +130,36 @@ def test_one_body_has_the_motion_of_its_closed_form(hertz: float, friction: floa
         assert several.value(model, np.zeros(0)) == pytest.approx(value, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.parametrize("beyond", [1e-4, 1e-6, 1e-8, 1e-10, 1e-13, 1e-15, -1e-15])
+@pytest.mark.parametrize("hertz", [0.7, 5.6])
+def test_one_body_that_friction_all_but_holds_has_the_motion_of_its_closed_form(hertz: float, beyond: float) -> None:
+    """Slip is of second order in what is beyond friction, and rounding where that is next to nothing."""
+    document = rack({"speed": f"{hertz!r} Hz"}, ENDS[2], 1e3 * (1.0 - beyond), 4.0)
+    del document["bodies"]["drawer"], document["links"]["up"], document["measures"]["place"]
+    scene = vo.from_dict(document)
+    model = pose(scene).model
+    one: Any = form_of(scene, model, scene.measures["slip"])
+    several = RubbingOfSeveral(one.output, one.shaken, one.normalised)
+    value = several.value(model, np.zeros(0))
+    assert value == pytest.approx(one.value(model, np.zeros(0)), rel=1e-6, abs=1e-17)
+    assert value <= 10.0 * max(beyond, 0.0) * 1e3 / LOW + 1e-17
+    told(document)
+
+
+@pytest.mark.parametrize("beyond", [1e-4, 1e-6, 1e-7, 1e-9, 1e-12, 1e-14, 1e-15, -1e-15])
+@pytest.mark.parametrize(("ends", "hertz"), [(ENDS[0], 3.0), (ENDS[2], 33.0)])
+def test_what_friction_all_but_holds_is_told_alike_by_both_routes(
+    ends: tuple[str, str], hertz: float, beyond: float
+) -> None:
+    for load in ({"speed": f"{hertz!r} Hz"}, moving(speed=f"{hertz!r} Hz")):
+        scene = vo.from_dict(rack(load, ends, 1.0, 50.0))
+        model = pose(scene).model
+        form = form_of(scene, model, scene.measures["slip"])
+        assert isinstance(form, RubbingOfSeveral)
+        [holds] = 1.0 / form.grasp(model, np.zeros(0), np.array([2.0 * np.pi * hertz]))
+        told(rack(load, ends, float(holds) * (1.0 - beyond), 50.0))
+
+
 @few
 @given(
     ends=st.sampled_from(ENDS),

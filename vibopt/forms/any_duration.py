@@ -39,6 +39,9 @@ _PART, _EVEN = 0.37, 1e-14
 """Part of the longest duration at which a pulse is seen to be the same but shorter, and rounding of lengths."""
 _HIGH, _APART = 0.7, 0.1
 """Part of the greatest that another top is at least, and of its duration by which another one differs."""
+_SHARED, _MADE, _AT_DURATIONS = 8.0, 10.0, 3.0
+"""Work of a search with signals that are shared, and of each segment of others and each coordinate; of tangents at the
+durations that are known, for each coordinate [nominal ms]."""
 LEAST = 1e-8
 """Part of the longest duration that stands for none at all."""
 _CLOSE, _LEVEL, _NEAR = 1e-7, 1e-11, 0.95
@@ -242,7 +245,11 @@ class PeakOverDurations(Form):
         return self.lasting(self.high).reach(model)
 
     def cost(self, model: Model) -> float:
-        return 8.0
+        """Signals that one pulse stretches are shared by all durations; others are made for each of them."""
+        return _SHARED if self._stretches else _MADE * len(self.signals(self.high)) * (2.0 + model.n_free)
+
+    def tangents_cost(self, model: Model) -> float:
+        return _AT_DURATIONS * model.n_free
 
 
 def _tops(times: FloatArray, values: FloatArray) -> Iterator[tuple[float, float, float, float]]:

@@ -282,7 +282,7 @@ class Rub:
             return np.asarray(parts @ self.at(piece, tau) + (phasor * np.exp(1j * (piece.begin + tau))).real)
 
         ends = np.abs(reading(np.array([0.0, piece.length])))
-        if not (parts[1:].any() or phasor):
+        if not (parts[1:].any() or phasor) or not piece.length:
             return float(ends.max())
         if piece.side == 0:
             tops = (-cmath.phase(phasor) - piece.begin + np.array([0.0, pi])) % (2.0 * pi)

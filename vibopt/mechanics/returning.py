@@ -21,8 +21,8 @@ from vibopt.records import cached_property, dataclass
 _TURNS, _MOST, _ENDLESS = 600, 20_000, 1e9
 """Half cycles that are followed until one closes, and panels of one, at most; motion over that under a load at rest, of
 what has no end."""
-_ROUNDING = 1e-12
-"""Part of half a cycle that is none."""
+_BRIEF, _ROUNDING = 1e-9, 1e-12
+"""Part of half a cycle in which nothing slips yet, and of a sum that is none."""
 _OPEN = (
     f"What rubs comes to no steady motion within {_TURNS} half cycles: hardly anything damps it, or it grows without "
     "end. Write more friction or damping, or speeds away from its resonances."
@@ -38,9 +38,9 @@ class Returning(Sliding):
     """
 
     def greatest(self, reading: Reading) -> float:
-        """Greatest size of a reading in a cycle; a slip that lasts as long as rounding is none."""
+        """Greatest size of a reading in a cycle; a slip that lasts no longer than rounding moves is none."""
         lengths = np.array([piece.length for piece in self.half_cycle])
-        seen = self.read(reading)[lengths > _ROUNDING * lengths.sum()]
+        seen = self.read(reading)[lengths > _BRIEF * lengths.sum()]
         return float(peaks_of(seen, np.zeros(len(seen))).max())
 
     def read(self, reading: Reading) -> FloatArray:
@@ -57,7 +57,7 @@ class Returning(Sliding):
             None was found that closes.
         """
         start = self._struck_by(self.begun)
-        begun, scale = self._own @ start[self._free], self._size(start) or 1.0
+        begun, scale = self._own @ start[self._free], max(self._size(start), self._likely) or 1.0
         road = closing(
             lambda own: self._half(own, scale), lambda own: float(np.linalg.norm(own)), begun / scale, _TURNS, warm=0
         )
@@ -74,9 +74,27 @@ class Returning(Sliding):
     def _still(self) -> FloatArray:
         """States (n,) of the free coordinates if the load stayed at its greatest."""
         n, found = self.n_free, self._struck_by(0.0 * self.begun)
-        pushed = self.loads[:n, 0] - self.mass[:n, n:] @ self.loads[n:, 0] - self.stiffness[:n, n:] @ self.begun[n:, 0]
-        found[self._numbers[0]] = np.linalg.solve(self.stiffness[:n, :n], pushed)
+        found[self._numbers[0]] = np.linalg.solve(self.stiffness[:n, :n], self._pushed)
         return found
+
+    @property
+    def _pushed(self) -> FloatArray:
+        """What the load at its greatest pushes the free coordinates with (n_free,) [N]."""
+        n = self.n_free
+        return np.asarray(
+            self.loads[:n, 0] - self.mass[:n, n:] @ self.loads[n:, 0] - self.stiffness[:n, n:] @ self.begun[n:, 0]
+        )
+
+    @property
+    def _likely(self) -> float:
+        """Size of a motion under the load by springs or by masses alone, the lesser: what is to it as rounding is none.
+
+        Where friction all but holds, what is left of its motion is rounding, to which nothing closes.
+        """
+        still, fast, heavy = self._still, self._struck_by(0.0 * self.begun), self._heavy
+        struck = np.linalg.solve(self.mass[np.ix_(heavy, heavy)], self._pushed[heavy])
+        fast[self._numbers[1]] = struck * self.segments[0].length / np.pi
+        return min(self._size(still), self._size(fast))
 
     def _size(self, state: FloatArray) -> float:
         return float(np.linalg.norm(self._own @ state[self._free]))
@@ -119,6 +137,7 @@ class Returning(Sliding):
             elif piece.side and law.slips[1].any():
                 before = law.slips @ piece.states.sum(axis=1)
                 after = (law.slips if following.side else law.held) @ following.start
-                slope = slope + np.outer(after - before, slope[1]) / before[1]
+                if abs(before[1]) > _ROUNDING * (np.abs(law.slips[1]) @ np.abs(following.start)):  # else it only grazes
+                    slope = slope + np.outer(after - before, slope[1]) / before[1]
         end = pieces[-1].states.sum(axis=1)[free]
         return pieces, self._own @ end / scale, self._own @ slope[free] @ np.linalg.inv(self._own)

@@ -23,8 +23,9 @@ part of them is in a batch beside one."""
 _SPREAD, _LATE = 32, 3
 """Designs without devices of which each promises most in its part of the ranges, and the powers for which they and
 those that promise most of all are followed."""
-_APART, _FAR, _MEASURED = 0.05, 0.15, 256
-"""Distances of two beginnings, in parts of the range of logs; designs that are measured in whole."""
+_APART, _FAR, _MEASURED, _FEWEST, _WORK = 0.05, 0.15, 256, 32, 5e3
+"""Distances of two beginnings, in parts of the range of logs; designs that are measured in whole, at most and at least,
+and the work of it all [nominal ms]."""
 _WEIGHT = 10.0
 _LIGHT, _LIGHTER, _LITTLE = 0.03, 0.2, 0.05
 """Least part of the greatest masses, of its host of one that rides on another, and of the damping of those between."""
@@ -90,8 +91,8 @@ def promising(program: Program, count: int) -> list[FloatArray]:
 def best_of_many(program: Program, count: int) -> list[FloatArray]:
     """Up to `count` designs y = log x (n_vars,) that promise most by all that is asked, well apart from each other."""
     low, high = log_box(program)
-    y = np.clip(starts(program, _MEASURED), low, high)
-    worked(_MEASURED * program.cost)
+    y = np.clip(starts(program, int(np.clip(_WORK / program.cost, _FEWEST, _MEASURED))), low, high)
+    worked(len(y) * program.cost)
     merit = _merit(list(program.parts), np.exp(y))
     return _distinct(y[np.argsort(merit, kind="stable")], high - low, _FAR)[:count]
 

@@ -29,7 +29,7 @@ from vibopt.solve.nlp import Nlp
 from vibopt.solve.proportional import reaching, towards
 from vibopt.solve.ranges import starts
 from vibopt.solve.screen import best_of_many
-from vibopt.work import Budget
+from vibopt.work import Budget, metered
 
 _AT_ONCE, _DEEP = 32, 3
 """Boxes that are looked at side by side; how often one is halved at once where they are few."""
@@ -39,8 +39,9 @@ where none holds a design, no descent finds one."""
 _GIVEN = 6
 """Starts beside those all over the ranges where boxes are used up: the best of many designs, for peaks in time have
 many valleys."""
-_BOX, _LONG = 1.5, 1e4
-"""Work of a box beside its measurements and tangents, and of all boxes at most [nominal ms]."""
+_BOX, _LONG, _SEARCHED = 1.5, 1e4, 1.5e4
+"""Work of a box beside its measurements and tangents, of all boxes at most, and of all designs that are measured by a
+search, or followed, beside them [nominal ms]."""
 _BETTER = 1e-3
 """Part of the goal by which the middle of a box must be better to be sharpened."""
 _KNOWN, _APART = 3, 0.01
@@ -48,6 +49,8 @@ _KNOWN, _APART = 3, 0.01
 _TRIED, _LEFT = 1.0 / 3.0, 0.9
 """Part of all boxes that are looked at in any case, and boxes left for each of them from which on others say no more
 where nothing is known of the goal."""
+_FEWEST = 40
+"""Measurements that those starts may take, where each is dear."""
 _FAR = 0.5
 """Part of a floor lost for one variable from which on tangents say no more."""
 _SLACK = 4.0
@@ -212,7 +215,9 @@ class _Search:
         self.along = towards(program)
         self.best_x: FloatArray | None = None
         self.best = np.inf
-        box = _BOX + program.cost + sum(one.cost for one in self.limits + self.aims)
+        self.beside = metered()
+        box = _BOX + sum(one.cost for one in self.limits + self.aims)
+        box += sum(part.cost for part in program.parts if not part.form.searched)
         self.budget = Budget(min(self.method.most, int(_LONG / box)), "boxes", box)
 
     def answer(self) -> Found:
@@ -221,11 +226,12 @@ class _Search:
         self.cut(frontier, _FIRST)
         near = [] if self.method.near is None else [np.log(np.maximum(self.method.near, 1e-300))]
         for number, y in enumerate([*near, *starts(self.program, _STARTS)]):
-            if not frontier or self.best_x is not None:
+            if not frontier or self.best_x is not None or self.tired:
                 break  # one start that leads to a feasible design is enough, for the boxes see all others
-            there = refined(self.program, np.exp(y), only_feasible=self.program.aim is None)
-            if there is not None:
-                self.offer(there)
+            with self.beside:
+                there = refined(self.program, np.exp(y), only_feasible=self.program.aim is None)
+                if there is not None:
+                    self.offer(there)
             if not number and self.program.aim is None:
                 self.cut(frontier, _SOME)
         self.cut(frontier)
@@ -283,8 +289,9 @@ class _Search:
         yield from ((one.floor, one) for one in wide)
         boxes = self.aimed(self.limited([one for one in boxes if one not in wide]))
         for box in sorted((one for one in boxes if one.middle_feasible), key=self.middle):
-            if self.better(box):
-                self.offer(improved(self.program, box.x, self.judge) if self.judge.feasible(box.x) else box.x)
+            if self.better(box) and not self.tired:
+                with self.beside:
+                    self.offer(self.followed(box.x))
         for box in boxes:
             goal = _together(box)
             if goal is not None and goal < self.bar:
@@ -345,8 +352,23 @@ class _Search:
         """Whether the middle of a box may be worth while."""
         if not np.isfinite(self.best):
             return True
-        value = max(goal.value for goal in box.goals) if box.goals else self.judge.goal(box.x).value
-        return value < self.best - _BETTER * abs(self.best)
+        return self.promises(max(goal.value for goal in box.goals) if box.goals else self.judge.goal(box.x).value)
+
+    @property
+    def tired(self) -> bool:
+        """Whether designs that a search must measure have taken what they may."""
+        searched = any(part.form.searched for part in self.program.parts)
+        return searched and self.beside.done > _SEARCHED
+
+    def followed(self, x: FloatArray) -> FloatArray:
+        """What a design leads to where it is better; where tangents alone said so, itself: a duration was left out."""
+        if not self.judge.feasible(x) or not self.promises(self.judge.goal(x).value):
+            return x
+        return improved(self.program, x, self.judge)
+
+    def promises(self, value: float) -> bool:
+        """Whether a goal is better than the best by so much that it may be worth while."""
+        return not np.isfinite(self.best) or value < self.best - _BETTER * abs(self.best)
 
     def found(self, frontier: Frontier) -> Found:
         boxes, name = self.budget.spent, Tangents.name
@@ -369,7 +391,8 @@ class _Search:
         claim = "the best of boxes and of a descent"
         if not self.best - bound <= self.method.enough * abs(self.best):
             given = tuple(np.exp(y) for y in best_of_many(self.program, _GIVEN))
-            other = Nlp(given=given).solve(self.program, self.progress)
+            most = int(np.clip(_LONG / self.program.cost, _FEWEST, Nlp.most))
+            other = Nlp(given=given, most=most).solve(self.program, self.progress)
             claim = other.claim
             if other.x is not None:
                 self.offer(other.x)

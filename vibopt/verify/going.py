@@ -108,8 +108,12 @@ class Going:
         return Run(moved, high, False)
 
     def _down(self, states: FloatArray) -> list[int]:
-        """Steps between states (N + 3, n_steps + 1) in which what falls may be down, at the end or by its slopes."""
+        """Steps between states (N + 3, n_steps + 1) in which what falls may be down, at the end or by its slopes.
+
+        It begins above zero or there, whatever rounding says.
+        """
         values, slopes = self.rows[:2] @ states
+        values[0] = max(values[0], 0.0)
         first, last, slope, then = values[:-1], values[1:], slopes[:-1], slopes[1:]
         dips = (slope < 0.0) & (then > 0.0)
         lowest = first + slope * (last - first - then) / np.where(dips, slope - then, -1.0)

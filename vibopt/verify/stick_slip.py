@@ -34,10 +34,12 @@ slowest vibration that the force is at least."""
 _FADED, _SLOW, _ROUNDING = 37.0, 30.0, 1e-3
 """Exponent behind which a vibration is gone; times as fast as the force from which on it begins where springs are in
 balance; part of its speed, of the same size, that rounding hides."""
-_APART, _TRIED, _LESS = 1e-7, 20, 0.5
-"""Of a search for a root: part by which places are moved for slopes, most steps, and what each leaves at most."""
-_STILL, _HELD = 1e-13, 400
-"""Part of the greatest below which nothing moves; instants at least among which the end of a hold is looked for."""
+_APART, _TRIED, _LESS, _POLISHED = 1e-7, 20, 0.5, 6
+"""Of a search for a root: part by which places are moved for slopes, most steps, and what each leaves at most; searches
+where hardly anything slips."""
+_STILL, _HELD, _NEARLY = 1e-13, 400, 0.01
+"""Part of the greatest below which nothing moves; instants at least among which the end of a hold is looked for; part
+of friction that is left where it may end between two of them, and that what slips by hardly anything is beyond it."""
 _SAMPLES, _DENSE, _NEAR = 120, 6.0, 0.98
 """Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count."""
 _COARSE, _LOOKED, _KEPT, _SPEEDS, _FREED = 9, 2, 256, 400, (1.01, 1.1, 1.18, 1.25, 1.33, 1.45)
@@ -169,9 +171,10 @@ class Rubbed:
         if self.base:
             now[states.places.index(self.acts)] = self.base
         found: list[_Stretch] = []
-        side = states.begins(now, _STILL * self._sizes[1]) or self._sense(0.0, now)
-        while time < end * (1.0 - 1e-13):
-            found.append(self._slips(time, end, now, side) if side else self._holds(time, end, now))
+        side, vain = states.begins(now, _STILL * self._sizes[1]) or self._sense(0.0, now), False
+        while time < end * (1.0 - _STILL):
+            found.append(self._slips(time, end, now, side) if side else self._holds(time, end, now, vain=vain))
+            vain = side != 0.0 and found[-1].end - time <= _STILL * end
             time, was = found[-1].end, side
             now = found[-1].moved(np.array([time]))[:, 0]
             now = states.stopped(now, self._signals(time), side) if side else now
@@ -189,8 +192,8 @@ class Rubbed:
         stop = settled + (0.5 * np.pi - turn) % (2.0 * np.pi) / self.omega  # where its cosine falls through zero
         return _Stretch(time, min(float(stop), end), moved, side, settled)
 
-    def _holds(self, time: float, end: float, now: FloatArray) -> _Stretch:
-        """Up to where friction can carry no more, or the end."""
+    def _holds(self, time: float, end: float, now: FloatArray, *, vain: bool) -> _Stretch:
+        """Up to where friction can carry no more, or the end; what slipped in `vain` was pushed by rounding alone."""
         _, moved, settled = self._moved(0.0, (time, end), now)
         whole = _Stretch(time, end, moved, 0.0, settled)
 
@@ -198,8 +201,17 @@ class Rubbed:
             return np.asarray(np.abs(self.states.carries(moved(at), self._signals(at))) - self.joint.friction)
 
         at = whole.instants(_HELD, _DENSE * float(self.naturals[-1]))
-        over = beyond(at) > 0.0
+        values = beyond(at)
+        friction, before, after = self.joint.friction, np.append(-np.inf, values[:-1]), np.append(values[1:], -np.inf)
+        near = (values >= before) & (values >= after) & (values <= 0.0) & (values > -_NEARLY * friction)
+        if near.any():  # between instants it may be beyond
+            tops, last = np.flatnonzero(near), len(at) - 1
+            ends = at[np.maximum(tops - 1, 0)], at[np.minimum(tops + 1, last)]
+            at = np.union1d(at, closer(lambda one: beyond(one) + friction, *ends)[1])
+            values = beyond(at)
+        over = values > 0.0
         rising = np.flatnonzero(over[1:] & ~over[:-1])
+        rising = rising[rising > 0] if vain else rising
         if not len(rising):
             return whole
         low, high = at[rising[0] : rising[0] + 2].tolist()
@@ -318,12 +330,21 @@ class Rubbed:
             good = np.isfinite(sought.x).all() and np.abs(sought.fun).max() < missed
             return sought.x * scale if good else one
 
+        def closest(one: FloatArray) -> FloatArray:
+            for _ in range(_POLISHED):  # what slips by hardly anything is small beside what may be missing
+                found = _root(missing, one / scale, _LESS * float(np.abs(missing(one / scale)).max()))
+                if found is None:
+                    break
+                one = found * scale
+            return one
+
         for count in range(_MOST):
             following = after(state)
             missed = float(np.abs((following - state) / scale).max())
             left = missed / (1.0 + float(np.abs(state / scale).max()))
             if left <= 10.0 * self.part:
-                return (rooted(following, missed) if leap > 1.0 else following), left
+                found = rooted(following, missed) if leap > 1.0 else following
+                return (closest(found) if self.push < (1.0 + _NEARLY) * self.joint.friction else found), left
             far = free and missed > (1.0 + _SLACK) * least
             last = last if far else following
             if far or count % _AGAIN == begun:
