@@ -58,6 +58,14 @@ def test_an_isolation_is_told_as_the_design_reaches_it() -> None:
         assert reached.value >= point.varied["limits.isolation.at_least"].value * (1.0 - 1e-9)
 
 
+def test_an_isolation_is_weighed_as_what_is_to_be_great() -> None:
+    assert str(refused(lambda: vo.tradeoff(vo.read(PRESS), "isolation into ground"))) == (
+        'rao_9_34.toml: --against "isolation into ground" is to be as small as can be, and an isolation is better the '
+        'greater it is. Write --against "most isolation into ground".'
+    )
+    assert len(vo.tradeoff(vo.read(PRESS), "most isolation into ground", 4).points) >= 4
+
+
 @pytest.fixture(scope="module")
 def press() -> Tradeoff:
     return vo.tradeoff(vo.read(PRESS), "limits.start_up", 20)

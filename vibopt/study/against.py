@@ -10,7 +10,7 @@ import numpy as np
 from vibopt.balancing import is_rotor
 from vibopt.document.mistakes import Mistakes
 from vibopt.errors import InputError, way_out
-from vibopt.jobs import answer, facts, of_document
+from vibopt.jobs import answer, facts, is_scene, of_document
 
 if TYPE_CHECKING:
     from vibopt.jobs import Job
@@ -45,6 +45,11 @@ def bounded(job: Job, against: str) -> tuple[Job, str]:
     except InputError as error:
         words = f'--against "{against}": measure'
         raise InputError([message.replace(f"measures.{name}", words) for message in error.messages]) from None
+    if is_scene(measured) and measured.measures[name].complement and side == "at_most":
+        raise InputError(
+            f'{job.name}: --against "{against}" is to be as small as can be, and an isolation is better the greater it '
+            f'is. Write --against "most {against}".'
+        )
     found = answer(measured, explain=False)
     row = found.measures.get(name)
     if row is not None and row.value.value == 0.0 and side == "at_most":

@@ -113,8 +113,10 @@ class MovedBound:
         except InputError:
             if len(new) == 1:
                 self.known[new[0]] = None
-            else:
-                self.all(new)
+            else:  # one of them no file may ask, as an isolation of more than 100 %
+                self.asked -= len(new)
+                for half in (new[: len(new) // 2], new[len(new) // 2 :]):
+                    self._answer(half, sparing=sparing)
 
     def _keep(self, b: float, point: Point) -> None:
         """Remember an answer, and that the best design at a bound is the best down to what it reaches."""
