@@ -322,3 +322,28 @@ def test_a_mass_that_another_absorber_holds_still_is_not_said_to_move() -> None:
     assert known is not None
     x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (20, 2)))
     assert (known.least(*Pulls(hosted, np.array([70.0]), {-1}).on(x, 1.01 * x)) == 0.0).all()
+
+
+@pytest.mark.parametrize("goal", ["b0", "force"])
+def test_a_mass_that_nothing_known_holds_is_told_of_too(goal: str) -> None:
+    """Mass and mount are chosen of one that carries another absorber: without the pulls there the host is singular."""
+    document = scene(0, 1, "mass", GOALS[goal], "base", held="l0")
+    document["bodies"]["b0"]["mass"] = {"from": "50 kg", "to": "200 kg"}
+    document["links"]["l0"]["damping"] = {"from": "100 N s/m", "to": "300 N s/m"}
+    document["bodies"].pop("b1")
+    document["links"].pop("l1")
+    program = pose(from_dict(document))
+    hosted, rng = hosted_of(program), np.random.default_rng(3)
+    assert program.aim is not None
+    assert hosted is not None
+    known = read(program.aim.form, hosted, W)
+    assert known is not None
+    x = np.exp(rng.uniform(np.log(program.low), np.log(program.high), (50, len(program.low))))
+    least = known.least(*Pulls(hosted, W, {known.of}).on(x, x))
+    own = dict(zip([axis.path for axis in program.axes], x.T[..., None], strict=True))
+    z = own["links.l0.stiffness"] + 1j * W * own["links.l0.damping"]
+    m, f, part = (own[f"absorbers.a0.{key}"] for key in ("mass", "frequency", "damping_ratio"))
+    held = f**2 + 2j * part * f * W
+    pull = -(W**2) * (own["bodies.b0.mass"] + m * held / (held - W**2))
+    true = 1e-3 * np.abs(z / (z + pull) * (1.0 if goal == "b0" else pull)).max(axis=1)
+    assert least == pytest.approx(true, rel=1e-9)

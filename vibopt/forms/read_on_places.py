@@ -51,6 +51,8 @@ class Read:
         Whether it is asked there, (n,).
     of
         The device whose motion is read; -1 where none is.
+    held
+        The pull at each place from which on pulls are counted, (n,): it holds a host that nothing holds without it.
     """
 
     top: Sets
@@ -59,10 +61,14 @@ class Read:
     bottom_doubt: Doubts
     asked: BoolArray
     of: int
+    held: ComplexArray
 
     def least(self, pulls: Sequence[Disc], moved: Mapping[int, Disc]) -> FloatArray:
         """The greatest over frequencies of what it is at least on boxes, (n_boxes,); zero where nothing is known."""
-        discs = [*pulls, moved[self.of]] if self.of >= 0 else list(pulls)
+        discs = list(pulls)
+        if self.held.any():
+            discs = [(middle - self.held, radius + _DIGITS * np.abs(self.held)) for middle, radius in discs]
+        discs += [moved[self.of]] if self.of >= 0 else []
         of_few = self._of_one if len(discs) == 1 and 1 in self.bottom else self._of_several
         found = np.zeros(len(discs[0][0]))
         with np.errstate(all="ignore"):
@@ -162,21 +168,29 @@ def read(form: Form, hosted: Hosted, w: FloatArray) -> Read | None:
     full, base = dynamic_stiffness(model, z)[:, hosted.host], line.vector[n:]
     carried = [output.row[device.at] * device.part * hosted.places[i].direction for i, device in hosted.devices]
     rows, stiff = (output.signs * z) @ model.vectors + sum(carried, output.row), full[..., :n][..., hosted.host]
-    told = np.linalg.cond(stiff) < _ILL
-    stiff[~told] = np.eye(stiff.shape[-1])
     load = line.vector[:n][hosted.host] - full[..., n:] @ base
     H = np.array([place.direction[:n][hosted.host] for place in hosted.places])
-    borne = [place.direction[n:] @ base for place in hosted.places]
+    borne = np.array([place.direction[n:] @ base for place in hosted.places])
+    size = np.abs(stiff).max(axis=(1, 2))
+    held = np.where(np.linalg.cond(stiff) < _ILL, 0.0, 1j * np.where(size > 0.0, size, w**2))
+    stiff = stiff + held[:, None, None] * (H.T @ H)
+    load = load - held[:, None] * (borne @ H)
+    told = np.linalg.cond(stiff) < _ILL
+    stiff[~told] = np.eye(stiff.shape[-1])
     sides = np.concatenate([load[..., None], np.broadcast_to(H.T, (len(w), *H.T.shape))], axis=-1)
     sizes = _sizes(model, z)
     far = np.abs(sides)
     far[..., 0] = np.abs(line.vector[:n])[hosted.host] + (sizes[..., n:] @ np.abs(base))[:, hosted.host]
-    solved, lost = _solved(stiff, sizes[:, hosted.host][..., :n][..., hosted.host], sides, far)
+    sizes = sizes[:, hosted.host][..., :n][..., hosted.host] + np.abs(held)[:, None, None] * (np.abs(H).T @ np.abs(H))
+    solved, lost = _solved(stiff, sizes, sides, far)
     read_by = np.abs(sum(carried, output.row)) + np.abs(output.signs * z) @ np.abs(model.vectors)
     own = _read(rows[:, None, :n][..., hosted.host], read_by[:, None, :n][..., hosted.host], solved, lost)
     own[0][..., 0] += rows[:, None, n:] @ base
     there = _read(H, np.abs(H), solved, lost)
     there[0][..., 0] += borne
+    for i, size in forces.items():
+        own[0][:, 0] += size * held[:, None] * there[0][:, i]
+        own[1][:, 0] += abs(size) * np.abs(held)[:, None] * there[1][:, i]
     top, bottom, every = _Sums(), _Sums(), range(1 << len(H))
     for key in every:
         some = _members(key)
@@ -192,8 +206,10 @@ def read(form: Form, hosted: Hosted, w: FloatArray) -> Read | None:
                 top.add(key | bit, *_bordered((there[0][:, [i]], there[1][:, [i]]), there, key, size))
     gain = np.abs(line.amplitude.at(w / line.order)) * w**output.power / float(shared.scale.sum())
     told &= _asked(harmonic.bands, w / line.order)
-    (over, doubt), (under, off) = top.told(gain), bottom.told(np.ones(len(w)))
-    return Read(over, under, doubt, off, told, seen[0] if seen else -1)
+    (over, doubt), (under, off) = (
+        one.told(by, all_doubts=bool(held.any())) for one, by in ((top, gain), (bottom, np.ones(len(w))))
+    )
+    return Read(over, under, doubt, off, told, seen[0] if seen else -1, held)
 
 
 def _sizes(model: Model, z: ComplexArray) -> FloatArray:
@@ -240,9 +256,13 @@ class _Sums:
             number, size, lost = number + before[0], size + before[1], lost + before[2]
         self.each[key] = number, size, lost
 
-    def told(self, gain: FloatArray) -> tuple[Sets, Doubts]:
-        """Those that are not rounding alone, and what it may take of them where they are next to nothing."""
+    def told(self, gain: FloatArray, *, all_doubts: bool) -> tuple[Sets, Doubts]:
+        """Those that are not rounding alone, and what it may take of them where they are next to nothing, or of all."""
         sets, doubts = Sets(), Doubts()
+        if all_doubts:
+            for key, (number, size, lost) in self.each.items():
+                sets[key], doubts[key] = gain * number, gain * (_DIGITS * size + lost)
+            return sets, doubts
         for key, (number, size, lost) in self.each.items():
             real = np.abs(number) > _ROUNDING * size
             if real.any():
