@@ -15,8 +15,9 @@ from vibopt.arrays import FloatArray, crossing
 from vibopt.records import cached_property, dataclass
 from vibopt.verify.motion_in_time import TAYLOR, TURN
 
-_HALVED, _HIDDEN = 40, 1e-13
-"""How often a first step is halved to find where what begins at zero is above it; part that rounding hides."""
+_HALVED, _HIDDEN, _GRAZING = 40, 1e-13, 1e-6
+"""How often a first step is halved to find where what begins at zero is above it; part that rounding hides; part of
+what falls by which it may begin below zero and begin there."""
 
 
 class Run(NamedTuple):
@@ -110,10 +111,11 @@ class Going:
     def _down(self, states: FloatArray) -> list[int]:
         """Steps between states (N + 3, n_steps + 1) in which what falls may be down, at the end or by its slopes.
 
-        It begins above zero or there, whatever rounding says.
+        What begins below zero by no more than rounding begins there.
         """
         values, slopes = self.rows[:2] @ states
-        values[0] = max(values[0], 0.0)
+        if -_GRAZING * np.abs(values).max() < values[0] < 0.0:
+            values[0] = 0.0
         first, last, slope, then = values[:-1], values[1:], slopes[:-1], slopes[1:]
         dips = (slope < 0.0) & (then > 0.0)
         lowest = first + slope * (last - first - then) / np.where(dips, slope - then, -1.0)
