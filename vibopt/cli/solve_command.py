@@ -92,11 +92,8 @@ def solve(
     Exit code: 0 optimal, feasible or met; 7 violated; 3 infeasible; 4 unbounded; 5 unproven; 6 check_failed.
     """
     if all_scenarios:
-        others = (
-            scenario, method, fidelity == "full", save_coefficients, fewest_planes, no_prices, force and not save,
-            *rounding,
-        )  # fmt: skip
-        if any(others):
+        others = scenario, method, fidelity == "full", save_coefficients, fewest_planes, no_prices, force and not save
+        if any(others) or rounding:
             alone = "--all-scenarios goes with --set, --save, --time-limit, --json and --require-proof alone."
             raise InputError(f"{alone} Leave the other options out.")
         target = None if save is None else _target(save, None, force=force)
@@ -121,12 +118,7 @@ def solve(
         answer = replace(answer, notes=(few.words, *answer.notes))
     if modelled is not None:
         learnt = _modelled(answer, modelled, force=force)
-    refused = ""
-    if target is not None:
-        from vibopt.study.saved import saved_text
-
-        fixed = drawn.kept if drawn is not None else None
-        refused = _save(partial(saved_text, job, answer, target, fixed=fixed, changes=changes), target)
+    refused = "" if target is None else _save(partial(_text, answer, job, drawn, target, changes), target)
     _write(learnt)
     written = [str(one) for one in (*((target,) if target is not None and not refused else ()), *learnt)]
     if as_json:
@@ -231,6 +223,13 @@ def _target(save: str, beside: str | None, *, force: bool) -> Path:
     if beside is not None and target.resolve() == Path(beside).resolve() and not is_stream(target):
         raise InputError(f"{save} is to hold the design and the coefficients: name two files.")
     return target
+
+
+def _text(answer: Answer[Any], job: Job, drawn: Rounded | None, target: Path, changes: tuple[str, ...]) -> str:
+    """The design as a file; InputError where there is none."""
+    from vibopt.study.saved import saved_text
+
+    return saved_text(job, answer, target, fixed=drawn.kept if drawn is not None else None, changes=changes)
 
 
 def _save(design: Callable[[], str], target: Path) -> str:
