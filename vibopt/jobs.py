@@ -6,7 +6,6 @@ whether anything is chosen, and its answer.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import nullcontext
 from math import isclose
@@ -21,6 +20,7 @@ from vibopt.document.toml_reading import COEFFICIENTS, FileText, changed, inside
 from vibopt.errors import InputError
 from vibopt.files.reading import FileFault, file_of, shown_name
 from vibopt.records import replace
+from vibopt.values.part_of_now import IN_PERCENT, as_read, part_in, two_ways
 from vibopt.work import answering, each_answer_within, metered
 
 if TYPE_CHECKING:
@@ -40,8 +40,6 @@ Progress = Callable[[str, float], None]
 POSED = ("cvxpy", "ipopt")
 """Methods that solve the program in the open (`vibopt.posed`)."""
 SCENE = "scene"
-_PERCENT = r"\s*([+−-]?)\s*(\d+(?:\.\d+)?)\s*%\s*"
-"""A part of a number, "-20 %"."""
 _ROTOR_TABLES = ("planes", "runs", "readings", "influence", "sensors", "conventions", "quality", "scatter", "rotor")
 NO_NAME = "No file is named: the name is empty. Name a problem file (.toml)."
 
@@ -118,7 +116,7 @@ def _with_scenarios(job: J, mistakes: Mistakes) -> J:
     names = ", ".join(scenarios_of(job))
     note = f"Scenarios of the file, {names}, are no part of this answer: --scenario NAME, or compare FILE --scenarios."
     whole: Any = job
-    return cast(J, replace(whole, notes=(*whole.notes, note))) if hasattr(job, "notes") else job
+    return cast(J, replace(whole, notes=(*whole.notes, note)))
 
 
 def is_same(job: Job, made: Job, changes: Mapping[str, Any]) -> bool:
@@ -227,51 +225,38 @@ def _measuring(job: Scene | EngineJob, document: Mapping[str, Any]) -> dict[str,
 
 
 def resolved(job: Job, changes: Mapping[str, Any]) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """The changes with "-20 %" of a number as the number, and how that was read.
+    """The changes with "-20 %" of a number as the number (`vibopt.values.part_of_now`), and how that was read.
 
     Raises
     ------
     InputError
-        A part of a number without a sign, which may be meant in two ways.
+        A part of what has no value yet, or one without a sign, which may be meant in two ways.
     """
     read, notes = dict(changes), []
     for path, value in changes.items():
-        said = re.fullmatch(_PERCENT, value) if isinstance(value, str) and "%" in value else None
-        if said is not None and _is_chosen(job, path):
+        part = part_in(value)
+        if part is None:
+            continue
+        chosen = _dimension_of_chosen(job, path)
+        if chosen and (part.sign or chosen not in (IN_PERCENT, "level")):
             raise InputError(
                 f'{job.name}: {path} = "{value}" is a part of a number, and this one is chosen from a range. Write a '
                 f"value, or move an end of the range: --set {path}.to=..."
             )
-        fact = next((one for one in facts(job) if one.path in (path, f"{path}.value")), None) if said else None
-        if said is None or fact is None or fact.dimension == "level":
+        fact = next((one for one in facts(job) if one.path in (path, f"{path}.value")), None)
+        if fact is None or fact.dimension == "level" or (fact.dimension == IN_PERCENT and not part.sign):
             continue
-        if fact.dimension == "ratio" and said[1] != "+":  # what a ratio itself may be
-            continue
-        share = float(said[2]) / 100.0
-        new = {sign: f"{fact.now(1.0 + way * share)}" for sign, way in (("+", 1.0), ("-", -1.0))}
-        if not said[1]:
-            raise InputError(
-                f'{job.name}: {path} = "{value}" may be a part of {fact.now(1.0)} in two ways. Write "+{value}" for '
-                f'{new["+"]}, "-{value}" for {new["-"]}{_that_part(fact, share)}.'
-            )
-        read[path] = new[said[1].replace("−", "-")]
-        if not hasattr(job, "notes"):  # nowhere to say how it was read
-            raise InputError(f'{job.name}: {path} = "{value}" is a part of {fact.now(1.0)}. Write "{read[path]}".')
-        notes.append(f'{path}: "{value}" read as {read[path]}, from {fact.now(1.0)}')
+        if not part.sign:
+            raise InputError(f'{job.name}: {path} = "{value}" {two_ways(value, fact, part.share)}')
+        read[path] = fact.now(part.times)
+        notes.append(f"{path}: {as_read(value, fact, part)}")
     return read, tuple(notes)
 
 
-def _that_part(fact: FactAt, share: float) -> str:
-    """How to write that a number is to be `share` of itself; "" where that is none of it, or all."""
-    if share in (0.0, 1.0):
-        return ""
-    return f', "{100.0 * (share - 1.0):+.6g} %" for {fact.now(share)}'
-
-
-def _is_chosen(job: Job, path: str) -> bool:
-    """Whether a number of a machine that is no ratio is chosen from a range."""
+def _dimension_of_chosen(job: Job, path: str) -> str:
+    """What a number of a machine is that is chosen from a range; "" of any other."""
     chosen = job.variables if is_scene(job) else ()
-    return any(one.path == path and one.values is None and one.dimension not in ("ratio", "level") for one in chosen)
+    return next((one.dimension for one in chosen if one.path == path and one.values is None), "")
 
 
 def part_at(job: Job, path: str) -> FactAt | None:

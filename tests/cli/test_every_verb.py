@@ -311,8 +311,8 @@ def test_rounding_keeps_caps_and_says_what_it_costs() -> None:
             'for example "20 mm".',
         ),
         (
-            ("solve", FILES["rotor"], "--set", "scatter.amplitude=-3 %"),
-            'fan_verification_run.toml: scatter.amplitude = "-3 %" is negative. Write zero or more.',
+            ("solve", FILES["rotor"], "--set", "scatter.amplitude=-0.03"),
+            "fan_verification_run.toml: scatter.amplitude = -0.03 is negative. Write zero or more.",
         ),
         (
             ("solve", FILES["known"], "--round", "1 N"),

@@ -264,7 +264,7 @@ def test_limits_moved_on_the_command_line(run: Run, press: Path, tmp_path: Path)
     table = tmp_path / "limits.csv"
     done = run("compare", str(press), "--limits", "-20 %, +20 %", "--csv", str(table))
     assert (done.code, done.err) == (0, "")
-    assert "start_up.at_most" in done.out
+    assert "start_up     16 mm pk: " in done.out  # one bound goes by its name
     assert len(table.read_text(encoding="utf-8").splitlines()) == 7
 
 
@@ -474,6 +474,14 @@ def test_limits_that_parts_cannot_move_are_named(run: Run, press: Path) -> None:
     words = "Not moved: resonance. Only at_most and at_least that are above zero and no level in dB are moved by parts."
     assert words in " ".join(run("compare", str(press), "--limits", "-20 %").out.split())
     assert stepped(open_job(press), ("-20 %",)).to_json()["notes"] == [words]
+
+
+def test_bounds_that_are_moved_have_the_digits_of_any_other(run: Run, press: Path) -> None:
+    level = (
+        '\n[limits.level]\nresponse = "transmissibility"\ninto = "ground"\nover = "0..3000 rpm"\nat_most = "14 dB"\n'
+    )
+    press.write_text(press.read_text(encoding="utf-8") + level, encoding="utf-8")
+    assert "13.55 dB: " in run("compare", str(press), "--limits", "-5 %").out
 
 
 def test_a_bound_that_no_file_may_ask_leaves_the_others_of_the_table(run: Run, press: Path) -> None:

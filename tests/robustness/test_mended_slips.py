@@ -18,9 +18,11 @@ from vibopt.document.toml_reading import placed
 from vibopt.errors import InputError, counted, way_out
 from vibopt.jobs import answer, from_text, of_document, open_job, with_changes
 from vibopt.study.recorded import compare
+from vibopt.study.scenarios import stepped, variants_of
 from vibopt.study.sweep import sweep
 from vibopt.study.whatif import whatif
 from vibopt.study.window import window
+from vibopt.values.fact_at import FactAt
 from vibopt.work import TimeLimit
 
 ROOT = Path(__file__).parents[2] / "problems"
@@ -237,13 +239,43 @@ def test_a_part_of_a_bound_is_read_as_the_bound_and_the_answer_says_so() -> None
     assert dict(found.changes) == {"limits.floor_force.at_most": "12 kN"}
 
 
-def test_a_plus_before_a_percentage_is_a_part_of_a_ratio_too() -> None:
+def test_a_percentage_with_a_sign_is_a_part_of_an_isolation_too() -> None:
+    """The same part wherever it is asked; without a sign an isolation itself, and below zero that is a number."""
     path = "limits.isolation.at_least"
     isolation = '[limits.isolation]\nresponse = "isolation"\ninto = "ground"\nat_least = "60 %"\n'
-    job: Any = with_changes(from_text(PRESS.read_text(encoding="utf-8") + isolation, "press"), {path: "+5 %"})
-    assert job.limits["isolation"].at_least.value == pytest.approx(0.63)
-    assert job.notes[-1] == f'{path}: "+5 %" read as 63 %, from 60 %'
-    assert with_changes(job, {path: "5 %"}).limits["isolation"].at_least.value == pytest.approx(0.05)
+    less = f'[scenarios.less]\n"{path}" = "-5 %"\n'
+    job: Any = from_text(PRESS.read_text(encoding="utf-8") + isolation + less, "press")
+    for said, value in (
+        ("+5 %", 0.63),
+        ("-5 %", 0.57),
+        ("−5 %", 0.57),
+        ("5 %", 0.05),
+        ("-0.05", -0.05),
+        (-0.05, -0.05),
+    ):
+        assert with_changes(job, {path: said}).limits["isolation"].at_least.value == pytest.approx(value, abs=1e-15)
+    note = (
+        f'{path}: "-5 %" read as 57 %, from 60 %; a sign makes it a part of that, and the value itself is written -0.05'
+    )
+    assert with_changes(job, {path: "-5 %"}).notes[-1] == note
+    scenario: Any = variants_of(job)["less"]
+    assert scenario.limits["isolation"].at_least.value == pytest.approx(0.57)
+    assert dict(stepped(job, ("-5 %",)).rows)[path][0][0] == "57 %"
+    varied = sweep(job, path, "-5 %..5 %", 3).points
+    assert [point.value.value for point in varied] == pytest.approx([0.57, 0.6, 0.63])
+    below = with_changes(job, {path: "-0.2"})
+    assert with_changes(below, {path: "-50 %"}).limits["isolation"].at_least.value == pytest.approx(-0.1)
+
+
+def test_a_value_below_zero_of_a_share_is_moved_in_numbers() -> None:
+    """Studies write values into the file: with a sign before a % they would be parts of what the number is."""
+    fact = FactAt("limits.isolation.at_least", -0.2, "%", "ratio")
+    assert (fact.text(-0.2), fact.text(0.2), fact.now(0.5)) == (-0.2, "20 %", "-0.1")
+
+
+def test_a_part_of_a_number_of_an_engine_is_read_and_told() -> None:
+    found = answer(open_job(ROOT / "balancing" / "engine_share_capped.toml", {"engine.speed": "-10 %"}))
+    assert found.notes[0] == 'engine.speed: "-10 %" read as 1350 rpm, from 1500 rpm'
 
 
 @pytest.mark.parametrize(
@@ -255,8 +287,6 @@ def test_a_plus_before_a_percentage_is_a_part_of_a_ratio_too() -> None:
         (PRESS, "links.mount.stiffness", "-5 %",
          'rao_9_34.toml: links.mount.stiffness = "-5 %" is a part of a number, and this one is chosen from a range. '
          "Write a value, or move an end of the range: --set links.mount.stiffness.to=..."),
-        (ROOT / "balancing" / "engine_share_capped.toml", "engine.speed", "+10 %",
-         'engine_share_capped.toml: engine.speed = "+10 %" is a part of 1500 rpm. Write "1650 rpm".'),
     ],
 )  # fmt: skip
 def test_a_part_that_cannot_be_read_is_told_with_the_value(file: Path, path: str, value: str, words: str) -> None:

@@ -100,6 +100,8 @@ def _tell_steps(result: Stepped, console: Console) -> None:
     status, now = result.now
     console.print(result.job.title, style="bold")
     console.print(f"{result.goal} as it is: {now.shown if now is not None else status}")
+    names = [path.split(".")[1] for path, _ in result.rows]
+    sides = {path for path, _ in result.rows if names.count(path.split(".")[1]) > 1}
     rows = []
     for path, cells in result.rows:
         said = []
@@ -108,7 +110,7 @@ def _tell_steps(result: Stepped, console: Console) -> None:
             by = f" ({100.0 * change + 0.0:+.3g} %)" if change is not None and abs(change) > 1e-9 else ""
             without = "not asked" if status == "refused" else status
             said.append(f"{bound}: {goal.shown}{by or ' (the same)'}" if goal is not None else f"{bound}: {without}")
-        rows.append((path.removeprefix("limits."), *said))
+        rows.append((path.removeprefix("limits.") if path in sides else path.split(".")[1], *said))
     console.print(grid(rows, ("Limit", *result.steps)))
     for note in result.notes:
         console.print(note)

@@ -27,7 +27,8 @@ from vibopt.study.for_all import AS_IT_IS, OneForAll
 from vibopt.study.freeze import bought, frozen, shown_values
 from vibopt.study.many import answers
 from vibopt.study.same_parts import same_parts
-from vibopt.study.seen import goal_of, goal_word
+from vibopt.study.seen import goal_of, goal_word, shown_value
+from vibopt.values.part_of_now import part_in
 from vibopt.verify.checked import checked_limits, disagreement, goal_row
 from vibopt.work import answering
 
@@ -251,8 +252,9 @@ def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = Non
     ]  # fmt: skip
     if not bounds:
         raise InputError(f"{job.name}: has no limits with a bound to move.")
-    asked = [(bound.path, bound.now(1.0 + part_of(step))) for bound in bounds for step in steps]
-    jobs: dict[tuple[str, str], Job] = {("", ""): job}
+    moved = [(bound, bound.value * (1.0 + part_of(step))) for bound in bounds for step in steps]
+    asked = [(bound.path, bound.now(value / bound.value)) for bound, value in moved]
+    jobs: dict[tuple[str, str | float], Job] = {("", ""): job}
     refused: list[str] = []
     for path, text in asked:
         try:
@@ -265,20 +267,20 @@ def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = Non
         for (one, each), answer in zip(jobs.items(), found, strict=True)
     }  # fmt: skip
     nothing: tuple[str, Entry | None] = ("refused", None)
-    cells = [(text, *seen.get((path, text), nothing)) for path, text in asked]
+    cells = [
+        (shown_value(bound, value).shown, *seen.get(one, nothing))
+        for one, (bound, value) in zip(asked, moved, strict=True)
+    ]
     width = len(steps)
     rows = tuple((bound.path, tuple(cells[i * width : (i + 1) * width])) for i, bound in enumerate(bounds))
-    moved = {bound.path.split(".")[1] for bound in bounds}
-    left = tuple(name for name in job.document["limits"] if name not in moved)
+    names = {bound.path.split(".")[1] for bound in bounds}
+    left = tuple(name for name in job.document["limits"] if name not in names)
     return Stepped(job, goal_word(job), steps, seen["", ""], rows, left, tuple(dict.fromkeys(refused)))
 
 
 def part_of(step: str) -> float:
     """The part in "-20 %"; InputError where there is none."""
-    try:
-        part = float(step.strip().removesuffix("%").replace("−", "-").replace(" ", "")) / 100.0
-    except ValueError:
-        part = 0.0
-    if "%" not in step or not part > -1.0 or part == 0.0:
+    part = part_in(step)
+    if part is None or not part.sign or not part.times > 0.0 or part.share == 0.0:
         raise InputError(f'--limits "{step}" is no part of a bound. Write --limits "-20 %, +20 %".')
-    return part
+    return part.times - 1.0

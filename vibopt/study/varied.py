@@ -22,6 +22,7 @@ from vibopt.scene.open_places import open_places, open_positions
 from vibopt.study.seen import chosen
 from vibopt.units import Quantity, is_range, to_unit
 from vibopt.values.fact_at import FactAt
+from vibopt.values.part_of_now import IN_PERCENT, part_in, parts_in
 from vibopt.verify.measured_goal import measure_goal
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ DECIBEL = "dB"
 MOST_FACTS = 3
 USUAL = {1: 50, 2: 21, 3: 9}
 """Values of each fact in a grid, by the number of facts."""
-_PART = r"\s*([+−-]? ?\d+(?:\.\d+)?)\s*%\s*"
 _BARE = re.compile(r"[+-]?[\d.]+(?:e[+-]?\d+)?", re.IGNORECASE)
 _HOW = r"(?P<values>.*?)(?:\s+(?P<how>log|linear))?\s*"
 _LIST = r"\s*[,;]\s+|;"
@@ -160,9 +160,9 @@ def is_variable(job: Job, path: str) -> bool:
 
 def _text(job: Job, path: str, text: str, design: Answer[Any] | None) -> str | float:
     """One value of a variable that is held: the last of its range, or what was chosen where parts of it are varied."""
-    last = _parts_of(re.fullmatch(_HOW, text.strip())["values"])[-1]  # type: ignore[index]
-    if re.fullmatch(_PART, last) is None:
-        return _as_written(last.strip())
+    each = _parts_of(re.fullmatch(_HOW, text.strip())["values"])  # type: ignore[index]
+    if parts_in(each) is None:
+        return _as_written(each[-1].strip())
     known = {} if design is None else chosen(job, design)
     now = known.get(path) or known.get(path.rpartition(".")[2])
     if not isinstance(now, Entry):
@@ -194,7 +194,7 @@ def _varied(job: Job, path: str, text: str, held: bool) -> Varied:
     fact = fact_at(job, path)
     match = re.fullmatch(_HOW, text.strip())
     assert match is not None
-    values, how = _absolute(job, fact, match["values"]), match["how"]
+    values, how = _absolute(fact, match["values"]), match["how"]
     try:
         many = fact.ends(values) if is_range(values) else _listed(fact, _parts_of(values))
     except QuantityError as error:
@@ -221,29 +221,20 @@ def _listed(fact: FactAt, parts: Sequence[str]) -> tuple[Quantity, ...]:
     return tuple(found[value] for value in sorted(found))
 
 
-def _absolute(job: Job, fact: FactAt, text: str) -> str:
-    """A range or list of parts of a number, "-20 %..+20 %", as that of the number."""
-    parts = [re.fullmatch(_PART, one) for one in _parts_of(text)]
-    if len(parts) > 1 and fact.dimension not in ("ratio", "level") and parts[-1] is not None and None in parts:
-        each = [one.strip().removesuffix("%").strip() for one in _parts_of(text)]
-        if all(re.fullmatch(_PART, f"{one} %") for one in each):
-            said = [one if one[0] in "+-−" or not float(one) else f"+{one}" for one in each]
-            way = ("..".join if is_range(text) else ", ".join)(f"{one} %" for one in said)
-            raise InputError(f'--vary {fact.path}="{text}": each part needs its %. Write "{way}".')
-    itself = fact.dimension in ("ratio", "level") and "+" not in text and _readable(job, fact, text)
-    if len(parts) < 2 or None in parts or itself:
+def _absolute(fact: FactAt, text: str) -> str:
+    """A range or list of parts of a number, "-20 %..+20 %" (`vibopt.values.part_of_now`), as that of the number."""
+    each, join = _parts_of(text), "..".join if is_range(text) else ", ".join
+    found = parts_in(each)
+    if found is not None and fact.dimension != "level":
+        return join(fact.now(part.times) for part in found)
+    if fact.dimension in (IN_PERCENT, "level") or len(each) < 2 or part_in(each[-1]) is None:
         return text
-    percents = [float(part[1].replace(" ", "").replace("−", "-")) for part in parts if part is not None]
-    said = [fact.now(1.0 + percent / 100.0) for percent in percents]
-    return "..".join(said) if is_range(text) else ", ".join(said)
-
-
-def _readable(job: Job, fact: FactAt, text: str) -> bool:
-    """Whether the first part is what a ratio itself may be: 20 % mostly is, -20 % is not."""
-    try:
-        return bool(with_changes(job, {fact.path: _parts_of(text)[0].strip()}))
-    except InputError:
-        return False
+    said = [one.strip().removesuffix("%").strip() for one in each]
+    if all(part_in(f"{one} %") for one in said):
+        way = join(f"{one} %" if one[0] in "+-−" or not float(one) else f"+{one} %" for one in said)
+        why = "a part needs its sign" if found is None and all(map(part_in, each)) else "each part needs its %"
+        raise InputError(f'--vary {fact.path}="{text}": {why}. Write "{way}".')
+    return text
 
 
 def points_of(facts: tuple[Varied, ...], count: int | None, sample: Sample) -> Points:

@@ -36,14 +36,20 @@ class FactAt:
 
     def text(self, value: float) -> str | float:
         """A value [SI] as it would stand in the file, exact to the last digit."""
-        if not self.unit:
+        if not self.unit or self._below(value):
             return int(value) if self.dimension == "count" and value.is_integer() else value
         return f"{to_unit(value, self.unit, self.dimension):.17g} {self.unit}"
 
     def now(self, times: float) -> str:
         """The value times a factor in the unit of the file, to twelve digits: "8 kN"."""
         value = times * self.value
+        if self._below(value):
+            return f"{value:.12g}"
         return f"{to_unit(value, self.unit, self.dimension) if self.unit else value:.12g} {self.unit}".rstrip()
+
+    def _below(self, value: float) -> bool:
+        """Whether it is a percentage below zero, which a sign would make a part of what the number is now."""
+        return self.unit == "%" and value < 0.0
 
     def changes(self, value: float) -> dict[str, str | float]:
         """What to put into the document, by path, for a value [SI]."""

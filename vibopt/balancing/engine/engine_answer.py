@@ -107,7 +107,7 @@ def answer_at(job: EngineJob, found: Balanced) -> Answer[EngineJob]:
         measures=_rows(job, found, job.measures),
         goal=None if job.goal is None or none else (job.goal.minimise, Entry(value, goal.dimension)),
         method=found.way,
-        notes=_notes(job, found, here, none=none),
+        notes=(*job.notes, *_notes(job, found, here, none=none)),
         rates=found.rates,
         details={"classes": found.tried, "as_good": found.alike},
     )

@@ -120,6 +120,8 @@ class EngineJob:
     shares
         Of the reciprocating and of the rotating mass, what a counterweight opposite each crank carries; empty: no such
         counterweights.
+    notes
+        How changes of it were read, for the answer.
     """
 
     kind: ClassVar[str] = "engine"
@@ -144,6 +146,7 @@ class EngineJob:
     reference: float = 0.0
     spaced: bool = False
     document: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
     results: ClassVar[tuple[str, ...]] = ("orders.1.", "orders.2.", "all_orders.")
 
     @property
