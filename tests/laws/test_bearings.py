@@ -103,6 +103,20 @@ def test_a_disc_between_bearings_goes_round_on_the_ellipse_of_the_closed_form(ei
     assert [found["disc"], found["film"]] == pytest.approx(right, rel=1e-7)  # the shaft weighs something, and shears
 
 
+def test_a_rotor_that_turns_the_other_way_has_couplings_of_the_other_sign() -> None:
+    """As the message to a negative speed says: the closed form with the spin from z to y, and another one than before."""
+    eight, omega, unit = (4e5, 9e4, -6e4, 9e5, 3e3, 4e2, 2e2, 6e3), 1250.0 * RPM, np.eye(2)
+    film = np.array(eight[:4]).reshape(2, 2) + 1j * omega * np.array(eight[4:]).reshape(2, 2)
+    series = np.linalg.inv(unit / (48.0 * BENDING) + np.linalg.inv(2.0 * film))
+    moved = np.linalg.solve(series - 20.0 * omega**2 * unit, 2e-3 * omega**2 * np.array([1.0, 1j]))
+    right = np.linalg.svd(np.array([moved.real, moved.imag]), compute_uv=False)[0]
+    other = (eight[0], -eight[1], -eight[2], eight[3], eight[4], -eight[5], -eight[6], eight[7])
+    disc = {"response": "displacement", "of": "disc"}
+    found = [asked(at(borne(light(), *one), "1250 rpm"), disc=disc)["disc"] for one in (other, eight)]
+    assert found[0] == pytest.approx(right, rel=1e-7)
+    assert abs(found[1] / right - 1.0) > 0.01
+
+
 def test_bearings_alike_in_both_planes_are_the_links_that_they_are() -> None:
     """By a table of two like rows, which is answered in both planes, and by numbers, which is not."""
     measures = {

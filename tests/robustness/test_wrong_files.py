@@ -199,8 +199,9 @@ WRONG = {
     ),
     "negative speed": (
         {'"3000 rpm"': '"-3000 rpm"'},
-        'line 15: excitations.fan.speed = "-3000 rpm" is a negative speed. Write its size; the sense of rotation '
-        "does not matter here.",
+        'line 15: excitations.fan.speed = "-3000 rpm" is a negative speed. Write its size: what turns the '
+        "other way has the other axis in space, and k_yz, k_zy, c_yz and c_zy of the other sign in bearings; to all "
+        "else the sense of rotation does not matter.",
     ),
     "speeds downwards": (
         {'"3000 rpm"': '"3000..100 rpm"'},
