@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
+from math import sqrt
 
 import numpy as np
 
@@ -11,7 +12,7 @@ from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.balancing.continuous import Free, allowed_arcs, free_planes, into_set
 from vibopt.balancing.convex_rounds import KEPT, Convex, first_rows, solve_convex
 from vibopt.balancing.option_tree import Cells, Tree
-from vibopt.balancing.question import Options, Question, Solved, breaks, relative_gap, wider_words
+from vibopt.balancing.question import Options, Question, Solved, breaks, felt, relative_gap, wider_words
 from vibopt.balancing.rounding import rounded
 from vibopt.balancing.scaled import Scaled, scaled
 from vibopt.errors import counted
@@ -95,6 +96,9 @@ def _as_good(question: Question, u: ComplexArray, chosen: list[int], value: floa
 
 
 DONE = 1e-8
+_TURNS, _EXCHANGES = 6, 40
+"""Turns with which sums of amplitudes begin, and how often others are added."""
+_NO_CHOICE = "stopped before a choice that keeps the limits was found"
 
 
 def solve_discrete(question: Question, budget: Budget | None = None) -> Solved:
@@ -116,6 +120,64 @@ def solve_discrete(question: Question, budget: Budget | None = None) -> Solved:
         better another choice could be; "infeasible": every choice was ruled out by a bound;
         "unproven": stopped with nothing found.
     """
+    return _turned(question, budget) if question.adds_up else _by_tree(question, budget)
+
+
+def _turned(question: Question, budget: Budget | None) -> Solved:
+    """The same where amplitudes are added up: |a| + |b| is the greatest of all |a + e^{it} b|, which the tree bounds.
+
+    It begins with a few turns t; those of the best choice are added until it is as good as all of them say.
+    """
+    worst, many = question.goal == "worst", question.n_readings
+    _, first, own = np.unique(question.sums, return_index=True, return_inverse=True)
+    member, importance = own == np.arange(len(first))[:, None], question.importance[first] * worst
+    place = np.cumsum(member, axis=1)[own, np.arange(many)]  # of a reading among those of its number
+    turned = [member * np.exp(2j * np.pi * place * k / _TURNS) for k in range(_TURNS)]
+    numbers = [np.arange(len(first))] * _TURNS
+    alone = replace(
+        question, sums=question.sums[:0], limits=np.full(many, np.inf), importance=question.importance * (not worst)
+    )
+    best, low, details = Solved(None, "unproven", _NO_CHOICE), -np.inf, {"boxes": 0, "choices": 0}
+    unbalance = felt(question.y0, question.H) * float(question.densities.max(initial=0.0))
+    size = unbalance if question.goal == "correction" else float(question.measure(np.abs(question.y0)))
+    for _ in range(_EXCHANGES):
+        rows, of = np.concatenate(turned), np.concatenate(numbers)
+        asked = alone.with_rows(rows @ question.y0, rows @ question.H, importance[of], question.limits[first[of]])
+        found = _by_tree(asked, budget)
+        details = {name: count + found.details.get(name, 0) for name, count in details.items()}
+        if found.u is None:
+            return replace(found, details=details)
+        scale = sqrt(asked.n_readings / many) if question.goal == "rms" else 1.0
+        low = max(low, found.bound * scale)
+        value = question.chosen_only(found.chosen).value(found.u)
+        if value < best.value or best.u is None:
+            kept = not breaks(question.chosen_only(found.chosen), found.u, KEPT)
+            best = replace(found, value=value) if kept else best
+        if (
+            best.u is not None
+            and found.status == "optimal"
+            and relative_gap(best.value, found.value * scale, size) <= DONE
+        ):
+            low = min(low, best.value)
+            gap = relative_gap(best.value, low, size)
+            return replace(best, status="optimal", claim=found.claim, bound=low, gap=gap, details=details)
+        if found.status == "feasible":  # its work is done
+            break
+        left = question.residual(found.u)
+        sums = member @ np.abs(left)
+        more = np.flatnonzero((sums > question.limits[first]) | (importance * sums > low))
+        turned.append(member[more] * (left.conj() / np.maximum(np.abs(left), 1e-300)))
+        numbers.append(more)
+    if best.u is None:
+        return replace(best, details=details)
+    low = min(low, best.value)
+    gap = relative_gap(best.value, low, size)
+    claim = f"stopped after {counted(details['boxes'], 'boxes')}; none is better by more than {100 * gap:.3g} %"
+    return replace(best, status="feasible", claim=claim, bound=low, gap=gap, details=details)
+
+
+def _by_tree(question: Question, budget: Budget | None) -> Solved:
+    """The same where each reading stands by itself."""
     free = free_planes(question)
     lists = free.question.options
     empty = [p for p, entry in enumerate(lists) if entry is not None and not len(entry.u)]

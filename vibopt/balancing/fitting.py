@@ -16,7 +16,7 @@ from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.influence import Identified
 from vibopt.balancing.plane_options import missing
 from vibopt.balancing.planes import MASS, Plane, hole_name, text_of
-from vibopt.balancing.question import Options, felt, left_over
+from vibopt.balancing.question import Options, felt, left_over, together
 from vibopt.balancing.rotor_job import RotorJob
 from vibopt.balancing.rotor_question import row_limits
 from vibopt.balancing.verification import simulated
@@ -146,6 +146,7 @@ def _zero(spoken: Conventions) -> str:
 
 def _rows(job: RotorJob, identified: Identified, left: ComplexArray, band: FloatArray | None) -> list[RowAnswer]:
     limits, greatest = row_limits(job), greatest_readings(job)
+    alone = together(np.ones(job.n_rows), job.sums) < 1.5  # what is added up has no limit of its own
     rows = []
     for row, (speed, index) in enumerate(job.readings):
         sensor = job.sensors[index]
@@ -163,7 +164,7 @@ def _rows(job: RotorJob, identified: Identified, left: ComplexArray, band: Float
                 band=None
                 if band is None or np.isnan(band[row]).any()
                 else (amplitude(job, row, float(band[row, 0])), amplitude(job, row, float(band[row, 1]))),
-                limit=amplitude(job, row, float(limits[row])) if np.isfinite(limits[row]) else None,
+                limit=amplitude(job, row, float(limits[row])) if alone[row] and np.isfinite(limits[row]) else None,
                 greatest=greatest[sensor.dimension],
             )
         )

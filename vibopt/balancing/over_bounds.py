@@ -100,7 +100,7 @@ def plans_over(jobs: Sequence[RotorJob], law: Law) -> Plans | None:
 def _is_plain(job: RotorJob, question: Question) -> bool:
     """Whether the weights are free, and least squares or the worst residual are asked for."""
     free = all(plane.is_plain for plane in job.planes) and job.total_cap == np.inf
-    free = free and not (job.pairs or job.goal.robust or job.asks_shares)
+    free = free and not (job.pairs or job.goal.robust or job.asks_shares or len(job.sums))
     return bool(job.choices) and free and question.goal in ("rms", "worst")
 
 

@@ -83,6 +83,32 @@ def check_shares(
             mistakes.add(path, f"{dotted(path[:-1])} has with_probability, but {text}")
 
 
+def check_added(
+    sensors: Sequence[Sensor], limits: Sequence[ResidualLimit], goal: RotorGoal, mistakes: Mistakes, *, angles: bool
+) -> None:
+    """Whether sensors are added to others that are there, read alike, count as much, and are added to none."""
+    known = {sensor.name: sensor for sensor in sensors}
+    for sensor in (one for one in sensors if one.added_to):
+        path: Path = ("sensors", sensor.name, "added_to")
+        names = [name for name, one in known.items() if not one.added_to]
+        other = known.get(sensor.added_to)
+        if other is None:
+            text = f"is no sensor.{way_out(sensor.added_to, names)}"
+        elif other is sensor:
+            text = "is the sensor itself. Name another one, or leave it out."
+        elif other.added_to:
+            text = f"is itself added to {other.added_to}. Name one that is added to none, or leave it out."
+        elif (other.dimension, other.importance) != (sensor.dimension, sensor.importance):
+            text = "does not read the same kind with the same importance, so that nothing adds up. Write both alike."
+        elif not angles:
+            text = "adds up readings of which none has an angle. Write them with their angles, or leave it out."
+        elif goal.robust or any(limit.share is not None for limit in limits):
+            text = "goes neither with robust nor with with_probability. Leave it or them out."
+        else:
+            continue
+        mistakes.value(path, sensor.added_to, text)
+
+
 def check_without_phase(document: Mapping[str, Any], goal: RotorGoal, mistakes: Mistakes) -> None:
     """What readings without angles cannot answer: bands and goals over the scatter."""
     way = "Write the readings with their angles, or leave {} out."
@@ -131,6 +157,10 @@ def _residual(
     sensor = None if table.at is None else place_of((*path, "at"), table.at, "sensor", names, mistakes)
     if sensor is None and table.at is not None:
         return None
+    if sensor is not None and (other := sensors[sensor].added_to):
+        mistakes.value(
+            (*path, "at"), table.at, f'is added to {other}. Write at = "{other}", which limits both together.'
+        )
     speed = None if table.speed is None else _speed_index(path, table.speed, given, speeds, mistakes)
     ones = [sensors[sensor]] if sensor is not None else list(sensors)
     bound = read_value((*path, "at_most"), table.at_most, mistakes, _bound, conventions, ones)

@@ -357,7 +357,8 @@ def read_sensors(document: Mapping[str, Any], conventions: Conventions, mistakes
         if unit and read_value((*path, "unit"), unit, mistakes, _unit, conventions) is None:
             unit = ""
         importance = 1.0 if table is None or table.importance is None else table.importance.value
-        sensor = Sensor(name, "", unit, split_detector(unit)[1] or conventions.detector, 0.0, importance)
+        added_to = "" if table is None else table.added_to or ""
+        sensor = Sensor(name, "", unit, split_detector(unit)[1] or conventions.detector, 0.0, importance, added_to)
         if table is not None and table.runout is not None:
             sensor = _with_runout(sensor, (*path, "runout"), table.runout, conventions, mistakes)
         sensors[name] = sensor
@@ -379,4 +380,4 @@ def _with_runout(sensor: Sensor, path: Path, given: object, conventions: Convent
     amplitude, z, has_angle = found
     if not has_angle:
         mistakes.value(path, given, 'has no angle: runout is subtracted as a vector. Write "0.4 mil pp @ 20 deg".')
-    return Sensor(sensor.name, amplitude.dimension, sensor.unit, sensor.detector, z, sensor.importance)
+    return replace(sensor, dimension=amplitude.dimension, runout=z)

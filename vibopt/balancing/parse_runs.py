@@ -334,9 +334,7 @@ def kind_of(dimension: str) -> str:
 
 def _completed(sensor: Sensor, amplitude: Amplitude) -> Sensor:
     bare = split_detector(sensor.unit)[0] if sensor.dimension and sensor.unit else amplitude.unit
-    return Sensor(
-        sensor.name, amplitude.dimension, bare, amplitude.detector, sensor.runout, sensor.importance
-    )  # fmt: skip
+    return replace(sensor, dimension=amplitude.dimension, unit=bare, detector=amplitude.detector)
 
 
 def _all_weights(

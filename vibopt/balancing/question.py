@@ -105,7 +105,8 @@ class Question:
         shares.
     sums
         Per reading a number, shape (n_readings,): amplitudes of one number are added up before they are held against
-        their limit, which is the same for all of them; empty: each is held by itself.  Not with lists.
+        their limit, and before the worst is taken; limit and importance are the same for all of them.  Empty: each
+        stands by itself.
     """
 
     y0: ComplexArray
@@ -129,8 +130,6 @@ class Question:
     def __post_init__(self) -> None:
         if len(self.stock) and self.pairs:
             raise InputError("a stock of weights and pairs of planes do not go together. Leave one of them out.")
-        if len(self.sums) and self.is_discrete:
-            raise InputError("readings that are added up and lists of weights do not go together. Leave one out.")
         if any(self.options[plane] is not None for pair in self.pairs for plane in pair[:2] if self.options):
             raise InputError("a plane of a pair has a list of weights, but a pair needs free weights. Leave one out.")
 
@@ -198,10 +197,22 @@ class Question:
         caps[list(planes)] = 0.0
         return replace(self, caps=caps)
 
+    @cached_property
+    def adds_up(self) -> bool:
+        """Whether any amplitudes are added up."""
+        return len(np.unique(self.sums)) < len(self.sums)
+
     def with_rows(self, y0: ComplexArray, H: ComplexArray, importance: FloatArray, limits: FloatArray) -> Question:
-        """The same with further readings below its own."""
+        """The same with further readings below its own; those that repeat them are added up as they are."""
+        sums = self.sums
+        if len(sums):
+            alike, most = len(y0) % len(sums) == 0, int(sums.max()) + 1
+            more = np.tile(sums, len(y0) // len(sums)) if alike else np.arange(len(y0))
+            turn = np.arange(len(y0)) // len(sums) * most if alike else np.zeros(len(y0), dtype=np.int64)
+            sums = np.concatenate([sums, most + turn + more])
         return replace(
             self,
+            sums=sums,
             y0=np.concatenate([self.y0, y0]),
             H=np.concatenate([self.H, H]),
             importance=np.concatenate([self.importance, importance]),
@@ -241,7 +252,8 @@ class Question:
 
     def measure(self, amplitudes: FloatArray) -> FloatArray:
         """The goal of the amplitudes left (..., n_readings); not for "correction"."""
-        return combined(self.goal, self.importance * amplitudes, self.huber)
+        sizes = self.importance * amplitudes
+        return combined(self.goal, together(sizes, self.sums) if self.goal == "worst" else sizes, self.huber)
 
 
 def combined(goal: str, t: FloatArray, huber: float = float("inf"), n: float = 0.0) -> FloatArray:
@@ -257,8 +269,15 @@ def combined(goal: str, t: FloatArray, huber: float = float("inf"), n: float = 0
 
 
 def together(t: FloatArray, sums: IntArray) -> FloatArray:
-    """Amplitudes t (n_rows,) as limits count them: the sum of all that have the number of a row in `sums`, if any."""
-    return np.asarray(np.bincount(sums, t)[sums]) if len(sums) else t
+    """Amplitudes t (..., n_rows) as limits count them: the sum of all with the number of a row in `sums`, if any."""
+    if not len(sums):
+        return t
+    if t.ndim == 1:
+        return np.asarray(np.bincount(sums, t)[sums])
+    _, own = np.unique(sums, return_inverse=True)
+    order = np.argsort(own, kind="stable")
+    first = np.searchsorted(own[order], np.arange(own.max() + 1))
+    return np.asarray(np.add.reduceat(t[..., order], first, axis=-1)[..., own])
 
 
 def greatest(t: FloatArray, sums: IntArray) -> FloatArray:

@@ -12,6 +12,7 @@ from vibopt.balancing.coefficients import Saved, read_influence
 from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.influence import tells_apart
 from vibopt.balancing.parse_asks import (
+    check_added,
     check_shares,
     check_without_phase,
     read_goal,
@@ -221,6 +222,7 @@ def _job(
     goal = read_goal(document, conventions, planes, scatter, mistakes)
     if scatter is not None or "scatter" not in document:
         check_shares(residual, goal, scatter, mistakes, angles=with_angles)
+    check_added(measured.sensors, residual, goal, mistakes, angles=with_angles)
     _check_importance(measured, goal, document, mistakes)
     if not with_angles:
         check_without_phase(document, goal, mistakes)

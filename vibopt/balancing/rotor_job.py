@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from vibopt.arrays import ComplexArray, FloatArray
+from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.balancing.conventions import Conventions
 from vibopt.balancing.grades import Quality
 from vibopt.balancing.planes import Corrected, Plane
@@ -28,7 +28,7 @@ class Sensor:
     """A vibration pickup; `dimension` of what it reads, `unit` and `detector` as the user writes its readings.
 
     `runout` is the internal phasor [SI peak] that is there without any unbalance; `importance` multiplies the
-    amplitude in the goal.
+    amplitude in the goal.  Its amplitude is added to that of the sensor `added_to`, "" of none.
     """
 
     name: str
@@ -37,6 +37,7 @@ class Sensor:
     detector: Detector = "pk"
     runout: complex = 0.0
     importance: float = 1.0
+    added_to: str = ""
 
     @property
     def shown_unit(self) -> str:
@@ -208,6 +209,20 @@ class RotorJob(Corrected):
         """Greatest correction of all planes together [kg]; inf without one."""
         return min((limit.at_most for limit in self.correction_limits if limit.plane is None), default=inf)
 
+    @cached_property
+    def added(self) -> tuple[int, ...]:
+        """Per sensor the one with which it is limited: the one that it is added to, or itself."""
+        places = {sensor.name: k for k, sensor in enumerate(self.sensors)}
+        return tuple(places[sensor.added_to or sensor.name] for sensor in self.sensors)
+
+    @cached_property
+    def sums(self) -> IntArray:
+        """Per row a number, that of the rows to which it is added (n_rows,); empty where nothing is added up."""
+        if self.added == tuple(range(len(self.sensors))):
+            return np.empty(0, dtype=np.int64)
+        many = len(self.sensors)
+        return np.concatenate([k * many + np.array(self.added, dtype=np.int64) for k in range(len(self.speeds))])
+
     @property
     def n_rows(self) -> int:
         """Readings of all sensors at all speeds."""
@@ -246,9 +261,13 @@ class RotorJob(Corrected):
         return [*super().beyond(decided), *(f"pairs.{name}" for name in apart)]
 
     def row_name(self, row: int) -> str:
-        """A row in words: "a at 1200 rpm"."""
+        """A row in words, with what is added to it: "a at 1200 rpm"."""
         speed, sensor = self.readings[row]
-        return f"{self.sensors[sensor].name} at {self.show_speed(speed)}"
+        return f"{self.sensor_name(sensor)} at {self.show_speed(speed)}"
+
+    def sensor_name(self, sensor: int) -> str:
+        """A sensor with those that are added to it: "a", "a + b"."""
+        return " + ".join(self.sensors[k].name for k, first in enumerate(self.added) if first == self.added[sensor])
 
     def show_speed(self, index: int) -> str:
         return show(self.speeds[index], self.speed_units[index], "angular_rate")

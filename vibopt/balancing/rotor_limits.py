@@ -17,7 +17,7 @@ from vibopt.balancing.influence import Identified
 from vibopt.balancing.optimisers import allowance, solve_question
 from vibopt.balancing.plan_values import todo
 from vibopt.balancing.plane_options import Posed
-from vibopt.balancing.question import Question, Solved, first_greatest, left_over, worst_part
+from vibopt.balancing.question import Question, Solved, first_greatest, left_over, together, worst_part
 from vibopt.balancing.rates import Bounding, cap_of, own_caps, rates
 from vibopt.balancing.rotor_job import CorrectionLimit, ResidualLimit, RotorJob
 from vibopt.balancing.rotor_question import caps, row_limits, rows_of
@@ -90,7 +90,7 @@ def _residual(
 ) -> Checked:
     times = posed.question.n_readings // posed.n_rows if job.goal.robust == "worst" else 1
     left = np.abs(left_over(posed.question.y0, posed.question.H, u))
-    left = left[: times * posed.n_rows].reshape(times, -1).max(axis=0)
+    left = together(left[: times * posed.n_rows].reshape(times, -1), job.sums).max(axis=0)
     rows = rows_of(job, limit.sensor, limit.speed)
     worst = rows[first_greatest(left[rows])]
     dimension = job.sensors[job.readings[worst][1]].dimension

@@ -31,6 +31,7 @@ def pose(job: RotorJob, identified: Identified, noise: Noise | None = None, idle
         goal=cast(Goal, job.goal.goal),
         huber=job.goal.huber,
         pairs=tuple((first, second, complex(ratio)) for _, first, second, ratio in job.pairs),
+        sums=job.sums,
     )
     question = asked.question.without(idle) if len(idle) else asked.question
     question = _robust(job, identified, noise, question)
@@ -65,8 +66,8 @@ def limits_over(job: RotorJob, bounds: FloatArray) -> FloatArray:
 
 
 def rows_of(job: RotorJob, sensor: int | None, speed: int | None) -> list[int]:
-    """Rows at a sensor and a speed, None: at all of them."""
-    return [row for row, (v, s) in enumerate(job.readings) if sensor in (None, s) and speed in (None, v)]
+    """Rows at a sensor, with those that are added to it, and a speed, None: at all of them."""
+    return [row for row, (v, s) in enumerate(job.readings) if sensor in (None, job.added[s]) and speed in (None, v)]
 
 
 def caps(job: RotorJob) -> FloatArray:

@@ -92,11 +92,14 @@ class SensorTable(Table):
     unit: Of readings that are written without one: `unit = "mil"`.
     runout: Subtracted from every reading: `runout = "0.4 mil pp @ 20 deg"`.
     importance: Factor of this sensor in the goal alone; tables show what it reads: `importance = 2`.
+    added_to: Another sensor, to whose amplitude this one is added wherever it is limited, and in the worst: forward
+        and backward whirl of a place add up to the greater half axis of its orbit: `added_to = "first_forward"`.
     """
 
     unit: str | None = None
     runout: Any = None
     importance: Fact | None = number("ratio", choice=False, sign="not negative")
+    added_to: str | None = None
 
 
 class RunTable(Table):

@@ -185,8 +185,11 @@ def scaled(question: Question, *, merge: bool = True) -> Scaled:
     size = (size if size > _ROUNDING * room else room) or 1.0  # what weights may do, where as found it is nothing
     parts = weights / size
     G, g = question.H * parts[:, None], question.y0 * parts
+    goal_sums = question.sums if question.goal == "worst" and question.adds_up else question.sums[:0]
     if question.goal in ("worst", "sum") and not weights.all():  # rows of limits alone are no rows of these goals
-        G, g = G[weights > 0.0], g[weights > 0.0]
+        G, g, goal_sums = G[weights > 0.0], g[weights > 0.0], goal_sums[weights[: len(goal_sums)] > 0.0]
+    if len(np.unique(goal_sums)) == len(goal_sums):  # of limits alone
+        goal_sums = goal_sums[:0]
     most = np.maximum(most / size, seen)
     column = 1.0 / np.where(most > 0, most, 1.0)
     if merge and question.goal == "rms" and len(g) > question.n_planes + 1:
@@ -208,7 +211,7 @@ def scaled(question: Question, *, merge: bool = True) -> Scaled:
         wedges=tuple(
             fans[k].wedge if k in fans else (0.0, 0.0) if k in shares else None for k in range(question.n_planes)
         ),
-        fans=fans, sums=question.sums[limited] if len(question.sums) else question.sums,
+        fans=fans, sums=question.sums[limited] if len(question.sums) else question.sums, goal_sums=goal_sums,
     )  # fmt: skip
 
 

@@ -244,7 +244,7 @@ def _measure(cp: Any, question: Question, left: Any, size: float) -> Any:
     if question.goal == "rms":
         return cp.norm(rows / (size * np.sqrt(question.n_readings)))
     if question.goal == "worst":
-        return cp.max(cp.abs(rows / size))
+        return cp.max(_together(question, np.flatnonzero(counts)) @ cp.abs(rows / size))
     if question.goal == "sum":
         return cp.sum(cp.abs(rows / size))
     root = np.sqrt(size)  # Huber's sum is of squares
@@ -353,6 +353,8 @@ class _Smooth(Collected):
         if q.goal == "rms":
             return sum(rows[1:], rows[0]) / q.n_readings
         counts = np.flatnonzero(q.importance > 0.0).tolist()
+        if q.goal == "worst" and q.adds_up:
+            return self._worst_sum(rows, counts)
         if q.goal == "worst":
             above = self.unknown("square of the worst", 0.0, np.inf, 1.0)
             for k in counts:
@@ -362,6 +364,17 @@ class _Smooth(Collected):
         for k, head in zip(counts, heads, strict=True):
             self.below(self.named.name("goal", k), rows[k] - head**2)
         return sum(heads[1:], heads[0])
+
+    def _worst_sum(self, rows: Sequence[Any], counts: Sequence[int]) -> Any:
+        """The greatest sum of amplitudes of one number, each below an unknown of its own."""
+        above = self.unknown("the worst", 0.0, np.inf, 1.0)
+        heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in counts]
+        for k, head in zip(counts, heads, strict=True):
+            self.below(self.named.name("goal", k), rows[k] - head**2)
+        for some in _together(self.q, np.array(counts)):
+            own = [head for head, held in zip(heads, some, strict=True) if held]
+            self.below("goal", sum(own[1:], own[0]) - above)
+        return above
 
     def _huber(self, root: float) -> Any:
         """Each amplitude below a + b: a counts as its square, b beyond the threshold linearly."""
@@ -377,11 +390,13 @@ class _Smooth(Collected):
     def limits(self) -> None:
         q, named = self.q, self.named
         for path, rows, bounds in named.limits:
-            if len(rows) > 1 and len(_together(q, rows)) == 1 and bounds[0] > named.zero:
+            if len(groups := _together(q, rows)) < len(rows) and bounds[0] > named.zero:
                 heads = [self.unknown("amplitude", 0.0, np.inf, 1.0) for _ in rows]
                 for row, head in zip(rows.tolist(), heads, strict=True):
                     self.below(named.name(path, row), self.squares[row] / bounds[0] ** 2 - head**2)
-                self.below(path, sum(heads[1:], heads[0]) - 1.0)
+                for some in groups:
+                    own = [head for head, held in zip(heads, some, strict=True) if held]
+                    self.below(path, sum(own[1:], own[0]) - 1.0)
                 continue
             for row, bound in zip(rows.tolist(), bounds.tolist(), strict=True):
                 if bound > named.zero:

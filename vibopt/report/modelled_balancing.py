@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from math import cos, degrees, radians, sin
+from math import degrees
 from typing import Any
 
 import numpy as np
@@ -40,8 +40,8 @@ _IN_VAIN, _GAIN = 4, 0.995
 _SQUARES, _ROUNDING, _UNSURE, _LOOSE, _AT_ONCE = 20, 1e-9, 1e9, 0.7, 1_000_000
 """Least squares that approach a least sum, the least part of it that counts, condition from which on nothing is sure,
 the part of a limit below which it is left as it is, and said so, and numbers of an array that is held at once."""
-_STEP = 30
-"""Angle between the directions along which the ellipse of a place is read [deg]."""
+_SENSES, _DIRECTIONS = {1: "forward", -1: "backward"}, (6, 12)
+"""Senses of the sensors of an ellipse, and directions along which it is looked at: at speeds, and between them."""
 _RPM = 30.0 / np.pi
 _SENSORS = 'no displacement is asked, and balancing reads one. Add a measure with response = "displacement".'
 _PLANES = "no rotor has a disc that could take a weight. Add one to its discs."
@@ -58,29 +58,27 @@ _CONVENTIONS = {
 
 @dataclass(frozen=True, slots=True)
 class Probe:
-    """A sensor at a place: along a direction, `angle` [deg] from y toward z, or without one of a circle."""
+    """A sensor at a place: of its circle, or of the forward (1) or the backward (-1) whirl of its ellipse."""
 
     point: str
-    angle: int | None = None
+    sense: int = 0
 
     @property
     def name(self) -> str:
-        return self.point if self.angle is None else f"{self.point}_{self.angle}"
+        return f"{self.point}_{_SENSES[self.sense]}" if self.sense else self.point
 
     def of(self, motion: Motion) -> ComplexArray:
         moved = motion.points[self.point]
-        return (
-            moved if self.angle is None else cos(radians(self.angle)) * moved[0] + sin(radians(self.angle)) * moved[1]
-        )
+        return 0.5 * (moved[0] + 1j * self.sense * moved[1]) if self.sense else moved
 
 
 def balancing_document(design: Design) -> dict[str, Any]:
     """Planes are the discs, sensors the points whose displacement is asked; as found are the unbalances of the file.
 
-    Between bearings that differ in both planes each point has a sensor every 30 deg.  Speeds are those at which
-    a displacement is asked: of a range eight, where one that was asked is greatest, and those that keep it in hand
-    between them.  Limits are tighter by what any weights that keep them at all of these speeds, along all of these
-    directions, may do at others.
+    Between bearings that differ in both planes each point has one of its forward and one of its backward whirl, which
+    add up to the greater half axis.  Speeds are those at which a displacement is asked: of a range eight, where one
+    that was asked is greatest, and those that keep it in hand between them.  Limits are tighter by what any weights
+    that keep them at all of these speeds may do at others.
 
     Raises
     ------
@@ -90,9 +88,10 @@ def balancing_document(design: Design) -> dict[str, Any]:
     """
     scene = design.scene
     machine, sensors, planes, unbalance = _modelled(design)
-    angles = range(0, 180, _STEP) if in_planes(scene) else [None]
-    probes = [Probe(point, angle) for point in sensors for angle in angles]
-    speeds, part = held_between(scene, machine, planes, sensors, probes, _speeds(scene, machine))
+    senses = list(_SENSES) if in_planes(scene) else [0]
+    places = {point: [Probe(point, sense) for sense in senses] for point in sensors}
+    probes = [probe for own in places.values() for probe in own]
+    speeds, part = held_between(scene, machine, planes, sensors, places, _speeds(scene, machine))
     effects = {plane: _effects(scene, design, machine, plane, probes, speeds) for plane in planes}
     found = sum(
         unbalance.swung * share * _effects(scene, design, machine, place, probes, speeds)
@@ -113,18 +112,20 @@ def balancing_document(design: Design) -> dict[str, Any]:
         for j, probe in enumerate(probes)
         for plane in planes
     ]
-    sure, along = part >= _LOOSE, cos(radians(0.5 * _STEP)) if in_planes(scene) else 1.0
-    size = along * (part if sure else 1.0)
+    size = part if part >= _LOOSE else 1.0
     limits = {
         key: row
-        for probe in probes
-        for name in sensors[probe.point]
-        for key, row in _limits(scene, name, probe, speeds, size)
+        for point, (first, *_) in places.items()
+        for name in sensors[point]
+        for key, row in _limits(scene, name, first, speeds, size)
     }
+    added = {second.name: {"added_to": first.name} for first, *rest in places.values() for second in rest}
+    told = _told(part, bool(limits), bool(added))
     return {
         "title": f"Balancing of {scene.title}, modelled",
-        **({"statement": told} if limits and (told := _told(size, part, along)) else {}),
+        **({"statement": told} if told else {}),
         "conventions": _CONVENTIONS,
+        **({"sensors": {probe.name: added.get(probe.name, {}) for probe in probes}} if added else {}),
         "planes": {plane: {"unbalance": {"from": "0 g mm", "to": "1 kg m"}} for plane in planes},
         "runs": runs,
         "influence": influence,
@@ -133,16 +134,16 @@ def balancing_document(design: Design) -> dict[str, Any]:
     }
 
 
-def _told(size: float, part: float, along: float) -> str:
+def _told(part: float, limited: bool, added: bool) -> str:
     """What limits hold for, and what sensors read, in words; "" where both are as in the file."""
-    held = [*["at every speed of their ranges"] * (_LOOSE <= part < 1.0), *["along every direction"] * (along < 1.0)]
     words = []
-    if held:
-        words.append(f"Limits are {1e2 * (1.0 - size):.1f} % tighter here, so that they hold {' and '.join(held)}.")
-    if part < _LOOSE:
+    if limited and _LOOSE <= part < 1.0:
+        tighter = f"Limits are {1e2 * (1.0 - part):.1f} % tighter here"
+        words.append(f"{tighter}, so that they hold at every speed of their ranges.")
+    if limited and part < _LOOSE:
         words.append("What is left between the speeds of the runs is not known.")
-    if along < 1.0:
-        words.append(f"Sensors read along directions: NAME_{_STEP} at {_STEP} deg from y toward z.")
+    if added:
+        words.append("Forward and backward whirl of a place add up to the greater half axis of its orbit.")
     return " ".join(words)
 
 
@@ -193,29 +194,34 @@ def held_between(
     machine: Machine,
     planes: list[str],
     sensors: Mapping[str, list[str]],
-    probes: list[Probe],
+    places: Mapping[str, list[Probe]],
     speeds: FloatArray,
 ) -> tuple[FloatArray, float]:
     """More speeds [rad/s], and the part of its limits to keep at all of them so that each holds at every speed.
 
     A whirl c(w) u at a speed between is sum_k l_k (a_k u) of those a_k u at the speeds that are listed wherever
-    sum_k l_k a_k = c, so that it is at most sum_k |l_k| times what bounds these, whatever the unbalances u are.  The
-    least of these sums is approached by weighted least squares, of which each is a bound; where it is greatest a speed
-    is added.
+    sum_k l_k a_k = c, so that it is at most sum_k |l_k| times what bounds these, whatever the unbalances u are.  Of
+    forward and backward whirl, whose sum is bounded, the greater |l_k| counts.  The least of these sums is approached
+    by weighted least squares, of which each is a bound; where it is greatest a speed is added.
     """
     ((_, imbalance),) = scene.excitations.items()
     columns = [{name: 1.0 + 0j} for name in planes] + [imbalance.acts] * (not {*imbalance.acts} <= {*planes})
-    asked = [(one, _bound(scene, name), _bands(scene, name)) for one in probes for name in sensors[one.point]]
+    asked = [
+        (probes, _bound(scene, name), _bands(scene, name)) for at, probes in places.items() for name in sensors[at]
+    ]
 
     def rows(speeds: FloatArray, each: Iterable[FloatArray]) -> ComplexArray:
-        """What a unit of each column does at those of the speeds that each limit has, as a part of it."""
+        """What a unit of each column does at those of the speeds that each limit has, as a part of it, by senses."""
         units = ({place: (part * speeds**2).astype(complex) for place, part in column.items()} for column in columns)
         moved = [machine.shake(speeds, unit, {}) for unit in units]
         found = [
-            np.array([probe.of(motion) for motion in moved])[:, np.searchsorted(speeds, own)].T / most
-            for (probe, most, _), own in zip(asked, each, strict=True)
+            np.array([[probe.of(motion) for motion in moved] for probe in probes], dtype=complex).T[
+                np.searchsorted(speeds, own)
+            ]
+            / most
+            for (probes, most, _), own in zip(asked, each, strict=True)
         ]
-        return np.concatenate(found)
+        return np.asarray(np.concatenate(found).swapaxes(1, 2), dtype=complex)
 
     def listed(speeds: FloatArray) -> ComplexArray:
         return rows(speeds, (speeds[_within(speeds, bands)] for _, _, bands in asked))
@@ -251,28 +257,43 @@ def _within(speeds: FloatArray, bands: list[Band]) -> BoolArray:
 
 
 def _reach(rows: ComplexArray, between: ComplexArray) -> FloatArray:
-    """Bound of |c u| of each c between (n, n_columns), where |a u| <= 1 of all rows a (n_rows, n_columns).
+    """Bound of sum_s |c_s u| of each c between (n, n_senses, n_columns), where sum_s |a_s u| <= 1 of all rows a.
 
-    Infinite where the rows do not bound u; what they leave of c is counted by how far they bound it.
+    Infinite where the rows (n_rows, n_senses, n_columns) do not bound u; what they leave of c is counted by how far
+    they bound it.  A sum of two is the greatest along all directions of its ellipse, of which some are looked at.
     """
+    if rows.shape[1] == 1:
+        return _along(rows[:, 0], between[:, 0], np.ones((1, 1), dtype=complex))
+    few, many = (np.pi / count * np.arange(count) for count in _DIRECTIONS)
+    turns, looks = (np.exp(1j * np.outer(angles, [-1.0, 1.0])) for angles in (few, many))
+    seen = _along((turns @ rows).reshape(-1, rows.shape[2]), (looks @ between).reshape(-1, rows.shape[2]), turns)
+    return np.asarray(seen.reshape(len(between), -1).max(axis=1) / np.cos(0.5 * many[1]))
+
+
+def _along(rows: ComplexArray, between: ComplexArray, turns: ComplexArray) -> FloatArray:
+    """The same along one direction each (n_columns,), of rows that follow each other by `turns` (n_turns, n_senses)."""
     right, turn = np.linalg.qr(rows)
     if len(turn) < rows.shape[1] or np.linalg.cond(turn / np.linalg.norm(turn, axis=0)) > _UNSURE:
         return np.full(len(between), np.inf)
     squares = np.ascontiguousarray(right[:, :, None] * right.conj()[:, None]).reshape(len(rows), -1).view(float)
     turned = np.asarray(np.linalg.solve(turn.T, between.T).T, dtype=complex)
     parts = np.array_split(turned, len(turned) * len(rows) // _AT_ONCE + 1)
-    return np.concatenate([_least_sums(right, squares, part) for part in parts])
+    return np.concatenate([_least_sums(right, squares, part, turns) for part in parts])
 
 
-def _least_sums(right: ComplexArray, squares: FloatArray, turned: ComplexArray) -> FloatArray:
-    """Bound of the least sum |l_k| where sum l_k right_k is one of (n, n_columns), by weighted squares."""
+def _least_sums(right: ComplexArray, squares: FloatArray, turned: ComplexArray, turns: ComplexArray) -> FloatArray:
+    """Bound of the least sum |l_k| where sum l_k right_k is one of (n, n_columns), by weighted squares.
+
+    Of the senses of one place the greater share counts.
+    """
     weight, least, many = np.ones((len(turned), len(right))), np.full(len(turned), np.inf), right.shape[1]
     for _ in range(_SQUARES):
         normal = (weight @ squares).view(complex).reshape(-1, many, many)
         share = weight * (np.linalg.solve(normal, turned[..., None])[..., 0] @ right.conj().T)
-        sums = np.abs(share).sum(axis=1)
+        of_senses = share.reshape(len(turned), -1, len(turns)) @ turns
         lost = np.linalg.norm(turned - share @ right, axis=1) * np.sqrt(len(right))
-        least, weight = np.minimum(least, sums + lost), np.abs(share) + _ROUNDING * sums[:, None]
+        least = np.minimum(least, np.abs(of_senses).max(axis=2).sum(axis=1) + lost)
+        weight = np.abs(share) + _ROUNDING * np.abs(share).sum(axis=1)[:, None]
     return least
 
 
@@ -295,7 +316,6 @@ def _limits(
     asked = speeds[_within(speeds, _bands(scene, name))].tolist()
     most = f"{_bound(scene, name) * part * 1e3:.15g} mm pk"
     row = {"response": "residual", "at": probe.name, "at_most": most}
-    name = name if probe.angle is None else f"{name}_{probe.angle}"
     if len(asked) == len(speeds):
         yield name, row
         return
@@ -350,9 +370,9 @@ def _in_model(model: Model, x: FloatArray, place: str, probes: list[Probe], spee
     lines, load = np.array([model.points[probe.point] for probe in probes]), model.points[place].astype(complex)
     if not model.bearings:
         return np.asarray(motion(model, model.values(x), load, speeds) @ lines.T * speeds[:, None] ** 2)
-    n, turn = model.n_free, np.exp(1j * np.radians([probe.angle or 0 for probe in probes]))
-    forward, backward = spun(model, x).seen(lines[:, :n], load[:n], speeds)
-    return np.asarray((forward / turn + backward * turn) * speeds[:, None] ** 2)
+    forward, backward = spun(model, x).seen(lines[:, : model.n_free], load[: model.n_free], speeds)
+    ahead = np.array([probe.sense > 0 for probe in probes])
+    return np.asarray(np.where(ahead, forward, backward) * speeds[:, None] ** 2)
 
 
 def _rounded(model: Model, x: FloatArray, place: str, probe: Probe, speed: float) -> float:

@@ -11,6 +11,8 @@ import numpy as np
 
 from vibopt.balancing import is_known, is_rotor
 from vibopt.balancing.known.correct import complete, pose
+from vibopt.balancing.question import together
+from vibopt.balancing.rotor_question import row_limits
 from vibopt.errors import InputError, counted
 from vibopt.jobs import answer, with_changes
 from vibopt.records import dataclass
@@ -121,8 +123,8 @@ def _holds_as_found(job: RotorJob | KnownJob, answer: Answer[Any]) -> bool:
     if is_known(job):
         asked = _asked(job)
         return bool((np.abs(asked.y0) <= asked.limits).all())
-    rows = answer.plan.fittings[0].rows
-    return all(row.limit is None or abs(row.y0) <= row.limit.value for row in rows)
+    found = np.abs([row.y0 for row in answer.plan.fittings[0].rows])
+    return bool((together(found, job.sums) <= row_limits(job)).all())
 
 
 def _told(chosen: tuple[str, ...], names: tuple[str, ...], fewer: int, alike: int, *, proven: bool) -> FewestPlanes:

@@ -197,6 +197,10 @@ def _merged(questions: Sequence[Question]) -> Question:
         for name in ("y0", "H", "importance", "limits")
     }
     caps = np.min([question.caps for question in questions], axis=0)
+    if any(question.adds_up for question in questions):
+        own = [question.sums if question.adds_up else np.arange(question.n_readings) for question in questions]
+        before = np.cumsum([0, *(int(sums.max()) + 1 for sums in own)])
+        rows["sums"] = np.concatenate([first + sums for first, sums in zip(before, own, strict=False)])
     return replace(questions[0], **rows, caps=caps, total_cap=min(question.total_cap for question in questions))
 
 

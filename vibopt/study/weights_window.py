@@ -273,6 +273,7 @@ def _check(job: RotorJob | KnownJob) -> None:
     what = f"planes.{listed} has holes, a list, sectors or a split" if listed else ""
     if is_rotor(job):
         what = what or ("a limit asks for a probability" if job.asks_shares else "")
+        what = what or ("sensors are added up, so that no one direction is worst" if len(job.sums) else "")
         what = what if job.has_phase else "nothing is chosen by readings with their angles"
     what = what if job.choices else "nothing is chosen"
     if what:

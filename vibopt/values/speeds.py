@@ -80,7 +80,7 @@ def _read(given: object, dimension: str) -> SpeedRange:
         band, unit = Band(quantity.value, quantity.value), quantity.unit
     if band.low < 0.0:
         raise QuantityError(
-            "is a negative speed. Write its size: what turns the other way has the other axis in space, and k_yz, k_zy, "
-            "c_yz and c_zy of the other sign in bearings; to all else the sense of rotation does not matter."
+            "is a negative speed. Write its size: what turns the other way has the other axis in space, and k_yz, "
+            "k_zy, c_yz and c_zy of the other sign in bearings; to all else the sense of rotation does not matter."
         )
     return SpeedRange((band,), dimension, unit)
