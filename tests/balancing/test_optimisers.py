@@ -20,7 +20,7 @@ from vibopt.balancing.optimisers import solve_question
 from vibopt.balancing.plane_options import options_of
 from vibopt.balancing.planes import Plane
 from vibopt.balancing.question import Goal, Options, Question, Solved, breaks
-from vibopt.errors import InputError, counted
+from vibopt.errors import counted
 from vibopt.work import Budget
 
 GOALS: tuple[Goal, ...] = ("rms", "worst", "sum", "huber", "correction")
@@ -592,16 +592,6 @@ def test_shares_under_limits_on_added_readings_agree_with_cvxpy(seed: int, goal:
     assert ours.status == "infeasible"
     assert ours.least_factor > 1.0
     assert ours.least_factor * question.limits[3] == pytest.approx(float(least.value), rel=1e-6)
-
-
-def test_readings_that_are_added_up_know_no_lists() -> None:
-    one = np.ones(1)
-    with pytest.raises(InputError) as refused:
-        Question(
-            one + 0j, np.ones((1, 1)) + 0j, one, one, one, options=(Options(one, one),), sums=np.zeros(1, dtype=int)
-        )
-    said = "readings that are added up and lists of weights do not go together. Leave one out."
-    assert str(refused.value) == said
 
 
 @pytest.mark.parametrize("seed", range(40))
