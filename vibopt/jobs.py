@@ -261,7 +261,11 @@ def _dimension_of_chosen(job: Job, path: str) -> str:
 
 def part_at(job: Job, path: str) -> FactAt | None:
     """The number at a path that is a part of a text."""
-    return next((fact for fact in facts(job) if fact.place and fact.path == path), None)
+    if is_scene(job):
+        return next((fact for fact in facts(job) if fact.place and fact.path == path), None)
+    from vibopt.balancing.paths import part_in
+
+    return part_in(job.document, path)
 
 
 def facts(job: Job) -> Iterator[FactAt]:

@@ -65,6 +65,23 @@ def fact_in(document: Mapping[str, Any], path: str) -> FactAt:
     return fact_among(found or facts_of(document), path)
 
 
+def part_in(document: Mapping[str, Any], path: str) -> FactAt | None:
+    """The number at a path that is a part of a text; None where there is none."""
+    here: Any = document
+    above: Any = {}
+    steps = tuple(path.split("."))
+    found: Iterator[FactAt] = iter(())
+    for count, step in enumerate(steps):
+        if here is None:  # a name that has a dot
+            found = facts_of(document)
+            break
+        if not isinstance(here, Mapping | list):
+            found = _walked(steps[:count], here, above, _detector(document)) if steps[0] not in _ASIDE else found
+            break
+        above, here = (here if isinstance(here, Mapping) else above), _below(here, step)
+    return next((fact for fact in found if fact.place and fact.path == path), None)
+
+
 def _below(here: Any, step: str) -> Any:
     """What stands one step further; None where nothing does."""
     if isinstance(here, Mapping):

@@ -37,9 +37,10 @@ _TRIED, _BETWEEN, _COVERED, _MORE, _LEAST_APART = 201, 1.03, 1e-3, 24, 0.0101
 covers speeds between those, most that are added, and the part by which they differ."""
 _IN_VAIN, _GAIN = 4, 0.995
 """Speeds that are added at most while the greatest bound stays above a part of what it was."""
-_SQUARES, _ROUNDING, _UNSURE, _LOOSE, _AT_ONCE = 20, 1e-9, 1e9, 0.7, 1_000_000
-"""Least squares that approach a least sum, the least part of it that counts, condition from which on nothing is sure,
-the part of a limit below which it is left as it is, and said so, and numbers of an array that is held at once."""
+_SQUARES, _EVERY, _ROUNDING, _UNSURE, _LOOSE, _AT_ONCE = 20, 5, 1e-9, 1e9, 0.7, 1_000_000
+"""Least squares that approach a least sum, one in how many is looked at, the least part of it that counts, condition
+from which on nothing is sure, the part of a limit below which it is left as it is, and said so, and numbers of an array
+that is held at once."""
 _SENSES, _DIRECTIONS = {1: "forward", -1: "backward"}, (6, 12)
 """Senses of the sensors of an ellipse, and directions along which it is looked at: at speeds, and between them."""
 _RPM = 30.0 / np.pi
@@ -287,13 +288,15 @@ def _least_sums(right: ComplexArray, squares: FloatArray, turned: ComplexArray, 
     Of the senses of one place the greater share counts.
     """
     weight, least, many = np.ones((len(turned), len(right))), np.full(len(turned), np.inf), right.shape[1]
-    for _ in range(_SQUARES):
+    for count in range(1, _SQUARES + 1):
         normal = (weight @ squares).view(complex).reshape(-1, many, many)
         share = weight * (np.linalg.solve(normal, turned[..., None])[..., 0] @ right.conj().T)
-        of_senses = share.reshape(len(turned), -1, len(turns)) @ turns
-        lost = np.linalg.norm(turned - share @ right, axis=1) * np.sqrt(len(right))
-        least = np.minimum(least, np.abs(of_senses).max(axis=2).sum(axis=1) + lost)
-        weight = np.abs(share) + _ROUNDING * np.abs(share).sum(axis=1)[:, None]
+        if not count % _EVERY:
+            of_senses = share.reshape(len(turned), -1, len(turns)) @ turns
+            lost = np.linalg.norm(turned - share @ right, axis=1) * np.sqrt(len(right))
+            least = np.minimum(least, np.abs(of_senses).max(axis=2).sum(axis=1) + lost)
+        weight = np.abs(share)
+        weight += _ROUNDING * weight.sum(axis=1)[:, None]
     return least
 
 
