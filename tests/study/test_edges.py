@@ -174,6 +174,16 @@ def test_where_another_part_or_number_of_parts_takes_over_is_told_and_drawn_as_a
             assert there.goal[1].value == pytest.approx(one.goals[0], rel=1e-9)
 
 
+def test_a_choice_that_is_touched_where_it_takes_over_is_one_event_that_was_followed_to_its_end() -> None:
+    """Where the next bar is just strong enough it is at its limit for a hair: two changes, both closed, are one."""
+    scene = read(PRESS.parents[1] / "shafts" / "rao_9_16_bars.toml")
+    found = sweep(scene, "limits.stress.at_most", "26 MPa..36 MPa", 3).boundaries
+    assert [(one.after[2][0][1], one.wide) for one in found] == [("40 mm", False), ("15 mm", False)]
+    for one, bar in zip(found, ("40 mm", "15 mm"), strict=True):
+        measured = solve(jobs.with_changes(scene, {"links.shaft.beam.diameter": bar, "limits.stress.at_most": "1 GPa"}))
+        assert one.at == pytest.approx(measured.limits["stress"].value.value, rel=2.0 * CLOSE)
+
+
 def test_where_the_work_ends_a_boundary_stays_between_two_values(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(edges, "MOST_WORK", 1.0)
     (edge,) = sweep(from_text(RUBS), "links.mount.friction_force", "600 N..1900 N", 3).boundaries

@@ -23,6 +23,7 @@ from vibopt.report.series import Front
 from vibopt.solve.closed_program import question
 from vibopt.study import together, tradeoff
 from vibopt.study.against import bounded
+from vibopt.study.pareto import rising
 from vibopt.study.sweep_series import front_of
 from vibopt.study.tradeoff import Tradeoff
 
@@ -398,3 +399,18 @@ def test_no_end_of_a_curve_stands_on_the_frame_of_its_figure() -> None:
     inside = axes.transAxes.inverted().transform(axes.transData.transform(np.column_stack([x, y])))
     assert inside.min() > 0.04
     assert inside.max() < 0.96
+
+
+def test_the_curve_on_which_bounds_are_placed_rises_through_all_points() -> None:
+    """As scipy has it between the inner points, without what it takes to load that."""
+    from scipy.interpolate import PchipInterpolator
+
+    dice = np.random.default_rng(5)
+    for count in (3, 4, 9, 30):
+        x, y = dice.exponential(size=count).cumsum(), (dice.exponential(size=count) ** 3).cumsum()
+        at = np.linspace(x[0], x[-1], 200)
+        curve = rising(at, x, y)
+        assert rising(x, x, y) == pytest.approx(y, rel=1e-12)
+        assert (np.diff(curve) >= 0.0).all()
+        inner = (x[1] <= at) & (at <= x[-2])
+        assert curve[inner] == pytest.approx(PchipInterpolator(x, y)(at[inner]), rel=1e-9)

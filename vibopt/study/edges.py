@@ -147,7 +147,7 @@ def boundaries(job: Job, varied: Sequence[Varied], axes: Sequence[FloatArray], p
     open_gaps = list(_gaps(grid, axes))
     close = CLOSE if batch or len(axes) == 1 else ALONG_EDGES
     narrow = _Narrowing(job, tuple(varied), (fine, listed), (close, close if closed else max(close, BY_SEARCH)), batch)
-    return tuple(_boundary(varied, gap, narrow.is_wide(gap)) for gap in _merged(narrow.all(open_gaps), narrow))
+    return tuple(_boundary(varied, gap, wide) for gap, wide in _merged(narrow.all(open_gaps), narrow))
 
 
 def _listed(job: Job) -> frozenset[str]:
@@ -195,10 +195,11 @@ def _gaps(grid: Any, axes: Sequence[FloatArray]) -> Iterator[_Gap]:
                     yield _Gap(axis, low, high, before, after, (first, last))
 
 
-def _merged(gaps: list[_Gap], narrow: _Narrowing) -> Iterator[_Gap]:
+def _merged(gaps: list[_Gap], narrow: _Narrowing) -> Iterator[tuple[_Gap, bool]]:
     """Gaps along a line that follow each other more closely than each is known are one; what ends as it began is none.
 
-    Of several the one where designs begin or end gives the place; two of these are never one.
+    Of several the one where designs begin or end gives the place; two of these are never one.  Beside each, whether the
+    search ended before it was closed: several that are closed are, however far they reach together.
     """
     runs: list[list[_Gap]] = []
     for one in gaps:
@@ -214,7 +215,8 @@ def _merged(gaps: list[_Gap], narrow: _Narrowing) -> Iterator[_Gap]:
         low, high = (edge.low, edge.high) if edge is not None else (first.low, last_one.high)
         if first.before != last_one.after:
             sides = (first.sides[0], last_one.sides[1])
-            yield _Gap(first.axis, low, high, first.before, last_one.after, sides)
+            whole = _Gap(first.axis, low, high, first.before, last_one.after, sides)
+            yield whole, any(map(narrow.is_wide, run))
 
 
 class _Narrowing:
