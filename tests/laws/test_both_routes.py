@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from vibopt.scene.read import from_dict
 from vibopt.solve import solve
 from vibopt.study.nearest import with_nearest
 from vibopt.study.window import window
+from vibopt.verify.checked import Built
 
 
 def pump(**asked: Any) -> dict[str, Any]:
@@ -210,3 +212,20 @@ def test_a_resonance_beside_does_not_reach_what_it_does_not_move() -> None:
     own = {"response": "displacement", "of": "fan", "due_to": ["fan"], "at_most": "1 m"}
     document["limits"] = {"swing": own}
     assert solve(from_dict(document)).status == "infeasible"  # what it does move has no end
+
+
+@pytest.mark.parametrize(("short", "off", "met"), [(0.0, 5e-9, True), (2e-9, 5e-9, False), (0.0, 5e-7, False)])
+def test_a_limit_that_one_route_keeps_is_kept_by_both_where_they_agree(short: float, off: float, met: bool) -> None:
+    """Friction is followed to 1e-7: a limit at which a search ends lies within that, and is no broken one."""
+    document: dict[str, Any] = pump(measures={"motion": MEASURES["motion"]})
+    document["links"]["mount"]["friction_force"] = "150 N"
+    document["excitations"]["rotor"]["speed"] = "9 Hz"
+    kept = solve(from_dict(document)).measures["motion"].value.value
+    document["limits"] = {"motion": {**document.pop("measures")["motion"], "at_most": f"{kept * (1.0 - short)!r} m"}}
+    scene = from_dict(document)
+    built = Built(scene, {})
+    response = scene.limits["motion"]
+    row, measured = built.row("motion", response, "at_most")
+    row = replace(row, margin=row.margin - off)
+    assert not row.met
+    assert built.compared(row, replace(measured, value=measured.value * (1.0 + off))).met is met

@@ -644,6 +644,20 @@ def test_limits_over_a_range_that_no_friction_keeps_are_told_within_little_work(
     assert answer.work < 100_000.0
 
 
+def test_what_friction_holds_on_the_ground_does_not_move_at_all() -> None:
+    document = {
+        "title": "held",
+        "bodies": {"box": {"mass": "234.454 kg"}},
+        "links": {"feet": {"between": ["box", "ground"], "stiffness": "20793.8 N/m", "friction_force": "1700 N"}},
+        "excitations": {"it": {"kind": "force", "on": "box", "amplitude": "1672.43 N", "speed": "4.79316 Hz"}},
+        "measures": {
+            kind: {"response": kind, "of": "box"} for kind in ("displacement", "velocity", "acceleration")
+        },
+    }  # fmt: skip
+    answer = vo.solve(vo.from_dict(document))
+    assert [one.value.value for one in answer.measures.values()] == [0.0, 0.0, 0.0]
+
+
 def test_what_friction_holds_on_a_moving_base_has_moved_by_nothing_at_all() -> None:
     document = {
         "title": "held",

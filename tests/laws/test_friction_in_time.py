@@ -303,3 +303,30 @@ def test_friction_of_zero_is_none_and_is_told() -> None:
     answer = vo.solve(vo.from_dict(press(PUSH, friction_force="0 N", damping="9 kN s/m")))
     assert answer.measures["place"].value.value > 5000.0 / 3e5
     assert "links.mount: its friction is zero: it does not rub." in answer.notes
+
+
+def on_a_floor(acts: str, hertz: float, friction: float, ratio: float) -> dict[str, Any]:
+    """A press whose floor begins to vibrate; friction and damper as parts of m a and of critical damping."""
+    load = {"kind": "base_motion", "on": "floor", "acceleration": acts, "speed": f"{hertz!r} Hz", "begins": "suddenly"}
+    push = 300.0 * float(acts.split()[0])
+    mount = {"damping": f"{2.0 * ratio * sqrt(300.0 * 3e5)!r} N s/m", "friction_force": f"{friction * push!r} N"}
+    return press(load, **mount)
+
+
+def test_what_friction_holds_in_the_end_creeps_there_and_is_answered() -> None:
+    """Off its middle by the first jerk, it slips a little less in each turn, as one over their number, for ever."""
+    document = on_a_floor("5 m/s2", 4.6, 1.1, 0.2)
+    found = told(document)
+    ends = [abs(piece.states[0].sum()) for piece in motion_of(document, "travel")[0].pieces]
+    assert max(ends) == pytest.approx(found["travel"], rel=1e-9)
+    assert 0.0 < (1.1 - 1.0) * 1500.0 / 3e5 < ends[-1] < ends[-30] < found["travel"]  # beyond where it is held at last
+
+
+def test_a_sudden_start_is_followed_until_all_places_repeat_and_grows_until_then() -> None:
+    """It slips to and fro by ever a little more, beside a friction that is a great number of newtons."""
+    document = on_a_floor("5 m/s2", 5.8714, 0.68, 0.0437755)
+    document["measures"] = {"travel": ASKED["travel"]}
+    found = told(document)["travel"]
+    document["measures"] = {"travel": {"response": "relative_displacement", "across": "mount"}}
+    document["excitations"]["load"].pop("begins")
+    assert found == pytest.approx(told(document)["travel"], rel=1e-9)

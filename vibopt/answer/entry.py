@@ -12,8 +12,9 @@ from vibopt.records import dataclass
 from vibopt.units import best_unit, plain, show, si_unit
 from vibopt.units.showing import show_angle
 
-TOLERANCE = 1e-9
-"""Part of its bound by which a limit may be missed and still is met; in a measured rotor, of the greatest reading."""
+TOLERANCE, ROUTES = 1e-9, 1e-7
+"""Part of its bound by which a limit may be missed and still is met, by the search and when it is measured; in a
+measured rotor, of the greatest reading.  The same by the second route of what the first one keeps, where they agree."""
 ACTIVE = 1e-6
 """Part of its bound below which what is left over of a limit is nothing: the limit holds the answer back."""
 _DECIMALS = 12

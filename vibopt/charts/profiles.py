@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import FloatArray
 from vibopt.charts.random_cases import BEST, DRAWN, drawn, table
 from vibopt.charts.runner import Chart, Progress, charted
@@ -20,8 +21,6 @@ EXACT, FAIR = 1e-6, 1e-3
 """True error up to which an answer counts, in either of the two profiles."""
 COUNT, QUICK_COUNT = 50, 4
 """Questions of a family."""
-KEPT = 1e-9
-"""Part of a bound that a design may miss and still tell how good an answer can be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +61,7 @@ def _against_best(chart: Chart) -> Chart:
     asked = {case.name for case in chart.cases if case.known_by == BEST}
     best: dict[str, float] = {}
     for one in chart.trials:
-        if one.case in asked and one.missed <= KEPT:
+        if one.case in asked and one.missed <= TOLERANCE:
             best[one.case] = min(best.get(one.case, math.inf), one.goal)
     cases = (replace(case, goal=abs(best.get(case.name, math.nan))) if case.name in asked else case
              for case in chart.cases)  # fmt: skip

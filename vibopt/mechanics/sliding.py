@@ -31,9 +31,9 @@ _PANEL, _FADED = 2.5, 42.0
 _SAFE, _ROUND, _NOISE, _BEGUN = 0.02, 1e-12, 1e-13, 1e-6
 """Part of the greatest below which nothing falls between nodes; rounding, and of values on a panel; part of it that is
 its beginning."""
-_LASTING, _REPEATS, _MOST, _TOGETHER = 1500, 1e-11, 100_000, 24
-"""Turns of a sine that lasts, at most, and part of the states by which one may differ from the next; panels in all, and
-those behind the load between two looks at what may still come."""
+_LASTING, _REPEATS, _CREEPS, _MOST, _TOGETHER = 1500, 1e-11, 1e-4, 100_000, 24
+"""Turns of a sine that lasts, at most, and part of the states by which one may differ from the next, and from the next
+of what creeps; panels in all, and those behind the load between two looks at what may still come."""
 _SWUNG, _SLOW, _STOPPED = 100.0, 1e-9, 1e-11
 """Periods of the slowest motion over which slips and holds are followed that never end; part of the fastest rate from
 which on it is one, and of the greatest speed of a base at which it stands still."""
@@ -277,12 +277,13 @@ class Sliding:
             own = own + self._struck @ segment.blows
             law = self._law(segment)
             for _ in range(_LASTING if segment.endless else 1):
-                before, state = own, np.concatenate([own, segment.start])
+                before, state, pieces = own, np.concatenate([own, segment.start]), list[Piece]()
                 for piece in self._along(law, time, segment.length, state):
                     yield piece
+                    pieces.append(piece)
                     state, most = piece.states.sum(axis=1), np.maximum(most, np.abs(piece.states[led]).sum(axis=1))
                 time, own = time + segment.length, state[: len(own)]
-                if np.abs(own - before).max() <= _REPEATS * np.abs(own).max():
+                if segment.endless and self._repeats(segment, before, pieces):
                     break
             else:
                 if segment.endless:
@@ -290,6 +291,20 @@ class Sliding:
         if not self.segments[-1].endless:
             own[led] = np.where(np.abs(own[led]) <= _STOPPED * most, 0.0, own[led])  # rounding would carry bases away
             yield from self._behind(time, own)
+
+    def _repeats(self, segment: Segment, before: FloatArray, turn: list[Piece]) -> bool:
+        """Whether what comes behind a turn of a sine that lasts is as that, or no greater.
+
+        Where friction can hold all in the end, it creeps back to its middle, slipping one way alone, and comes there as
+        one over the number of turns.  A load that stays has another middle.
+        """
+        after = turn[-1].states.sum(axis=1)[: len(before)]
+        size, own, fast, bases, led = np.max([np.abs(one.start) for one in turn], axis=0), *self._numbers
+        kinds = (np.concatenate([own, bases]), np.concatenate([fast, led]))  # friction that is held is neither
+        changed = max(float(np.abs(after - before)[kind].max() / (size[kind].max() or 1.0)) for kind in kinds)
+        swings = np.linalg.matrix_rank(segment.rates) == len(segment.rates)
+        creeps = swings and len({one.side for one in turn} - {0}) == 1 and abs(after[0]) < abs(before[0])
+        return changed <= (_CREEPS if creeps else _REPEATS)
 
     def _behind(self, time: float, own: FloatArray) -> Iterator[Piece]:
         """Pieces behind the load, until it is held for good, creeps to where it stays, or swings on and on."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.forms import Form, Monomials
 from vibopt.forms.form import Worst
@@ -64,7 +65,7 @@ class Judge:
     """Exact feasibility and goal at single designs, and the speeds at which limits are worst."""
 
     program: Program
-    tolerance: float = 1e-9
+    tolerance: float = TOLERANCE
 
     def limit(self, limit: Limit, x: FloatArray) -> tuple[float, Worst]:
         """Violation as a part of the bound (negative when met), and the worst."""

@@ -15,7 +15,7 @@ from dataclasses import field, replace
 import numpy as np
 
 from vibopt.answer.answer import Tolerances
-from vibopt.answer.entry import Checked
+from vibopt.answer.entry import TOLERANCE, Checked
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.bracketing import crossing
 from vibopt.program.drawn import MET, RARE, drawn, every_one, in_batches, looks, sure_share
@@ -49,8 +49,6 @@ _NEAR = 0.1
 """Log of a factor within which designs are near each other."""
 _FAR = 100.0
 """By how many times more machines are far off than may break a limit, before a design is known."""
-_KEPT = 1e-9
-"""Part of a bound by which rounding may miss it, as in the verdict."""
 _HALF = 0.5
 """Of all machines that there are, the one that just counts is counted by half: rounding decides nothing."""
 _EDGE = 3
@@ -367,7 +365,7 @@ class _Search:
         found = {}
         for key, many in self._parts(self._around(x)).items():
             asked = self.asked[key]
-            kept = asked.rehearsal.missed(x, key, many, asked.wanted).max(axis=0) <= _KEPT
+            kept = asked.rehearsal.missed(x, key, many, asked.wanted).max(axis=0) <= TOLERANCE
             share = float(kept.sum() - (_HALF if self.whole is not None else 0.0)) / len(kept)
             most = 1.0 - 0.5 / self.count
             found[key] = float(ndtri(min(share, most)) - ndtri(asked.aim)) if share > 0.0 else -np.inf

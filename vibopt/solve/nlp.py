@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.program.casadi_nlp import SampledProgram, Samples
@@ -26,7 +27,6 @@ from vibopt.solve.screen import beside, on_one_body, promising, screenable
 from vibopt.solve.sqp import Sqp
 from vibopt.work import Budget, is_limited, late, worked
 
-TOLERANCE = 1e-9
 Design = tuple[float, tuple[float, ...]]
 """Goal and variables y = log x."""
 _SAME = 1e-6
@@ -141,7 +141,7 @@ class _Run:
         self.budget = Budget(self.method.most, "exact measurements", SLOPES * self.program.cost)
         self.low, self.high = log_box(self.program)
         self.exact = Exact(self.program, self.low, self.high, self.budget)
-        self.judge = Judge(self.program, TOLERANCE)
+        self.judge = Judge(self.program)
         self.samples = Samples(self.program).spread(9)
         self.built = self.iterations = self.starts = self.left = 0
         self.ends: list[Design] = []

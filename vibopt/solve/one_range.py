@@ -16,6 +16,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import FloatArray, crossing, joined
 from vibopt.errors import counted
 from vibopt.mechanics.model import Model
@@ -31,7 +32,7 @@ _NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(_DEGREE + 1) / _DEGREE)
 """Places of the nodes on a piece, from 0 to 1."""
 _FIRST = 16
 """Pieces to begin with, at least, a quarter of them where values are dear and known to less; two for each factor e."""
-_MET = 5e-10
+_MET = 0.5 * TOLERANCE
 """Violation [share of value and bound] that counts as none: half of what the judge lets pass."""
 _CLEAR = 1e-10
 """Doubt of a limit or of the goal at which it is known."""

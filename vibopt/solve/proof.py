@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import FloatArray
 from vibopt.program.over import MARGIN, Cover
 from vibopt.program.program import Aim, Axis, Limit, Program
@@ -14,7 +15,6 @@ from vibopt.program.vicinity import Vicinity
 from vibopt.program.worst_case import Hit, hit, missed
 from vibopt.work import Budget
 
-TOLERANCE = 1e-9
 _BATCHES, _QUICK_BATCHES, _OF_NOTHING = 1600, 400, 20
 """Batches of boxes for one proof, where many are asked for, and for a level of zero, which no bound reaches."""
 _COST = 5.0

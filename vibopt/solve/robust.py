@@ -12,6 +12,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.program.over import MARGIN
@@ -30,7 +31,7 @@ from vibopt.solve.several import GOAL, Several, keys_of
 from vibopt.solve.spared import sure_of_none
 from vibopt.work import Budget
 
-_BROKEN = 9e-10
+_BROKEN = 0.9 * TOLERANCE
 _ROUNDS = 20
 _WHOLE = 4
 _MOST_LOOKS, _MOST_MACHINES, _COST = 60, 200, 20.0

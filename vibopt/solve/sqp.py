@@ -11,6 +11,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.cones import LINEAR, solve_cones
 from vibopt.records import dataclass
@@ -89,7 +90,7 @@ class Sqp:
         here = self.exact.at(np.clip(start, self.exact.low, self.exact.high))
         settled = (there for there, size in self._dashes(here, _BESIDE) if size <= _SQUARED)
         found = next(settled, None)
-        return None if found is None or found.missed > 1e-9 else found
+        return None if found is None or found.missed > TOLERANCE else found
 
     def _dashes(self, at: Point, reach: float) -> Iterator[tuple[Point, float]]:
         """A few Newton steps as long as they shrink: where each leads, and its length."""

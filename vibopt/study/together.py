@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from vibopt.answer.entry import Entry
+from vibopt.answer.entry import TOLERANCE, Entry
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.lone import LoneMachine
@@ -29,7 +29,7 @@ from vibopt.study.points import Columns, Words
 from vibopt.study.seen import measured_goal
 from vibopt.values.fact_at import FactAt
 from vibopt.verify.as_built import built
-from vibopt.verify.certify import TOLERANCE, Shaken
+from vibopt.verify.certify import Shaken
 from vibopt.verify.checked import shown_value, usual_unit
 
 _EXACT = 1e-12

@@ -12,14 +12,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 from math import isfinite
 
-from vibopt.answer.entry import Entry
+from vibopt.answer.entry import TOLERANCE, Entry
 from vibopt.mechanics.built import Joint
 from vibopt.mechanics.machine import Machine
 from vibopt.responses import HarmonicResponse, Response
 from vibopt.scene.drives import bands_for, names_for
 from vibopt.scene.scene import Scene
 from vibopt.units import show
-from vibopt.verify.certify import TOLERANCE
 
 _FREQUENCIES = ("natural_frequency", "critical_speed")
 _MOST = 0.01

@@ -40,8 +40,6 @@ _ASIDE = (1e-8, 1e-6)
 """Parts of a speed to both sides of it: at a pole of a response the nearer are a hundred times as great."""
 _TRIED, _NEAR = 48, 0.8
 """Speeds of a range at which places are compared, and the part of the greatest from which on one may be that."""
-TOLERANCE = 1e-9
-"""Part of a bound by which a design may miss it: rounding, and no more."""
 
 
 @dataclass(frozen=True, slots=True)

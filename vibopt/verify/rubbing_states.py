@@ -128,6 +128,9 @@ class RubbingStates(States):
             else:
                 forbids = -apart[bodies:] @ pushed[bodies:]
         inverse, given = np.linalg.inv(system), np.vstack([known, forbids])
+        by_itself = np.sqrt(np.diag(system)[:bodies])  # what is held on the ground no force moves
+        normed = inverse[:bodies, :bodies] * np.outer(by_itself, by_itself)
+        inverse[:bodies, :bodies][np.abs(normed) <= _ROUND] = 0.0
         found = inverse @ given
         found = np.where(np.abs(found) <= _ROUND * (np.abs(inverse) @ np.abs(given)), 0.0, found)
         free = np.vstack([found[:bodies], pushed[bodies:]])

@@ -21,9 +21,9 @@ from vibopt.verify.simulated import Simulated
 _TURN, _BEGUN, _ROUND, _NEAR = 0.2, 1e-5, 1e-12, 0.05
 """How far what is fastest turns in a step; part of a step that is the beginning of a slip; rounding of a speed; and
 part of the friction that is left in a step, within which less may be left for a moment."""
-_LASTING, _REPEATS, _EVEN = 400, 1e-10, 1e-9
-"""Turns of a sine that lasts, at most; parts of the states by which one may differ from the next, and of the greatest
-value by which an earlier one may be less."""
+_LASTING, _REPEATS, _CREEPS, _EVEN = 400, 1e-10, 1e-4, 1e-9
+"""Turns of a sine that lasts, at most; parts of the states by which one may differ from the next, and from the next of
+what creeps, and of the greatest value by which an earlier one may be less."""
 
 
 @dataclass(frozen=True)
@@ -202,10 +202,17 @@ class Stopping(Simulated):
         for number, (_, end) in enumerate(self._spans):
             best = max(best, self._greatest(number, response), key=lambda one: one[0])
             state = np.asarray(self._run(number)(end))
-            if number and np.abs(state - before).max() <= _REPEATS * np.abs(state).max():
+            changed, size = np.abs(state - before).max() if number else np.inf, np.abs(state).max()
+            if changed <= _REPEATS * size or (changed <= _CREEPS * size and self._creeps(number, before, state)):
                 break
             before = state
         return best
+
+    def _creeps(self, number: int, before: FloatArray, after: FloatArray) -> bool:
+        """Whether it slips one way alone in a turn, back to where nothing is strained: each such turn by less."""
+        senses, count = set(self._senses[number][1].tolist()) - {0.0}, len(self._places)
+        strained = [abs(float(self._states.apart @ state[:count])) for state in (before, after)]
+        return len(senses) == 1 and strained[1] < strained[0] and not any(one.holds for one in self.excitations)
 
     def _over_once(self, response: TransientResponse) -> tuple[float, float]:
         """As `peak`, under loads that end: behind them until friction holds, and what then rings."""

@@ -10,6 +10,7 @@ from dataclasses import field, replace
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import FloatArray
 from vibopt.frontier import Frontier
 from vibopt.program.program import Aim, Limit, Program
@@ -387,7 +388,7 @@ def _is_new(speed: float, known: list[float]) -> bool:
 
 def _widened(limit: Limit) -> Limit:
     """A limit with the room that the exact check allows as well."""
-    room = 1e-9 * abs(limit.bound)
+    room = TOLERANCE * abs(limit.bound)
     return replace(limit, bound=limit.bound + room if limit.side == "at_most" else limit.bound - room)
 
 

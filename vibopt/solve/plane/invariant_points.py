@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import ComplexArray, FloatArray
 from vibopt.bracketing import halved
 from vibopt.program.program import Limit, Program
@@ -46,7 +47,7 @@ def hopeless(program: Program) -> Invariant | None:
             for band in form.drives[0].bands:
                 found += _in_band(plane, limit, band)
     worst = max(found, key=lambda invariant: invariant.value / invariant.limit.bound, default=None)
-    return worst if worst is not None and worst.value > worst.limit.bound * (1.0 + 1e-9) else None
+    return worst if worst is not None and worst.value > worst.limit.bound * (1.0 + TOLERANCE) else None
 
 
 def _in_band(plane: LinkPlane, limit: Limit, band: Band) -> list[Invariant]:

@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from vibopt.answer.entry import TOLERANCE
 from vibopt.arrays import FloatArray
 from vibopt.errors import counted
 from vibopt.program.program import Program
@@ -23,8 +24,8 @@ from vibopt.solve.rivals.general import Continuous
 from vibopt.work import late
 
 HOW = "pip install cma"
-_KEPT, _SEED, _CROWD = 1e-9, 1, 15
-"""Part of a bound that may be missed; the seed; points per variable of a generation."""
+_SEED, _CROWD = 1, 15
+"""The seed; points per variable of a generation."""
 
 
 class _Measured:
@@ -45,7 +46,7 @@ class _Measured:
         self.count += 1
         x = self.design(np.asarray(u))
         missed = max((self.judge.limit(limit, x)[0] for limit in self.program.limits), default=0.0)
-        if not missed <= _KEPT:
+        if not missed <= TOLERANCE:
             return 10.0 + float(np.log1p(min(missed, 1e300))) if missed == missed else 1e3
         goal = self.judge.goal(x).value
         if goal < self.least:
