@@ -211,7 +211,7 @@ def test_over_a_range_nothing_is_greater_than_what_is_found_and_the_figures_show
 
 def test_what_nothing_damps_is_said_where_no_motion_stays(monkeypatch: pytest.MonkeyPatch) -> None:
     """At the resonance of two bodies that friction between ground and one of them cannot bound, with less patience."""
-    monkeypatch.setattr("vibopt.verify.stick_slip._MOST", 60)
+    monkeypatch.setattr("vibopt.verify.repeating._MOST", 60)
     hertz = float(np.sqrt(np.linalg.eigvalsh([[(LOW + UP) / 180.0, -UP / np.sqrt(7200.0)],
                                               [-UP / np.sqrt(7200.0), UP / 40.0]])[0]) / 2.0 / np.pi)  # fmt: skip
     document = rack({"speed": f"{hertz!r} Hz"}, ENDS[2], 20.0, 0.0)

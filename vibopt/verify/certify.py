@@ -185,7 +185,7 @@ def _harmonic(scene: Scene, machine: Machine, response: HarmonicResponse, side: 
 def _one_drive(scene: Scene, machine: Machine, response: HarmonicResponse, name: str, want_least: bool) -> Reached:
     bands = bands_for(scene, response, name)
     if machine.rubs:
-        from vibopt.verify.stick_slip import rubbing
+        from vibopt.verify.rubbing_speeds import rubbing
 
         return rubbing(machine, response, scene.excitations[name], bands, least=want_least)
     shaken = _shaken(scene, machine, response, name)

@@ -1,7 +1,7 @@
 """Steady motion with dry friction of the machine as built, by Taylor's series in even steps from one event to the next.
 
 The other road to it: places of bodies and bases in time, friction as a force that turns with the slip, and half
-cycles from rest until one ends where the next begins.  No closed form is asked, and speeds are searched afresh.
+cycles from rest until one ends where the next begins.  No closed form is asked.
 """
 
 from __future__ import annotations
@@ -13,42 +13,29 @@ from typing import Any
 import numpy as np
 
 from vibopt.arrays import ComplexArray, FloatArray, IntArray, crossing
-from vibopt.excitations import Excitation
 from vibopt.mechanics.built import Course, Joint
 from vibopt.mechanics.machine import Machine
 from vibopt.records import cached_property, dataclass
 from vibopt.responses import HarmonicResponse
-from vibopt.signals import Band
 from vibopt.verify.going import Going, Run
-from vibopt.verify.over_bands import Reached
+from vibopt.verify.repeating import Repeating
 from vibopt.verify.rubbing_states import RubbingStates
 from vibopt.verify.simulated import closer
 from vibopt.work import worked
 
-_FIRST, _AGAIN, _MOST, _SLACK = 6, 50, 600, 1e-3
-"""Half cycles from rest before roots are looked for, and again, and at most; part by which one may change more than
-that before."""
 _LONGEST, _MANY, _LEAST = 3e4, 2e6, 1e-8
 """Radians of the fastest vibration, and steps of all that also fades, that are followed between two events; part of the
 slowest vibration that the force is at least."""
 _FADED, _SLOW, _ROUNDING = 37.0, 30.0, 1e-3
 """Exponent behind which a vibration is gone; times as fast as the force from which on it begins where springs are in
 balance; part of its speed, of the same size, that rounding hides."""
-_APART, _TRIED, _LESS, _POLISHED = 1e-7, 20, 0.5, 6
-"""Of a search for a root: part by which places are moved for slopes, most steps, and what each leaves at most; searches
-where hardly anything slips."""
 _STILL, _HELD, _NEARLY = 1e-13, 400, 0.01
 """Part of the greatest below which nothing moves; instants at least among which the end of a hold is looked for; part
 of friction that is left where it may end between two of them, and that what slips by hardly anything is beyond it."""
 _SAMPLES, _DENSE, _NEAR = 120, 6.0, 0.98
 """Samples of a piece, at least and for each radian of its own vibration; part of the greatest from which tops count."""
-_COARSE, _LOOKED, _KEPT, _SPEEDS, _FREED = 9, 2, 256, 400, (1.01, 1.1, 1.18, 1.25, 1.33, 1.45)
-"""Speeds of a rough look at a range; best ones that are looked at more closely; motions that are kept; speeds among
-which those are looked for at which what holds first slips, and parts of these."""
-
-
-_WORK = 5.0
-"""Of half a cycle [nominal ms]."""
+_KEPT, _WORK = 256, 5.0
+"""Motions that are kept; work of half a cycle [nominal ms]."""
 _Law = tuple[FloatArray, FloatArray]
 
 
@@ -305,54 +292,14 @@ class Rubbed:
         return self.half(state) if left <= 1e3 * self.part else None
 
     def _repeated(self, state: FloatArray) -> tuple[FloatArray, float]:
-        """From a state of the bodies on to one whose negative ends its half cycle, and what is left between them.
-
-        Half cycle after half cycle, and by roots; ever more are left out while each changes as much as that before
-        (what joints without mass do follows from the rest: of them none is).
-        """
-        scale, leap, last, least, begun = self._scale, 1.0, state, np.inf, _FIRST - 4 * any(self.begin)
-        free = not self.machine.jointed.any()
+        """From a state of the bodies on to one whose negative ends its half cycle, and what is left between them."""
 
         def after(start: FloatArray) -> FloatArray:
             last = self.half(start)[-1]
             return -self.seen(last, last.end)
 
-        def missing(one: FloatArray) -> FloatArray:
-            return one - after(one * scale) / scale
-
-        def rooted(one: FloatArray, missed: float) -> FloatArray:
-            found = _root(missing, one / scale, self.part)
-            if found is not None:
-                return found * scale
-            from scipy.optimize import root
-
-            sought: Any = root(missing, one / scale, tol=10.0 * self.part)
-            good = np.isfinite(sought.x).all() and np.abs(sought.fun).max() < missed
-            return sought.x * scale if good else one
-
-        def closest(one: FloatArray) -> FloatArray:
-            for _ in range(_POLISHED):  # what slips by hardly anything is small beside what may be missing
-                found = _root(missing, one / scale, _LESS * float(np.abs(missing(one / scale)).max()))
-                if found is None:
-                    break
-                one = found * scale
-            return one
-
-        for count in range(_MOST):
-            following = after(state)
-            missed = float(np.abs((following - state) / scale).max())
-            left = missed / (1.0 + float(np.abs(state / scale).max()))
-            if left <= 10.0 * self.part:
-                found = rooted(following, missed) if leap > 1.0 else following
-                return (closest(found) if self.push < (1.0 + _NEARLY) * self.joint.friction else found), left
-            far = free and missed > (1.0 + _SLACK) * least
-            last = last if far else following
-            if far or count % _AGAIN == begun:
-                state, least, leap = rooted(last, min(missed, least)), np.inf, 1.0
-            else:
-                least, state = missed, state + leap * (following - state)
-                leap *= 1.0 + (free and count > begun)
-        return last, left
+        free, brief = not self.machine.jointed.any(), self.push < (1.0 + _NEARLY) * self.joint.friction
+        return Repeating(after, self._scale, self.part, free, known=any(self.begin), brief=brief).found(state)
 
     @property
     def _still(self) -> FloatArray:
@@ -433,89 +380,3 @@ class Rubbed:
         read, rubs = self.states.read(now, signals, np.full(len(at), stretch.side))
         points = dict(zip(self.states.places, read.transpose(1, 0, 2), strict=True))
         return Course(points, self._forces(signals[0]), {self.joint.name: rubs})
-
-
-def _root(missing: Callable[[FloatArray], FloatArray], place: FloatArray, close: float) -> FloatArray | None:
-    """Where nothing is missing, by Broyden's method; None where that does not get there by ever greater steps."""
-    value, small = missing(place), _APART * np.maximum(np.abs(place), _APART)
-    slopes = np.array([(missing(place + own) - value) / own.sum() for own in np.diag(small)]).T
-    for _ in range(_TRIED):
-        if not np.isfinite(slopes).all() or np.linalg.cond(slopes) > 1.0 / _APART:
-            return None
-        step = np.linalg.solve(slopes, -value)
-        place, before, value = place + step, value, missing(place + step)
-        if np.abs(value).max() <= close:
-            return place
-        if not np.abs(value).max() <= _LESS * np.abs(before).max():
-            return None
-        slopes += np.outer(value, step) / (step @ step)
-    return None
-
-
-def rubbing(
-    machine: Machine, response: HarmonicResponse, excitation: Excitation, bands: tuple[Band, ...], *, least: bool
-) -> Reached:
-    """Greatest value of a response over speeds [rad/s], or the least; and the speed of it."""
-    [line] = excitation.lines(np.ones(1))
-    last: list[tuple[float, ...]] = [(0.0,)]
-
-    def made(speed: float, part: float = 1e-11) -> Rubbed:
-        amplitude = float(abs(line.vector[0] * line.amplitude.at(np.array([speed]))[0]))
-        force, base = (amplitude, 0.0) if excitation.family == "bodies" else (0.0, amplitude)
-        return Rubbed(machine, force, base, line.order * speed, excitation.on, part, last[0])
-
-    def at(speed: float, part: float = 1e-11) -> float:
-        rubbed = made(speed, part)
-        amplitude = rubbed.force + rubbed.base
-        ratio = amplitude if response.normalised else 1.0
-        if not 0.0 < amplitude < np.inf:
-            return 1.0 if response.normalised else amplitude
-        if not speed:
-            return rubbed.at_rest(response) / ratio
-        if _endless(rubbed):
-            return float("inf")
-        value = rubbed.greatest(response) / ratio
-        last[0] = rubbed.started
-        return value
-
-    sign = -1.0 if least else 1.0
-    found = [Reached(at(band.low), band.low) for band in bands if band.is_point]
-    for band in bands:
-        if not band.is_point:
-            grid = np.geomspace(max(band.low, 1e-3 * band.high), band.high, _SPEEDS)
-            slips = np.array([one.push > one.joint.friction for one in map(made, grid.tolist())])
-            freed = grid[1:][slips[1:] & ~slips[:-1]]
-            found += _over(at, band, made(band.high).naturals / line.order, freed, sign)
-    return max(found, key=lambda one: sign * one.value if one.value == one.value else np.inf)
-
-
-def _endless(rubbed: Rubbed) -> bool:
-    """Whether the force gives more in a cycle than friction takes, at an undamped resonance."""
-    if len(rubbed.naturals) > 1 or any(joint.damping for joint in rubbed.machine.joints):
-        return False
-    tuned = abs(rubbed.omega - rubbed.naturals[0]) <= 1e-14 * rubbed.omega
-    return tuned and 4.0 * rubbed.joint.friction <= np.pi * rubbed.push
-
-
-def _over(at: Callable[..., float], band: Band, naturals: FloatArray, freed: FloatArray, sign: float) -> list[Reached]:
-    """Both ends and the best inside a band, after a rough look at it, and closer behind where what holds is `freed`."""
-    from scipy.optimize import minimize_scalar
-
-    low = max(band.low, 5e-2 * min(float(naturals[0]), band.high))
-    near = np.outer(naturals, [0.6, 0.8, 0.9, 0.96, 1.0, 1.04, 1.1, 1.3]).ravel()
-    near = np.concatenate([near, np.outer(freed, _FREED).ravel()])
-    speeds = np.unique(np.concatenate([np.geomspace(low, band.high, _COARSE), near[(near > low) & (near < band.high)]]))
-    rough = sign * np.array([at(speed, 1e-6) for speed in speeds])
-    rough = np.where(np.isnan(rough), -np.inf, rough)
-    found = [Reached(at(value), value) for value in (low, band.high)]
-    after = np.append(rough[1:], -np.inf)
-    tops = (rough >= np.append(-np.inf, rough[:-1])) & (rough >= after + 1e-9 * np.abs(rough))  # not where all holds
-    hopeful = np.flatnonzero(tops & (rough >= (1.0 - 0.2 * sign) * rough.max()))
-    for i in hopeful[np.argsort(-rough[hopeful])][:_LOOKED]:
-        ends = speeds[max(i - 1, 0)], speeds[min(i + 1, len(speeds) - 1)]
-        if np.isinf(rough[i]):
-            return [Reached(sign * float(rough[i]), float(speeds[i]))]
-        room: Any = {"xatol": 1e-6 * ends[1]}
-        top: Any = minimize_scalar(lambda one: -sign * at(one), bounds=ends, method="bounded", options=room)
-        found.append(Reached(-sign * float(top.fun), float(top.x)))
-    return found
