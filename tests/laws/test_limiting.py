@@ -19,7 +19,8 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations.pulse import Pulse
 from vibopt.excitations.segments import line
 from vibopt.mechanics.limiting import CLOSE, Path, least_peak, least_room
-from vibopt.mechanics.transient import Reading, Transient
+from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.transient import Transient
 from vibopt.report.curves import panels
 from vibopt.report.limiting_views import limiting
 from vibopt.report.sheet.judgement import proof_of

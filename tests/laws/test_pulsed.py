@@ -19,7 +19,8 @@ from vibopt.mechanics import pulsed
 from vibopt.mechanics.panels import exponentials
 from vibopt.mechanics.peaks_in_time import Peak
 from vibopt.mechanics.pulsed import peaks_by_modes
-from vibopt.mechanics.transient import Reading, Transient
+from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.transient import Transient
 from vibopt.signals import Segment
 
 NOTHING = np.zeros(1)

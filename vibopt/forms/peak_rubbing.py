@@ -17,8 +17,8 @@ from vibopt.records import dataclass
 if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.peaks_in_time import Peak
+    from vibopt.mechanics.reading import Reading
     from vibopt.mechanics.sliding import Sliding
-    from vibopt.mechanics.transient import Reading
     from vibopt.signals import Output
 
 _KEPT, _NEAR, _ROUNDED, _NOTHING = 16, 1e-7, 1e-9, 1e-13

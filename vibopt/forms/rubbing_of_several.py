@@ -19,8 +19,8 @@ from vibopt.signals import Segment
 
 if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
+    from vibopt.mechanics.reading import Reading
     from vibopt.mechanics.returning import Returning
-    from vibopt.mechanics.transient import Reading
 
 _KEPT, _HOPE = 640, 0.6
 """Motions that are kept; part by which the rough look may be off."""

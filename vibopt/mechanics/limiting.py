@@ -22,8 +22,9 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.cones import CONE, EQUAL, LINEAR, by_columns, solve_cones
 from vibopt.mechanics.panels import exponentials
+from vibopt.mechanics.reading import Reading
 from vibopt.mechanics.stretches import joints_of
-from vibopt.mechanics.transient import Reading, Transient
+from vibopt.mechanics.transient import Transient
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment
 

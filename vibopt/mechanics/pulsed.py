@@ -21,7 +21,8 @@ from vibopt.mechanics.peaks_in_time import Peaks
 from vibopt.mechanics.ringing import HORIZON
 
 if TYPE_CHECKING:
-    from vibopt.mechanics.transient import Reading, Transient
+    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.transient import Transient
     from vibopt.signals import Segment
 
 _SEGMENTS, _CELLS, _FEWEST = 6, 1 << 18, 64

@@ -14,8 +14,8 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.closing import closing
 from vibopt.mechanics.panels import peaks_of
+from vibopt.mechanics.reading import Reading
 from vibopt.mechanics.sliding import TOO_OFTEN, Law, Piece, Sliding
-from vibopt.mechanics.transient import Reading
 from vibopt.records import cached_property, dataclass
 
 _TURNS, _MOST, _ENDLESS = 600, 20_000, 1e9

@@ -16,7 +16,8 @@ from vibopt.mechanics.peaks_in_time import Peaks
 from vibopt.records import cached_property
 
 if TYPE_CHECKING:
-    from vibopt.mechanics.transient import Reading, Transient
+    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.transient import Transient
 
 _NOTHING = 1e-12
 """Part of its size below which a state, a reading or a damping is rounding."""
