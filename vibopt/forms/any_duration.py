@@ -246,7 +246,11 @@ class PeakOverDurations(Form):
         return self.lasting(self.high).reach(model)
 
     def cost(self, model: Model) -> float:
-        """Signals that one pulse stretches are shared by all durations; others are made for each of them."""
+        """Signals that one pulse stretches are shared by all durations; others are made for each of them.
+
+        Of those alone, and of coordinates: how many durations are looked at hangs on how fast a design is, which is not
+        known before.  One mass takes half to six times as long, from pulses of a period to fifty.
+        """
         return _SHARED if self._stretches else _MADE * len(self.signals(self.high)) * (2.0 + model.n_free)
 
     def tangents_cost(self, model: Model) -> float:
