@@ -15,7 +15,7 @@ import vibopt as vo
 from refusals import refused
 from vibopt.excitations.segments import sine, together
 from vibopt.mechanics.beating import highest
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.transient import Transient
 from vibopt.report.curves import panels
 from vibopt.verify.certify import measure

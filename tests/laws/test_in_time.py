@@ -20,7 +20,7 @@ from vibopt.errors import InputError
 from vibopt.excitations.pulse import Pulse, Shape
 from vibopt.excitations.record import Record
 from vibopt.excitations.segments import line, sine, together
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.transient import Transient
 from vibopt.program.pose import pose
 from vibopt.report.curves import panels

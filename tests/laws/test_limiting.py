@@ -19,7 +19,7 @@ from vibopt.arrays import FloatArray
 from vibopt.excitations.pulse import Pulse
 from vibopt.excitations.segments import line
 from vibopt.mechanics.limiting import CLOSE, Path, least_peak, least_room
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.transient import Transient
 from vibopt.report.curves import panels
 from vibopt.report.limiting_views import limiting

@@ -19,7 +19,7 @@ from vibopt.mechanics import pulsed
 from vibopt.mechanics.panels import exponentials
 from vibopt.mechanics.peaks_in_time import Peak
 from vibopt.mechanics.pulsed import peaks_by_modes
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.transient import Transient
 from vibopt.signals import Segment
 

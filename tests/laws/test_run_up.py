@@ -16,7 +16,7 @@ from scipy.special import wofz
 import vibopt as vo
 from refusals import refused
 from vibopt.arrays import FloatArray, IntArray
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.sweep_response import Modal, RunUp, Stretches, faddeeva_at_most
 from vibopt.program.pose import pose
 from vibopt.program.worst_case import around, hit, measured_around

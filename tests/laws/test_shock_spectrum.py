@@ -18,7 +18,7 @@ from vibopt.arrays import FloatArray
 from vibopt.cli.main import main
 from vibopt.excitations.pulse import Pulse
 from vibopt.excitations.segments import line
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.shock_spectrum import Spectrum, spectra
 from vibopt.mechanics.transient import Transient
 from vibopt.report.spectrum_views import spectrum_panels

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from vibopt.excitations.segments import line
 from vibopt.mechanics import kernel_bounds, stretches
 from vibopt.mechanics.model import DAMPING, STIFFNESS
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.transient import Transient
 
 few = settings(derandomize=True, database=None, deadline=None, max_examples=12)

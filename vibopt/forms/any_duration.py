@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from vibopt.forms.reduce import Reach
     from vibopt.forms.tangent import Tangent
     from vibopt.mechanics.model import Model
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
     from vibopt.mechanics.transient import Transient
 
     _Asked = Callable[[Transient, Reading, IntArray], FloatArray]

@@ -81,7 +81,7 @@ class Floors:
         self, form: PeakInTime, model: Model, lone: PerMass | None, share: float, plain: tuple[float, float] | None
     ) -> None:
         from vibopt.mechanics.harmonic import mount_count
-        from vibopt.mechanics.reading import Reading
+        from vibopt.mechanics.readout import Reading
 
         self.form, self.model, self.plain = form, model, plain
         own, stiff, damped = model.vectors[:, 0], model.kinds == STIFFNESS, model.kinds == DAMPING

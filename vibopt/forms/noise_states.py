@@ -32,7 +32,7 @@ from vibopt.records import dataclass
 from vibopt.signals import Noise, Output
 
 if TYPE_CHECKING:
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
 
 Numbers = np.ndarray[Any, np.dtype[Any]]
 """Real, or complex with the imaginary part as a slope; after `decaying` complex."""

@@ -16,7 +16,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.forms.form import ROOTS, WITHOUT_END, Form, by_differences, kept
 from vibopt.forms.peak_in_time import matrices, reading
 from vibopt.mechanics.motor import NO_SWEEP, Motor
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.records import dataclass
 from vibopt.signals import AT_REST, Output, Sweep, Sweeps
 

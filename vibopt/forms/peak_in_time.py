@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.panels import Numbers
     from vibopt.mechanics.peaks_in_time import Peak
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
     from vibopt.mechanics.sliding import Sliding
     from vibopt.mechanics.transient import Transient
 
@@ -299,7 +299,7 @@ def reading(model: Model, output: Output, p: Numbers) -> Reading:
     A force follows position through stiffness, velocity through damping and acceleration through inertance.
     """
     from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
 
     rows = [(output.signs * p * (model.kinds == kind)) @ model.vectors for kind in (STIFFNESS, DAMPING, INERTIA)]
     return Reading(output.row + rows[0], rows[1], rows[2], output.power)

@@ -17,7 +17,7 @@ from vibopt.records import dataclass
 if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
     from vibopt.mechanics.peaks_in_time import Peak
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
     from vibopt.mechanics.sliding import Sliding
     from vibopt.signals import Output
 

@@ -19,7 +19,7 @@ from vibopt.signals import Segment
 
 if TYPE_CHECKING:
     from vibopt.mechanics.model import Model
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
     from vibopt.mechanics.returning import Returning
 
 _KEPT, _HOPE = 640, 0.6

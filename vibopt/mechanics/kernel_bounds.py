@@ -17,7 +17,7 @@ import numpy as np
 from vibopt.arrays import FloatArray, IntArray
 from vibopt.mechanics.model import DAMPING, INERTIA, STIFFNESS
 from vibopt.mechanics.panels import exponential, halvings_of, series
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.stacked import wide
 from vibopt.mechanics.stretches import Stretch
 from vibopt.mechanics.transient import Transient

@@ -22,7 +22,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray, IntArray
 from vibopt.cones import CONE, EQUAL, LINEAR, by_columns, solve_cones
 from vibopt.mechanics.panels import exponentials
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.stretches import joints_of
 from vibopt.mechanics.transient import Transient
 from vibopt.records import cached_property, dataclass

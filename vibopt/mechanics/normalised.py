@@ -12,7 +12,7 @@ import numpy as np
 from vibopt.arrays import BoolArray, FloatArray
 from vibopt.mechanics.joints import Condensed, condensed, eliminated, riding
 from vibopt.mechanics.panels import Numbers
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.stacked import cholesky, product, row_sum, trace, wide
 from vibopt.mechanics.stretches import come_back, runs_of
 from vibopt.records import cached_property, dataclass

@@ -21,7 +21,7 @@ from vibopt.mechanics.peaks_in_time import Peaks
 from vibopt.mechanics.ringing import HORIZON
 
 if TYPE_CHECKING:
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
     from vibopt.mechanics.transient import Transient
     from vibopt.signals import Segment
 

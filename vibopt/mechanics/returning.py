@@ -14,7 +14,7 @@ from vibopt.arrays import FloatArray
 from vibopt.errors import InputError
 from vibopt.mechanics.closing import closing
 from vibopt.mechanics.panels import peaks_of
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.sliding import TOO_OFTEN, Law, Piece, Sliding
 from vibopt.records import cached_property, dataclass
 

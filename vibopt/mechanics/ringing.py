@@ -16,7 +16,7 @@ from vibopt.mechanics.peaks_in_time import Peaks
 from vibopt.records import cached_property
 
 if TYPE_CHECKING:
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
     from vibopt.mechanics.transient import Transient
 
 _NOTHING = 1e-12

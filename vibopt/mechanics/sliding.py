@@ -21,7 +21,7 @@ from vibopt.arrays import ComplexArray, FloatArray, IntArray
 from vibopt.errors import InputError
 from vibopt.mechanics.panels import COEFFICIENTS, NODES, SLOPES, basis, crossing, exponentials, peaks_of, roots_of
 from vibopt.mechanics.peaks_in_time import Peak
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.ringing import rung
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Segment

@@ -17,7 +17,7 @@ from vibopt.mechanics.envelopes import Envelope, greatest
 from vibopt.mechanics.joints import condensed, first_order
 from vibopt.mechanics.panels import Numbers
 from vibopt.mechanics.peaks_in_time import Peak
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.ringing import HORIZON, MET
 from vibopt.records import cached_property, dataclass
 from vibopt.signals import Sweep

@@ -14,7 +14,7 @@ from vibopt.mechanics.stacked import wide
 
 if TYPE_CHECKING:
     from vibopt.mechanics.panels import Numbers
-    from vibopt.mechanics.reading import Reading
+    from vibopt.mechanics.readout import Reading
     from vibopt.mechanics.transient import Transient
 
 _MOST, _STEPS, _TERMS, _CLOSE, _SMOOTH = 4, 6, 12, 1e-9, 1e-9

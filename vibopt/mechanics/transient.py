@@ -22,7 +22,7 @@ from vibopt.mechanics.normalised import Normalised
 from vibopt.mechanics.panels import Along, Numbers, TooLongError, exponential
 from vibopt.mechanics.peaks_in_time import Peak, Peaks
 from vibopt.mechanics.pulsed import peaks_by_modes
-from vibopt.mechanics.reading import Reading
+from vibopt.mechanics.readout import Reading
 from vibopt.mechanics.ringing import Behind
 from vibopt.mechanics.stacked import moved, read_at, stepped, wide
 from vibopt.mechanics.stretches import (
