@@ -203,7 +203,11 @@ def rigid_count(model: Model, p: FloatArray) -> int:
 
 
 def sag(model: Model, x: FloatArray) -> FloatArray | None:
-    """Displacement under all weights [m], shape (n_coords,); None where nothing holds the machine."""
+    """Displacement under all weights [m], shape (n_coords,), to be read; None where nothing holds the machine."""
+    return kept(model, "sag", x[None], lambda rows: (_sag(model, row) for row in rows))[0]
+
+
+def _sag(model: Model, x: FloatArray) -> FloatArray | None:
     n = model.n_free
     p = model.values(x, static=True)
     stiff = model.matrix(STIFFNESS, p)[:n, :n]
@@ -215,7 +219,8 @@ def sag(model: Model, x: FloatArray) -> FloatArray | None:
         down[0] = load[0] / stiff[0, 0]
         return down
     scaled = stiff / np.outer(root, root)
-    if np.linalg.cond(scaled) > 1e14:
+    levels = np.abs(np.linalg.eigvalsh(scaled))
+    if not levels.min() * 1e14 >= levels.max():
         return None
     down[:n] = np.linalg.solve(scaled, load / root) / root
     return down
