@@ -543,3 +543,11 @@ def test_a_file_without_scenarios_is_told_one_of_its_own(run: Run, file: str, sa
     assert (done.code, path.startswith(said)) == (2, True), done.err
     job = open_job(Path("problems") / file)
     assert vo.to_toml(vo.with_changes(job, {path: value})) != vo.to_toml(job)
+
+
+def test_a_job_without_bounds_is_told_what_moves_its_other_numbers(run: Run) -> None:
+    fan = ROOT / "balancing" / "fan_verification_run.toml"
+    assert " ".join(run("compare", str(fan), "--limits", "-10 %").err.split()) == (
+        "fan_verification_run.toml: has no limits with a bound to move. Add [limits.NAME] with an at_most. What caps "
+        "and facts buy says vibopt whatif FILE."
+    )

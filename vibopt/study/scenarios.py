@@ -251,7 +251,10 @@ def stepped(job: Job, steps: tuple[str, ...], *, progress: Progress | None = Non
         and fact.dimension != "level"
     ]  # fmt: skip
     if not bounds:
-        raise InputError(f"{job.name}: has no limits with a bound to move.")
+        raise InputError(
+            f"{job.name}: has no limits with a bound to move. Add [limits.NAME] with an at_most. What caps and facts "
+            "buy says vibopt whatif FILE."
+        )
     moved = [(bound, bound.value * (1.0 + part_of(step))) for bound in bounds for step in steps]
     asked = [(bound.path, bound.now(value / bound.value)) for bound, value in moved]
     jobs: dict[tuple[str, str | float], Job] = {("", ""): job}
