@@ -160,6 +160,17 @@ def test_what_friction_all_but_holds_is_told_alike_by_both_routes(
         told(rack(load, ends, float(holds) * (1.0 - beyond), 50.0))
 
 
+def test_the_last_digit_of_friction_that_all_but_holds_moves_nothing() -> None:
+    speed, found = 2.0 * np.pi * 33.0, list[float]()
+    for digit in range(-12, 13):
+        scene = vo.from_dict(rack(moving(speed="33 Hz"), ENDS[2], 22897.3844291253925 * (1.0 + 2.2e-16 * digit), 50.0))
+        model = pose(scene).model
+        form = form_of(scene, model, scene.measures["fast"])
+        assert isinstance(form, RubbingOfSeveral)
+        found.append(form.at(model, np.zeros(0), speed))
+    assert found == pytest.approx([found[0]] * len(found), rel=1e-11)
+
+
 @few
 @given(
     ends=st.sampled_from(ENDS),

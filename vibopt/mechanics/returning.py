@@ -119,6 +119,10 @@ class Returning(Sliding):
         law, free = self.law, self._free
         state = np.concatenate([self._struck_by(self.begun), segment.start])
         state[free] = np.linalg.solve(self._own, own * scale)
+        if (
+            abs(state[1]) <= _ROUNDING * np.abs(state[self._numbers[1]]).max()
+        ):  # of what is held rounding would make a slip
+            state[1] = 0.0
         pieces = tuple(islice(self._along(law, 0.0, segment.length, state), _MOST))
         if len(pieces) == _MOST:
             raise InputError(TOO_OFTEN)
