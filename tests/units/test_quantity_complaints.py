@@ -10,7 +10,33 @@ from hypothesis import strategies as st
 from vibopt.errors import QuantityError
 from vibopt.units import DIMENSIONS, read_quantity, read_range
 
+_OFF = 'Write "12 kg" alone, or { value = "12 kg", tolerance = "5 %" } where a number may be off.'
+
 COMPLAINTS: list[tuple[object, str, str]] = [
+    *(
+        (text, "mass", f"is a value and a tolerance at once. {_OFF}")
+        for text in (
+            "12 kg +- 5 %",
+            "12 kg ± 5 %",
+            "12kg+/-5%",
+            "12 kg (±5 %)",
+            "12 ± 0.6 kg",
+            "12 kg ± 0.6 kg",
+        )
+    ),
+    (
+        "20 ± 10 %",
+        "length",
+        (
+            'is a value and a tolerance at once. Write "20 mm" alone, '
+            'or { value = "20 mm", tolerance = "10 %" } where a number may be off.'
+        ),
+    ),
+    (
+        "3000 rpm ± 50 rpm",
+        "angular_rate",
+        'is a value and a tolerance at once. Write "3000 rpm" alone, or "2950..3050 rpm" for each.',
+    ),
     (480, "mass", 'has no unit. Write "480 kg".'),
     ("480", "mass", 'has no unit. Write "480 kg".'),
     (20.5, "length", 'has no unit. Write "20.5 mm".'),

@@ -1,6 +1,7 @@
 """What is wrong with a value, and the way out; each text continues the sentence "<path> = <given> "."""
 
 import re
+from math import isfinite
 
 from vibopt.units.dimensions import DIMENSIONS
 
@@ -20,6 +21,7 @@ BEYOND = "is beyond what any machine has (|value| > 1e30 in SI)."
 
 _COMMA = r"(?s)([+-]?)(\d+),(\d+)(?![\d.,])(.*)"
 _GAP = r"(?s)([+-]?\d{1,3}(?:[\s_',]\d{3})+(?!\d)\S*)(.*)"
+_SCATTER = rf"(?s)({NUMBER})\s*([^±]*?)\s*\(?\s*(?:±|\+/?-)\s*({NUMBER})\s*(%?)\s*(.*?)\s*\)?\s*"
 _DASH = rf"(?s)({NUMBER})\s*(?:-|–|—|to)\s*({NUMBER})(.*)"
 
 
@@ -84,6 +86,24 @@ def wrong_dimension(unit: str, given: str | None, dimension: str, place: str | N
         wanted = wanted.removesuffix(DIMENSIONS[dimension].way_out)
         return f'{what}, but {wanted}Did you mean "{meant}", with the weight of a kilogram (9.80665 N)?'
     return f"{what}, but {wanted}"
+
+
+def with_tolerance(text: str, dimension: str) -> str:
+    """For a value with how far it may be off in one text, as a part or as a size; "" for any other."""
+    found = re.fullmatch(_SCATTER, text)
+    if found is None:
+        return ""
+    number, before, off, part, behind = found.groups()
+    value, unit = float(number), before or ("" if part else behind) or DIMENSIONS[dimension].usual
+    if not isfinite(value) or not value:
+        return ""
+    share = abs(float(off)) * (0.01 if part else 1.0 / abs(value))
+    shown = words(number, unit)
+    if dimension == "angular_rate":
+        low, high = (f"{value * (1.0 + side * share):.6g}" for side in (-1.0, 1.0))
+        return f'is a value and a tolerance at once. Write "{shown}" alone, or "{low}..{words(high, unit)}" for each.'
+    told = f'{{ value = "{shown}", tolerance = "{100.0 * share:.4g} %" }}'
+    return f'is a value and a tolerance at once. Write "{shown}" alone, or {told} where a number may be off.'
 
 
 def no_single_number(text: str, dimension: str) -> str:

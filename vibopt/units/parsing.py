@@ -80,6 +80,8 @@ def split_value(text: str, dimension: str) -> tuple[str, str]:
     if len(text) > _LONGEST:
         raise QuantityError("is longer than any value. Write one number and its unit.")
     tidy = text.replace("−", "-").strip()
+    if ("±" in tidy or "+-" in tidy or "+/-" in tidy) and (wrong := complaints.with_tolerance(tidy, dimension)):
+        raise QuantityError(wrong)
     match = None if ".." in tidy else _VALUE.fullmatch(tidy)
     if match:
         return match[1], match[2]
